@@ -1,0 +1,109 @@
+#pragma once
+
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tumble/core/finding.hpp"
+#include "tumble/core/settings.hpp"
+#include "tumble/math/matrix.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+
+/// One identified parameter. Value in SI; `unit` is what people are shown.
+struct Parameter {
+  std::string name;
+  std::string symbol;
+  Unit unit;
+  double value = 0.0;
+  std::string description;
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of its standard uncertainty
+};
+
+/// One line of the uncertainty budget: a source and the variance [SI^2] it gives each parameter. The variances of all
+/// contributions sum to the diagonal of the covariance.
+struct Contribution {
+  std::string source;
+  std::vector<double> variance;
+};
+
+struct Fit {
+  std::size_t observations = 0;
+  double degrees_of_freedom = 0.0;
+  double chi_square = 0.0;
+  double condition = 0.0;  ///< of the whitened design with unit columns
+};
+
+/// A table for people. Numbers are in SI and shown in the column's unit; text stays as it is.
+struct Table {
+  struct Column {
+    std::string name;
+    Unit unit;
+  };
+  using Cell = std::variant<double, std::string>;
+  std::string name;
+  std::string caption;
+  std::vector<Column> columns;
+  std::vector<std::vector<Cell>> rows;
+};
+
+/// A curve for people. Curves with the same `figure` are drawn in one figure. Values in SI, shown in the units.
+struct Curve {
+  struct Axis {
+    std::string name;
+    Unit unit;
+    std::vector<double> values;
+  };
+  std::string name;
+  std::string figure;
+  Axis x, y;
+  std::vector<double> lower, upper;  ///< band in the unit of y; empty: none
+  std::string band;                  ///< what the band is, for example "95 % confidence"
+  bool logarithmic = false;          ///< both axes
+  bool points = false;               ///< markers instead of a line
+};
+
+struct Verdict {
+  enum class Outcome { pass, fail, undecided };  ///< undecided: the limit lies inside the 95 % interval
+  std::string parameter;
+  Outcome outcome = Outcome::undecided;
+  std::string limit;  ///< "<= 0.02 deg/h"
+};
+
+struct Provenance {
+  struct Input {
+    std::string file, sha256;
+  };
+  std::vector<Input> inputs;
+  std::map<std::string, std::string> settings;
+  std::optional<unsigned long long> seed;  ///< of the simulation that made the data, where one did
+};
+
+/// What a method returns: parameters with a full covariance, and everything a reader needs to judge them.
+struct Estimate {
+  std::string method;
+  std::string title;
+  std::string instrument_model, instrument_serial;
+  std::vector<Parameter> parameters;
+  Matrix covariance;  ///< [SI], all contributions together
+  std::vector<Contribution> budget;
+  Fit fit;
+  Findings findings;
+  std::vector<Table> tables;
+  std::vector<Curve> curves;
+  std::vector<Verdict> verdicts;
+  Provenance provenance;
+};
+
+/// Standard uncertainty (k = 1) of parameter `index` [SI].
+double standard_uncertainty(const Estimate& estimate, std::size_t index);
+/// Null when there is none of that name.
+const Parameter* find_parameter(const Estimate& estimate, std::string_view name);
+/// Null when there is none of that name.
+const Table* find_table(const Estimate& estimate, std::string_view name);
+
+}  // namespace tumble

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/plan.hpp"
+#include "tumble/core/recording.hpp"
+
+namespace tumble {
+
+/// All a method may look at: what was planned and what was measured.
+struct Evidence {
+  Plan plan;
+  std::vector<Recording> recordings;
+};
+
+/// The channel that plays `role`: the one the plan's [channels] names, else the one called like the role.
+/// Null when the recording has none.
+const Channel* channel_for(const Evidence& evidence, const Recording& recording, const std::string& role);
+
+/// The same, or Error::bad_data that lists the recording's channels.
+const Channel& require_channel(const Evidence& evidence, const Recording& recording, const std::string& role);
+
+/// One power-up in one recording: from `begin` (inclusive) to `end` (exclusive) [s].
+struct Run {
+  std::size_t recording = 0;  ///< index in Evidence::recordings
+  int number = 1;
+  std::string label;  ///< of its first segment
+  double begin = 0.0;
+  double end = 0.0;
+};
+
+/// The power-ups of all recordings, in order. A recording without marks is one run, from -inf to +inf.
+std::vector<Run> runs_of(const std::vector<Recording>& recordings);
+
+}  // namespace tumble

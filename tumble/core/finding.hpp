@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tumble {
+
+/// What is odd in the data or weak in the answer. Not an error: the work was carried out.
+struct Finding {
+  enum class Severity { info, warning, error };  ///< error: do not rely on what it names
+  Severity severity = Severity::warning;
+  std::string message;  ///< what, and what would mend it
+  std::string where;    ///< channel, run, time, file: empty where it concerns the whole
+};
+
+using Findings = std::vector<Finding>;
+
+}  // namespace tumble

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/schedule.hpp"
+#include "tumble/core/settings.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+
+/// Where the rig stands.
+struct Site {
+  double latitude = 0.0;          ///< [rad], geodetic
+  double longitude = 0.0;         ///< [rad]
+  double height = 0.0;            ///< [m] above the ellipsoid
+  std::optional<double> gravity;  ///< [m/s^2] as measured; absent: the normal gravity formula
+};
+
+/// The channel that plays a role: `gyro = "dtg.x"`, or with the unit of a column that has none, `"dtg.x[deg/h]"`.
+struct ChannelChoice {
+  std::string channel;
+  std::optional<Unit> unit;
+};
+
+/// A file that belongs to the test.
+struct RecordingEntry {
+  std::string file;     ///< resolved against the plan's folder
+  std::string segment;  ///< label of the schedule's segment it holds; empty: the whole schedule
+  int run = 0;          ///< which power-up; 0: as the schedule or the file says
+};
+
+/// A limit on a parameter. The bounds are as written; the unit is checked against the parameter when judged.
+struct Limit {
+  std::string parameter;
+  std::optional<Quantity> min, max;
+  std::string where;
+};
+
+/// A test: which instrument is on which rig, how the rig moves, and which method reduces the data.
+struct Plan {
+  std::string file;  ///< empty when there is none (`tumble identify allan_noise data.csv`)
+  std::string title;
+  std::string method;
+  std::string instrument_model;  ///< catalogue name in models/, may be empty
+  std::string instrument_serial;
+  double sample_rate = 0.0;  ///< [Hz], for simulation
+  std::optional<Site> site;
+  std::string rig_kind;  ///< catalogue name in rigs/, may be empty
+  Settings rig;          ///< resolved against the rig's options
+  Schedule schedule;     ///< in order of time: sorted by run
+  std::map<std::string, ChannelChoice> channels;  ///< by role
+  std::vector<RecordingEntry> recordings;
+  Settings settings;  ///< resolved against the method's options
+  std::vector<Limit> limits;
+  Settings truth;  ///< resolved against the model's options, for simulate and predict
+};
+
+}  // namespace tumble

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/core/finding.hpp"
+
+namespace tumble {
+
+/// The beginning of a segment in a recording. A segment ends where the next begins, the last with the data.
+struct Mark {
+  std::string label;
+  double begin = 0.0;  ///< [s] on the recording's own clock
+  int run = 1;         ///< which power-up
+};
+
+struct Origin {
+  std::string file;    ///< as the user wrote it; empty for simulated data
+  std::string sha256;  ///< of the bytes of the file, lower-case hex
+};
+
+/// What was measured in one file.
+struct Recording {
+  std::string instrument;  ///< model and serial, as the file says
+  std::vector<Channel> channels;
+  std::vector<Mark> marks;  ///< in order of time; empty: one run, one segment
+  Origin origin;
+  std::map<std::string, std::string> meta;  ///< anything else the file carries
+  Findings findings;                        ///< what the reader noticed
+};
+
+/// Null when there is none of that name.
+const Channel* find_channel(const Recording& recording, std::string_view name);
+
+}  // namespace tumble

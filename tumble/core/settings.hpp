@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+
+/// One thing a method, rig or model accepts, as a user may set it in a plan or by --set.
+struct Option {
+  enum class Type { quantity, integer, word, flag, integers, text };
+  std::string name;
+  Type type = Type::quantity;
+  std::string unit = "1";          ///< quantity: its dimension, and the unit it is shown in
+  std::string fallback;            ///< default, written as a user would; empty: none (see Settings::has)
+  std::vector<std::string> words;  ///< word: what is accepted
+  std::string description;
+  bool bare_on_command_line = false;  ///< `--set rate=100` may omit the unit
+};
+
+/// One `key = value` as it was given, before anything is believed of it.
+struct Given {
+  std::string key;
+  std::string text;
+  std::string where;          ///< "plan.toml:12" or "--set"
+  bool quoted = true;         ///< false: a TOML integer, float or boolean stood there, not a string
+  bool command_line = false;  ///< from --set
+};
+
+/// Checked values by name. Asking for a name that the options do not list is a bug (assert).
+class Settings {
+ public:
+  bool has(std::string_view name) const;
+  double number(std::string_view name) const;  ///< SI
+  int integer(std::string_view name) const;
+  const std::string& word(std::string_view name) const;  ///< also for text
+  bool flag(std::string_view name) const;
+  const std::vector<int>& integers(std::string_view name) const;
+
+  /// Every value as text, defaults included: for provenance.
+  const std::map<std::string, std::string>& texts() const { return texts_; }
+
+  void set_number(const std::string& name, double value_si, const Unit& shown_in);
+  void set_integer(const std::string& name, int value);
+  void set_word(const std::string& name, std::string value);
+  void set_flag(const std::string& name, bool value);
+  void set_integers(const std::string& name, std::vector<int> values);
+
+ private:
+  std::map<std::string, double, std::less<>> numbers_;
+  std::map<std::string, int, std::less<>> integers_;
+  std::map<std::string, std::string, std::less<>> words_;
+  std::map<std::string, std::vector<int>, std::less<>> lists_;
+  std::map<std::string, std::string> texts_;
+};
+
+/// Checks what was given against what is accepted and fills in the defaults. Every problem (unknown key with the
+/// nearest known one, wrong dimension, bare number, unknown word, not a number) is appended to `problems`, with where
+/// it stands; the returned settings are complete only if none was.
+/// `what` names the owner in messages: "method allan_noise", "rig thermal_chamber".
+Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, std::string_view what,
+                 std::vector<std::string>& problems);
+
+/// The defaults alone.
+Settings defaults(const std::vector<Option>& options);
+
+/// The known name nearest to a mistyped one (edit distance), or empty when none is near.
+std::string nearest(std::string_view name, const std::vector<std::string>& known);
+
+}  // namespace tumble

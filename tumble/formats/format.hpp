@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/progress.hpp"
+#include "tumble/core/recording.hpp"
+
+namespace tumble {
+
+/// What a file does not say itself.
+struct ReadOptions {
+  std::optional<double> rate;        ///< [Hz] where the file has no time
+  std::map<std::string, Unit> units;  ///< for columns without a unit, by column name
+  std::vector<std::string> only;     ///< channels wanted; empty: all
+  std::string missing;               ///< a word that stands for a missing sample, besides the blank cell
+};
+
+/// Consumes a recording block after block. Every call holds the same channels with the next samples.
+using BlockSink = std::function<void(const Recording& block)>;
+
+/// Writes a recording block after block to a temporary file beside the target; commit() flushes, checks and renames it.
+/// Destroyed without commit, nothing remains.
+struct RecordingWriter {
+  std::function<void(const Recording& block)> append;
+  std::function<void()> commit;
+};
+
+/// A catalogue entry of formats/: file <-> Recording.
+struct Format {
+  const char* name;
+  const char* summary;
+  std::vector<std::string> extensions;  ///< ".csv"
+  bool (*recognises)(const std::string& path);  ///< by its first bytes
+  Recording (*read)(const std::string& path, const ReadOptions& options, const Progress& progress);
+  /// For files larger than memory: blocks of about `samples` samples a channel.
+  void (*stream)(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+                 const Progress& progress);
+  /// Whole or not at all. The first block says which channels there are, and carries marks and meta.
+  RecordingWriter (*writer)(const std::string& path);
+};
+
+namespace formats {
+const std::vector<const Format*>& catalogue();
+}
+
+/// By content, else by extension; fills origin (file, sha256). Throws Error::bad_file.
+Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress);
+/// By extension. Throws Error::bad_input for an unknown one (with those accepted), Error::bad_file when it cannot.
+void write_recording(const Recording& recording, const std::string& path);
+
+}  // namespace tumble

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace tumble {
+
+/// Power-law noise S_y(f) ~ f^alpha of a frequency (rate) signal: 2 white phase (quantization), 1 flicker phase, 0 white
+/// rate (random walk of the angle), -1 flicker rate (bias instability), -2 rate random walk, -3 and below: drift.
+struct DeviationPoint {
+  std::size_t factor = 0;   ///< m, averaging factor
+  double tau = 0.0;         ///< [s]
+  double deviation = 0.0;   ///< [u]
+  std::size_t count = 0;    ///< number of terms summed
+  int alpha = 0;            ///< noise type identified at this tau
+  double edf = 0.0;         ///< equivalent degrees of freedom of the variance
+  double lower = 0.0;       ///< confidence limits of the deviation [u]
+  double upper = 0.0;
+};
+
+struct AllanOptions {
+  double points_per_decade = 10.0;  ///< of tau, rounded to distinct whole factors; 0: octaves
+  double confidence = 0.95;         ///< two-sided
+  double longest_fraction = 0.25;   ///< longest tau as a fraction of the record
+};
+
+/// Overlapping Allan deviation of a rate signal at log-spaced averaging times, with confidence limits from chi-square
+/// with the equivalent degrees of freedom of the noise type found at each tau.
+///
+///   sigma^2(m t0) = 1/(2 (m t0)^2 (N-2m)) sum_n (x_{n+2m} - 2 x_{n+m} + x_n)^2,   x the running integral, N its length
+///
+/// Given     rate         signal [u], evenly spaced; sample_rate [Hz], > 0. NaN: missing samples (the terms that need
+///                        them are left out)
+/// Throws    Error::bad_data for fewer than 3 samples
+/// See       NIST SP 1065 (2008), eq. (11); Greenhall and Riley, "Uncertainty of stability variances based on finite
+///           differences", PTTI 2003
+std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
+                                              const AllanOptions& options);
+
+}  // namespace tumble

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tumble/math/random.hpp"
+
+namespace tumble {
+
+/// The noise of a rate signal (angular rate or specific force; u is its SI unit), named as in IEEE Std 528. One set of
+/// numbers is simulated, expected (as an Allan variance) and used to whiten residuals. Zero: the term is absent.
+///
+/// Two-sided PSD of each term, f [Hz]: quantization (2 pi f)^2 T Q^2 -> sigma^2 = 3 Q^2/tau^2, random walk N^2,
+/// bias instability B^2/(2 pi f), rate random walk K^2/(2 pi f)^2, Markov 2 sd^2 T_c/(1 + (2 pi f T_c)^2).
+struct NoiseModel {
+  double quantization_noise = 0.0;  ///< Q [u s]
+  double angle_random_walk = 0.0;   ///< N [u sqrt(s)]
+  double bias_instability = 0.0;    ///< B [u]; flat part of the deviation is 0.664 B
+  double rate_random_walk = 0.0;    ///< K [u/sqrt(s)]
+  double rate_ramp = 0.0;           ///< R [u/s], deterministic
+  double markov_sd = 0.0;           ///< [u]
+  double markov_time = 0.0;         ///< T_c [s]
+};
+
+/// Expected Allan variance [u^2] at averaging time tau [s]: sum of the terms of Annex B (exact for the continuous
+/// process, averaged over tau).
+double expected_allan_variance(const NoiseModel& noise, double tau);
+
+/// A first-order Gauss-Markov process of a bank that stands for bias instability.
+struct MarkovComponent {
+  double sd;    ///< [u]
+  double time;  ///< correlation time [s]
+};
+
+/// Bias instability B as a sum of Markov processes whose times lie a factor 4 apart from `shortest` to beyond
+/// `longest` [s]: sd^2 = B^2 ln(4)/pi each, which gives the PSD B^2/(2 pi f) between.
+std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest);
+
+/// Adds to `signal` (samples first, first+1, ... of a rate signal, each the mean over its interval 1/sample_rate) one
+/// realisation of the noise. The whole record must be asked for at once.
+void add_noise(const NoiseModel& noise, double sample_rate, const RandomStream& random, std::span<double> signal);
+
+}  // namespace tumble

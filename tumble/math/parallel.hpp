@@ -1,0 +1,12 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace tumble {
+
+/// Calls body(i) for i = 0 .. count-1 on as many threads as the machine has. The order is free, so body(i) may touch
+/// only what belongs to i; the result is then the same for any number of threads. The first exception is rethrown.
+void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
+
+}  // namespace tumble

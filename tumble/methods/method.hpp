@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/core/evidence.hpp"
+#include "tumble/core/progress.hpp"
+
+namespace tumble {
+
+struct Role {
+  std::string name;
+  std::string unit;  ///< dimension the channel must have, and the unit it is shown in
+  bool required = true;
+  std::string description;
+};
+
+/// A simulated test whose answer is known: the coverage test, the scoreboard, the demo and the docs use the same one.
+struct Trial {
+  Evidence evidence;                                  ///< plan with resolved settings, and the recordings
+  std::vector<std::pair<std::string, double>> truth;  ///< parameter name, true value [SI]
+};
+
+/// The error model taken off a recording.
+struct Compensation {
+  Recording recording;  ///< the compensated channel under its own name, and what says how far it can be trusted
+  Findings findings;
+  std::vector<Table> tables;
+};
+
+/// A catalogue entry of methods/: reduces recordings to an estimate.
+struct Method {
+  const char* name;
+  const char* summary;
+  const char* source;  ///< citation with equation numbers
+  bool needs_plan;     ///< false: `tumble identify METHOD data.csv` works
+  std::vector<Role> (*roles)();
+  std::vector<Option> (*options)();
+  Estimate (*identify)(const Evidence& evidence, const Progress& progress);
+  /// Evidence drawn with this seed, from a truth that every seed shares.
+  Trial (*trial)(std::uint64_t seed);
+  /// Null where there is nothing to take off.
+  Compensation (*compensate)(const Estimate& estimate, const Recording& recording);
+  /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
+  Estimate (*predict)(const Plan& plan);
+};
+
+namespace methods {
+const std::vector<const Method*>& catalogue();
+}
+
+/// The entry of that name, or Error::unsupported with the nearest known name.
+const Method& find_method(std::string_view name);
+
+}  // namespace tumble

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/core/recording.hpp"
+
+namespace tumble {
+
+/// The result JSON of the public contract: values, sd, covariance and budget in the displayed unit of each parameter.
+std::string to_json(const Estimate& estimate);
+/// The inverse. `file` is for messages. Throws Error::bad_file with what is missing or wrong.
+Estimate estimate_from_json(const std::string& text, const std::string& file);
+
+/// One self-contained page: parameters, budget, figures to zoom, findings, verdicts, provenance. Works offline, prints.
+std::string to_html(const Estimate& estimate);
+
+/// Readable terminal text. Values carry their uncertainty to two digits: 6.660(11).
+std::string to_text(const Estimate& estimate);
+
+/// value and sd rounded together for people: "6.660 ± 0.011".
+std::string with_uncertainty(double value, double sd);
+
+}  // namespace tumble

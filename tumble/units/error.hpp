@@ -1,0 +1,36 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tumble {
+
+/// A request that cannot be carried out. Front ends catch it once and turn `kind` into an exit status (CLI) or a
+/// response code. `problems` holds every problem found, not the first; what() joins them with line breaks.
+class Error : public std::runtime_error {
+ public:
+  enum class Kind {
+    bad_input,    ///< the request itself is wrong: command line, plan, setting (CLI exit 2)
+    bad_data,     ///< the recording cannot carry the method: NaN, too short, constant (CLI exit 3)
+    bad_file,     ///< a file cannot be read, understood or written (CLI exit 3)
+    unsupported,  ///< asked for something that does not exist here (CLI exit 2)
+    internal      ///< a promise of ours was broken (CLI exit 4)
+  };
+
+  Error(Kind kind, std::string problem) : Error(kind, std::vector<std::string>{std::move(problem)}) {}
+  Error(Kind kind, std::vector<std::string> problems)
+      : std::runtime_error(joined(problems)), kind(kind), problems(std::move(problems)) {}
+
+  Kind kind;
+  std::vector<std::string> problems;
+
+ private:
+  static std::string joined(const std::vector<std::string>& problems) {
+    std::string text;
+    for (const auto& problem : problems) text += (text.empty() ? "" : "\n") + problem;
+    return text;
+  }
+};
+
+}  // namespace tumble
