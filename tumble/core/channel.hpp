@@ -27,8 +27,8 @@ QuantityKind kind_of(const Unit& unit);
 
 /// When the samples were taken: evenly (start and rate), or at given stamps shared by the channels of one file.
 struct Timeline {
-  double start = 0.0;  ///< [s] of the first sample
-  double rate = 0.0;   ///< [Hz]; 0: see stamps
+  double start = 0.0;                                 ///< [s] of the first sample
+  double rate = 0.0;                                  ///< [Hz]; 0: see stamps
   std::shared_ptr<const std::vector<double>> stamps;  ///< [s], one a sample; null when evenly sampled
 
   bool uniform() const { return stamps == nullptr; }

@@ -48,9 +48,9 @@ struct Plan {
   std::string instrument_serial;
   double sample_rate = 0.0;  ///< [Hz], for simulation
   std::optional<Site> site;
-  std::string rig_kind;  ///< catalogue name in rigs/, may be empty
-  Settings rig;          ///< resolved against the rig's options
-  Schedule schedule;     ///< in order of time: sorted by run
+  std::string rig_kind;                           ///< catalogue name in rigs/, may be empty
+  Settings rig;                                   ///< resolved against the rig's options
+  Schedule schedule;                              ///< in order of time: sorted by run
   std::map<std::string, ChannelChoice> channels;  ///< by role
   std::vector<RecordingEntry> recordings;
   Settings settings;  ///< resolved against the method's options

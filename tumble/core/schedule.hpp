@@ -11,11 +11,11 @@ namespace tumble {
 struct Motion {
   enum class Kind { hold, rate, slew, sine, random, ramp, dwell };
   Kind kind = Kind::hold;
-  double value = 0.0;      ///< hold, dwell: position or temperature; rate, ramp, slew: speed (unsigned for ramp and slew)
-  double to = 0.0;         ///< ramp, slew: where it ends
-  double amplitude = 0.0;  ///< sine
-  double frequency = 0.0;  ///< sine [Hz]
-  double phase = 0.0;      ///< sine [rad]
+  double value = 0.0;  ///< hold, dwell: position or temperature; rate, ramp, slew: speed (unsigned for ramp and slew)
+  double to = 0.0;     ///< ramp, slew: where it ends
+  double amplitude = 0.0;             ///< sine
+  double frequency = 0.0;             ///< sine [Hz]
+  double phase = 0.0;                 ///< sine [rad]
   std::vector<double> psd_frequency;  ///< random [Hz]
   std::vector<double> psd;            ///< random, one-sided [unit^2/Hz]
 };

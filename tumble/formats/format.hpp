@@ -13,10 +13,10 @@ namespace tumble {
 
 /// What a file does not say itself.
 struct ReadOptions {
-  std::optional<double> rate;        ///< [Hz] where the file has no time
+  std::optional<double> rate;         ///< [Hz] where the file has no time
   std::map<std::string, Unit> units;  ///< for columns without a unit, by column name
-  std::vector<std::string> only;     ///< channels wanted; empty: all
-  std::string missing;               ///< a word that stands for a missing sample, besides the blank cell
+  std::vector<std::string> only;      ///< channels wanted; empty: all
+  std::string missing;                ///< a word that stands for a missing sample, besides the blank cell
 };
 
 /// Consumes a recording block after block. Every call holds the same channels with the next samples.
@@ -33,7 +33,7 @@ struct RecordingWriter {
 struct Format {
   const char* name;
   const char* summary;
-  std::vector<std::string> extensions;  ///< ".csv"
+  std::vector<std::string> extensions;          ///< ".csv"
   bool (*recognises)(const std::string& path);  ///< by its first bytes
   Recording (*read)(const std::string& path, const ReadOptions& options, const Progress& progress);
   /// For files larger than memory: blocks of about `samples` samples a channel.

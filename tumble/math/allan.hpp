@@ -6,16 +6,16 @@
 
 namespace tumble {
 
-/// Power-law noise S_y(f) ~ f^alpha of a frequency (rate) signal: 2 white phase (quantization), 1 flicker phase, 0 white
-/// rate (random walk of the angle), -1 flicker rate (bias instability), -2 rate random walk, -3 and below: drift.
+/// Power-law noise S_y(f) ~ f^alpha of a frequency (rate) signal: 2 white phase (quantization), 1 flicker phase, 0
+/// white rate (random walk of the angle), -1 flicker rate (bias instability), -2 rate random walk, -3 and below: drift.
 struct DeviationPoint {
-  std::size_t factor = 0;   ///< m, averaging factor
-  double tau = 0.0;         ///< [s]
-  double deviation = 0.0;   ///< [u]
-  std::size_t count = 0;    ///< number of terms summed
-  int alpha = 0;            ///< noise type identified at this tau
-  double edf = 0.0;         ///< equivalent degrees of freedom of the variance
-  double lower = 0.0;       ///< confidence limits of the deviation [u]
+  std::size_t factor = 0;  ///< m, averaging factor
+  double tau = 0.0;        ///< [s]
+  double deviation = 0.0;  ///< [u]
+  std::size_t count = 0;   ///< number of terms summed
+  int alpha = 0;           ///< noise type identified at this tau
+  double edf = 0.0;        ///< equivalent degrees of freedom of the variance
+  double lower = 0.0;      ///< confidence limits of the deviation [u]
   double upper = 0.0;
 };
 

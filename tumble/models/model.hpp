@@ -36,7 +36,7 @@ struct Term {
 struct Model {
   const char* name;
   const char* summary;
-  const char* source;      ///< citation with equation numbers
+  const char* source;  ///< citation with equation numbers
   QuantityKind output;
   const char* output_unit;  ///< as shown
   std::vector<Term> (*terms)();

@@ -14,7 +14,8 @@ struct Dimension {
   bool operator==(const Dimension&) const = default;
 };
 
-/// A unit known at run time: how users write it, its dimension, and its size in SI (value_si = value * factor + offset).
+/// A unit known at run time: how users write it, its dimension, and its size in SI (value_si = value * factor +
+/// offset).
 ///
 /// Accepts products, quotients, integer and half powers, parentheses, sqrt(), SI prefixes, and the field's own units:
 ///   deg/h  deg/sqrt(h)  ug/g^2  pulse/(m/s)  ppm  arcsec  (m/s^2)/sqrt(Hz)  degC  mA/g  deg/h/g  deg/h^1.5
