@@ -6,6 +6,7 @@
 
 #include "tumble/core/channel.hpp"
 #include "tumble/core/settings.hpp"
+#include "tumble/math/noise_model.hpp"
 #include "tumble/math/vector3.hpp"
 
 namespace tumble {
@@ -39,12 +40,20 @@ struct Model {
   const char* source;  ///< citation with equation numbers
   QuantityKind output;
   const char* output_unit;  ///< as shown
-  std::vector<Term> (*terms)();
-  std::vector<Option> (*constants)();  ///< what else [truth] accepts: noise comes on top, see sim/noise_options.hpp
+  /// What the regressors themselves depend on: time constants, reference temperatures.
+  std::vector<Option> (*constants)();
+  std::vector<Term> (*terms)(const Settings& constants);
 };
 
-/// The [truth] options that a table of terms gives: one quantity a term, default 0.
-std::vector<Option> term_options(const std::vector<Term>& terms);
+/// All that [truth] accepts for a model: a coefficient for every term (default 0), its constants, its noise and its
+/// turn-on repeatability.
+std::vector<Option> truth_options(const Model& model);
+
+/// The noise that the [truth] of a model states.
+NoiseModel noise_of(const Settings& truth);
+
+/// The entry of that name, or Error::unsupported with the nearest known name.
+const Model& find_model(std::string_view name);
 
 namespace models {
 const std::vector<const Model*>& catalogue();

@@ -41,6 +41,9 @@ struct Rig {
   std::vector<std::string> (*refusals)(const Schedule& schedule, const Settings& options);
 };
 
+/// The entry of that name, or Error::unsupported with the nearest known name.
+const Rig& find_rig(std::string_view name);
+
 namespace rigs {
 const std::vector<const Rig*>& catalogue();
 }

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tumble/core/settings.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+/// The entry called `name`, or Error::unsupported that says what there is and which is nearest. `noun` for messages.
+template <class Entry>
+const Entry& find_entry(const std::vector<const Entry*>& catalogue, std::string_view name, const std::string& noun) {
+  std::vector<std::string> known;
+  std::string listed;
+  for (const auto* entry : catalogue) {
+    if (name == entry->name) return *entry;
+    known.emplace_back(entry->name);
+    listed += (listed.empty() ? "" : ", ") + known.back();
+  }
+  const auto near = nearest(name, known);
+  throw Error(Error::Kind::unsupported, "there is no " + noun + " '" + std::string(name) + "'" +
+                                            (near.empty() ? "" : "; did you mean '" + near + "'?") + " (" + noun +
+                                            "s: " + listed + ")");
+}
+
+}  // namespace tumble

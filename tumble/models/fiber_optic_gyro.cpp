@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/models/model.hpp"
+
+namespace tumble::models {
+namespace {
+
+constexpr int highest_power = 4;        ///< of T, source test
+constexpr int highest_pair = 2;         ///< of gradient and rate
+constexpr int start_powers = 4;         ///< cubic in the start temperature, eq. (5.3)
+
+std::vector<Option> constants() {
+  using Type = Option::Type;
+  return {{"start_temperature_reference", Type::quantity, "degC", "20 degC", {},
+           "the start temperature enters eq. (5.3) as its difference from this"},
+          {"form", Type::word, "1", "from_start", {"from_start", "raw"},
+           "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
+          {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"}};
+}
+
+std::string symbol_of(char letter, int i, int j) { return fmt::format("{}_{}{}", letter, i, j); }
+
+/// coefficient i of a power series in x, power j of the start temperature
+template <class Variable>
+void append_series(std::vector<Term>& terms, char letter, int highest, const std::string& unit_of_x,
+                   const std::string& what, double reference, Variable x) {
+  for (int i = 1; i <= highest; ++i)
+    for (int j = 0; j < start_powers; ++j) {
+      std::string unit = "deg/h";
+      for (int k = 0; k < i && unit_of_x != "K"; ++k) unit += "/" + unit_of_x;
+      const int kelvins = unit_of_x == "K" ? i + j : j;
+      if (kelvins == 1) unit += "/K";
+      if (kelvins > 1) unit += fmt::format("/K^{}", kelvins);
+      terms.push_back({fmt::format("{}{}_{}", letter, i, j), symbol_of(letter, i, j), unit,
+                       fmt::format("({})^{} times start temperature^{}", what, i, j),
+                       [=](const Felt& felt) {
+                         double value = 1.0;
+                         for (int k = 0; k < i; ++k) value *= x(felt);
+                         for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
+                         return value;
+                       }});
+    }
+}
+
+std::vector<Term> terms(const Settings& constants) {
+  const double reference = constants.number("start_temperature_reference");
+  const bool raw = constants.word("form") == "raw";
+  const double startup_time = constants.number("startup_time");
+  constexpr double zero_celsius = 273.15;  // the source's T is in degC: powers of it depend on where zero is
+  std::vector<Term> table;
+  for (int j = 0; j < start_powers; ++j)
+    table.push_back({fmt::format("bias_{}", j), fmt::format("L_0{}", j), j ? fmt::format("deg/h/K^{}", j) : "deg/h",
+                     fmt::format("bias at power-on, start temperature^{}", j), [=](const Felt& felt) {
+                       double value = 1.0;
+                       for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
+                       return value;
+                     }});
+  append_series(table, 'A', highest_power, "K", raw ? "T" : "T - T_0", reference, [=](const Felt& felt) {
+    return felt.temperature - (raw ? zero_celsius : felt.start_temperature);
+  });
+  append_series(table, 'B', highest_pair, "K", "temperature gradient", reference,
+                [](const Felt& felt) { return felt.temperature_gradient; });
+  append_series(table, 'C', highest_pair, "(K/s)", "temperature rate", reference,
+                [](const Felt& felt) { return felt.temperature_rate; });
+  table.push_back({"startup_transient", "E", "deg/h", "exp(-t/startup_time) since power-on",
+                   [=](const Felt& felt) { return std::exp(-felt.since_power_on / startup_time); }});
+  return table;
+}
+
+}  // namespace
+
+extern const Model fiber_optic_gyro{
+    .name = "fiber_optic_gyro",
+    .summary = "fibre-optic gyro: bias over temperature, its gradient and rate, with start-up transient and noise",
+    .source = "Zhou Haiyuan et al., published 2018-04-04, eq. (5.1)-(5.3); IEEE Std 528 names",
+    .output = QuantityKind::angular_rate,
+    .output_unit = "deg/h",
+    .constants = constants,
+    .terms = terms};
+
+}  // namespace tumble::models
