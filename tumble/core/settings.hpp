@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tumble/units/nearest.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
@@ -66,8 +67,5 @@ Settings resolve(const std::vector<Option>& options, const std::vector<Given>& g
 
 /// The defaults alone.
 Settings defaults(const std::vector<Option>& options);
-
-/// The known name nearest to a mistyped one (edit distance), or empty when none is near.
-std::string nearest(std::string_view name, const std::vector<std::string>& known);
 
 }  // namespace tumble

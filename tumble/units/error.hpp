@@ -18,17 +18,17 @@ class Error : public std::runtime_error {
     internal      ///< a promise of ours was broken (CLI exit 4)
   };
 
-  Error(Kind kind, std::string problem) : Error(kind, std::vector<std::string>{std::move(problem)}) {}
-  Error(Kind kind, std::vector<std::string> problems)
-      : std::runtime_error(joined(problems)), kind(kind), problems(std::move(problems)) {}
+  Error(Kind what, std::string problem) : Error(what, std::vector<std::string>{std::move(problem)}) {}
+  Error(Kind what, std::vector<std::string> found)
+      : std::runtime_error(joined(found)), kind(what), problems(std::move(found)) {}
 
   Kind kind;
   std::vector<std::string> problems;
 
  private:
-  static std::string joined(const std::vector<std::string>& problems) {
+  static std::string joined(const std::vector<std::string>& lines) {
     std::string text;
-    for (const auto& problem : problems) text += (text.empty() ? "" : "\n") + problem;
+    for (const auto& problem : lines) text += (text.empty() ? "" : "\n") + problem;
     return text;
   }
 };

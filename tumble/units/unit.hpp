@@ -19,8 +19,15 @@ struct Dimension {
 ///
 /// Accepts products, quotients, integer and half powers, parentheses, sqrt(), SI prefixes, and the field's own units:
 ///   deg/h  deg/sqrt(h)  ug/g^2  pulse/(m/s)  ppm  arcsec  (m/s^2)/sqrt(Hz)  degC  mA/g  deg/h/g  deg/h^1.5
-/// `deg/h/g` reads from left to right: (deg/h)/g. `g` is standard gravity, 9.80665 m/s^2; `h` hour; `min` minute.
-/// degC alone is an absolute temperature (offset 273.15 K); inside a product it is an interval.
+/// also  °/√h  m/s²  m·s  µrad  h^(1/2)  m/s2. The words stand in words.cpp, the grammar in parse.cpp. What could be
+/// read in two ways is read so:
+///   deg/h/g   from left to right: (deg/h)/g
+///   h min     hour and minute; `m` is metre before all else and milli only before a unit that takes it
+///   g mg ug   standard gravity, 9.80665 m/s^2, and parts of it; `kg` is kilogram, grams are not known
+///   degC degF alone an absolute temperature (degC: offset 273.15 K), inside a product or power an interval
+///   pulse count LSB bit   one dimension, the count
+///   G C dB    refused with what to write instead
+/// `factor` is the double nearest to the exact definition (deg = pi/180, g = 9.80665 m/s^2), rounded once.
 class Unit {
  public:
   Unit() = default;  ///< "1", dimensionless
@@ -64,10 +71,12 @@ Quantity parse_quantity(std::string_view text);
 
 /// Value in SI of `text`, which must have the dimension of `expected`. An `expected` of degC asks for an absolute
 /// temperature; one of K (or any unit without offset) for a difference, so that "0.1 degC" is then 0.1 K.
-/// A bare number is accepted only where `expected` is dimensionless. Throws Error::bad_input.
+/// A bare number is accepted only where `expected` is 1 (a bare 300 where ppm are shown could mean either).
+/// Throws Error::bad_input.
 double parse_si(std::string_view text, const Unit& expected);
 
-/// `value_si` in `unit` for people and files: the shortest decimal that converts back to the same value.
+/// `value_si` in `unit` for people and files, without the unit: the shortest decimal that converts back to the same
+/// value, bit for bit. A value that no double times the factor gives is written to 17 digits. "nan", "inf", "-inf".
 std::string format_in(double value_si, const Unit& unit);
 
 /// Shorthand for code: si(0.02, "deg/h").

@@ -1,0 +1,67 @@
+#include "tumble/core/evidence.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace {
+
+const std::string& channel_name(const Evidence& evidence, const std::string& role) {
+  const auto choice = evidence.plan.channels.find(role);
+  return choice == evidence.plan.channels.end() ? role : choice->second.channel;
+}
+
+std::vector<Run> marked_runs(const Recording& recording, std::size_t index) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  std::vector<Run> runs;
+  for (const Mark& mark : recording.marks) {
+    if (!runs.empty() && runs.back().number == mark.run) continue;
+    if (!runs.empty()) runs.back().end = mark.begin;
+    runs.push_back({index, mark.run, mark.label, mark.begin, forever});
+  }
+  return runs;
+}
+
+}  // namespace
+
+const Channel* channel_for(const Evidence& evidence, const Recording& recording, const std::string& role) {
+  return find_channel(recording, channel_name(evidence, role));
+}
+
+const Channel& require_channel(const Evidence& evidence, const Recording& recording, const std::string& role) {
+  if (const Channel* channel = channel_for(evidence, recording, role)) return *channel;
+  const std::string& wanted = channel_name(evidence, role);
+  std::string message = recording.origin.file.empty() ? "the recording" : recording.origin.file;
+  message += " has no channel '" + wanted + "'";
+  if (wanted != role) message += ", which [channels] names for the role '" + role + "'";
+  std::vector<std::string> present;
+  std::string list;
+  for (const Channel& channel : recording.channels) {
+    present.push_back(channel.name);
+    list += (list.empty() ? "" : ", ") + channel.name;
+  }
+  message += did_you_mean(wanted, present) + " (channels: " + (list.empty() ? "none" : list) + ")";
+  if (wanted == role)
+    message += "; name the one that plays this role with [channels] " + role + " = \"...\" in the plan";
+  throw Error(Error::Kind::bad_data, message);
+}
+
+std::vector<Run> runs_of(const std::vector<Recording>& recordings) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  std::vector<Run> runs;
+  int highest = 0;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    std::vector<Run> found = marked_runs(recordings[i], i);
+    if (found.empty()) found.push_back({i, highest + 1, "", -forever, forever});
+    for (Run& run : found) {
+      highest = std::max(highest, run.number);
+      runs.push_back(std::move(run));
+    }
+  }
+  return runs;
+}
+
+}  // namespace tumble

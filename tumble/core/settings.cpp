@@ -1,0 +1,178 @@
+#include "tumble/core/settings.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace {
+
+constexpr std::size_t longest_list = 10000;
+
+template <class Map>
+const auto& value_in(const Map& values, std::string_view name) {
+  const auto found = values.find(name);
+  if (found == values.end())
+    throw Error(Error::Kind::internal, "the setting '" + std::string(name) + "' was asked for but has no value");
+  return found->second;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+std::optional<int> whole_number(std::string_view text) {
+  text = trimmed(text);
+  if (text.starts_with('+')) text.remove_prefix(1);
+  int value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+[[noreturn]] void refuse(std::string problem) { throw Error(Error::Kind::bad_input, std::move(problem)); }
+
+/// "1,2,5-8", with or without brackets around.
+std::vector<int> integer_list(std::string_view text) {
+  const std::string shown = "'" + std::string(text) + "'";
+  text = trimmed(text);
+  if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
+  std::vector<int> values;
+  while (!trimmed(text).empty()) {
+    const std::size_t comma = text.find(',');
+    const std::string_view item = trimmed(text.substr(0, comma));
+    text = comma == text.npos ? std::string_view{} : text.substr(comma + 1);
+    const std::size_t dash = item.find('-', 1);
+    const auto first = whole_number(item.substr(0, dash));
+    const auto last = dash == item.npos ? first : whole_number(item.substr(dash + 1));
+    if (!first || !last) refuse(shown + ": integers expected, for example '1,2,5-8'");
+    if (*last < *first) refuse(shown + ": the range '" + std::string(item) + "' runs backwards");
+    if (static_cast<std::size_t>(static_cast<long>(*last) - *first) + values.size() >= longest_list)
+      refuse(shown + ": more than " + std::to_string(longest_list) + " integers");
+    for (int value = *first; value <= *last; ++value) values.push_back(value);
+  }
+  if (values.empty()) refuse(shown + ": integers expected, for example '1,2,5-8'");
+  return values;
+}
+
+double quantity(const Option& option, const Given& given) {
+  const Unit unit = Unit::parse(option.unit);
+  if (given.command_line && option.bare_on_command_line)
+    if (const Quantity number = parse_quantity(given.text); number.bare) return unit.to_si(number.value);
+  return parse_si(given.text, unit);
+}
+
+/// Reads one value into `settings`, or throws Error::bad_input.
+void read_value(const Option& option, const Given& given, Settings& settings) {
+  const std::string shown = "'" + given.text + "'";
+  switch (option.type) {
+    case Option::Type::quantity:
+      return settings.set_number(option.name, quantity(option, given), Unit::parse(option.unit));
+    case Option::Type::integer:
+      if (const auto value = whole_number(given.text)) return settings.set_integer(option.name, *value);
+      refuse(shown + ": an integer expected");
+    case Option::Type::flag:
+      if (given.text != "true" && given.text != "false") refuse(shown + ": true or false expected");
+      return settings.set_flag(option.name, given.text == "true");
+    case Option::Type::integers:
+      return settings.set_integers(option.name, integer_list(given.text));
+    case Option::Type::word:
+      if (std::find(option.words.begin(), option.words.end(), given.text) == option.words.end())
+        refuse(shown + ": expected one of " + joined(option.words) + did_you_mean(given.text, option.words));
+      return settings.set_word(option.name, given.text);
+    case Option::Type::text:
+      return settings.set_word(option.name, given.text);
+  }
+}
+
+std::string unknown_key(const std::vector<Option>& options, const std::string& key) {
+  std::vector<std::string> known;
+  for (const Option& option : options) known.push_back(option.name);
+  const std::string advice = did_you_mean(key, known);
+  if (!advice.empty()) return "unknown key '" + key + "'" + advice;
+  return "unknown key '" + key + "'; " + (known.empty() ? "none is accepted" : "known are " + joined(known));
+}
+
+}  // namespace
+
+bool Settings::has(std::string_view name) const {
+  return numbers_.contains(name) || integers_.contains(name) || words_.contains(name) || lists_.contains(name);
+}
+double Settings::number(std::string_view name) const { return value_in(numbers_, name); }
+int Settings::integer(std::string_view name) const { return value_in(integers_, name); }
+const std::string& Settings::word(std::string_view name) const { return value_in(words_, name); }
+bool Settings::flag(std::string_view name) const { return value_in(integers_, name) != 0; }
+const std::vector<int>& Settings::integers(std::string_view name) const { return value_in(lists_, name); }
+
+void Settings::set_number(const std::string& name, double value_si, const Unit& shown_in) {
+  numbers_[name] = value_si;
+  texts_[name] = format_in(value_si, shown_in) + (shown_in.text() == "1" ? "" : " " + shown_in.text());
+}
+
+void Settings::set_integer(const std::string& name, int value) {
+  integers_[name] = value;
+  texts_[name] = std::to_string(value);
+}
+
+void Settings::set_word(const std::string& name, std::string value) {
+  texts_[name] = value;
+  words_[name] = std::move(value);
+}
+
+void Settings::set_flag(const std::string& name, bool value) {
+  integers_[name] = value;
+  texts_[name] = value ? "true" : "false";
+}
+
+void Settings::set_integers(const std::string& name, std::vector<int> values) {
+  std::string text;
+  for (const int value : values) text += (text.empty() ? "" : ",") + std::to_string(value);
+  texts_[name] = text;
+  lists_[name] = std::move(values);
+}
+
+Settings resolve(const std::vector<Option>& options, const std::vector<Given>& given, std::string_view what,
+                 std::vector<std::string>& problems) {
+  Settings settings;
+  const auto read = [&](const Option& option, const Given& value) {
+    const std::string where = (value.where.empty() ? "" : value.where + ": ") + std::string(what) + ": ";
+    try {
+      read_value(option, value, settings);
+    } catch (const Error& error) {
+      for (const auto& problem : error.problems) problems.push_back(where + option.name + ": " + problem);
+    }
+  };
+  for (const Option& option : options)
+    if (!option.fallback.empty()) read(option, {option.name, option.fallback, "default"});
+  for (const Given& value : given) {
+    const auto option =
+        std::find_if(options.begin(), options.end(), [&](const Option& o) { return o.name == value.key; });
+    if (option != options.end()) {
+      read(*option, value);
+      continue;
+    }
+    const std::string where = value.where.empty() ? "" : value.where + ": ";
+    problems.push_back(where + std::string(what) + ": " + unknown_key(options, value.key));
+  }
+  return settings;
+}
+
+Settings defaults(const std::vector<Option>& options) {
+  std::vector<std::string> problems;
+  Settings settings = resolve(options, {}, "defaults", problems);
+  if (!problems.empty()) throw Error(Error::Kind::internal, problems);
+  return settings;
+}
+
+}  // namespace tumble

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "tumble/units/factor.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+
+/// What one word of a unit means: "deg", "ug", "degC". `offset` is only for a temperature that stands alone.
+struct Meaning {
+  Dimension dimension;
+  Factor factor;
+  double offset = 0.0;
+};
+
+/// A whole word of the table comes first (`min` is minute, `kg` kilogram, `mol` nothing), then an SI prefix before a
+/// word that takes it (`mm`, `mrad`, `mg` = g/1000: the field's milli-gravity; grams are not known).
+std::optional<Meaning> meaning_of(std::string_view word);
+
+/// What to write instead of a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.
+std::string advice_on(std::string_view word);
+
+}  // namespace tumble
