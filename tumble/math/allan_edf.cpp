@@ -1,0 +1,150 @@
+#include "tumble/math/allan_edf.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+// Letters as in Greenhall and Riley (2003): alpha exponent of S_y, d order of the difference, m averaging factor, F
+// filter factor (1 modified, m not, infinite for its limit), S stride factor, M number of terms, r = M/S, J number of
+// lags.
+
+namespace tumble {
+namespace {
+
+constexpr double infinite = 0.0;  // stands for F -> infinity in what follows
+constexpr std::size_t most_lags = 100;
+
+/// Generalised autocovariance of the phase filter's input, eq. (7). long double: eq. (8) differences it at 1/F.
+long double s_w(long double t, int alpha) {
+  t = std::abs(t);
+  if (t == 0.0L) return 0.0L;
+  switch (alpha) {
+    case 2:
+      return -t;
+    case 1:
+      return t * t * std::log(t);
+    case 0:
+      return t * t * t;
+    case -1:
+      return -t * t * t * t * std::log(t);
+    case -2:
+      return -t * t * t * t * t;
+    case -3:
+      return t * t * t * t * t * t * std::log(t);
+    default:
+      return t * t * t * t * t * t * t;
+  }
+}
+
+/// Eq. (8).
+double s_x(double t, double F, int alpha) {
+  if (F == infinite) return static_cast<double>(s_w(t, alpha + 2));
+  const long double step = 1.0L / F;
+  return static_cast<double>(F * (F * (2.0L * s_w(t, alpha) - s_w(t - step, alpha) - s_w(t + step, alpha))));
+}
+
+/// Autocovariance of the d-th difference of phase at lag t (in units of tau), eq. (9).
+double s_z(double t, double F, int alpha, int d) {
+  static constexpr std::array<std::array<double, 4>, 4> binomial{
+      {{1, 0, 0, 0}, {2, -1, 0, 0}, {6, -4, 1, 0}, {20, -15, 6, -1}}};
+  double sum = binomial[d][0] * s_x(t, F, alpha);
+  for (int k = 1; k <= d; ++k) sum += binomial[d][k] * (s_x(t - k, F, alpha) + s_x(t + k, F, alpha));
+  return sum;
+}
+
+/// BasicSum of eq. (10) divided by s_z(0)^2 M: 1/edf.
+double inverse_edf(std::size_t J, double M, double S, double F, int alpha, int d, double variance) {
+  const auto squared = [](double value) { return value * value; };
+  const double last = static_cast<double>(J);
+  double sum = squared(s_z(0.0, F, alpha, d)) + (1.0 - last / M) * squared(s_z(last / S, F, alpha, d));
+  for (std::size_t j = 1; j < J; ++j) {
+    const double lag = static_cast<double>(j);
+    sum += 2.0 * (1.0 - lag / M) * squared(s_z(lag / S, F, alpha, d));
+  }
+  return sum / (squared(variance) * M);
+}
+
+struct Pair {
+  double a0, a1;
+};
+
+/// Coefficients of 1/edf = (a0 - a1/r)/r for large r; rows alpha = 2 ... -4, columns d = 1 ... 3.
+constexpr Pair none{0.0, 0.0};
+constexpr Pair table_1[7][3] = {{{2.0 / 3, 1.0 / 3}, {7.0 / 9, 0.5}, {22.0 / 25, 2.0 / 3}},
+                                {{0.840, 0.345}, {0.997, 0.616}, {1.141, 0.843}},
+                                {{1.079, 0.368}, {1.033, 0.607}, {1.184, 0.848}},
+                                {none, {1.048, 0.534}, {1.180, 0.816}},
+                                {none, {1.302, 0.535}, {1.175, 0.777}},
+                                {none, none, {1.194, 0.703}},
+                                {none, none, {1.489, 0.702}}};
+constexpr Pair table_2[7][3] = {{{1.5, 0.5}, {35.0 / 18, 1.0}, {231.0 / 100, 1.5}},
+                                {{78.6, 25.2}, {790.0, 410.0}, {9950.0, 6520.0}},
+                                {{2.0 / 3, 1.0 / 6}, {2.0 / 3, 1.0 / 3}, {7.0 / 9, 0.5}},
+                                {none, {0.852, 0.375}, {0.997, 0.617}},
+                                {none, {1.079, 0.368}, {1.033, 0.607}},
+                                {none, none, {1.053, 0.553}},
+                                {none, none, {1.302, 0.535}}};
+/// s_z(0) = b0 + b1 ln m for alpha = 1, unmodified.
+constexpr Pair table_3[3] = {{6.0, 4.0}, {15.23, 12.0}, {47.8, 40.0}};
+
+double large_r(const Pair& table, double r) { return (table.a0 - table.a1 / r) / r; }
+
+/// White phase noise, unmodified: phase samples are independent, so only lags of whole tau count.
+double inverse_edf_white_phase(double M, double r, int d) {
+  static constexpr double binomial[4][4] = {{1, 0, 0, 0}, {2, 1, 0, 0}, {6, 4, 1, 0}, {20, 15, 6, 1}};
+  double sum = 1.0;
+  for (int k = 1; k <= d && k < r; ++k) {
+    const double correlation = binomial[d][k] / binomial[d][0];
+    sum += 2.0 * (1.0 - k / r) * correlation * correlation;
+  }
+  return sum / M;
+}
+
+}  // namespace
+
+double phase_difference_edf(int alpha, const PhaseDifference& difference, std::size_t factor, std::size_t terms) {
+  const int d = std::clamp(difference.order, 1, 3);
+  alpha = std::clamp(alpha, 2 - 2 * d, 2);
+  const double m = static_cast<double>(factor);
+  const double M = static_cast<double>(terms);
+  const double S = difference.overlapping ? m : 1.0;
+  const double r = M / S;
+  const std::size_t J = std::min(terms, (static_cast<std::size_t>(d) + 1) * (difference.overlapping ? factor : 1));
+  const bool few_lags = J <= most_lags;
+  const bool many_terms = r > d + 1;
+  const double lags = static_cast<double>(most_lags);
+
+  double inverse = 1.0;
+  if (difference.modified) {
+    if (few_lags) {
+      inverse = inverse_edf(J, M, S, 1.0, alpha, d, s_z(0.0, 1.0, alpha, d));
+    } else if (many_terms) {
+      inverse = large_r(table_1[2 - alpha][d - 1], r);
+    } else {
+      inverse = inverse_edf(most_lags, lags, lags / r, 1.0, alpha, d, s_z(0.0, 1.0, alpha, d));
+    }
+  } else if (alpha <= 0) {
+    const double F = few_lags && m * (d + 1) <= lags ? m : infinite;
+    if (few_lags) {
+      inverse = inverse_edf(J, M, S, F, alpha, d, s_z(0.0, F, alpha, d));
+    } else if (many_terms) {
+      inverse = large_r(table_2[2 - alpha][d - 1], r);
+    } else {
+      inverse = inverse_edf(most_lags, lags, lags / r, infinite, alpha, d, s_z(0.0, infinite, alpha, d));
+    }
+  } else if (alpha == 1) {
+    const double variance = table_3[d - 1].a0 + table_3[d - 1].a1 * std::log(m);
+    if (few_lags) {
+      inverse = inverse_edf(J, M, S, m, alpha, d, s_z(0.0, m, alpha, d));
+    } else if (many_terms) {
+      inverse = large_r(table_2[1][d - 1], r) / (variance * variance);
+    } else {
+      inverse = inverse_edf(most_lags, lags, lags / r, lags / r, alpha, d, variance);
+    }
+  } else {
+    inverse = inverse_edf_white_phase(M, r, d);
+  }
+  return std::max(1.0, 1.0 / inverse);
+}
+
+}  // namespace tumble

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+
+namespace tumble {
+
+/// A stability variance made of d-th differences of phase at stride m.
+struct PhaseDifference {
+  int order = 2;            ///< d: 1, 2 (Allan) or 3 (Hadamard)
+  bool overlapping = true;  ///< terms one sample apart, else m samples apart
+  bool modified = false;    ///< phase averaged over m samples first (modified variances)
+};
+
+/// Equivalent degrees of freedom of such a variance, 2 E(v)^2/var(v), under power-law noise S_y ~ f^alpha.
+///
+///   1/edf = BasicSum(J, M, S, F)/(s_z(0)^2 M),   J = min(M, (d+1) S),   S = m overlapping, 1 not
+///
+/// and, where J exceeds 100, its limits for large M and for large m. Cost does not depend on M or m.
+///
+/// Given     alpha  -4..2; values outside of what the difference can bear (alpha + 2 d > 1) are set to the nearest
+///           factor m; terms  M, the number of differences in the sum
+/// Returned  edf, at least 1
+/// See       Greenhall and Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003, eq.
+///           (7)-(10), tables 1-3; NIST SP 1065 (2008), sec. 5.4
+double phase_difference_edf(int alpha, const PhaseDifference& difference, std::size_t factor, std::size_t terms);
+
+}  // namespace tumble

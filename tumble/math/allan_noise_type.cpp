@@ -1,0 +1,182 @@
+#include "tumble/math/allan_noise_type.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace tumble {
+namespace {
+
+constexpr std::size_t fewest_for_autocorrelation = 30;
+constexpr std::size_t fewest_for_ratio = 8;
+constexpr std::size_t segment_points = 8192;  // of a long decimated phase, read in this many points at a time ...
+constexpr std::size_t most_segments = 8;      // ... so many times, evenly over the record
+constexpr int most_differences = 3;
+
+using Series = std::vector<double>;
+
+/// Takes the least-squares quadratic off, with discrete orthogonal polynomials 1, t, t^2 - <t^2> on t = -1 ... 1.
+void remove_quadratic(Series& z) {
+  const double count = static_cast<double>(z.size());
+  const auto at = [&](std::size_t i) { return (2.0 * static_cast<double>(i) - (count - 1.0)) / (count - 1.0); };
+  const double square = (count + 1.0) / (3.0 * (count - 1.0));  // <t^2>
+  double p0 = 0.0, p1 = 0.0, p2 = 0.0, n1 = 0.0, n2 = 0.0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const double t = at(i), q = t * t - square;
+    p0 += z[i];
+    p1 += z[i] * t;
+    p2 += z[i] * q;
+    n1 += t * t;
+    n2 += q * q;
+  }
+  const double c0 = p0 / count, c1 = p1 / n1, c2 = n2 > 0.0 ? p2 / n2 : 0.0;
+  for (std::size_t i = 0; i < z.size(); ++i) z[i] -= c0 + c1 * at(i) + c2 * (at(i) * at(i) - square);
+}
+
+/// z_i <- z_{i+1} - z_i
+void difference(Series& z) {
+  for (std::size_t i = 0; i + 1 < z.size(); ++i) z[i] = z[i + 1] - z[i];
+  if (!z.empty()) z.pop_back();
+}
+
+std::size_t points(const std::vector<Series>& all) {
+  std::size_t count = 0;
+  for (const auto& series : all) count += series.size();
+  return count;
+}
+
+/// r = sum (z_i - mean)(z_{i+1} - mean)/sum (z_i - mean)^2, pooled over the series.
+double lag_1_autocorrelation(const std::vector<Series>& all) {
+  double sum = 0.0, products = 0.0, squares = 0.0;
+  for (const auto& z : all) {
+    for (const double value : z) sum += value;
+  }
+  const double mean = sum / static_cast<double>(points(all));
+  for (const auto& z : all) {
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      squares += (z[i] - mean) * (z[i] - mean);
+      if (i + 1 < z.size()) products += (z[i] - mean) * (z[i + 1] - mean);
+    }
+  }
+  return squares > 0.0 ? products / squares : 0.0;
+}
+
+/// Phase at stride m of one run, in segments where it is long.
+void append_decimated(const Phase& phase, const PhaseRun& run, std::size_t m, std::vector<Series>& all) {
+  const std::size_t count = (run.last - run.first) / m + 1;
+  const bool whole = count <= segment_points * most_segments;
+  const std::size_t segments = whole ? 1 : most_segments;
+  const std::size_t length = whole ? count : segment_points;
+  for (std::size_t k = 0; k < segments; ++k) {
+    const std::size_t from = segments == 1 ? 0 : k * (count - length) / (segments - 1);
+    Series z(length);
+    for (std::size_t i = 0; i < length; ++i) z[i] = phase.values[run.first + (from + i) * m];
+    all.push_back(std::move(z));
+  }
+}
+
+std::vector<Series> decimated(const Phase& phase, std::size_t m) {
+  std::vector<Series> all;
+  for (const auto& run : phase.runs) {
+    if (run.last - run.first >= 2 * m) append_decimated(phase, run, m, all);
+  }
+  return all;
+}
+
+int from_autocorrelation(std::vector<Series> all, bool gaps) {
+  // Across a gap the phase is not known: runs have no common quadratic, so the averages (d = 1) are the start there.
+  int d = gaps ? 1 : 0;
+  for (auto& z : all) gaps ? difference(z) : remove_quadratic(z);
+  for (;; ++d) {
+    const double r = lag_1_autocorrelation(all);
+    const double rho = r / (1.0 + r);
+    if (rho < 0.25 || d >= most_differences) {
+      return std::clamp(2 - static_cast<int>(std::lround(2.0 * (rho + d))), -4, 2);
+    }
+    for (auto& z : all) difference(z);
+  }
+}
+
+/// Expected B1 = sample variance/Allan variance of n averages, mu = the exponent of tau in the Allan variance.
+double expected_b1(double n, int alpha) {
+  switch (alpha) {
+    case 2:
+    case 1:
+      return (n * n - 1.0) / (1.5 * n * (n - 1.0));
+    case 0:
+      return 1.0;
+    case -1:
+      return n * std::log(n) / (2.0 * (n - 1.0) * std::numbers::ln2);
+    case -2:
+      return n / 2.0;
+    default:
+      return n * (n + 1.0) / 6.0;
+  }
+}
+
+/// Modified Allan variance over plain one of flicker phase noise, bandwidth 1/(2 t0).
+double expected_r(double m) {
+  const double plain = 1.038 + 3.0 * std::log(std::numbers::pi * m);
+  return 1.5 * std::log(256.0 / 27.0) / plain;
+}
+
+/// sum over n of (sum_{i=n}^{n+m-1} x_{i+2m} - 2 x_{i+m} + x_i)^2 and its number of terms, over every run.
+struct ModifiedSum {
+  double squares = 0.0;
+  std::size_t terms = 0;
+};
+ModifiedSum modified_sum(const Phase& phase, std::size_t m) {
+  ModifiedSum result;
+  for (const auto& run : phase.runs) {
+    if (run.points() < 3 * m + 1) continue;
+    const double* x = phase.values.data() + run.first;
+    double z = 0.0;
+    for (std::size_t i = 0; i < m; ++i) z += (x[i] - x[i + m]) + (x[i + 2 * m] - x[i + m]);
+    result.squares += z * z;
+    ++result.terms;
+    for (std::size_t n = 0; n + 3 * m + 1 < run.points(); ++n) {
+      z += (x[n + 3 * m] - x[n]) - 3.0 * (x[n + 2 * m] - x[n + m]);
+      result.squares += z * z;
+      ++result.terms;
+    }
+  }
+  return result;
+}
+
+int from_variance_ratio(std::vector<Series> all, const Phase& phase, std::size_t factor, double allan_variance) {
+  for (auto& z : all) difference(z);
+  const double n = static_cast<double>(points(all));
+  double sum = 0.0, squares = 0.0;
+  for (const auto& z : all) {
+    for (const double value : z) sum += value;
+  }
+  for (const auto& z : all) {
+    for (const double value : z) squares += (value - sum / n) * (value - sum / n);
+  }
+  const double b1 = squares / (n - 1.0) / allan_variance;
+  const auto between = [&](int a, int b) { return std::sqrt(expected_b1(n, a) * expected_b1(n, b)); };
+  for (int alpha = -3; alpha < 0; ++alpha) {
+    if (b1 > between(alpha, alpha + 1)) return alpha;
+  }
+  if (b1 > between(0, 1)) return 0;
+  const double m = static_cast<double>(factor);
+  const auto modified = modified_sum(phase, factor);
+  if (modified.terms == 0) return 1;
+  const double ratio = modified.squares / (2.0 * m * m * static_cast<double>(modified.terms)) / allan_variance;
+  return ratio < std::sqrt(expected_r(m) / m) ? 2 : 1;
+}
+
+}  // namespace
+
+int identify_noise_type(const Phase& phase, std::size_t factor, double allan_sum, std::size_t terms, int shorter) {
+  auto series = decimated(phase, factor);
+  const std::size_t count = points(series);
+  if (count < fewest_for_ratio || terms == 0 || !(allan_sum > 0.0)) return shorter;
+  if (count >= fewest_for_autocorrelation) return from_autocorrelation(std::move(series), phase.has_gaps());
+  const double allan_variance = allan_sum / (2.0 * static_cast<double>(terms));
+  return std::min(shorter, from_variance_ratio(std::move(series), phase, factor, allan_variance));
+}
+
+}  // namespace tumble
