@@ -1,0 +1,233 @@
+// What every entry of every catalogue promises: its name, its summary, its page, its options and its units.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path source{TUMBLE_SOURCE_DIR};
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// An entry as far as all catalogues agree.
+struct Entry {
+  std::string folder, name, summary, page;
+  std::vector<Option> options;
+};
+
+std::string page_of(const std::string& folder, const std::string& name) {
+  return folder == "checks" ? "docs/checks.md" : "docs/" + folder + "/" + name + ".md";
+}
+
+template <typename Descriptor, typename Options>
+void append(std::vector<Entry>& entries, const std::string& folder, const std::vector<const Descriptor*>& catalogue,
+            Options options) {
+  for (const auto* d : catalogue)
+    entries.push_back({folder, d->name, d->summary, page_of(folder, d->name), options(*d)});
+}
+
+std::vector<Entry> all_entries() {
+  std::vector<Entry> entries;
+  const auto none = [](const auto&) { return std::vector<Option>{}; };
+  append(entries, "methods", methods::catalogue(), [](const Method& m) { return m.options(); });
+  append(entries, "rigs", rigs::catalogue(), [](const Rig& r) { return r.options(); });
+  append(entries, "models", models::catalogue(), [](const Model& m) { return truth_options(m); });
+  append(entries, "checks", checks::catalogue(), none);
+  append(entries, "formats", formats::catalogue(), none);
+  return entries;
+}
+
+class Catalogue : public testing::TestWithParam<Entry> {};
+
+TEST_P(Catalogue, NameIsTheFileStemInSnakeCase) {
+  const auto& entry = GetParam();
+  EXPECT_TRUE(std::regex_match(entry.name, std::regex("[a-z][a-z0-9]*(_[a-z0-9]+)*")));
+  EXPECT_TRUE(fs::exists(source / "tumble" / entry.folder / (entry.name + ".cpp")));
+}
+
+TEST_P(Catalogue, HasSummaryAndPage) {
+  const auto& entry = GetParam();
+  EXPECT_FALSE(entry.summary.empty());
+  EXPECT_EQ(entry.summary.find('\n'), std::string::npos) << "a summary is one line";
+  ASSERT_TRUE(fs::exists(source / entry.page)) << entry.page << " is missing";
+  EXPECT_NE(text_of(source / entry.page).find(entry.name), std::string::npos) << entry.page << " does not name it";
+}
+
+TEST_P(Catalogue, OptionsAreDescribedAndUnique) {
+  std::set<std::string> seen;
+  for (const auto& option : GetParam().options) {
+    EXPECT_TRUE(seen.insert(option.name).second) << option.name << " twice";
+    EXPECT_FALSE(option.description.empty()) << option.name;
+    EXPECT_NO_THROW(Unit::parse(option.unit)) << option.name;
+    EXPECT_EQ(option.type == Option::Type::word, !option.words.empty()) << option.name;
+  }
+}
+
+TEST_P(Catalogue, PageNamesEveryOptionOfAMethodOrRig) {
+  const auto& entry = GetParam();
+  if (entry.folder != "methods" && entry.folder != "rigs") return;
+  const auto page = text_of(source / entry.page);
+  for (const auto& option : entry.options) {
+    EXPECT_NE(page.find(option.name), std::string::npos) << entry.page << " does not mention " << option.name;
+  }
+}
+
+TEST_P(Catalogue, DefaultsAreAcceptedAsAUserWouldWriteThem) {
+  const auto& entry = GetParam();
+  std::vector<std::string> problems;
+  const auto settings = resolve(entry.options, {}, entry.name, problems);
+  std::vector<Given> given;
+  for (const auto& [key, text] : settings.texts()) given.push_back({key, text, "--set", true, true});
+  const auto again = resolve(entry.options, given, entry.name, problems);
+  EXPECT_TRUE(problems.empty()) << problems.front();
+  EXPECT_EQ(again.texts(), settings.texts());
+}
+
+TEST_P(Catalogue, MistypedOptionIsRefusedWithTheNearestName) {
+  const auto& entry = GetParam();
+  for (const auto& option : entry.options) {
+    std::vector<std::string> problems;
+    resolve(entry.options, {{option.name + "x", "1", "plan.toml:7", true, false}}, entry.name, problems);
+    ASSERT_EQ(problems.size(), 1u) << option.name;
+    EXPECT_NE(problems[0].find(option.name + "x"), std::string::npos) << problems[0];
+    EXPECT_NE(problems[0].find("plan.toml:7"), std::string::npos) << problems[0];
+    const auto rest = std::regex_replace(problems[0], std::regex(option.name + "x"), "");
+    const auto suggested = std::any_of(entry.options.begin(), entry.options.end(),
+                                       [&](const Option& o) { return rest.find(o.name) != std::string::npos; });
+    EXPECT_TRUE(suggested) << "suggests nothing: " << problems[0];
+  }
+}
+
+TEST_P(Catalogue, QuantityOfTheWrongDimensionIsRefused) {
+  const auto& entry = GetParam();
+  for (const auto& option : entry.options) {
+    if (option.type != Option::Type::quantity) continue;
+    std::vector<std::string> problems;
+    resolve(entry.options, {{option.name, "1 kg^3", "plan.toml:7", true, false}}, entry.name, problems);
+    EXPECT_EQ(problems.size(), 1u) << option.name;
+  }
+}
+
+TEST_P(Catalogue, BareNumberIsRefusedInAPlanWhereAUnitIsNeeded) {
+  const auto& entry = GetParam();
+  for (const auto& option : entry.options) {
+    if (option.type != Option::Type::quantity) continue;
+    if (Unit::parse(option.unit).dimension() == Dimension{}) continue;
+    for (const bool quoted : {false, true}) {
+      std::vector<std::string> problems;
+      resolve(entry.options, {{option.name, "1", "plan.toml:7", quoted, false}}, entry.name, problems);
+      EXPECT_EQ(problems.size(), 1u) << option.name << (quoted ? " quoted" : " unquoted");
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Catalogue, testing::ValuesIn(all_entries()),
+                         [](const auto& entry) { return entry.param.folder + "_" + entry.param.name; });
+
+TEST(CatalogueFolders, NamesAreUniqueInEachFolder) {
+  std::set<std::string> seen;
+  for (const auto& entry : all_entries())
+    EXPECT_TRUE(seen.insert(entry.folder + "/" + entry.name).second) << entry.name;
+}
+
+template <typename Descriptor>
+std::string entry_name(const testing::TestParamInfo<const Descriptor*>& entry) {
+  return entry.param->name;
+}
+
+class Models : public testing::TestWithParam<const Model*> {};
+
+TEST_P(Models, TermsAreWhole) {
+  const Model& model = *GetParam();
+  EXPECT_NE(std::string(model.source), "");
+  EXPECT_NO_THROW(Unit::parse(model.output_unit));
+  const auto terms = model.terms(defaults(model.constants()));
+  EXPECT_EQ(&find_model(model.name), &model);
+  EXPECT_FALSE(terms.empty());
+  std::set<std::string> seen;
+  for (const auto& term : terms) {
+    EXPECT_TRUE(seen.insert(term.name).second) << term.name << " twice";
+    EXPECT_FALSE(term.symbol.empty() || term.description.empty()) << term.name;
+    EXPECT_NO_THROW(Unit::parse(term.unit)) << term.name;
+    EXPECT_TRUE(std::isfinite(term.regressor(Felt{}))) << term.name;
+    EXPECT_EQ(term.regressor(Felt{}), term.regressor(Felt{})) << term.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Models, testing::ValuesIn(models::catalogue()), entry_name<Model>);
+
+class Rigs : public testing::TestWithParam<const Rig*> {};
+
+TEST_P(Rigs, AxesAreWholeAndUnknownOnesRefused) {
+  const Rig& rig = *GetParam();
+  const auto axes = rig.axes();
+  EXPECT_FALSE(axes.empty());
+  for (const auto& axis : axes) {
+    EXPECT_NO_THROW(Unit::parse(axis.unit)) << axis.name;
+    EXPECT_FALSE(axis.motions.empty() || axis.description.empty()) << axis.name;
+  }
+  Segment segment{"odd", 10.0, 1, {{"no_such_axis", Motion{}}}};
+  const auto refusals = rig.refusals({segment}, defaults(rig.options()));
+  ASSERT_FALSE(refusals.empty());
+  EXPECT_NE(refusals[0].find("no_such_axis"), std::string::npos) << refusals[0];
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Rigs, testing::ValuesIn(rigs::catalogue()), entry_name<Rig>);
+
+class Checks : public testing::TestWithParam<const Check*> {};
+
+/// One channel at 10 Hz with these values, evenly sampled or stamped.
+Recording recording_of(const std::vector<double>& values, bool stamped) {
+  Recording recording;
+  Channel channel{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, 10.0, nullptr}, values};
+  if (stamped) {
+    auto stamps = std::make_shared<std::vector<double>>();
+    for (std::size_t i = 0; i < values.size(); ++i) stamps->push_back(0.1 * static_cast<double>(i));
+    channel.timeline = {0.0, 0.0, stamps};
+  }
+  recording.channels = {channel};
+  return recording;
+}
+
+TEST_P(Checks, SurvivesEveryPoorRecording) {
+  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+  const std::vector<std::vector<double>> poor{
+      {}, {1.0}, {nan}, {nan, nan, nan, nan}, {1.0, 1.0, 1.0, 1.0}, {infinity, -infinity, 0.0}, {1.0, nan, 2.0}};
+  const Plan plan;
+  for (const auto& values : poor) {
+    for (const bool stamped : {false, true}) {
+      for (const Plan* with : {static_cast<const Plan*>(nullptr), &plan}) {
+        for (const auto& finding : GetParam()->run(recording_of(values, stamped), with)) {
+          EXPECT_FALSE(finding.message.empty());
+        }
+      }
+    }
+  }
+  EXPECT_NO_THROW(GetParam()->run(Recording{}, nullptr));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Checks, testing::ValuesIn(checks::catalogue()), entry_name<Check>);
+
+}  // namespace
+}  // namespace tumble
