@@ -65,7 +65,7 @@ constexpr Word words[] = {
     {"V", all, voltage},
     {"ohm", all, resistance},
     {"Ω", all, resistance},
-    {"Ω", all, resistance},
+    {"\u2126", all, resistance},
     {"T", small, flux_density},
     {"gauss", small, flux_density, 1, 10'000},
     {"pulse", none, number},
