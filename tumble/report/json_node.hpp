@@ -1,0 +1,42 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace tumble {
+
+/// A place in a JSON document that is being read. What is missing or of the wrong type is written down with its path
+/// ("parameters[2].sd") and read as a harmless default, so that one pass finds every problem.
+class Node {
+ public:
+  Node(const nlohmann::json* value, std::string path, std::vector<std::string>* problems)
+      : value_(value), path_(std::move(path)), problems_(problems) {}
+
+  /// A member that must be there.
+  Node operator[](const char* key) const;
+  /// A member that may be missing or null: then absent() is true and reads give defaults without complaint.
+  Node optional(const char* key) const;
+  bool absent() const { return value_ == nullptr; }
+
+  std::vector<Node> elements() const;                                ///< of an array
+  std::vector<std::pair<std::string, std::string>> members() const;  ///< of an object of texts
+  std::string text() const;
+  bool is_text() const;
+  double number(double null_means) const;
+  std::vector<double> numbers() const;  ///< of an array; null reads as NaN
+  unsigned long long whole() const;     ///< not negative
+  bool flag() const;
+  std::size_t one_of(const std::vector<std::string>& words) const;
+
+  void complain(const std::string& what) const;
+
+ private:
+  bool expect(bool right_type, const char* expected) const;
+
+  const nlohmann::json* value_;
+  std::string path_;
+  std::vector<std::string>* problems_;
+};
+
+}  // namespace tumble

@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tumble/report/json_node.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+Unit unit_of(const Node& node) {
+  if (node.absent()) return {};
+  try {
+    return Unit::parse(node.text());
+  } catch (const Error& error) {
+    node.complain(error.what());
+    return {};
+  }
+}
+
+void to_si(std::vector<double>& values, const Unit& unit) {
+  for (double& value : values) value = unit.to_si(value);
+}
+
+void expect_size(const Node& node, std::size_t size, std::size_t expected, const std::string& why) {
+  if (!node.absent() && size != expected) {
+    node.complain(fmt::format("{} values are expected ({}), not {}", expected, why, size));
+  }
+}
+
+Parameter parameter_of(const Node& node) {
+  Parameter parameter;
+  parameter.name = node["name"].text();
+  parameter.symbol = node["symbol"].text();
+  parameter.unit = unit_of(node["unit"]);
+  parameter.value = parameter.unit.to_si(node["value"].number(NAN));
+  parameter.description = node["description"].text();
+  parameter.degrees_of_freedom = node.optional("degrees_of_freedom").number(infinity);
+  return parameter;
+}
+
+/// Rows in displayed units; empty when the size is wrong.
+Matrix matrix_of(const Node& node, std::size_t count) {
+  const auto rows = node.elements();
+  expect_size(node, rows.size(), count, "one row a parameter");
+  bool fits = rows.size() == count;
+  Matrix matrix(count, count);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto row = rows[i].numbers();
+    expect_size(rows[i], row.size(), count, "one a parameter");
+    fits = fits && row.size() == count;
+    for (std::size_t j = 0; fits && j < count; ++j) matrix(i, j) = row[j];
+  }
+  return fits ? matrix : Matrix{};
+}
+
+/// The sd of a parameter is the root of the covariance's diagonal: a file where one was edited without the other would
+/// say two things. 1e-6 lets numbers through that were written with seven digits.
+void check_sd(const std::vector<Node>& parameters, const Matrix& covariance) {
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const auto node = parameters[i]["sd"];
+    const double sd = node.number(NAN), variance = covariance.empty() ? NAN : covariance(i, i);
+    if (variance < 0.0) node.complain(fmt::format("covariance[{0}][{0}] is negative", i));
+    if (variance >= 0.0 && std::abs(sd - std::sqrt(variance)) > 1e-6 * std::sqrt(variance)) {
+      node.complain(fmt::format("is {}, but covariance[{}][{}] gives {}", sd, i, i, std::sqrt(variance)));
+    }
+  }
+}
+
+void covariance_to_si(Matrix& covariance, const std::vector<Parameter>& parameters) {
+  for (std::size_t i = 0; i < covariance.rows; ++i) {
+    for (std::size_t j = 0; j < covariance.columns; ++j) {
+      covariance(i, j) *= parameters[i].unit.factor() * parameters[j].unit.factor();
+    }
+  }
+}
+
+Contribution contribution_of(const Node& node, const std::vector<Parameter>& parameters) {
+  Contribution contribution{node["source"].text(), node["sd"].numbers()};
+  auto& variance = contribution.variance;
+  expect_size(node["sd"], variance.size(), parameters.size(), "one a parameter");
+  for (std::size_t i = 0; i < std::min(variance.size(), parameters.size()); ++i) {
+    const double sd = parameters[i].unit.difference_to_si(variance[i]);
+    variance[i] = sd * sd;
+  }
+  return contribution;
+}
+
+Table table_of(const Node& node) {
+  Table table;
+  table.name = node["name"].text();
+  table.caption = node.optional("caption").text();
+  for (const auto& column : node["columns"].elements()) {
+    table.columns.push_back({column["name"].text(), unit_of(column["unit"])});
+  }
+  for (const auto& row : node["rows"].elements()) {
+    const auto cells = row.elements();
+    expect_size(row, cells.size(), table.columns.size(), "one a column");
+    auto& target = table.rows.emplace_back();
+    for (std::size_t i = 0; i < std::min(cells.size(), table.columns.size()); ++i) {
+      if (cells[i].is_text()) {
+        target.emplace_back(cells[i].text());
+      } else {
+        target.emplace_back(table.columns[i].unit.to_si(cells[i].number(NAN)));
+      }
+    }
+  }
+  return table;
+}
+
+Curve::Axis axis_of(const Node& node) {
+  Curve::Axis axis{node["name"].text(), unit_of(node["unit"]), node["values"].numbers()};
+  to_si(axis.values, axis.unit);
+  return axis;
+}
+
+Curve curve_of(const Node& node) {
+  Curve curve;
+  curve.name = node["name"].text();
+  curve.figure = node.optional("figure").text();
+  curve.x = axis_of(node["x"]);
+  curve.y = axis_of(node["y"]);
+  expect_size(node["y"].optional("values"), curve.y.values.size(), curve.x.values.size(), "one for each x");
+  curve.logarithmic = node.optional("logarithmic").flag();
+  curve.points = node.optional("points").flag();
+  const auto band = node.optional("band");
+  if (band.absent()) return curve;
+  curve.band = band["name"].text();
+  curve.lower = band["lower"].numbers();
+  curve.upper = band["upper"].numbers();
+  if (!curve.lower.empty() || !curve.upper.empty()) {
+    expect_size(band["lower"], curve.lower.size(), curve.x.values.size(), "one for each x");
+    expect_size(band["upper"], curve.upper.size(), curve.x.values.size(), "one for each x");
+  }
+  to_si(curve.lower, curve.y.unit);
+  to_si(curve.upper, curve.y.unit);
+  return curve;
+}
+
+Fit fit_of(const Node& node) {
+  return {static_cast<std::size_t>(node["observations"].whole()), node["degrees_of_freedom"].number(NAN),
+          node["chi_square"].number(NAN), node["condition"].number(infinity)};
+}
+
+Finding finding_of(const Node& node) {
+  return {static_cast<Finding::Severity>(node["severity"].one_of({"info", "warning", "error"})), node["message"].text(),
+          node["where"].text()};
+}
+
+Verdict verdict_of(const Node& node) {
+  return {node["parameter"].text(),
+          static_cast<Verdict::Outcome>(node["outcome"].one_of({"pass", "fail", "undecided"})), node["limit"].text()};
+}
+
+Provenance provenance_of(const Node& node) {
+  Provenance provenance;
+  for (const auto& input : node["inputs"].elements()) {
+    provenance.inputs.push_back({input["file"].text(), input["sha256"].text()});
+  }
+  for (auto& [key, text] : node["settings"].members()) provenance.settings[key] = text;
+  const auto seed = node.optional("seed");
+  if (!seed.absent()) provenance.seed = seed.whole();
+  return provenance;
+}
+
+Estimate estimate_of(const Node& top) {
+  Estimate estimate;
+  top["tumble"].text();
+  estimate.method = top["method"].text();
+  estimate.title = top["title"].text();
+  const auto instrument = top["instrument"];
+  estimate.instrument_model = instrument["model"].text();
+  estimate.instrument_serial = instrument["serial"].text();
+  const auto parameters = top["parameters"].elements();
+  for (const auto& node : parameters) estimate.parameters.push_back(parameter_of(node));
+  estimate.covariance = matrix_of(top["covariance"], parameters.size());
+  check_sd(parameters, estimate.covariance);
+  covariance_to_si(estimate.covariance, estimate.parameters);
+  for (const auto& node : top["budget"].elements()) {
+    estimate.budget.push_back(contribution_of(node, estimate.parameters));
+  }
+  for (const auto& node : top["tables"].elements()) estimate.tables.push_back(table_of(node));
+  for (const auto& node : top["curves"].elements()) estimate.curves.push_back(curve_of(node));
+  estimate.fit = fit_of(top["fit"]);
+  for (const auto& node : top["findings"].elements()) estimate.findings.push_back(finding_of(node));
+  for (const auto& node : top["verdicts"].elements()) estimate.verdicts.push_back(verdict_of(node));
+  estimate.provenance = provenance_of(top["provenance"]);
+  return estimate;
+}
+
+/// Line and column of a byte, counted from 1.
+std::string line_and_column(const std::string& text, std::size_t byte) {
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte == 0 ? 0 : byte - 1, text.size()));
+  const auto line = std::count(text.begin(), end, '\n') + 1;
+  const auto start = std::find(std::make_reverse_iterator(end), text.rend(), '\n').base();
+  return fmt::format("{}:{}", line, end - start + 1);
+}
+
+nlohmann::json parsed(const std::string& text, const std::string& file) {
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error{Error::Kind::bad_file, fmt::format("{}:{}: not JSON: nothing that can be read stands here, or the "
+                                                   "file ends too early",
+                                                   file, line_and_column(text, error.byte))};
+  } catch (const nlohmann::json::exception&) {
+    throw Error{Error::Kind::bad_file, file + ": a number is too large for a double"};
+  }
+}
+
+/// Each problem once, in the order of the document, the first fifty of them.
+std::vector<std::string> for_people(const std::vector<std::string>& problems, const std::string& file) {
+  constexpr std::size_t most = 50;
+  std::vector<std::string> result;
+  std::set<std::string> seen;
+  for (const auto& problem : problems) {
+    if (seen.insert(problem).second && seen.size() <= most) result.push_back(file + ": " + problem);
+  }
+  if (seen.size() > most) result.push_back(fmt::format("{}: and {} more", file, seen.size() - most));
+  return result;
+}
+
+}  // namespace
+
+Estimate estimate_from_json(const std::string& text, const std::string& file) {
+  const auto document = parsed(text, file);
+  std::vector<std::string> problems;
+  auto estimate = estimate_of(Node{&document, "", &problems});
+  if (!problems.empty()) throw Error{Error::Kind::bad_file, for_people(problems, file)};
+  return estimate;
+}
+
+}  // namespace tumble

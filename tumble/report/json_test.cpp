@@ -1,0 +1,285 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tests/example_estimate.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/version.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr double ulp = std::numeric_limits<double>::epsilon();
+
+/// A value that no double of the displayed unit hits exactly moves by at most the rounding of one division and one
+/// product: half an ulp each, 2 ulp with the offset of degC. NaN equals NaN.
+void expect_same(double a, double b, double ulps, const std::string& what) {
+  if (std::isnan(a) && std::isnan(b)) return;
+  if (a == b) return;
+  EXPECT_LE(std::abs(a - b), ulps * ulp * std::abs(a)) << what;
+}
+
+void expect_same(const std::vector<double>& a, const std::vector<double>& b, const std::string& what) {
+  ASSERT_EQ(a.size(), b.size()) << what;
+  for (std::size_t i = 0; i < a.size(); ++i) expect_same(a[i], b[i], 2.0, what);
+}
+
+void expect_same_parameters(const Estimate& a, const Estimate& b) {
+  ASSERT_EQ(a.parameters.size(), b.parameters.size());
+  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+    const auto &p = a.parameters[i], &q = b.parameters[i];
+    EXPECT_EQ(p.name, q.name);
+    EXPECT_EQ(p.symbol, q.symbol);
+    EXPECT_EQ(p.description, q.description);
+    EXPECT_EQ(p.unit, q.unit);
+    EXPECT_EQ(p.degrees_of_freedom, q.degrees_of_freedom);
+    expect_same(p.value, q.value, 2.0, p.name);
+  }
+  ASSERT_EQ(a.covariance.rows, b.covariance.rows);
+  expect_same(a.covariance.values, b.covariance.values, "covariance");
+  ASSERT_EQ(a.budget.size(), b.budget.size());
+  for (std::size_t k = 0; k < a.budget.size(); ++k) {
+    EXPECT_EQ(a.budget[k].source, b.budget[k].source);
+    for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+      // The root is written and squared again: twice the relative error of the root.
+      expect_same(a.budget[k].variance[i], b.budget[k].variance[i], 4.0, a.budget[k].source);
+    }
+  }
+}
+
+void expect_same_tables(const Estimate& a, const Estimate& b) {
+  ASSERT_EQ(a.tables.size(), b.tables.size());
+  for (std::size_t k = 0; k < a.tables.size(); ++k) {
+    const auto &p = a.tables[k], &q = b.tables[k];
+    EXPECT_EQ(p.name, q.name);
+    EXPECT_EQ(p.caption, q.caption);
+    ASSERT_EQ(p.columns.size(), q.columns.size());
+    ASSERT_EQ(p.rows.size(), q.rows.size());
+    for (std::size_t j = 0; j < p.columns.size(); ++j) {
+      EXPECT_EQ(p.columns[j].name, q.columns[j].name);
+      EXPECT_EQ(p.columns[j].unit, q.columns[j].unit);
+      for (std::size_t i = 0; i < p.rows.size(); ++i) {
+        ASSERT_EQ(p.rows[i][j].index(), q.rows[i][j].index());
+        if (p.rows[i][j].index() == 1) {
+          EXPECT_EQ(std::get<1>(p.rows[i][j]), std::get<1>(q.rows[i][j]));
+        } else {
+          expect_same(std::get<0>(p.rows[i][j]), std::get<0>(q.rows[i][j]), 2.0, p.name);
+        }
+      }
+    }
+  }
+}
+
+void expect_same_curves(const Estimate& a, const Estimate& b) {
+  ASSERT_EQ(a.curves.size(), b.curves.size());
+  for (std::size_t k = 0; k < a.curves.size(); ++k) {
+    const auto &p = a.curves[k], &q = b.curves[k];
+    EXPECT_EQ(p.name, q.name);
+    EXPECT_EQ(p.figure, q.figure);
+    EXPECT_EQ(p.x.name, q.x.name);
+    EXPECT_EQ(p.x.unit, q.x.unit);
+    EXPECT_EQ(p.y.name, q.y.name);
+    EXPECT_EQ(p.y.unit, q.y.unit);
+    EXPECT_EQ(p.band, q.band);
+    EXPECT_EQ(p.logarithmic, q.logarithmic);
+    EXPECT_EQ(p.points, q.points);
+    expect_same(p.x.values, q.x.values, p.name + " x");
+    expect_same(p.y.values, q.y.values, p.name + " y");
+    expect_same(p.lower, q.lower, p.name + " lower");
+    expect_same(p.upper, q.upper, p.name + " upper");
+  }
+}
+
+void expect_same_rest(const Estimate& a, const Estimate& b) {
+  EXPECT_EQ(a.method, b.method);
+  EXPECT_EQ(a.title, b.title);
+  EXPECT_EQ(a.instrument_model, b.instrument_model);
+  EXPECT_EQ(a.instrument_serial, b.instrument_serial);
+  EXPECT_EQ(a.fit.observations, b.fit.observations);
+  EXPECT_EQ(a.fit.degrees_of_freedom, b.fit.degrees_of_freedom);
+  EXPECT_EQ(a.fit.chi_square, b.fit.chi_square);
+  EXPECT_EQ(a.fit.condition, b.fit.condition);
+  ASSERT_EQ(a.findings.size(), b.findings.size());
+  for (std::size_t i = 0; i < a.findings.size(); ++i) {
+    EXPECT_EQ(a.findings[i].severity, b.findings[i].severity);
+    EXPECT_EQ(a.findings[i].message, b.findings[i].message);
+    EXPECT_EQ(a.findings[i].where, b.findings[i].where);
+  }
+  ASSERT_EQ(a.verdicts.size(), b.verdicts.size());
+  for (std::size_t i = 0; i < a.verdicts.size(); ++i) {
+    EXPECT_EQ(a.verdicts[i].parameter, b.verdicts[i].parameter);
+    EXPECT_EQ(a.verdicts[i].outcome, b.verdicts[i].outcome);
+    EXPECT_EQ(a.verdicts[i].limit, b.verdicts[i].limit);
+  }
+  ASSERT_EQ(a.provenance.inputs.size(), b.provenance.inputs.size());
+  for (std::size_t i = 0; i < a.provenance.inputs.size(); ++i) {
+    EXPECT_EQ(a.provenance.inputs[i].file, b.provenance.inputs[i].file);
+    EXPECT_EQ(a.provenance.inputs[i].sha256, b.provenance.inputs[i].sha256);
+  }
+  EXPECT_EQ(a.provenance.settings, b.provenance.settings);
+  EXPECT_EQ(a.provenance.seed, b.provenance.seed);
+}
+
+std::vector<std::string> problems_of(const std::string& text) {
+  try {
+    estimate_from_json(text, "result.json");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_file);
+    return error.problems;
+  }
+  return {};
+}
+
+TEST(result_json, reads_back_what_was_written) {
+  const auto before = example::estimate();
+  const auto after = estimate_from_json(to_json(before), "result.json");
+  expect_same_parameters(before, after);
+  expect_same_tables(before, after);
+  expect_same_curves(before, after);
+  expect_same_rest(before, after);
+}
+
+TEST(result_json, is_the_same_text_after_reading) {
+  const auto text = to_json(example::estimate());
+  EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
+}
+
+TEST(result_json, shows_the_displayed_units) {
+  const auto json = nlohmann::json::parse(to_json(example::estimate()));
+  EXPECT_EQ(json["tumble"], version);
+  const auto& bias = json["parameters"][7];
+  EXPECT_EQ(bias["name"], "bias");
+  EXPECT_EQ(bias["unit"], "deg/h");
+  EXPECT_EQ(bias["value"].dump(), "0.4512");  // the decimal that was given, not its neighbour
+  const double sd = std::hypot(0.0021, 0.0003, 0.0180);
+  EXPECT_NEAR(bias["sd"].get<double>(), sd, 1e-15);
+  EXPECT_NEAR(json["covariance"][7][7].get<double>(), sd * sd, 1e-17);
+  EXPECT_NEAR(json["budget"][2]["sd"][7].get<double>(), 0.0180, 1e-16);
+  EXPECT_NEAR(bias["interval95"][1].get<double>(), 0.4512 + 3.182446 * sd, 1e-7);  // t for 3 degrees of freedom
+  EXPECT_TRUE(json["parameters"][0]["degrees_of_freedom"].is_null());
+  EXPECT_NEAR(json["parameters"][11]["value"].get<double>(), 24.93, 1e-13);  // degC: a temperature, with the offset
+  EXPECT_NEAR(json["parameters"][11]["sd"].get<double>(), std::hypot(0.02, 0.05), 1e-15);  // a difference, without
+  EXPECT_EQ(json["provenance"]["seed"], 18446744073709551615ull);
+}
+
+TEST(result_json, keeps_every_key_of_the_contract_in_its_order) {
+  const auto json = nlohmann::ordered_json::parse(to_json(example::estimate()));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  EXPECT_EQ(keys,
+            (std::vector<std::string>{"tumble", "method", "title", "instrument", "parameters", "covariance", "budget",
+                                      "tables", "curves", "fit", "findings", "verdicts", "provenance"}));
+}
+
+TEST(result_json, writes_null_for_what_json_has_no_number_for) {
+  auto estimate = example::estimate();
+  estimate.parameters[0].value = NAN;
+  estimate.covariance(1, 1) = INFINITY;
+  estimate.fit.condition = INFINITY;
+  const auto text = to_json(estimate);
+  const auto json = nlohmann::json::parse(text);
+  EXPECT_TRUE(json["parameters"][0]["value"].is_null());
+  EXPECT_TRUE(json["parameters"][1]["sd"].is_null());
+  const auto read = estimate_from_json(text, "result.json");
+  EXPECT_TRUE(std::isnan(read.parameters[0].value));
+  EXPECT_TRUE(std::isnan(read.covariance(1, 1)));
+  EXPECT_TRUE(std::isinf(read.fit.condition));
+  EXPECT_EQ(to_json(read), text);
+}
+
+TEST(result_json, an_empty_estimate_is_a_result_too) {
+  const auto text = to_json(Estimate{});
+  EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
+}
+
+TEST(result_json, survives_text_that_is_not_utf8) {
+  auto estimate = example::estimate();
+  estimate.title = "caf\xE9";
+  EXPECT_EQ(estimate_from_json(to_json(estimate), "result.json").title, "caf\uFFFD");
+}
+
+TEST(result_json, names_every_problem_with_its_path) {
+  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  json["parameters"][0]["value"] = "six";
+  json["parameters"][1].erase("unit");
+  json["parameters"][2]["unit"] = "furlong";
+  json["covariance"][3].erase(0);
+  json["budget"][1]["sd"].push_back(1.0);
+  json["tables"][0]["rows"][2].push_back(1.0);
+  json["curves"][1]["y"]["values"][5] = true;
+  json["verdicts"][0]["outcome"] = "maybe";
+  json["provenance"]["seed"] = -1;
+  json["fit"].erase("condition");
+  json.erase("findings");
+  const auto problems = problems_of(json.dump());
+  for (const std::string expected :
+       {"parameters[0].value: a number (or null) is expected, not string", "parameters[1].unit: is missing",
+        "parameters[2].unit: ", "covariance[3]: 12 values are expected (one a parameter), not 11",
+        "budget[1].sd: 12 values are expected (one a parameter), not 13",
+        "tables[0].rows[2]: 8 values are expected (one a column), not 9",
+        "curves[1].y.values: [5]: a number (or null) is expected, not boolean",
+        "verdicts[0].outcome: 'maybe' is not one of pass, fail, undecided",
+        "provenance.seed: a whole number, not negative, is expected", "fit.condition: is missing",
+        "findings: is missing"}) {
+    const auto found = std::any_of(problems.begin(), problems.end(),
+                                   [&](const std::string& p) { return p.starts_with("result.json: " + expected); });
+    EXPECT_TRUE(found) << expected << "\nin\n" << testing::PrintToString(problems);
+  }
+  EXPECT_EQ(problems.size(), 11u) << testing::PrintToString(problems);
+}
+
+TEST(result_json, refuses_a_covariance_of_the_wrong_size) {
+  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  json["covariance"].erase(11);
+  EXPECT_EQ(problems_of(json.dump()),
+            std::vector<std::string>{"result.json: covariance: 12 values are expected (one row a parameter), not 11"});
+}
+
+TEST(result_json, refuses_an_sd_that_the_covariance_contradicts) {
+  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  json["parameters"][7]["sd"] = 0.001;
+  const auto problems = problems_of(json.dump());
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_TRUE(problems[0].starts_with("result.json: parameters[7].sd: is 0.001, but covariance[7][7] gives 0.018"));
+}
+
+TEST(result_json, says_where_the_text_stops_being_json) {
+  for (const std::string text : {"", "{\"tumble\": ", "{\n  \"a\": 1,\n  b\n}", "\xFF\xFE"}) {
+    const auto problems = problems_of(text);
+    ASSERT_EQ(problems.size(), 1u) << text;
+    EXPECT_TRUE(problems[0].starts_with("result.json:")) << problems[0];
+  }
+  EXPECT_TRUE(problems_of("{\n  \"a\": 1,\n  b\n}")[0].starts_with("result.json:3:3: not JSON"));
+  EXPECT_TRUE(problems_of("{\"a\": 1e999}")[0].starts_with("result.json"));
+}
+
+TEST(result_json, refuses_any_other_json) {
+  for (const std::string text : {"null", "3", "[]", "\"text\"", "{}"}) EXPECT_FALSE(problems_of(text).empty()) << text;
+}
+
+TEST(result_json, every_truncation_is_refused_and_none_crashes) {
+  const auto text = to_json(example::estimate());
+  for (std::size_t length = 0; length + 2 < text.size(); length += 997) {
+    EXPECT_EQ(problems_of(text.substr(0, length)).size(), 1u) << length;
+  }
+}
+
+TEST(result_json, a_result_that_does_not_fit_together_is_a_defect) {
+  auto estimate = example::estimate();
+  estimate.covariance = Matrix(3, 3);
+  estimate.budget[0].variance.pop_back();
+  try {
+    to_json(estimate);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::internal);
+    EXPECT_EQ(error.problems.size(), 2u);
+  }
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,239 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tumble/report/report.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/report/shape.hpp"
+#include "tumble/version.hpp"
+
+namespace tumble {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::size_t decimal_length(double value) {
+  std::array<char, 32> text;
+  return static_cast<std::size_t>(std::to_chars(text.begin(), text.end(), value).ptr - text.begin());
+}
+
+/// Of the doubles next to `start`, the one with the shortest decimal that `to_si` takes exactly to `si`; NaN if none.
+template <class ToSi>
+double exact_near(double start, double si, const ToSi& to_si) {
+  double best = NAN;
+  double below = start, above = start;
+  const auto consider = [&](double candidate) {
+    if (to_si(candidate) != si) return;
+    if (std::isnan(best) || decimal_length(candidate) < decimal_length(best)) best = candidate;
+  };
+  consider(start);
+  for (int step = 0; step < 2; ++step) {
+    consider(below = std::nextafter(below, -INFINITY));
+    consider(above = std::nextafter(above, INFINITY));
+  }
+  return best;
+}
+
+/// `si` in a displayed unit such that reading it back gives `si` exactly where a double of the displayed unit can, else
+/// the value next to it; either way writing what was read gives the same text again.
+template <class ToSi, class FromSi>
+Json displayed(double si, const ToSi& to_si, const FromSi& from_si) {
+  if (!std::isfinite(si)) return nullptr;
+  const double start = from_si(si);
+  if (!std::isfinite(start)) return nullptr;
+  double shown_value = exact_near(start, si, to_si);
+  if (std::isnan(shown_value)) shown_value = exact_near(from_si(to_si(start)), to_si(start), to_si);
+  return std::isnan(shown_value) ? start : shown_value;
+}
+
+Json value_in(double si, const Unit& unit) {
+  return displayed(
+      si, [&](double x) { return unit.to_si(x); }, [&](double x) { return unit.from_si(x); });
+}
+
+Json covariance_in(double si, const Unit& a, const Unit& b) {
+  const double factor = a.factor() * b.factor();
+  return displayed(
+      si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; });
+}
+
+Json sd_in(double variance, const Unit& unit) {
+  const auto square = [&](double sd) { return unit.difference_to_si(sd) * unit.difference_to_si(sd); };
+  return displayed(variance, square, [&](double x) { return unit.difference_from_si(std::sqrt(x)); });
+}
+
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json values_in(const std::vector<double>& values, const Unit& unit) {
+  auto array = Json::array();
+  for (const double value : values) array.push_back(value_in(value, unit));
+  return array;
+}
+
+/// sd and interval come from the numbers shown, so that the file agrees with itself to the last digit.
+Json parameter_json(const Estimate& estimate, std::size_t i) {
+  const auto& parameter = estimate.parameters[i];
+  const auto value = value_in(parameter.value, parameter.unit);
+  const auto variance = covariance_in(estimate.covariance(i, i), parameter.unit, parameter.unit);
+  const double sd = variance.is_null() ? NAN : std::sqrt(variance.get<double>());
+  const auto [lower, upper] = interval95(value.is_null() ? NAN : value.get<double>(), sd, parameter.degrees_of_freedom);
+  return {{"name", parameter.name},
+          {"symbol", parameter.symbol},
+          {"value", value},
+          {"sd", finite(sd)},
+          {"unit", parameter.unit.text()},
+          {"description", parameter.description},
+          {"degrees_of_freedom", finite(parameter.degrees_of_freedom)},
+          {"interval95", {finite(lower), finite(upper)}}};
+}
+
+Json parameters_json(const Estimate& estimate) {
+  auto array = Json::array();
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) array.push_back(parameter_json(estimate, i));
+  return array;
+}
+
+Json covariance_json(const Estimate& estimate) {
+  auto rows = Json::array();
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
+    auto row = Json::array();
+    for (std::size_t j = 0; j < estimate.parameters.size(); ++j) {
+      row.push_back(covariance_in(estimate.covariance(i, j), estimate.parameters[i].unit, estimate.parameters[j].unit));
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json budget_json(const Estimate& estimate) {
+  auto array = Json::array();
+  for (const auto& part : estimate.budget) {
+    auto sd = Json::array();
+    for (std::size_t i = 0; i < part.variance.size(); ++i) {
+      sd.push_back(sd_in(part.variance[i], estimate.parameters[i].unit));
+    }
+    array.push_back({{"source", part.source}, {"sd", std::move(sd)}});
+  }
+  return array;
+}
+
+Json table_json(const Table& table) {
+  auto columns = Json::array();
+  for (const auto& column : table.columns) columns.push_back({{"name", column.name}, {"unit", column.unit.text()}});
+  auto rows = Json::array();
+  for (const auto& cells : table.rows) {
+    auto row = Json::array();
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const auto* number = std::get_if<double>(&cells[i]);
+      row.push_back(number ? value_in(*number, table.columns[i].unit) : Json(std::get<std::string>(cells[i])));
+    }
+    rows.push_back(std::move(row));
+  }
+  return {{"name", table.name}, {"caption", table.caption}, {"columns", columns}, {"rows", std::move(rows)}};
+}
+
+Json axis_json(const Curve::Axis& axis) {
+  return {{"name", axis.name}, {"unit", axis.unit.text()}, {"values", values_in(axis.values, axis.unit)}};
+}
+
+Json curve_json(const Curve& curve) {
+  Json band = nullptr;
+  if (!curve.lower.empty() || !curve.band.empty()) {
+    band = {{"name", curve.band},
+            {"lower", values_in(curve.lower, curve.y.unit)},
+            {"upper", values_in(curve.upper, curve.y.unit)}};
+  }
+  return {{"name", curve.name},      {"figure", curve.figure},  {"x", axis_json(curve.x)},
+          {"y", axis_json(curve.y)}, {"band", std::move(band)}, {"logarithmic", curve.logarithmic},
+          {"points", curve.points}};
+}
+
+template <class Item, class ToJson>
+Json array_of(const std::vector<Item>& items, const ToJson& to_json_of) {
+  auto array = Json::array();
+  for (const auto& item : items) array.push_back(to_json_of(item));
+  return array;
+}
+
+Json finding_json(const Finding& finding) {
+  constexpr std::array words{"info", "warning", "error"};
+  return {{"severity", words[static_cast<std::size_t>(finding.severity)]},
+          {"message", finding.message},
+          {"where", finding.where}};
+}
+
+Json verdict_json(const Verdict& verdict) {
+  constexpr std::array words{"pass", "fail", "undecided"};
+  return {{"parameter", verdict.parameter},
+          {"outcome", words[static_cast<std::size_t>(verdict.outcome)]},
+          {"limit", verdict.limit}};
+}
+
+Json provenance_json(const Provenance& provenance) {
+  const auto input = [](const Provenance::Input& i) { return Json{{"file", i.file}, {"sha256", i.sha256}}; };
+  auto settings = Json::object();
+  for (const auto& [key, text] : provenance.settings) settings[key] = text;
+  return {{"inputs", array_of(provenance.inputs, input)},
+          {"settings", std::move(settings)},
+          {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
+}
+
+Json whole(const Estimate& estimate) {
+  const auto& fit = estimate.fit;
+  return {{"tumble", version},
+          {"method", estimate.method},
+          {"title", estimate.title},
+          {"instrument", {{"model", estimate.instrument_model}, {"serial", estimate.instrument_serial}}},
+          {"parameters", parameters_json(estimate)},
+          {"covariance", covariance_json(estimate)},
+          {"budget", budget_json(estimate)},
+          {"tables", array_of(estimate.tables, table_json)},
+          {"curves", array_of(estimate.curves, curve_json)},
+          {"fit",
+           {{"observations", fit.observations},
+            {"degrees_of_freedom", finite(fit.degrees_of_freedom)},
+            {"chi_square", finite(fit.chi_square)},
+            {"condition", finite(fit.condition)}}},
+          {"findings", array_of(estimate.findings, finding_json)},
+          {"verdicts", array_of(estimate.verdicts, verdict_json)},
+          {"provenance", provenance_json(estimate.provenance)}};
+}
+
+std::string scalar(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// Objects and arrays of arrays one member a line, arrays of numbers and small objects on one line: made to be read
+/// and compared by people as well.
+void write(const Json& value, std::size_t indent, std::string& out) {
+  if (value.is_primitive()) {
+    out += scalar(value);
+    return;
+  }
+  const bool object = value.is_object();
+  const bool flat = std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_primitive(); }) &&
+                    (!object || value.size() <= 4);
+  const std::string gap = flat ? "" : "\n" + std::string(indent + 1, ' ');
+  out += object ? '{' : '[';
+  bool first = true;
+  for (const auto& [key, item] : value.items()) {
+    if (!first) out += flat ? ", " : ",";
+    first = false;
+    out += gap;
+    if (object) out += scalar(key) + ": ";
+    write(item, indent + 1, out);
+  }
+  if (!flat && !value.empty()) out += "\n" + std::string(indent, ' ');
+  out += object ? '}' : ']';
+}
+
+}  // namespace
+
+std::string to_json(const Estimate& estimate) {
+  require_shape(estimate);
+  std::string text;
+  write(whole(estimate), 0, text);
+  return text + "\n";
+}
+
+}  // namespace tumble

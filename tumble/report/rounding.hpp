@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+
+namespace tumble {
+
+/// How a value and what belongs to it (sd, interval) are written so that they can be compared digit by digit.
+struct Rounding {
+  int place = 0;     ///< power of ten of the last digit shown
+  int exponent = 0;  ///< power of ten taken out; 0: plain decimals
+  bool significant =
+      true;  ///< false: no sd to round by, or more digits than a double has; six digits are shown instead
+};
+
+/// Two significant digits of sd decide.
+Rounding rounding_for(double value, double sd);
+
+/// `value` at that rounding, the exponent not written: "6.660". Never "-0".
+std::string mantissa(double value, const Rounding& rounding);
+
+/// The same with its exponent: "6.660e-5".
+std::string rounded(double value, const Rounding& rounding);
+
+/// Six significant digits (or `digits`) without padding; "unknown" for NaN, "inf" and "-inf".
+std::string general(double value, int digits = 6);
+
+/// A column of numbers as text of general(), lined up at the decimal point by `pad` in place of the digits and `point`
+/// in place of the point that a number lacks. NaN becomes a dash.
+std::vector<std::string> lined_up(const std::vector<double>& values, const std::string& pad, const std::string& point);
+
+/// 95 % interval: value -+ t_0.975(degrees of freedom) sd. Both NaN where the sd, the value or the degrees of freedom
+/// do not allow one.
+///
+/// See JCGM 100:2008 (GUM), G.6.4
+struct Interval {
+  double lower, upper;
+};
+Interval interval95(double value, double sd, double degrees_of_freedom);
+
+/// Value and sd of a parameter in its displayed unit.
+struct ShownParameter {
+  double value, sd;
+};
+ShownParameter shown(const Estimate& estimate, std::size_t index);
+
+/// "[6.638, 6.682]" at the rounding of value and sd, or a dash where there is none.
+std::string interval_text(const Estimate& estimate, std::size_t index);
+
+/// "6.660 ± 0.011 deg/h" of the parameter of that name; empty when there is none.
+std::string measured_text(const Estimate& estimate, std::string_view name);
+
+}  // namespace tumble

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tumble {
+
+/// The text with every byte that is not UTF-8 as U+FFFD and every control character (line break, escape) as a blank:
+/// names come from other people's files and go to terminals and pages.
+std::string printable(std::string_view text);
+
+/// Columns a terminal gives to printable text: 0 for combining marks, 2 for East Asian wide characters, else 1.
+std::size_t display_width(std::string_view text);
+
+}  // namespace tumble
