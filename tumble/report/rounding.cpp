@@ -133,4 +133,14 @@ std::string measured_text(const Estimate& estimate, std::string_view name) {
   return with_uncertainty(value, sd) + (parameter->unit.text() == "1" ? "" : " " + printable(parameter->unit.text()));
 }
 
+BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {
+  const double whole = shown(estimate, index).sd;
+  const double sd = estimate.parameters[index].unit.difference_from_si(std::sqrt(part.variance[index]));
+  if (!std::isfinite(sd)) return {"–", "–"};
+  const auto text = sd == 0.0 ? "0" : rounded(sd, rounding_for(0.0, whole));
+  const double percent = 100.0 * (sd / whole) * (sd / whole);
+  if (!std::isfinite(percent)) return {text, "–"};
+  return {text, percent > 0.0 && percent < 0.5 ? "<1 %" : fmt::format("{:.0f} %", percent)};
+}
+
 }  // namespace tumble

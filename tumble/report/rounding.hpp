@@ -52,4 +52,11 @@ std::string interval_text(const Estimate& estimate, std::size_t index);
 /// "6.660 ± 0.011 deg/h" of the parameter of that name; empty when there is none.
 std::string measured_text(const Estimate& estimate, std::string_view name);
 
+/// What a source gives to the standard uncertainty of a parameter: its sd in the displayed unit at the rounding of the
+/// whole sd, and its share of the variance ("43 %", "<1 %", a dash where the variance is not known).
+struct BudgetCell {
+  std::string sd, share;
+};
+BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index);
+
 }  // namespace tumble

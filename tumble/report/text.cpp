@@ -50,13 +50,6 @@ std::string parameters_text(const Estimate& estimate) {
   return "\nParameters (± standard uncertainty, k = 1)\n" + text_table({name, value, unit, interval});
 }
 
-std::string budget_cell(const Estimate& estimate, const Contribution& part, std::size_t i) {
-  const double sd = estimate.parameters[i].unit.difference_from_si(std::sqrt(part.variance[i]));
-  const double share = 100.0 * part.variance[i] / estimate.covariance(i, i);
-  if (!std::isfinite(share)) return general(sd, 2);
-  return fmt::format("{} {:>5}", general(sd, 2), fmt::format("{:.0f} %", share));
-}
-
 std::string budget_text(const Estimate& estimate) {
   if (estimate.budget.empty() || estimate.parameters.empty()) return {};
   std::vector<TextColumn> columns{{"parameter", "", {}, Align::left}, {"unit", "", {}, Align::left}};
@@ -67,7 +60,8 @@ std::string budget_text(const Estimate& estimate) {
   for (const auto& part : estimate.budget) {
     auto& column = columns.emplace_back(TextColumn{printable(part.source), "", {}, Align::right});
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-      column.cells.push_back(budget_cell(estimate, part, i));
+      const auto [sd, share] = budget_cell(estimate, part, i);
+      column.cells.push_back(fmt::format("{} {:>5}", sd, share));
     }
   }
   return "\nUncertainty budget (standard uncertainty from each source, and its share of the variance)\n" +
@@ -77,13 +71,13 @@ std::string budget_text(const Estimate& estimate) {
 std::string fit_text(const Fit& fit) {
   if (fit.observations == 0) return {};
   std::string text =
-      fmt::format("\nFit: {} observations, {} degrees of freedom", fit.observations, general(fit.degrees_of_freedom));
+      fmt::format("{} observations, {} degrees of freedom", fit.observations, general(fit.degrees_of_freedom));
   if (std::isfinite(fit.chi_square) && fit.degrees_of_freedom > 0.0) {
-    text += fmt::format(", chi-square {} ({} per degree of freedom)", general(fit.chi_square, 4),
-                        general(fit.chi_square / fit.degrees_of_freedom, 3));
+    text += fmt::format(", chi-square {} ({:#.3g} per degree of freedom)", general(fit.chi_square),
+                        fit.chi_square / fit.degrees_of_freedom);
   }
   if (fit.condition > 0.0) text += fmt::format(", condition number {}", general(fit.condition, 3));
-  return text + "\n";
+  return "\n" + wrapped("Fit: ", text);
 }
 
 /// The rows that are shown: all of a short table, the first and last of a long one.

@@ -9,35 +9,63 @@ namespace {
 
 constexpr std::size_t gap = 2;
 
-std::size_t width_of(const TextColumn& column) {
-  std::size_t width = std::max(display_width(column.name), display_width(column.unit));
+/// The name of a column broken to lines no wider than its cells need, or than a word of it.
+std::vector<std::string> heading_lines(const TextColumn& column, std::size_t cell_width) {
+  const auto text = wrapped("", column.name, std::max<std::size_t>(cell_width, 14));
+  std::vector<std::string> lines;
+  for (std::size_t start = 0; start < text.size();) {
+    const auto end = text.find('\n', start);
+    lines.push_back(text.substr(start, end - start));
+    start = end + 1;
+  }
+  if (!column.unit.empty()) lines.push_back(column.unit);
+  return lines;
+}
+
+struct Laid {
+  const TextColumn* column;
+  std::vector<std::string> heading;
+  std::size_t width = 0;
+};
+
+Laid laid(const TextColumn& column) {
+  std::size_t width = display_width(column.unit);
   for (const auto& cell : column.cells) width = std::max(width, display_width(cell));
-  return width;
+  Laid result{&column, heading_lines(column, width), width};
+  for (const auto& line : result.heading) result.width = std::max(result.width, display_width(line));
+  return result;
 }
 
 void trim_end(std::string& line) { line.erase(line.find_last_not_of(' ') + 1); }
 
 template <class CellOf>
-std::string line_of(const std::vector<const TextColumn*>& columns, const CellOf& cell_of) {
+std::string line_of(const std::vector<Laid>& columns, const CellOf& cell_of) {
   std::string line;
-  for (const auto* column : columns) {
-    line += std::string(gap, ' ') + padded(cell_of(*column), width_of(*column), column->align);
+  for (const auto& column : columns) {
+    line += std::string(gap, ' ') + padded(cell_of(column), column.width, column.column->align);
   }
   trim_end(line);
   return line + "\n";
 }
 
-std::string block(const std::vector<const TextColumn*>& columns) {
-  std::string text = line_of(columns, [](const TextColumn& c) { return c.name; });
-  const bool units = std::any_of(columns.begin(), columns.end(), [](const auto* c) { return !c->unit.empty(); });
-  if (units) text += line_of(columns, [](const TextColumn& c) { return c.unit; });
-  std::size_t width = 0;
-  for (const auto* column : columns) width += width_of(*column) + gap;
+std::string block(const std::vector<Laid>& columns) {
+  std::size_t height = 0, width = 0;
+  for (const auto& column : columns) {
+    height = std::max(height, column.heading.size());
+    width += column.width + gap;
+  }
+  std::string text;
+  for (std::size_t line = 0; line < height; ++line) {
+    text += line_of(columns, [&](const Laid& c) {
+      const auto above = height - c.heading.size();
+      return line < above ? std::string{} : c.heading[line - above];
+    });
+  }
   text += "  ";
   for (std::size_t i = gap; i < width; ++i) text += "─";
   text += "\n";
-  for (std::size_t row = 0; row < columns.front()->cells.size(); ++row) {
-    text += line_of(columns, [row](const TextColumn& c) { return c.cells[row]; });
+  for (std::size_t row = 0; row < columns.front().column->cells.size(); ++row) {
+    text += line_of(columns, [row](const Laid& c) { return c.column->cells[row]; });
   }
   return text;
 }
@@ -53,17 +81,18 @@ std::string padded(const std::string& text, std::size_t width, TextColumn::Align
 std::string text_table(const std::vector<TextColumn>& columns, std::size_t width) {
   if (columns.empty()) return {};
   std::string text;
-  std::vector<const TextColumn*> side_by_side{&columns.front()};
-  std::size_t used = gap + width_of(columns.front());
+  std::vector<Laid> side_by_side{laid(columns.front())};
+  const auto first = gap + side_by_side.front().width;
+  std::size_t used = first;
   for (std::size_t i = 1; i < columns.size(); ++i) {
-    const auto own = gap + width_of(columns[i]);
-    if (used + own > width && side_by_side.size() > 1) {
+    const auto next = laid(columns[i]);
+    if (used + gap + next.width > width && side_by_side.size() > 1) {
       text += block(side_by_side) + "\n";
       side_by_side.resize(1);
-      used = gap + width_of(columns.front());
+      used = first;
     }
-    side_by_side.push_back(&columns[i]);
-    used += own;
+    side_by_side.push_back(next);
+    used += gap + next.width;
   }
   return text + block(side_by_side);
 }
