@@ -1,0 +1,127 @@
+#include "tumble/formats/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string reason(int code) { return std::system_category().message(code); }
+
+/// The file a chain of links leads to, or the path itself.
+fs::path resolved(const fs::path& path) {
+  std::error_code failed;
+  const auto target = fs::is_symlink(path, failed) ? fs::weakly_canonical(path, failed) : path;
+  return failed ? path : target;
+}
+
+/// A new empty file in the folder of `target`, with the permissions of the file it will replace.
+int open_beside(const fs::path& target, std::string& name) {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    const auto leaf =
+        "." + target.filename().string() + "." + std::to_string(getpid()) + "." + std::to_string(attempt) + ".part";
+    name = (target.parent_path() / leaf).string();
+    const int descriptor = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor < 0 && errno == EEXIST) continue;
+    struct stat old {};
+    if (descriptor >= 0 && stat(target.c_str(), &old) == 0 && fchmod(descriptor, old.st_mode & 0777) != 0) errno = 0;
+    return descriptor;
+  }
+  errno = EEXIST;
+  return -1;
+}
+
+/// So that the new name survives a power cut. Some file systems refuse it; the file itself is safe already.
+void synchronise_folder(const fs::path& target) {
+  const auto folder = target.has_parent_path() ? target.parent_path().string() : std::string(".");
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolved(path).string()) {
+  std::error_code ignored;
+  const auto status = fs::status(target_, ignored);
+  if (fs::is_directory(status)) throw Error{Error::Kind::bad_file, "cannot write '" + path + "': it is a folder"};
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    temporary_ = target_;
+    descriptor_ = open(target_.c_str(), O_WRONLY | O_CLOEXEC);
+  } else {
+    descriptor_ = open_beside(target_, temporary_);
+  }
+  if (descriptor_ < 0) fail(errno);
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
+      temporary_(std::move(other.temporary_)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ < 0) return;
+  close(descriptor_);
+  if (replaces()) unlink(temporary_.c_str());
+}
+
+void AtomicFile::fail(int code) const {
+  throw Error{Error::Kind::bad_file, "cannot write '" + path_ + "': " + reason(code)};
+}
+
+void AtomicFile::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const auto written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(errno);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void AtomicFile::commit() {
+  if (replaces()) {
+    if (fsync(descriptor_) != 0) fail(errno);
+    if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+  }
+  if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
+  if (replaces()) synchronise_folder(target_);
+}
+
+void write_file_atomically(const std::string& path, std::string_view content) {
+  AtomicFile file(path);
+  file.write(content);
+  file.commit();
+}
+
+std::string read_text_file(const std::string& path) {
+  const auto refuse = [&path](int code) {
+    throw Error{Error::Kind::bad_file, "cannot read '" + path + "': " + reason(code)};
+  };
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) refuse(errno);
+  std::string content;
+  for (std::string block(1 << 16, '\0');;) {
+    const auto count = ::read(descriptor, block.data(), block.size());
+    if (count < 0 && errno == EINTR) continue;
+    const int code = errno;
+    if (count <= 0) close(descriptor);
+    if (count < 0) refuse(code);
+    if (count == 0) return content;
+    content.append(block, 0, static_cast<std::size_t>(count));
+  }
+}
+
+}  // namespace tumble
