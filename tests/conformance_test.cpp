@@ -72,6 +72,8 @@ TEST_P(Catalogue, HasSummaryAndPage) {
   EXPECT_EQ(entry.summary.find('\n'), std::string::npos) << "a summary is one line";
   ASSERT_TRUE(fs::exists(source / entry.page)) << entry.page << " is missing";
   EXPECT_NE(text_of(source / entry.page).find(entry.name), std::string::npos) << entry.page << " does not name it";
+  const auto link = "(" + entry.page.substr(std::string("docs/").size()) + ")";
+  EXPECT_NE(text_of(source / "docs/README.md").find(link), std::string::npos) << "docs/README.md lacks " << link;
 }
 
 TEST_P(Catalogue, OptionsAreDescribedAndUnique) {
@@ -149,6 +151,15 @@ TEST(CatalogueFolders, NamesAreUniqueInEachFolder) {
   std::set<std::string> seen;
   for (const auto& entry : all_entries())
     EXPECT_TRUE(seen.insert(entry.folder + "/" + entry.name).second) << entry.name;
+}
+
+TEST(Readme, HasARowForEveryMethod) {
+  const auto readme = text_of(source / "README.md");
+  for (const auto* method : methods::catalogue()) {
+    const std::string name = method->name;
+    const auto row = "| [`" + name + "`](docs/methods/" + name + ".md) | " + method->summary + " |";
+    EXPECT_NE(readme.find(row), std::string::npos) << "README.md lacks the row\n" << row;
+  }
 }
 
 template <typename Descriptor>
