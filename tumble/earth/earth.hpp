@@ -1,0 +1,40 @@
+#pragma once
+
+#include "tumble/core/plan.hpp"
+#include "tumble/math/vector3.hpp"
+
+namespace tumble {
+
+/// The Earth's rotation against inertial space [rad/s] (WGS84).
+inline constexpr double earth_rate = 7.292115e-5;
+
+/// Standard acceleration of free fall [m/s^2]: the unit g, not the gravity of any place.
+inline constexpr double standard_gravity = 9.80665;
+
+/// The Earth's rotation as seen at a site, in local level axes.
+///
+///   x east 0, y north w cos(latitude), z up w sin(latitude)
+///
+/// Given     site      its geodetic latitude [rad]
+/// Returned  rate_in_level [rad/s], x east, y north, z up along the ellipsoid's normal
+Vector3 earth_rate_in_level(const Site& site);
+
+/// Normal gravity on and above the WGS84 ellipsoid, along its normal.
+///
+///   gamma_0 = gamma_e (1 + k sin^2 B) / sqrt(1 - e^2 sin^2 B)
+///   gamma   = gamma_0 (1 - 2 (1 + f + m - 2 f sin^2 B) h/a + 3 (h/a)^2)
+///
+/// Given     latitude  B, geodetic [rad]
+///           height    h above the ellipsoid [m]
+/// Returned  gamma [m/s^2], positive
+/// Valid     -1 km to 20 km. Real gravity differs from normal gravity by up to some 1e-3 m/s^2: measure where it
+/// matters. Accuracy  1e-10 m/s^2 on the ellipsoid, 1.1e-10 m/s^2 more for every metre of height (against
+/// GeographicLib) See       Somigliana (1929); Moritz, Geodetic Reference System 1980; Heiskanen and Moritz, Physical
+/// Geodesy (1967),
+///           section 2-14 for the series in height
+double normal_gravity(double latitude, double height);
+
+/// Gravity at a site [m/s^2]: as measured if the site says so, else normal gravity.
+double gravity(const Site& site);
+
+}  // namespace tumble
