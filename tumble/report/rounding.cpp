@@ -123,7 +123,7 @@ std::string interval_text(const Estimate& estimate, std::size_t index) {
   const auto [lower, upper] = interval95(value, sd, estimate.parameters[index].degrees_of_freedom);
   if (std::isnan(lower)) return "–";
   const auto rounding = rounding_for(value, sd);
-  return fmt::format("[{}, {}]", rounded(lower, rounding), rounded(upper, rounding));
+  return fmt::format("[{}, {}]{}", mantissa(lower, rounding), mantissa(upper, rounding), suffix(rounding.exponent));
 }
 
 std::string measured_text(const Estimate& estimate, std::string_view name) {
