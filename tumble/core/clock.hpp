@@ -17,30 +17,31 @@ struct Clock {
     double length = 0.0;    ///< [s] to the next stamp
     std::size_t lost = 0;   ///< samples
   };
-  double rate = 0.0;        ///< [Hz] while it runs: gaps taken out; 0 where it cannot be told
-  double jitter_rms = 0.0;  ///< [s] of the stamps about even spacing at `rate`, gaps taken out
-  double worst = 0.0;       ///< [s] the greatest such departure
-  double longest_pause = 0.0;     ///< [s] between neighbours with nothing lost
-  std::size_t pause_after = 0;    ///< index of the sample before it
+  double rate = 0.0;            ///< [Hz] while it runs: gaps taken out; 0 where it cannot be told
+  double jitter_rms = 0.0;      ///< [s] of the stamps about even spacing at `rate`, gaps taken out
+  double worst = 0.0;           ///< [s] the greatest such departure
+  double longest_pause = 0.0;   ///< [s] between neighbours with nothing lost
+  std::size_t pause_after = 0;  ///< index of the sample before it
   std::vector<Gap> gaps;
-  std::size_t duplicates = 0;     ///< stamps equal to the one before
-  std::size_t backward = 0;       ///< stamps before the one before
-  std::size_t first_backward = 0; ///< index of the first of these
-  bool even = false;              ///< the samples may be treated as evenly spaced at `rate`
-  std::string reason;             ///< why, or why not, in words
+  std::size_t duplicates = 0;      ///< stamps equal to the one before
+  std::size_t backward = 0;        ///< stamps before the one before
+  std::size_t first_backward = 0;  ///< index of the first of these
+  bool even = false;               ///< the samples may be treated as evenly spaced at `rate`
+  std::string reason;              ///< why, or why not, in words
 };
 
 /// Whether the samples of a channel may be treated as evenly spaced, whatever their stamps look like.
 ///
-/// Stamps are often written when samples arrive, not when they are taken: samples that wait in a buffer arrive in bursts,
-/// and the stamps scatter about an even clock without drifting off it. A lost sample shifts all later stamps for good.
-/// So the departure r_i = t_i - t_0 - i T of the stamps from even spacing (T: median of the mean interval over 64 parts)
-/// tells them apart: at each long interval, the least r after it is compared with the least r before it, over as many
-/// samples as a backlog of that length needs to come through. A sample can be late, never early, so the least r is the
-/// true clock. A rise by three quarters of T or more, and beyond what the least r does elsewhere, is a gap.
+/// Stamps are often written when samples arrive, not when they are taken: samples that wait in a buffer arrive in
+/// bursts, and the stamps scatter about an even clock without drifting off it. A lost sample shifts all later stamps
+/// for good. So the departure r_i = t_i - t_0 - i T of the stamps from even spacing (T: median of the mean interval
+/// over 64 parts) tells them apart: at each long interval, the least r after it is compared with the least r before it,
+/// over as many samples as a backlog of that length needs to come through. A sample can be late, never early, so the
+/// least r is the true clock. A rise by three quarters of T or more, and beyond what the least r does elsewhere, is a
+/// gap.
 ///
-/// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3 %
-/// rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
+/// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3
+/// % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
 ///
 /// Given     channel   uniform, or with stamps [s]
 /// Returned  see Clock; a uniform channel is even by definition

@@ -1,0 +1,227 @@
+#include "tumble/core/clock.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+
+namespace tumble {
+
+namespace {
+
+using Stamps = std::vector<double>;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The interval that most of the neighbours keep to, from up to 10 000 of them spread over the record; 0 when they do
+/// not keep to one.
+double common_interval(const Stamps& t) {
+  const std::size_t step = 1 + t.size() / 10'000;
+  std::vector<double> intervals;
+  for (std::size_t i = 0; i + 1 < t.size(); i += step) intervals.push_back(t[i + 1] - t[i]);
+  const double middle = median(intervals);
+  double sum = 0.0;
+  std::size_t near = 0;
+  for (const double interval : intervals)
+    if (std::abs(interval - middle) <= 0.1 * middle) sum += interval, ++near;
+  return 10 * near >= 8 * intervals.size() ? sum / static_cast<double>(near) : 0.0;
+}
+
+double period(const Stamps& t) {
+  const std::size_t intervals = t.size() - 1, parts = std::clamp<std::size_t>(intervals / 8, 1, 64);
+  if (parts < 8)
+    if (const double common = common_interval(t); common > 0.0) return common;
+  std::vector<double> means;
+  for (std::size_t k = 0; k < parts; ++k) {
+    const std::size_t a = k * intervals / parts, b = (k + 1) * intervals / parts;
+    means.push_back((t[b] - t[a]) / static_cast<double>(b - a));
+  }
+  return median(means);
+}
+
+/// The departure from even spacing, r_i = t_i - t_0 - i T, and its least value over a stretch.
+struct Departure {
+  const Stamps& t;
+  double interval;
+  double operator()(std::size_t i) const { return t[i] - t[0] - static_cast<double>(i) * interval; }
+  double least(std::size_t begin, std::size_t end) const {
+    double value = (*this)(begin);
+    for (std::size_t i = begin + 1; i < end; ++i) value = std::min(value, (*this)(i));
+    return value;
+  }
+};
+
+/// How much the least departure changes between stretches of 128 samples, two apart, in a record without gaps.
+double usual_change(const Departure& r) {
+  const std::size_t block = std::clamp<std::size_t>(r.t.size() / 16, 8, 128);
+  std::vector<double> least, changes;
+  for (std::size_t i = 0; i + block <= r.t.size(); i += block) least.push_back(r.least(i, i + block));
+  for (std::size_t k = 2; k < least.size(); ++k) changes.push_back(std::abs(least[k] - least[k - 2]));
+  return changes.size() < 4 ? 0.0 : median(changes);
+}
+
+/// Whether the stamps from `begin` on, too few to tell a backlog from a loss, look like a backlog coming through.
+bool in_a_hurry(const Departure& r, std::size_t begin, bool pauses_are_usual) {
+  const std::size_t intervals = r.t.size() - 1 - begin;
+  if (intervals == 0) return pauses_are_usual;
+  return r.t.back() - r.t[begin] < 0.5 * r.interval * static_cast<double>(intervals);
+}
+
+/// A backlog comes through in eight times its own number of samples, surely.
+std::size_t window(double lateness, double interval) {
+  return static_cast<std::size_t>(std::clamp(8.0 * lateness / interval, 32.0, 4096.0));
+}
+
+/// The least departure after sample `i`, over the samples that the backlogs found there need; `before` when it is
+/// reached, or when the record ends while one comes through.
+double least_after(const Departure& r, std::size_t i, double before, double tolerance, bool pauses_are_usual) {
+  std::size_t end = i + 2;
+  double least = r(i + 1);
+  for (std::size_t j = i + 1; j < end; ++j) {
+    if (j == r.t.size()) return in_a_hurry(r, i + 1, pauses_are_usual) ? before : least;
+    const double departure = r(j);
+    least = std::min(least, departure);
+    if (least <= before + tolerance) return before;
+    end = std::min(std::max(end, j + window(departure - before, r.interval)), i + window(INFINITY, r.interval));
+  }
+  return least;
+}
+
+void find_gaps(const Departure& r, Clock& clock) {
+  const Stamps& t = r.t;
+  const double tolerance = 0.75 * r.interval + 6.0 * usual_change(r);
+  std::size_t earliest = 0;  // first sample after the last gap
+  for (std::size_t i = 0; i + 1 < t.size(); ++i) {
+    const double length = t[i + 1] - t[i];
+    if (!(length > 1.5 * r.interval)) continue;
+    const std::size_t back = std::min(i + 1, window(length, r.interval));
+    const double before = r.least(std::max(earliest, i + 1 - back), i + 1);
+    const double rise = least_after(r, i, before, tolerance, clock.longest_pause > 0.0) - before;
+    if (rise > tolerance) {
+      clock.gaps.push_back({i, t[i], length, std::max<std::size_t>(1, std::llround(rise / r.interval))});
+      earliest = i + 1;
+    } else if (length > clock.longest_pause) {
+      clock.longest_pause = length;
+      clock.pause_after = i;
+    }
+  }
+}
+
+/// Calls visit(i, x_i, t_i - t_0) with x_i the index that counts the lost samples too.
+template <class Visit>
+void visit_stamps(const Stamps& t, const std::vector<Clock::Gap>& gaps, Visit visit) {
+  std::size_t lost = 0;
+  auto gap = gaps.begin();
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    visit(i, static_cast<double>(i + lost), t[i] - t[0]);
+    if (gap != gaps.end() && gap->after == i) lost += (gap++)->lost;
+  }
+}
+
+/// Departures from the best straight line through the stamps; sets the clock's rate.
+std::vector<double> about_the_line(const Stamps& t, double interval, Clock& clock) {
+  const auto n = static_cast<double>(t.size());
+  std::size_t lost = 0;
+  for (const auto& gap : clock.gaps) lost += gap.lost;
+  const double middle = (n - 1.0 + static_cast<double>(lost)) / 2.0;
+  double s = 0, sx = 0, sxx = 0, sr = 0, sxr = 0;
+  visit_stamps(t, clock.gaps, [&](std::size_t, double index, double time) {
+    const double x = (index - middle) / middle, r = time - index * interval;
+    s += 1.0, sx += x, sxx += x * x, sr += r, sxr += x * r;
+  });
+  const double slope = (s * sxr - sx * sr) / (s * sxx - sx * sx), level = (sr - slope * sx) / s;
+  std::vector<double> departures(t.size());
+  visit_stamps(t, clock.gaps, [&](std::size_t i, double index, double time) {
+    departures[i] = time - index * interval - level - slope * (index - middle) / middle;
+  });
+  clock.rate = 1.0 / (interval + slope / middle);
+  return departures;
+}
+
+/// The rms and greatest change of the departure over `lag` samples, as a fraction of the time these take.
+struct Unevenness {
+  double rms = 0.0, worst = 0.0;
+};
+
+Unevenness unevenness(const std::vector<double>& departures, std::size_t lag, std::size_t step, double rate) {
+  Unevenness result;
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + lag < departures.size(); i += step, ++count) {
+    const double fraction = (departures[i + lag] - departures[i]) * rate / static_cast<double>(lag);
+    sum += fraction * fraction;
+    result.worst = std::max(result.worst, std::abs(fraction));
+  }
+  result.rms = count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
+  return result;
+}
+
+void judge(const std::vector<double>& departures, Clock& clock) {
+  const std::size_t n = departures.size(), lag = std::min<std::size_t>(256, std::max<std::size_t>(1, (n - 1) / 4));
+  const double local = unevenness(departures, lag, 1, clock.rate).rms;
+  const double slow = n < 16 * 256 ? 0.0 : unevenness(departures, n / 16, n / 16, clock.rate).worst;
+  std::size_t lost = 0;
+  for (const auto& gap : clock.gaps) lost += gap.lost;
+  if (clock.backward > 0)
+    clock.reason = fmt::format("{} backwards, the first at sample {}",
+                               clock.backward == 1 ? "one stamp runs" : fmt::format("{} stamps run", clock.backward),
+                               clock.first_backward);
+  else if (!clock.gaps.empty())
+    clock.reason = fmt::format("{} lost in {}", say_count(lost, "sample"), say_count(clock.gaps.size(), "gap"));
+  else if (slow > 0.01)
+    clock.reason = fmt::format("the rate is not constant: up to {:.2g} % off its mean over a sixteenth of the record",
+                               100.0 * slow);
+  else if (local > 0.03)
+    clock.reason = fmt::format("the samples are irregular: the time that {} takes scatters by {:.2g} % rms",
+                               say_count(lag, "sample"), 100.0 * local);
+  else {
+    clock.even = true;
+    clock.reason = fmt::format("the stamps scatter by {} rms about an even clock of {:.6g} Hz",
+                               say_seconds(clock.jitter_rms), clock.rate);
+  }
+}
+
+}  // namespace
+
+Clock clock_of(const Channel& channel) {
+  Clock clock;
+  if (channel.timeline.uniform()) {
+    clock.rate = channel.timeline.rate;
+    clock.even = true;
+    clock.reason = "evenly sampled by definition";
+    return clock;
+  }
+  const Stamps& t = *channel.timeline.stamps;
+  if (t.size() < 3) {
+    clock.rate = mean_rate(channel);
+    clock.reason = "fewer than three stamps";
+    return clock;
+  }
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    clock.duplicates += t[i] == t[i - 1];
+    if (t[i] < t[i - 1] && clock.backward++ == 0) clock.first_backward = i;
+  }
+  const double interval = period(t);
+  if (!(interval > 0.0) || !std::isfinite(interval) || !std::isfinite(t.back() - t.front())) {
+    clock.reason = "the stamps do not advance";
+    return clock;
+  }
+  find_gaps(Departure{t, interval}, clock);
+  const auto departures = about_the_line(t, interval, clock);
+  double sum = 0.0;
+  for (const double r : departures) {
+    sum += r * r;
+    clock.worst = std::max(clock.worst, std::abs(r));
+  }
+  clock.jitter_rms = std::sqrt(sum / static_cast<double>(t.size()));
+  judge(departures, clock);
+  return clock;
+}
+
+}  // namespace tumble

@@ -1,0 +1,177 @@
+#include "tumble/core/clock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tumble/math/random.hpp"
+
+namespace tumble {
+namespace {
+
+Channel with_stamps(std::vector<double> stamps) {
+  Channel channel;
+  channel.values.assign(stamps.size(), 0.0);
+  channel.timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
+  return channel;
+}
+
+std::vector<double> even(std::size_t count, double rate, double start = 100.0) {
+  std::vector<double> stamps(count);
+  for (std::size_t i = 0; i < count; ++i) stamps[i] = start + static_cast<double>(i) / rate;
+  return stamps;
+}
+
+std::vector<double> without(std::vector<double> stamps, std::size_t first, std::size_t count) {
+  stamps.erase(stamps.begin() + static_cast<long>(first), stamps.begin() + static_cast<long>(first + count));
+  return stamps;
+}
+
+TEST(Clock, UniformChannelIsEven) {
+  Channel channel;
+  channel.values.assign(10, 0.0);
+  channel.timeline.rate = 50.0;
+  const Clock clock = clock_of(channel);
+  EXPECT_TRUE(clock.even);
+  EXPECT_EQ(clock.rate, 50.0);
+}
+
+// Stamps of 1e3 s carry rounding of 1e-13 s; of a million samples, 1e-9 relative is ample.
+TEST(Clock, EvenStamps) {
+  for (const std::size_t count : {3u, 10u, 100u, 1'000u, 100'000u}) {
+    const Clock clock = clock_of(with_stamps(even(count, 400.0)));
+    EXPECT_TRUE(clock.even) << clock.reason;
+    EXPECT_NEAR(clock.rate, 400.0, 400.0 * 1e-9);
+    EXPECT_LT(clock.worst, 1e-12);
+  }
+}
+
+TEST(Clock, RoundedStampsAreEven) {
+  auto stamps = even(20'000, 300.0);
+  for (double& t : stamps) t = std::round(t * 1000.0) / 1000.0;
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_TRUE(clock.even) << clock.reason;
+  EXPECT_NEAR(clock.jitter_rms, 1e-3 * std::sqrt(2.0 / 27.0), 1e-7);  // departures of 0, 1/3 and -1/3 count
+  EXPECT_NEAR(clock.rate, 300.0, 1e-3);
+}
+
+TEST(Clock, ASingleLostSampleIsAGap) {
+  for (const std::size_t count : {12u, 100u, 10'000u}) {
+    const Clock clock = clock_of(with_stamps(without(even(count, 100.0), count / 2, 1)));
+    EXPECT_FALSE(clock.even);
+    ASSERT_EQ(clock.gaps.size(), 1u) << count;
+    EXPECT_EQ(clock.gaps[0].lost, 1u);
+    EXPECT_EQ(clock.gaps[0].after, count / 2 - 1);
+    EXPECT_NEAR(clock.rate, 100.0, 1e-6);
+    EXPECT_LT(clock.worst, 1e-9);  // the gap is taken out
+  }
+}
+
+TEST(Clock, SeveralGaps) {
+  auto stamps = without(even(10'000, 100.0), 7000, 3);
+  stamps = without(without(std::move(stamps), 5000, 31), 100, 500);
+  const Clock clock = clock_of(with_stamps(stamps));
+  ASSERT_EQ(clock.gaps.size(), 3u);
+  EXPECT_EQ(clock.gaps[0].lost, 500u);
+  EXPECT_EQ(clock.gaps[1].lost, 31u);
+  EXPECT_EQ(clock.gaps[2].lost, 3u);
+  EXPECT_EQ(clock.reason, "534 samples lost in 3 gaps");
+}
+
+/// Samples that arrive in bursts: each waits until the next multiple of `tick`.
+std::vector<double> in_bursts(std::vector<double> stamps, double tick) {
+  double last = 0.0;
+  for (double& t : stamps) t = last = std::max(last + 1e-4, std::ceil(t / tick) * tick);
+  return stamps;
+}
+
+TEST(Clock, BurstsOfAnEvenClockAreEven) {
+  auto stamps = in_bursts(even(20'000, 100.0), 0.08);
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_TRUE(clock.even) << clock.reason;
+  EXPECT_TRUE(clock.gaps.empty());
+  EXPECT_NEAR(clock.rate, 100.0, 1e-3);
+  EXPECT_GT(clock.jitter_rms, 0.01);
+}
+
+TEST(Clock, AStallWithEverySampleDeliveredIsNoGap) {
+  auto stamps = in_bursts(even(20'000, 100.0), 0.08);
+  for (std::size_t i = 9000; i < 9060; ++i)
+    stamps[i] = std::max(stamps[i], stamps[9060] - 0.001 * (9060.0 - static_cast<double>(i)));
+  const Clock stalled = clock_of(with_stamps(stamps));
+  EXPECT_TRUE(stalled.even) << stalled.reason;
+  EXPECT_GT(stalled.longest_pause, 0.5);
+  const Clock lost = clock_of(with_stamps(without(stamps, 9000, 60)));
+  std::size_t total = 0;  // the last sample of the burst before may be told apart or not
+  for (const auto& gap : lost.gaps) total += gap.lost;
+  EXPECT_NEAR(static_cast<double>(total), 60.0, 1.0);
+  EXPECT_LE(lost.gaps.size(), 2u);
+}
+
+TEST(Clock, IrregularSamplesAreNotEven) {
+  const RandomStream random(11);
+  std::vector<double> stamps{0.0};
+  for (std::size_t i = 0; i < 20'000; ++i) stamps.push_back(stamps.back() - 0.01 * std::log(random.uniform(i)));
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_FALSE(clock.even);
+}
+
+TEST(Clock, AChangeOfRateIsNotEven) {
+  auto stamps = even(5000, 100.0);
+  for (std::size_t i = 0; i < 5000; ++i) stamps.push_back(stamps.back() + 0.02);
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_FALSE(clock.even) << clock.reason;
+}
+
+TEST(Clock, BackwardAndDuplicateStamps) {
+  auto stamps = even(1000, 100.0);
+  stamps[500] = stamps[499];
+  stamps[700] = stamps[698];
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_EQ(clock.duplicates, 1u);
+  EXPECT_EQ(clock.backward, 1u);
+  EXPECT_EQ(clock.first_backward, 700u);
+  EXPECT_FALSE(clock.even);
+}
+
+TEST(Clock, HostileStamps) {
+  for (const auto& stamps : std::vector<std::vector<double>>{{},
+                                                             {1},
+                                                             {1, 2},
+                                                             {1, 1, 1, 1},
+                                                             {4, 3, 2, 1},
+                                                             {1, NAN, 3, 4},
+                                                             {NAN, NAN, NAN},
+                                                             {1, 2, INFINITY},
+                                                             {0, 1e300, 2e300},
+                                                             {-1e308, 0, 1e308}}) {
+    const Clock clock = clock_of(with_stamps(stamps));
+    EXPECT_FALSE(clock.reason.empty());
+  }
+}
+
+// 11 minutes of an MPU-6050 whose samples arrive in bursts, with pauses of up to half a second after which the backlog
+// comes through: nothing is lost.
+TEST(Clock, RealBursts) {
+  const std::string file = TUMBLE_SOURCE_DIR "/../shared/data/mpu6050_static10min/mpu6050_static_10min.csv";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "../shared is not here";
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  std::vector<double> stamps;
+  while (std::getline(stream, line)) stamps.push_back(std::stod(line));
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_TRUE(clock.even) << clock.reason;
+  EXPECT_TRUE(clock.gaps.empty());
+  EXPECT_NEAR(clock.rate, 99.317, 0.2);
+  EXPECT_NEAR(clock.longest_pause, 0.497, 0.001);
+  const Clock lost = clock_of(with_stamps(without(stamps, 30'000, 100)));
+  ASSERT_EQ(lost.gaps.size(), 1u);
+  EXPECT_NEAR(static_cast<double>(lost.gaps[0].lost), 100.0, 10.0);  // the clock behind the bursts wanders by that
+}
+
+}  // namespace
+}  // namespace tumble

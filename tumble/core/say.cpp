@@ -1,0 +1,28 @@
+#include "tumble/core/say.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tumble {
+
+std::string say_seconds(double seconds) {
+  const double size = std::abs(seconds);
+  if (size == 0.0 || size >= 999.5) return fmt::format("{:.0f} s", seconds);
+  if (size < 0.9995e-3) return fmt::format("{:.3g} us", seconds * 1e6);
+  if (size < 0.9995) return fmt::format("{:.3g} ms", seconds * 1e3);
+  return fmt::format("{:.3g} s", seconds);
+}
+
+std::string say_instant(double seconds) {
+  std::string text = fmt::format("{:.3f}", seconds);
+  while (text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return (text == "-0" ? "0" : text) + " s";
+}
+
+std::string say_count(std::size_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+}  // namespace tumble
