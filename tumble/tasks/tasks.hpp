@@ -1,41 +1,82 @@
 #pragma once
 
-#include <map>
-#include <optional>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/progress.hpp"
+#include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/sim/simulate.hpp"
 
+/// One function per user intent: all that a front end may call.
 namespace tumble::tasks {
 
-/// One `--set key=value`.
+/// The `--set key=value` of a command line. Plain keys are [settings] of the method, "truth.key" and "rig.key" those of
+/// the other tables, "channels.role" that of [channels]; "rate", "missing" and "unit.column" say what a file does not.
 using Sets = std::vector<std::pair<std::string, std::string>>;
 
-/// Reads and checks a plan: every unknown key, bare number, wrong dimension and unknown name at once, with its line.
-/// `sets` override [settings] (plain key), [truth] ("truth.key") and [rig] ("rig.key").
-/// Throws Error::bad_input (exit 2).
+/// Reads and checks a plan; `sets` override it.
+/// Throws Error::bad_input with every unknown key, bare number, wrong dimension and unknown name at once, each as
+/// "plan.toml:LINE: ..."; Error::bad_file when the file cannot be read.
 Plan load_plan(const std::string& path, const Sets& sets);
 
-/// A plan that is only a method's name and its settings, for methods that need none.
+/// A plan that is only a method's name and its settings, for methods that need none. Throws Error::bad_input.
 Plan plan_for_method(const std::string& method, const Sets& sets);
 
-/// Reads the recordings (the plan's, then those given), assigns marks from the schedule, checks roles and units.
+/// The part of `sets` that speaks of reading. Throws Error::bad_input for anything else.
+ReadOptions read_options(const Sets& sets);
+
+/// Reads the recordings (the plan's, then those given), gives marks from the schedule to files that have none, and
+/// checks that every recording has the channels the method needs, in units of the right dimension.
+/// Throws Error::bad_data with everything that is missing or wrong in any file; Error::bad_file.
 Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Sets& sets, const Progress& progress);
 
-/// Runs the plan's method; adds the findings of the checks, judges the limits, fills in the provenance.
+/// Runs the plan's method; adds the findings of readers and checks, judges the limits, fills in the provenance.
 Estimate identify(const Evidence& evidence, const Progress& progress);
 
-Recording simulate(const Plan& plan, unsigned long long seed, const Progress& progress);
+/// The plan carried out on a simulated rig and instrument of known truth.
+using tumble::simulate;
 
+/// The uncertainty that the plan's method will reach. Throws Error::unsupported where the method cannot tell.
 Estimate predict(const Plan& plan);
 
+/// Takes the estimate's error model off a recording. Throws Error::unsupported where the method has none.
 Compensation compensate(const Estimate& estimate, const Recording& recording);
 
-/// Pass, fail or undecided for every limit, from the 95 % interval. Unknown parameters and wrong units are problems.
+/// Pass, fail or undecided for every limit, from the 95 % interval of the parameter (Student's t).
+/// Throws Error::bad_input with every unknown parameter and wrong unit.
 std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate);
+
+/// Writes a recording in the format that the name of `output` asks for, block after block.
+/// Throws Error::bad_input for an unknown format, Error::bad_file; then nothing is written.
+void convert(const std::string& path, const std::string& output, const ReadOptions& options, const Progress& progress);
+
+/// One channel of a recording in numbers.
+struct ChannelSummary {
+  std::string name;
+  QuantityKind kind = QuantityKind::other;
+  Unit unit;
+  bool uniform = true;  ///< evenly sampled by declaration, without stamps
+  std::size_t samples = 0, missing = 0;
+  double first = 0.0, last = 0.0;                             ///< [s]
+  double minimum = 0.0, mean = 0.0, maximum = 0.0, sd = 0.0;  ///< of the samples that are not missing [SI]
+
+  double rate() const { return samples > 1 ? static_cast<double>(samples - 1) / (last - first) : 0.0; }
+};
+
+/// What a file holds.
+struct Inspection {
+  Recording header;  ///< everything but the samples
+  std::vector<ChannelSummary> channels;
+  Findings findings;  ///< of the reader and, unless the file was too large for it, of the checks
+};
+
+/// Files up to `whole_below` bytes are read whole and pass the checks; larger ones are streamed.
+Inspection inspect(const std::string& path, const ReadOptions& options, const Progress& progress,
+                   std::uintmax_t whole_below = 2'000'000'000);
 
 }  // namespace tumble::tasks

@@ -1,0 +1,145 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tumble/tasks/sets.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+/// The column that plays a role, as the plan says or by the role's own name.
+std::string column_of(const Plan& plan, const Role& role) {
+  const auto choice = plan.channels.find(role.name);
+  return choice == plan.channels.end() ? role.name : choice->second.channel;
+}
+
+/// What to read: with a method that names the channels it needs, those alone; else all.
+ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles, const Sets& sets) {
+  auto options = sorted(sets, true).reading;
+  if (!options.rate && plan.sample_rate > 0.0) options.rate = plan.sample_rate;
+  for (const auto& [role, choice] : plan.channels)
+    if (choice.unit) options.units.try_emplace(choice.channel, *choice.unit);
+  if (std::any_of(roles.begin(), roles.end(), [](const Role& role) { return role.required; }))
+    for (const auto& role : roles) options.only.push_back(column_of(plan, role));
+  return options;
+}
+
+double first_stamp(const Recording& recording) {
+  double first = std::numeric_limits<double>::infinity();
+  for (const auto& channel : recording.channels)
+    if (!channel.values.empty()) first = std::min(first, channel.time(0));
+  return first;
+}
+
+/// Segment k begins after the durations of those before it, counted from the first stamp of the recording.
+void mark_from_schedule(const Plan& plan, const RecordingEntry& entry, Recording& recording) {
+  if (!recording.marks.empty()) {
+    if (entry.run > 0)
+      for (auto& mark : recording.marks) mark.run = entry.run;
+    return;
+  }
+  double begin = first_stamp(recording);
+  if (!entry.segment.empty()) {
+    const auto planned = std::find_if(plan.schedule.begin(), plan.schedule.end(),
+                                      [&](const Segment& segment) { return segment.label == entry.segment; });
+    const int run = entry.run > 0 ? entry.run : planned == plan.schedule.end() ? 1 : planned->run;
+    recording.marks.push_back({entry.segment, begin, run});
+    return;
+  }
+  for (const auto& segment : plan.schedule) {
+    if (entry.run > 0 && segment.run != entry.run) continue;
+    recording.marks.push_back({segment.label, begin, segment.run});
+    begin += segment.duration;
+  }
+  if (recording.marks.empty() && entry.run > 0) recording.marks.push_back({"", begin, entry.run});
+}
+
+std::vector<std::string> names_of(const std::vector<Channel>& channels) {
+  std::vector<std::string> names;
+  for (const auto& channel : channels) names.push_back(channel.name);
+  return names;
+}
+
+/// The columns of a file for a message: a second look, since only those of the roles were read.
+std::vector<std::string> columns_in(const Recording& recording, ReadOptions options) {
+  options.only.clear();
+  try {
+    return names_of(read_recording(recording.origin.file, options, {}).channels);
+  } catch (const Error&) {
+    return names_of(recording.channels);
+  }
+}
+
+std::string missing_channel(const Plan& plan, const Role& role, const Recording& recording,
+                            const ReadOptions& options) {
+  const auto columns = columns_in(recording, options);
+  const auto wanted = column_of(plan, role);
+  const auto how = plan.file.empty() ? fmt::format("--set channels.{}=...", role.name)
+                                     : fmt::format("[channels] {} = \"...\" in {}", role.name, plan.file);
+  return fmt::format("{}: no column '{}' for {} ({}){}; columns are {}; name the right one with {}",
+                     recording.origin.file, wanted, role.name, role.description, did_you_mean(wanted, columns),
+                     fmt::join(columns, ", "), how);
+}
+
+/// What is wrong with the unit of a channel in a role, or empty.
+std::string wrong_unit(const Role& role, const Channel& channel, const Recording& recording) {
+  if (role.unit.empty()) return "";
+  const auto expected = Unit::parse(role.unit);
+  if (channel.unit.dimension() == expected.dimension()) return "";
+  return fmt::format(
+      "{}: column '{}' is in {} [{}], but {} ({}) must be in {} or another unit of [{}]; correct the unit in the file, "
+      "or name another column",
+      recording.origin.file, channel.name, channel.unit.text(), name(channel.unit.dimension()), role.name,
+      role.description, role.unit, name(expected.dimension()));
+}
+
+void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const ReadOptions& options) {
+  std::vector<std::string> problems;
+  for (const auto& recording : evidence.recordings)
+    for (const auto& role : roles) {
+      const auto* channel = channel_for(evidence, recording, role.name);
+      if (channel) {
+        if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) problems.push_back(problem);
+      } else if (role.required || evidence.plan.channels.contains(role.name)) {
+        problems.push_back(missing_channel(evidence.plan, role, recording, options));
+      }
+    }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+}  // namespace
+
+Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Sets& sets, const Progress& progress) {
+  if (plan.method.empty())
+    throw Error(Error::Kind::bad_input, plan.file + ": names no method: method = \"...\" at the top");
+  const auto roles = find_method(plan.method).roles();
+  const auto options = options_for(plan, roles, sets);
+  auto entries = plan.recordings;
+  for (const auto& file : recordings) entries.push_back({file, "", 0});
+  if (entries.empty())
+    throw Error(Error::Kind::bad_input, plan.file.empty()
+                                            ? "no recording to identify from: name one or more after the method"
+                                            : plan.file + ": no recording: name it after the plan or in [[recording]]");
+  Evidence evidence{std::move(plan), {}};
+  std::vector<std::string> problems;
+  auto kind = Error::Kind::bad_file;
+  for (std::size_t i = 0; i < entries.size(); ++i) try {
+      const auto part = [&](double done, std::string_view what) {
+        report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
+      };
+      evidence.recordings.push_back(read_recording(entries[i].file, options, part));
+      mark_from_schedule(evidence.plan, entries[i], evidence.recordings.back());
+    } catch (const Error& error) {
+      kind = error.kind;
+      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+    }
+  if (!problems.empty()) throw Error(kind, problems);
+  check_roles(evidence, roles, options);
+  return evidence;
+}
+
+}  // namespace tumble::tasks

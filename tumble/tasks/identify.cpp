@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <filesystem>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+/// What the readers and the checks noticed, with the file where there are several.
+void add_data_findings(const Evidence& evidence, Findings& findings) {
+  for (const auto& recording : evidence.recordings) {
+    auto found = recording.findings;
+    const auto checked = run_checks(recording, &evidence.plan);
+    found.insert(found.end(), checked.begin(), checked.end());
+    for (auto& finding : found) {
+      if (evidence.recordings.size() > 1)
+        finding.where = recording.origin.file + (finding.where.empty() ? "" : ", " + finding.where);
+      findings.push_back(std::move(finding));
+    }
+  }
+}
+
+std::string default_title(const Evidence& evidence) {
+  std::string title = evidence.plan.method;
+  if (!evidence.recordings.empty() && !evidence.recordings.front().origin.file.empty())
+    title += " of " + std::filesystem::path(evidence.recordings.front().origin.file).filename().string();
+  if (evidence.recordings.size() > 1) title += fmt::format(" and {} more", evidence.recordings.size() - 1);
+  return title;
+}
+
+void describe(const Plan& plan, Estimate& estimate) {
+  estimate.method = plan.method;
+  estimate.instrument_model = plan.instrument_model;
+  estimate.instrument_serial = plan.instrument_serial;
+  for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
+  for (const auto& [role, choice] : plan.channels) estimate.provenance.settings["channels." + role] = choice.channel;
+}
+
+/// Which channel played each role: compensate takes the same. The seed, where the data were simulated.
+void add_origin(const Evidence& evidence, Provenance& provenance) {
+  for (const auto& recording : evidence.recordings) {
+    provenance.inputs.push_back({recording.origin.file, recording.origin.sha256});
+    for (const auto& role : find_method(evidence.plan.method).roles())
+      if (const auto* channel = channel_for(evidence, recording, role.name))
+        provenance.settings["channels." + role.name] = channel->name;
+    if (const auto seed = recording.meta.find("seed"); seed != recording.meta.end()) {
+      unsigned long long value = 0;
+      const auto& text = seed->second;
+      if (std::from_chars(text.data(), text.data() + text.size(), value).ec == std::errc()) provenance.seed = value;
+    }
+  }
+}
+
+}  // namespace
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  const auto& method = find_method(evidence.plan.method);
+  auto estimate = method.identify(evidence, progress);
+  describe(evidence.plan, estimate);
+  add_origin(evidence, estimate.provenance);
+  estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
+  add_data_findings(evidence, estimate.findings);
+  estimate.verdicts = judge(evidence.plan.limits, estimate);
+  return estimate;
+}
+
+Estimate predict(const Plan& plan) {
+  if (plan.method.empty())
+    throw Error(Error::Kind::bad_input, plan.file + ": names no method: method = \"...\" at the top");
+  const auto& method = find_method(plan.method);
+  if (!method.predict)
+    throw Error(Error::Kind::unsupported, plan.method + " cannot predict its uncertainty before the test is run");
+  auto estimate = method.predict(plan);
+  describe(plan, estimate);
+  if (estimate.title.empty()) estimate.title = plan.title.empty() ? plan.method : plan.title;
+  return estimate;
+}
+
+Compensation compensate(const Estimate& estimate, const Recording& recording) {
+  const auto& method = find_method(estimate.method);
+  if (!method.compensate)
+    throw Error(Error::Kind::unsupported, estimate.method + " identifies nothing that could be taken off a recording");
+  return method.compensate(estimate, recording);
+}
+
+}  // namespace tumble::tasks

@@ -1,0 +1,93 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/tasks/stream_recording.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+constexpr std::size_t block_samples = 1 << 20;
+
+/// Adds the samples of one block to a summary. Mean and variance by the update for joined sets of Chan, Golub and
+/// LeVeque (1979), eq. (2.1): exact for blocks of any size, no cancellation. `summary.sd` holds the sum of squares
+/// until finish().
+void add(const Channel& channel, ChannelSummary& summary) {
+  double sum = 0.0;
+  std::size_t present = 0;
+  for (const double value : channel.values) {
+    if (std::isnan(value)) continue;
+    sum += value;
+    ++present;
+    summary.minimum = std::min(summary.minimum, value);
+    summary.maximum = std::max(summary.maximum, value);
+  }
+  const auto before = static_cast<double>(summary.samples - summary.missing);
+  summary.samples += channel.values.size();
+  summary.missing += channel.values.size() - present;
+  if (!channel.values.empty()) summary.last = channel.time(channel.values.size() - 1);
+  if (present == 0) return;
+  const auto count = static_cast<double>(present);
+  const double mean = sum / count;
+  double squares = 0.0;
+  for (const double value : channel.values)
+    if (!std::isnan(value)) squares += (value - mean) * (value - mean);
+  const double shift = mean - summary.mean;
+  summary.sd += squares + shift * shift * before * count / (before + count);
+  summary.mean += shift * count / (before + count);
+}
+
+ChannelSummary begin(const Channel& channel) {
+  ChannelSummary summary;
+  summary.name = channel.name;
+  summary.kind = channel.kind;
+  summary.unit = channel.unit;
+  summary.uniform = channel.timeline.uniform();
+  summary.first = channel.values.empty() ? channel.timeline.start : channel.time(0);
+  summary.minimum = std::numeric_limits<double>::infinity();
+  summary.maximum = -summary.minimum;
+  return summary;
+}
+
+void finish(ChannelSummary& summary) {
+  const auto present = summary.samples - summary.missing;
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  summary.sd = present > 1 ? std::sqrt(summary.sd / static_cast<double>(present - 1)) : none;
+  if (present == 0) summary.minimum = summary.mean = summary.maximum = none;
+}
+
+void add(const Recording& block, Inspection& inspection) {
+  if (inspection.channels.empty()) {
+    inspection.header = {block.instrument, {}, block.marks, block.origin, block.meta, {}};
+    for (const auto& channel : block.channels) inspection.channels.push_back(begin(channel));
+  }
+  for (std::size_t i = 0; i < block.channels.size(); ++i) add(block.channels[i], inspection.channels[i]);
+  inspection.findings.insert(inspection.findings.end(), block.findings.begin(), block.findings.end());
+}
+
+}  // namespace
+
+Inspection inspect(const std::string& path, const ReadOptions& options, const Progress& progress,
+                   std::uintmax_t whole_below) {
+  Inspection inspection;
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  if (unknown || size <= whole_below) {
+    const auto recording = read_recording(path, options, progress);
+    add(recording, inspection);
+    const auto found = run_checks(recording, nullptr);
+    inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
+  } else {
+    stream_recording(
+        path, options, block_samples, [&](const Recording& block) { add(block, inspection); }, progress);
+    inspection.findings.push_back(
+        {Finding::Severity::info, "too large for the checks, which see a file as a whole", path});
+  }
+  for (auto& channel : inspection.channels) finish(channel);
+  return inspection;
+}
+
+}  // namespace tumble::tasks

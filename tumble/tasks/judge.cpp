@@ -1,0 +1,73 @@
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "tumble/report/rounding.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+std::string written(const Quantity& bound) {
+  const auto number = fmt::format("{}", bound.value);
+  return bound.bare ? number : number + " " + bound.unit.text();
+}
+
+std::string written(const Limit& limit) {
+  if (limit.min && limit.max) return fmt::format("{} to {}", written(*limit.min), written(*limit.max));
+  return limit.min ? ">= " + written(*limit.min) : "<= " + written(*limit.max);
+}
+
+/// What is wrong with a bound, or empty.
+std::string misfit(const Quantity& bound, const Parameter& parameter) {
+  if (bound.unit.dimension() == parameter.unit.dimension()) return "";
+  if (bound.bare) return fmt::format("{} needs its unit: \"{} {}\"", bound.value, bound.value, parameter.unit.text());
+  return fmt::format("{} is in {} [{}], not in {} [{}]", parameter.name, parameter.unit.text(),
+                     name(parameter.unit.dimension()), bound.unit.text(), name(bound.unit.dimension()));
+}
+
+/// From the interval; NaN bounds of an unknown uncertainty decide nothing.
+Verdict judge_one(const Limit& limit, const Estimate& estimate, const Parameter& parameter) {
+  const auto index = static_cast<std::size_t>(&parameter - estimate.parameters.data());
+  const auto interval =
+      interval95(parameter.value, standard_uncertainty(estimate, index), parameter.degrees_of_freedom);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double lowest = limit.min ? limit.min->unit.to_si(limit.min->value) : -infinity;
+  const double highest = limit.max ? limit.max->unit.to_si(limit.max->value) : infinity;
+  auto outcome = Verdict::Outcome::undecided;
+  if (interval.lower >= lowest && interval.upper <= highest) outcome = Verdict::Outcome::pass;
+  if (interval.upper < lowest || interval.lower > highest) outcome = Verdict::Outcome::fail;
+  return {parameter.name, outcome, written(limit)};
+}
+
+}  // namespace
+
+std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate) {
+  std::vector<std::string> names;
+  for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
+  std::vector<Verdict> verdicts;
+  std::vector<std::string> problems;
+  for (const auto& limit : limits) {
+    const auto complain = [&](const std::string& message) {
+      problems.push_back(fmt::format("{}{}[[limit]]: {}", limit.where, limit.where.empty() ? "" : ": ", message));
+    };
+    const auto* parameter = find_parameter(estimate, limit.parameter);
+    if (!parameter) {
+      std::string known;
+      for (const auto& name : names) known += (known.empty() ? "" : ", ") + name;
+      complain(fmt::format("the result has no parameter '{}'{} (parameters: {})", limit.parameter,
+                           did_you_mean(limit.parameter, names), known.empty() ? "none" : known));
+      continue;
+    }
+    const auto before = problems.size();
+    for (const auto* bound : {&limit.min, &limit.max})
+      if (*bound)
+        if (const auto problem = misfit(**bound, *parameter); !problem.empty()) complain(problem);
+    if (problems.size() == before) verdicts.push_back(judge_one(limit, estimate, *parameter));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return verdicts;
+}
+
+}  // namespace tumble::tasks

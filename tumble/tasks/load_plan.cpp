@@ -1,0 +1,295 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <numbers>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/tasks/plan_file/schedule.hpp"
+#include "tumble/tasks/plan_file/section.hpp"
+#include "tumble/tasks/sets.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+using plan_file::Problems;
+using plan_file::Section;
+
+toml::table parse(const std::string& path) {
+  const auto text = read_text_file(path);
+  try {
+    return toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    const auto at = error.source().begin;
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}:{}:{}: not TOML: {}", path, at.line, at.column, error.description()));
+  }
+}
+
+/// Runs `find`, a look-up in a catalogue; what it says when the name is unknown becomes a problem of that key.
+template <class Find>
+auto look_up(Section& section, std::string_view key, Find find) -> decltype(&find()) {
+  try {
+    return &find();
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at(key, problem);
+    return nullptr;
+  }
+}
+
+/// A plan while it is read: what the sections that come later need of those before them.
+struct Reading {
+  Plan plan;
+  Problems problems;
+  SortedSets sets;
+  const Method* method = nullptr;
+  const Model* model = nullptr;
+  const Rig* rig = nullptr;
+};
+
+void read_instrument(Reading& reading, const toml::table& table) {
+  Section section(table, "[instrument]", reading.problems);
+  reading.plan.instrument_model = section.text("model").value_or("");
+  reading.plan.instrument_serial = section.text("serial").value_or("");
+  reading.plan.sample_rate = section.quantity("rate", Unit::parse("Hz")).value_or(0.0);
+  if (table.contains("rate") && table.get("rate")->is_string() && !(reading.plan.sample_rate > 0.0))
+    section.problem_at("rate", "must be above zero");
+  if (!reading.plan.instrument_model.empty())
+    reading.model = look_up(
+        section, "model", [&]() -> auto& { return find_model(reading.plan.instrument_model); });
+  section.close();
+}
+
+void read_site(Reading& reading, const toml::table& table) {
+  Section section(table, "[site]", reading.problems);
+  Site site;
+  site.latitude = section.quantity("latitude", Unit::parse("deg")).value_or(0.0);
+  site.longitude = section.quantity("longitude", Unit::parse("deg")).value_or(0.0);
+  site.height = section.quantity("height", Unit::parse("m")).value_or(0.0);
+  site.gravity = section.quantity("gravity", Unit::parse("m/s^2"));
+  if (!table.contains("latitude")) section.missing("latitude", "\"34.25 deg\"");
+  if (std::abs(site.latitude) > std::numbers::pi / 2) section.problem_at("latitude", "must be from -90 to 90 deg");
+  if (std::abs(site.longitude) > 2 * std::numbers::pi) section.problem_at("longitude", "must be from -360 to 360 deg");
+  section.close();
+  reading.plan.site = site;
+}
+
+/// The keys of a table, as overridden by the command line, against what `options` accept.
+Settings resolve_section(Reading& reading, Section& section, const std::vector<Option>& options, std::string_view what,
+                         const std::vector<Given>& sets) {
+  return resolve(options, overridden(section.rest(), sets), what, reading.problems.all);
+}
+
+void read_rig(Reading& reading, const toml::table& table) {
+  Section section(table, "[rig]", reading.problems);
+  const auto kind = section.text("kind");
+  if (!table.contains("kind")) section.missing("kind", "\"thermal_chamber\"");
+  if (!kind) return;
+  reading.plan.rig_kind = *kind;
+  reading.rig = look_up(
+      section, "kind", [&]() -> auto& { return find_rig(*kind); });
+  if (reading.rig)
+    reading.plan.rig = resolve_section(reading, section, reading.rig->options(), "rig " + *kind, reading.sets.rig);
+}
+
+void read_channels(Reading& reading, const toml::table& table) {
+  Section section(table, "[channels]", reading.problems);
+  std::vector<Role> roles;
+  if (reading.method) roles = reading.method->roles();
+  std::vector<std::string> names;
+  for (const auto& role : roles) names.push_back(role.name);
+  if (!reading.method) names = section.unread();
+  for (const auto& name : names) {
+    const auto text = section.text(name);
+    if (!text) continue;
+    try {
+      reading.plan.channels[name] = parse_choice(*text);
+    } catch (const Error& error) {
+      for (const auto& problem : error.problems) section.problem_at(name, problem);
+    }
+  }
+  section.close();
+}
+
+void read_settings(Reading& reading, const toml::table& table) {
+  Section section(table, "[settings]", reading.problems);
+  if (reading.method)
+    reading.plan.settings = resolve_section(reading, section, reading.method->options(),
+                                            "method " + reading.plan.method, reading.sets.settings);
+  else if (reading.plan.method.empty() && !table.empty())
+    section.problem("needs the plan's method: method = \"...\" at the top");
+}
+
+void read_truth(Reading& reading, const toml::table& table) {
+  Section section(table, "[truth]", reading.problems);
+  if (reading.model)
+    reading.plan.truth = resolve_section(reading, section, truth_options(*reading.model),
+                                         "model " + reading.plan.instrument_model, reading.sets.truth);
+  else if (reading.plan.instrument_model.empty())
+    section.problem("needs the instrument's model: [instrument] model = \"...\"");
+}
+
+void read_recordings(Reading& reading, const toml::array& tables) {
+  std::vector<std::string> labels;
+  for (const auto& segment : reading.plan.schedule) labels.push_back(segment.label);
+  const auto folder = std::filesystem::path(reading.plan.file).parent_path();
+  for (const auto& node : tables) {
+    Section section(*node.as_table(), "[[recording]]", reading.problems);
+    RecordingEntry entry;
+    const auto file = section.text("file");
+    if (!node.as_table()->contains("file")) section.missing("file", "\"position-1.csv\"");
+    entry.file = (folder / file.value_or("")).lexically_normal().string();
+    entry.segment = section.text("segment").value_or("");
+    entry.run = section.integer("run").value_or(0);
+    if (entry.run == 0 && node.as_table()->contains("run")) section.problem_at("run", "power-ups count from 1");
+    if (!entry.segment.empty() && std::find(labels.begin(), labels.end(), entry.segment) == labels.end()) {
+      section.problem_at("segment", fmt::format("the schedule has no segment '{}'{}", entry.segment,
+                                                did_you_mean(entry.segment, labels)));
+    }
+    section.close();
+    reading.plan.recordings.push_back(std::move(entry));
+  }
+}
+
+std::optional<Quantity> read_bound(Section& section, std::string_view key) {
+  const auto* node = section.find(key);
+  if (!node) return std::nullopt;
+  try {
+    const auto text = plan_file::text_of(*node);
+    if (text && !node->is_array()) return parse_quantity(*text);
+    section.problem_at(key, "a quantity is expected, for example \"0.02 deg/h\"");
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at(key, problem);
+  }
+  return std::nullopt;
+}
+
+void read_limits(Reading& reading, const toml::array& tables) {
+  for (const auto& node : tables) {
+    const auto& table = *node.as_table();
+    Section section(table, "[[limit]]", reading.problems);
+    Limit limit;
+    limit.parameter = section.text("parameter").value_or("");
+    if (!table.contains("parameter")) section.missing("parameter", "\"bias\"");
+    limit.min = read_bound(section, "min");
+    limit.max = read_bound(section, "max");
+    limit.where = reading.problems.place(table.source());
+    if (!table.contains("min") && !table.contains("max")) section.missing("max", "\"0.02 deg/h\"");
+    if (limit.min && limit.max && limit.min->unit.dimension() != limit.max->unit.dimension())
+      section.problem("min and max have different dimensions");
+    else if (limit.min && limit.max &&
+             limit.min->unit.to_si(limit.min->value) > limit.max->unit.to_si(limit.max->value))
+      section.problem("min lies above max");
+    section.close();
+    reading.plan.limits.push_back(std::move(limit));
+  }
+}
+
+/// The array of tables of that name; a problem, and null, when something else stands there.
+const toml::array* tables(Section& root, const char* key) {
+  const auto* node = root.find(key);
+  if (!node) return nullptr;
+  const auto* array = node->as_array();
+  const bool good = array && std::all_of(array->begin(), array->end(), [](const auto& one) { return one.is_table(); });
+  if (!good) root.problem_at(key, fmt::format("is a list of tables, each headed [[{}]]", key));
+  return good ? array : nullptr;
+}
+
+void read_schedule(Reading& reading, Section& root) {
+  const auto before = reading.problems.all.size();
+  if (const auto* array = tables(root, "schedule"))
+    reading.plan.schedule = plan_file::read_schedule(*array, reading.rig, reading.problems);
+  const bool clean = reading.problems.all.size() == before && !reading.plan.rig.texts().empty();
+  if (reading.rig && reading.rig->refusals && clean && !reading.plan.schedule.empty())
+    for (const auto& refusal : reading.rig->refusals(reading.plan.schedule, reading.plan.rig))
+      reading.problems.all.push_back(reading.plan.file + ": " + refusal);
+}
+
+void read_channel_sets(Reading& reading) {
+  std::vector<std::string> roles;
+  if (reading.method)
+    for (const auto& role : reading.method->roles()) roles.push_back(role.name);
+  for (const auto& [role, text] : reading.sets.channels) try {
+      if (reading.method && std::find(roles.begin(), roles.end(), role) == roles.end())
+        throw Error(Error::Kind::bad_input,
+                    fmt::format("{} has no such role{}", reading.plan.method, did_you_mean(role, roles)));
+      reading.plan.channels[role] = parse_choice(text);
+    } catch (const Error& error) {
+      for (const auto& problem : error.problems)
+        reading.problems.all.push_back(fmt::format("--set channels.{}: {}", role, problem));
+    }
+}
+
+bool has_option(const Method& method, std::string_view name) {
+  const auto options = method.options();
+  return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
+}
+
+void read_sections(Reading& reading, const toml::table& document) {
+  static const toml::table nothing;
+  Section root(document, "the plan", reading.problems);
+  const auto section = [&](const char* key) -> const toml::table& {
+    const auto* table = root.table(key);
+    return table ? *table : nothing;
+  };
+  const auto given = [&](const char* key) { return document.contains(key); };
+  reading.plan.title = root.text("title").value_or("");
+  reading.plan.method = root.text("method").value_or("");
+  if (!reading.plan.method.empty())
+    reading.method = look_up(
+        root, "method", [&]() -> auto& { return find_method(reading.plan.method); });
+  read_instrument(reading, section("instrument"));
+  if (const auto& site = section("site"); given("site")) read_site(reading, site);
+  if (const auto& rig = section("rig"); given("rig")) read_rig(reading, rig);
+  read_schedule(reading, root);
+  read_channels(reading, section("channels"));
+  read_channel_sets(reading);
+  if (const auto* array = tables(root, "recording")) read_recordings(reading, *array);
+  read_settings(reading, section("settings"));
+  if (const auto* array = tables(root, "limit")) read_limits(reading, *array);
+  const auto& truth = section("truth");
+  if (given("truth") || !reading.sets.truth.empty()) read_truth(reading, truth);
+  if (!reading.sets.rig.empty() && !given("rig"))
+    reading.problems.all.push_back("--set rig." + reading.sets.rig.front().key + ": the plan has no [rig]");
+  root.close();
+}
+
+}  // namespace
+
+Plan load_plan(const std::string& path, const Sets& sets) {
+  Reading reading;
+  reading.plan.file = reading.problems.file = path;
+  const auto document = parse(path);
+  const auto* method = document.get_as<std::string>("method");
+  const auto& all = methods::catalogue();
+  const auto entry =
+      std::find_if(all.begin(), all.end(), [&](const Method* one) { return method && method->get() == one->name; });
+  reading.sets = sorted(sets, entry != all.end() && has_option(**entry, "rate"));
+  read_sections(reading, document);
+  if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.all);
+  return reading.plan;
+}
+
+Plan plan_for_method(const std::string& name, const Sets& sets) {
+  const auto& method = find_method(name);
+  if (method.needs_plan)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{0} needs a plan that says how the rig moved: a file with method = \"{0}\"", name));
+  Reading reading;
+  reading.plan.method = name;
+  reading.method = &method;
+  reading.sets = sorted(sets, has_option(method, "rate"));
+  reading.plan.settings = resolve(method.options(), reading.sets.settings, "method " + name, reading.problems.all);
+  for (const auto* other : {&reading.sets.truth, &reading.sets.rig})
+    for (const auto& given : *other)
+      reading.problems.all.push_back("--set " + given.key + ": there is no plan that it could change");
+  read_channel_sets(reading);
+  if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.all);
+  return reading.plan;
+}
+
+}  // namespace tumble::tasks

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "tumble/core/schedule.hpp"
+#include "tumble/tasks/plan_file/section.hpp"
+
+namespace tumble {
+struct Rig;
+}
+
+namespace tumble::tasks::plan_file {
+
+/// The [[schedule]] tables: every segment once for each of its runs, in order of run, durations filled in where the
+/// speed of a ramp or slew gives them. `rig` is null where the plan names none.
+Schedule read_schedule(const toml::array& tables, const Rig* rig, Problems& problems);
+
+}  // namespace tumble::tasks::plan_file

@@ -1,0 +1,91 @@
+#include "tumble/tasks/sets.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+/// [Hz], from "100" or "100 Hz".
+double parse_rate(const std::string& text) {
+  const auto quantity = parse_quantity(text);
+  const double rate = quantity.bare ? quantity.value : parse_si(text, Unit::parse("Hz"));
+  if (!(rate > 0.0)) throw Error(Error::Kind::bad_input, "the rate must be above zero");
+  return rate;
+}
+
+/// What follows `prefix` in `key`, or empty.
+std::string_view after(std::string_view key, std::string_view prefix) {
+  return key.size() > prefix.size() && key.substr(0, prefix.size()) == prefix ? key.substr(prefix.size())
+                                                                              : std::string_view();
+}
+
+void sort_in(SortedSets& sorted, const std::string& key, const std::string& value, bool method_has_rate) {
+  const Given given{key, value, "--set", true, true};
+  const auto renamed = [&](std::string_view name) {
+    Given copy = given;
+    copy.key = name;
+    return copy;
+  };
+  if (key == "rate") sorted.reading.rate = parse_rate(value);
+  if (key == "rate" && !method_has_rate) return;
+  if (key == "missing")
+    sorted.reading.missing = value;
+  else if (const auto column = after(key, "unit."); !column.empty())
+    sorted.reading.units[std::string(column)] = Unit::parse(value);
+  else if (const auto role = after(key, "channels."); !role.empty())
+    sorted.channels.emplace_back(role, value);
+  else if (const auto truth = after(key, "truth."); !truth.empty())
+    sorted.truth.push_back(renamed(truth));
+  else if (const auto rig = after(key, "rig."); !rig.empty())
+    sorted.rig.push_back(renamed(rig));
+  else
+    sorted.settings.push_back(given);
+}
+
+}  // namespace
+
+SortedSets sorted(const Sets& sets, bool method_has_rate) {
+  SortedSets result;
+  std::vector<std::string> problems;
+  for (const auto& [key, value] : sets) try {
+      sort_in(result, key, value, method_has_rate);
+    } catch (const Error& error) {
+      for (const auto& problem : error.problems)
+        problems.push_back(fmt::format("--set {}={}: {}", key, value, problem));
+    }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return result;
+}
+
+ReadOptions read_options(const Sets& sets) {
+  const auto all = sorted(sets, false);
+  std::vector<std::string> problems;
+  for (const auto& [key, value] : sets)
+    if (key != "rate" && key != "missing" && after(key, "unit.").empty())
+      problems.push_back(fmt::format("--set {}: reading a file takes rate, missing and unit.<column>", key));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return all.reading;
+}
+
+ChannelChoice parse_choice(const std::string& text) {
+  const auto open = text.find('[');
+  if (open == std::string::npos) return {text, std::nullopt};
+  if (open == 0 || text.back() != ']')
+    throw Error(Error::Kind::bad_input, fmt::format("\"{}\" is no channel; write \"name\" or \"name[unit]\"", text));
+  return {text.substr(0, open), Unit::parse(text.substr(open + 1, text.size() - open - 2))};
+}
+
+std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Given>& from_command_line) {
+  for (const auto& given : from_command_line) {
+    std::erase_if(from_file, [&](const Given& old) { return old.key == given.key; });
+    from_file.push_back(given);
+  }
+  return from_file;
+}
+
+}  // namespace tumble::tasks

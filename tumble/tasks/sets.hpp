@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/formats/format.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble::tasks {
+
+/// The --set values by what they speak of.
+struct SortedSets {
+  ReadOptions reading;                                        ///< rate, missing, unit.<column>
+  std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
+  std::vector<Given> settings, truth, rig;
+};
+
+/// `rate` is for reading; when `method_has_rate` it is a setting of the method as well. Throws Error::bad_input.
+SortedSets sorted(const Sets& sets, bool method_has_rate);
+
+/// "dtg.x[deg/h]". Throws Error::bad_input.
+ChannelChoice parse_choice(const std::string& text);
+
+/// What was given, with what the command line says in place of the same key from the file.
+std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Given>& from_command_line);
+
+}  // namespace tumble::tasks
