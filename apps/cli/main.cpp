@@ -1,1 +1,110 @@
-int main() { return 0; }
+// The command line of Tumble: `tumble VERB ...`, one file a verb. Everything is done by tumble/tasks.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <new>
+
+#include "tumble/core/settings.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/version.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+constexpr int usage = 2, data = 3, internal = 4;
+
+int status_of(Error::Kind kind) {
+  switch (kind) {
+    case Error::Kind::bad_input:
+    case Error::Kind::unsupported:
+      return usage;
+    case Error::Kind::bad_data:
+    case Error::Kind::bad_file:
+      return data;
+    case Error::Kind::internal:
+      break;
+  }
+  return internal;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* option : app.get_options())
+    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+/// What was on the command line that no option or argument takes, with the nearest that would.
+int refuse_extras(const CLI::App& program, const Terminal& terminal) {
+  const auto used = program.get_subcommands();
+  const auto& app = used.empty() ? program : *used.front();
+  std::vector<std::string> verbs;
+  for (const auto* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
+  for (const auto& extra : app.remaining()) {
+    if (extra.starts_with("-"))
+      complain(terminal, fmt::format("unknown option '{}'{}", extra, did_you_mean(extra, option_names(app))));
+    else if (used.empty())
+      complain(terminal, fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs),
+                                     fmt::join(verbs, ", ")));
+    else
+      complain(terminal, fmt::format("'{}' is one argument too many", extra));
+  }
+  complain(terminal, fmt::format("see tumble {}--help", used.empty() ? "" : app.get_name() + " "));
+  return usage;
+}
+
+int run(int argc, char** argv, Terminal& terminal) {
+  CLI::App program("Identification of inertial instruments: a plan and recordings in, parameters with uncertainty out.",
+                   "tumble");
+  program.set_version_flag("--version", fmt::format("tumble {}", version));
+  program.add_flag("--quiet", terminal.quiet, "no notes and no progress on standard error");
+  program.fallthrough();
+  const std::vector<Verb> verbs{add_list(program),     add_inspect(program), add_simulate(program),
+                                add_identify(program), add_predict(program), add_compensate(program),
+                                add_report(program),   add_convert(program)};
+  program.footer("`tumble VERB --help` tells more of each, with examples.");
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    return refuse_extras(program, terminal);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+    const auto used = program.get_subcommands();
+    complain(terminal,
+             fmt::format("{} (see tumble {}--help)", error.what(), used.empty() ? "" : used.front()->get_name() + " "));
+    return usage;
+  }
+  for (const auto& verb : verbs)
+    if (verb.app->parsed()) return verb.run(terminal);
+  print(program.help());
+  return usage;
+}
+
+int run_and_catch(int argc, char** argv) {
+  auto terminal = terminal_of_process();
+  try {
+    return run(argc, argv, terminal);
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) complain(terminal, problem);
+    return status_of(error.kind);
+  } catch (const std::bad_alloc&) {
+    complain(terminal, "not enough memory for these data; a shorter recording or fewer channels would need less");
+    return data;
+  } catch (const std::exception& error) {
+    complain(terminal, fmt::format("internal: {}; this is a defect of the program, please report it", error.what()));
+    return internal;
+  }
+}
+
+}  // namespace
+}  // namespace tumble::cli
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
+  return tumble::cli::run_and_catch(argc, argv);
+}

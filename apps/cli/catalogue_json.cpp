@@ -1,0 +1,129 @@
+#include "catalogue_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* word(Option::Type type) {
+  switch (type) {
+    case Option::Type::quantity:
+      return "quantity";
+    case Option::Type::integer:
+      return "integer";
+    case Option::Type::word:
+      return "word";
+    case Option::Type::flag:
+      return "flag";
+    case Option::Type::integers:
+      return "integers";
+    case Option::Type::text:
+      return "text";
+  }
+  return "";
+}
+
+const char* word(Motion::Kind kind) {
+  switch (kind) {
+    case Motion::Kind::hold:
+      return "hold";
+    case Motion::Kind::rate:
+      return "rate";
+    case Motion::Kind::slew:
+      return "slew";
+    case Motion::Kind::sine:
+      return "sine";
+    case Motion::Kind::random:
+      return "random";
+    case Motion::Kind::ramp:
+      return "ramp";
+    case Motion::Kind::dwell:
+      return "dwell";
+  }
+  return "";
+}
+
+Json json(const std::vector<Option>& options) {
+  Json list = Json::array();
+  for (const auto& option : options) {
+    Json one{{"name", option.name}, {"type", word(option.type)}};
+    if (option.type == Option::Type::quantity) one["unit"] = option.unit;
+    one["default"] = option.fallback.empty() ? Json() : Json(option.fallback);
+    if (option.type == Option::Type::word) one["words"] = option.words;
+    one["description"] = option.description;
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+Json json(const Method& method) {
+  Json roles = Json::array();
+  for (const auto& role : method.roles())
+    roles.push_back(
+        {{"name", role.name}, {"unit", role.unit}, {"required", role.required}, {"description", role.description}});
+  return {{"name", method.name},
+          {"summary", method.summary},
+          {"source", method.source},
+          {"needs_plan", method.needs_plan},
+          {"compensates", method.compensate != nullptr},
+          {"predicts", method.predict != nullptr},
+          {"roles", roles},
+          {"options", json(method.options())}};
+}
+
+Json json(const Model& model) {
+  return {{"name", model.name},        {"summary", model.summary},
+          {"source", model.source},    {"output", std::string(name(model.output))},
+          {"unit", model.output_unit}, {"options", json(truth_options(model))}};
+}
+
+Json json(const Rig& rig) {
+  Json axes = Json::array();
+  for (const auto& axis : rig.axes()) {
+    Json motions = Json::array();
+    for (const auto kind : axis.motions) motions.push_back(word(kind));
+    axes.push_back({{"name", axis.name}, {"unit", axis.unit}, {"motions", motions}, {"description", axis.description}});
+  }
+  return {{"name", rig.name}, {"summary", rig.summary}, {"axes", axes}, {"options", json(rig.options())}};
+}
+
+Json json(const Format& format) {
+  return {{"name", format.name},
+          {"summary", format.summary},
+          {"extensions", format.extensions},
+          {"writes", format.writer != nullptr}};
+}
+
+Json json(const Check& check) { return {{"name", check.name}, {"summary", check.summary}}; }
+
+template <class Entry>
+Json all(const std::vector<const Entry*>& catalogue) {
+  Json list = Json::array();
+  for (const auto* entry : catalogue) list.push_back(json(*entry));
+  return list;
+}
+
+}  // namespace
+
+const std::vector<std::string>& catalogue_kinds() {
+  static const std::vector<std::string> kinds{"methods", "models", "rigs", "formats", "checks"};
+  return kinds;
+}
+
+Json catalogue_json(const std::string& kind) {
+  if (kind == "methods") return all(methods::catalogue());
+  if (kind == "models") return all(models::catalogue());
+  if (kind == "rigs") return all(rigs::catalogue());
+  if (kind == "formats") return all(formats::catalogue());
+  return all(checks::catalogue());
+}
+
+}  // namespace tumble::cli

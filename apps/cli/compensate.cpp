@@ -1,0 +1,46 @@
+#include <memory>
+
+#include "tumble/report/report.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string result, recording, output;
+  std::vector<std::string> sets;
+};
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  check_output(arguments.output, {arguments.result, arguments.recording}, recording_extensions());
+  const auto options = tasks::read_options(parse_sets(arguments.sets));
+  const auto estimate = read_result(arguments.result);
+  Compensation compensation;
+  {
+    ProgressLine line(terminal);
+    compensation = tasks::compensate(estimate, read_recording(arguments.recording, options, line.progress()));
+    write_recording(compensation.recording, arguments.output);
+  }
+  note(terminal, "wrote " + arguments.output);
+  Estimate shown;  // no parameters: only what the method says of its work
+  shown.title = estimate.method + " compensated: " + arguments.recording;
+  shown.findings = std::move(compensation.findings);
+  shown.tables = std::move(compensation.tables);
+  if (!terminal.quiet) print(to_text(shown));
+  return 0;
+}
+
+}  // namespace
+
+Verb add_compensate(CLI::App& program) {
+  auto* app = program.add_subcommand("compensate", "Take an identified error model off a recording");
+  auto arguments = std::make_shared<Arguments>();
+  app->add_option("RESULT", arguments->result, "result (.json) of identify")->required();
+  app->add_option("RECORDING", arguments->recording, "recording to compensate")->required();
+  app->add_option("-o,--output", arguments->output, "recording to write")->required();
+  add_sets(*app, arguments->sets, "what the file does not say itself: rate=100, missing=WORD, unit.COLUMN=deg/h");
+  app->footer("Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n");
+  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

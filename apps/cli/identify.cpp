@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string what, output;
+  std::vector<std::string> recordings, sets;
+  bool json = false, strict = false;
+};
+
+/// A plan is a file, a method a word.
+Plan plan_of(const std::string& what, const tasks::Sets& sets) {
+  const std::filesystem::path path(what);
+  if (path.extension() == ".toml" || path.has_parent_path() || std::filesystem::exists(path))
+    return tasks::load_plan(what, sets);
+  return tasks::plan_for_method(what, sets);
+}
+
+std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan) {
+  auto inputs = arguments.recordings;
+  for (const auto& entry : plan.recordings) inputs.push_back(entry.file);
+  if (!plan.file.empty()) inputs.push_back(plan.file);
+  return inputs;
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const auto sets = parse_sets(arguments.sets);
+  const auto plan = plan_of(arguments.what, sets);
+  if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
+  Estimate estimate;
+  {
+    ProgressLine line(terminal);
+    const auto evidence = tasks::gather(plan, arguments.recordings, sets, line.progress());
+    estimate = tasks::identify(evidence, line.progress());
+  }
+  if (!arguments.output.empty()) {
+    write_file_atomically(arguments.output, to_json(estimate));
+    note(terminal, "wrote " + arguments.output);
+  }
+  if (arguments.json)
+    print(to_json(estimate));
+  else if (arguments.output.empty() || !terminal.quiet)
+    print(to_text(estimate));
+  const bool failed = std::any_of(estimate.verdicts.begin(), estimate.verdicts.end(),
+                                  [](const Verdict& verdict) { return verdict.outcome == Verdict::Outcome::fail; });
+  return arguments.strict && failed ? 1 : 0;
+}
+
+}  // namespace
+
+Verb add_identify(CLI::App& program) {
+  auto* app = program.add_subcommand("identify", "Parameters with their uncertainty, from a plan and recordings");
+  auto arguments = std::make_shared<Arguments>();
+  app->add_option("PLAN|METHOD", arguments->what, "plan file (.toml), or the name of a method that needs none")
+      ->required();
+  app->add_option("RECORDING", arguments->recordings, "recordings, after those that the plan names");
+  app->add_option("-o,--output", arguments->output, "result to write (.json); the table is printed all the same");
+  app->add_flag("--json", arguments->json, "print the result as JSON instead of a table");
+  app->add_flag("--strict", arguments->strict, "exit status 1 when a limit of the plan is not kept");
+  add_sets(*app, arguments->sets,
+           "a setting of the method (see `tumble list methods NAME`); channels.ROLE=COLUMN; and what a file does not\n"
+           "say itself: rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
+  app->footer(
+      "Examples:\n"
+      "  tumble identify allan_noise data.csv --set rate=100\n"
+      "  tumble identify static_bias data.csv --set channels.signal=gyro.x --set unit.gyro.x=deg/h\n"
+      "  tumble identify fog.toml fog.h5 -o fog.json\n"
+      "  tumble identify acceptance.toml --strict --json | jq .verdicts\n");
+  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,159 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "tumble/report/text_table.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using tasks::ChannelSummary;
+using tasks::Inspection;
+
+const char* word(Finding::Severity severity) {
+  switch (severity) {
+    case Finding::Severity::info:
+      return "info";
+    case Finding::Severity::warning:
+      return "warning";
+    case Finding::Severity::error:
+      return "error";
+  }
+  return "";
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json json(const ChannelSummary& channel) {
+  const auto& unit = channel.unit;
+  return {{"name", channel.name},
+          {"kind", std::string(name(channel.kind))},
+          {"unit", unit.text()},
+          {"samples", channel.samples},
+          {"missing", channel.missing},
+          {"rate", number(channel.rate())},
+          {"uniform", channel.uniform},
+          {"first", number(channel.first)},
+          {"last", number(channel.last)},
+          {"minimum", number(unit.from_si(channel.minimum))},
+          {"mean", number(unit.from_si(channel.mean))},
+          {"maximum", number(unit.from_si(channel.maximum))},
+          {"sd", number(unit.difference_from_si(channel.sd))}};
+}
+
+Json json(const Inspection& inspection) {
+  const auto& header = inspection.header;
+  Json channels = Json::array(), marks = Json::array(), findings = Json::array();
+  for (const auto& channel : inspection.channels) channels.push_back(json(channel));
+  for (const auto& mark : header.marks)
+    marks.push_back({{"label", mark.label}, {"begin", mark.begin}, {"run", mark.run}});
+  for (const auto& finding : inspection.findings)
+    findings.push_back({{"severity", word(finding.severity)}, {"message", finding.message}, {"where", finding.where}});
+  return {{"file", header.origin.file},
+          {"sha256", header.origin.sha256},
+          {"instrument", header.instrument},
+          {"channels", channels},
+          {"marks", marks},
+          {"meta", header.meta},
+          {"findings", findings}};
+}
+
+std::string shown(double value, int digits = 6) {
+  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
+}
+
+std::vector<TextColumn> columns(const std::vector<ChannelSummary>& channels) {
+  using Align = TextColumn::Align;
+  std::vector<TextColumn> table{{"channel", "", {}, Align::left},
+                                {"unit", "", {}, Align::left},
+                                {"kind", "", {}, Align::left},
+                                {"samples", "", {}},
+                                {"missing", "", {}},
+                                {"rate", "Hz", {}},
+                                {"min", "", {}},
+                                {"mean", "", {}},
+                                {"max", "", {}},
+                                {"sd", "", {}}};
+  for (const auto& channel : channels) {
+    const auto& unit = channel.unit;
+    const std::string cells[]{channel.name,
+                              unit.text(),
+                              std::string(name(channel.kind)),
+                              std::to_string(channel.samples),
+                              std::to_string(channel.missing),
+                              shown(channel.rate()),
+                              shown(unit.from_si(channel.minimum)),
+                              shown(unit.from_si(channel.mean)),
+                              shown(unit.from_si(channel.maximum)),
+                              shown(unit.difference_from_si(channel.sd), 3)};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i].cells.push_back(cells[i]);
+  }
+  return table;
+}
+
+/// "run 3, from 7200 s: static, ramp up, ramp down"
+std::string marks_text(const std::vector<Mark>& marks) {
+  std::string text;
+  int run = 0;
+  for (const auto& mark : marks) {
+    text +=
+        mark.run == run ? ", " : fmt::format("{}  run {}, from {} s: ", run ? "\n" : "\nruns:\n", mark.run, mark.begin);
+    text += mark.label.empty() ? "(no label)" : mark.label;
+    run = mark.run;
+  }
+  return text.empty() ? "" : text + "\n";
+}
+
+std::string text(const Inspection& inspection) {
+  const auto& header = inspection.header;
+  std::string out = header.origin.file + (header.instrument.empty() ? "" : ": " + header.instrument) + "\n";
+  if (!inspection.channels.empty()) {
+    const auto& one = inspection.channels.front();
+    out += fmt::format("{} channels, {} s from {} s to {} s\n", inspection.channels.size(),
+                       shown(one.last - one.first, 9), shown(one.first, 9), shown(one.last, 9));
+  }
+  out += "\n" + text_table(columns(inspection.channels)) + marks_text(header.marks);
+  if (!header.meta.empty()) out += "\nmeta:\n";
+  for (const auto& [key, value] : header.meta) out += fmt::format("  {}: {}\n", key, value);
+  out += inspection.findings.empty() ? "\nfindings: none\n" : "\nfindings:\n";
+  for (const auto& finding : inspection.findings) {
+    const auto where = finding.where.empty() ? "" : " (" + finding.where + ")";
+    out += wrapped(fmt::format("  {}: ", word(finding.severity)), finding.message + where);
+  }
+  return out;
+}
+
+}  // namespace
+
+Verb add_inspect(CLI::App& program) {
+  struct Arguments {
+    std::string recording;
+    std::vector<std::string> sets;
+    bool json = false;
+  };
+  auto* app = program.add_subcommand("inspect", "What a recording holds, and what is odd in it");
+  auto arguments = std::make_shared<Arguments>();
+  app->add_option("RECORDING", arguments->recording, "recording to read")->required();
+  app->add_flag("--json", arguments->json, "print JSON instead of a table");
+  add_sets(*app, arguments->sets, "what the file does not say itself: rate=100, missing=WORD, unit.COLUMN=deg/h");
+  app->footer(
+      "Examples:\n"
+      "  tumble inspect data.csv\n"
+      "  tumble inspect data.csv --set rate=100 --set unit.gyro=deg/s --json\n");
+  return {app, [arguments](const Terminal& terminal) {
+            const auto options = tasks::read_options(parse_sets(arguments->sets));
+            Inspection inspection;
+            {
+              ProgressLine line(terminal);
+              inspection = tasks::inspect(arguments->recording, options, line.progress());
+            }
+            print(arguments->json ? json(inspection).dump(2) + "\n" : text(inspection));
+            return 0;
+          }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "catalogue_json.hpp"
+#include "tumble/report/text_table.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::string kind, name;
+  bool json = false;
+};
+
+/// One line an entry.
+std::string lines(const Json& entries) {
+  std::size_t width = 0;
+  for (const auto& entry : entries) width = std::max(width, entry["name"].get_ref<const std::string&>().size());
+  std::string text;
+  for (const auto& entry : entries)
+    text += fmt::format("  {:<{}}  {}\n", entry["name"].get<std::string>(), width, entry["summary"].get<std::string>());
+  return text.empty() ? "  none\n" : text;
+}
+
+/// What may follow the name of an option: its values or unit, and its default.
+std::string accepted(const Json& option) {
+  std::string text = option["type"];
+  if (option.contains("words"))
+    text = fmt::format("{}", fmt::join(option["words"].get<std::vector<std::string>>(), "|"));
+  if (option.contains("unit")) text = "[" + option["unit"].get<std::string>() + "]";
+  return option["default"].is_null() ? text : text + " = " + option["default"].get<std::string>();
+}
+
+/// "heading:" and one item a line, its description below where both do not fit.
+std::string items(const Json& entry, const char* list, const char* heading, std::string (*said)(const Json&)) {
+  if (!entry.contains(list) || entry[list].empty()) return "";
+  std::string text = fmt::format("\n{}:\n", heading);
+  for (const auto& item : entry[list])
+    text += fmt::format("  {}  {}\n{}", item["name"].get<std::string>(), said(item),
+                        wrapped("      ", item["description"]));
+  return text;
+}
+
+/// All that one entry says of itself.
+std::string page(const Json& entry) {
+  std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
+  if (entry.contains("source")) text += wrapped("source: ", entry["source"]);
+  if (entry.contains("extensions"))
+    text += fmt::format("file names end in {}\n", fmt::join(entry["extensions"].get<std::vector<std::string>>(), ", "));
+  if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += "needs a plan\n";
+  text += items(entry, "roles", "channels", [](const Json& role) {
+    return fmt::format("[{}]{}", role["unit"].get<std::string>(), role["required"].get<bool>() ? "" : ", optional");
+  });
+  text += items(entry, "axes", "axes", [](const Json& axis) {
+    return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
+                       fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));
+  });
+  return text + items(entry, "options", "options", accepted);
+}
+
+const Json& find(const Json& entries, const std::string& kind, const std::string& name) {
+  std::vector<std::string> known;
+  for (const auto& entry : entries) {
+    known.push_back(entry["name"]);
+    if (known.back() == name) return entry;
+  }
+  throw Error(Error::Kind::unsupported, fmt::format("there is no '{}' among the {}{} (known: {})", name, kind,
+                                                    did_you_mean(name, known), fmt::join(known, ", ")));
+}
+
+int run(const Arguments& arguments) {
+  const auto& kinds = catalogue_kinds();
+  if (arguments.kind.empty()) {
+    Json all;
+    std::string text;
+    for (const auto& kind : kinds) {
+      all[kind] = catalogue_json(kind);
+      text += fmt::format("{}{}:\n{}", text.empty() ? "" : "\n", kind, lines(all[kind]));
+    }
+    print(arguments.json ? all.dump(2) + "\n" : text);
+    return 0;
+  }
+  if (std::find(kinds.begin(), kinds.end(), arguments.kind) == kinds.end())
+    throw Error(Error::Kind::bad_input, fmt::format("there is no list of '{}'{} (lists: {})", arguments.kind,
+                                                    did_you_mean(arguments.kind, kinds), fmt::join(kinds, ", ")));
+  const auto entries = catalogue_json(arguments.kind);
+  if (arguments.name.empty()) {
+    print(arguments.json ? entries.dump(2) + "\n" : lines(entries));
+    return 0;
+  }
+  const auto& entry = find(entries, arguments.kind, arguments.name);
+  print(arguments.json ? entry.dump(2) + "\n" : page(entry));
+  return 0;
+}
+
+}  // namespace
+
+Verb add_list(CLI::App& program) {
+  auto* app = program.add_subcommand("list", "What there is: methods, models, rigs, formats, checks");
+  auto arguments = std::make_shared<Arguments>();
+  app->add_option("KIND", arguments->kind, "methods, models, rigs, formats or checks; without it all of them");
+  app->add_option("NAME", arguments->name, "one of them, with its options and where they come from");
+  app->add_flag("--json", arguments->json, "print JSON, options and all");
+  app->footer(
+      "Examples:\n"
+      "  tumble list\n"
+      "  tumble list methods allan_noise\n"
+      "  tumble list methods --json | jq '.[].options[].name'\n");
+  return {app, [arguments](const Terminal&) { return run(*arguments); }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+
+namespace fs = std::filesystem;
+
+void add_sets(CLI::App& verb, std::vector<std::string>& texts, const std::string& what) {
+  verb.add_option("--set", texts, what)->type_name("KEY=VALUE")->allow_extra_args(false);
+}
+
+tasks::Sets parse_sets(const std::vector<std::string>& texts) {
+  tasks::Sets sets;
+  std::vector<std::string> problems;
+  for (const auto& text : texts) {
+    const auto equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos)
+      problems.push_back(fmt::format("--set {}: write --set key=value", text));
+    else
+      sets.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return sets;
+}
+
+Estimate read_result(const std::string& path) { return estimate_from_json(read_text_file(path), path); }
+
+void check_output(const std::string& output, const std::vector<std::string>& inputs,
+                  const std::vector<std::string>& extensions) {
+  std::vector<std::string> problems;
+  const fs::path path(output);
+  const auto extension = path.extension().string();
+  if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
+    problems.push_back(fmt::format("-o {}: the name must end in {}", output, fmt::join(extensions, ", ")));
+  std::error_code unknown;
+  const auto folder = path.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, unknown))
+    problems.push_back(fmt::format("-o {}: there is no folder {}", output, folder.string()));
+  for (const auto& input : inputs)
+    if (fs::equivalent(path, input, unknown))
+      problems.push_back(fmt::format("-o {}: would overwrite the input {}; choose another name", output, input));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+std::vector<std::string> recording_extensions() {
+  std::vector<std::string> extensions;
+  for (const auto* format : formats::catalogue())
+    if (format->writer) extensions.insert(extensions.end(), format->extensions.begin(), format->extensions.end());
+  return extensions;
+}
+
+}  // namespace tumble::cli

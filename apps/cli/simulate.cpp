@@ -1,0 +1,45 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string plan, output;
+  std::uint64_t seed = 1;
+  std::vector<std::string> sets;
+};
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const auto output =
+      arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
+  check_output(output, {arguments.plan}, recording_extensions());
+  const auto plan = tasks::load_plan(arguments.plan, parse_sets(arguments.sets));
+  ProgressLine line(terminal);
+  write_recording(tasks::simulate(plan, arguments.seed, line.progress()), output);
+  note(terminal, fmt::format("wrote {} (seed {})", output, arguments.seed));
+  return 0;
+}
+
+}  // namespace
+
+Verb add_simulate(CLI::App& program) {
+  auto* app = program.add_subcommand("simulate", "Carry a plan out on a simulated rig and instrument");
+  auto arguments = std::make_shared<Arguments>();
+  app->add_option("PLAN", arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]")->required();
+  app->add_option("-o,--output", arguments->output, "recording to write; without it <plan>.h5 in this folder");
+  app->add_option("--seed", arguments->seed, "of the random numbers: the same seed gives the same bytes")
+      ->capture_default_str();
+  add_sets(*app, arguments->sets, "in place of what the plan says: truth.KEY, rig.KEY; repeatable");
+  app->footer(
+      "Examples:\n"
+      "  tumble simulate fog.toml -o fog.h5 --seed 7\n"
+      "  tumble simulate fog.toml -o quiet.csv --set truth.angle_random_walk=\"0 deg/sqrt(h)\"\n");
+  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,61 @@
+#include "terminal.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::cli {
+
+Terminal terminal_of_process() {
+  Terminal terminal;
+  const char* kind = std::getenv("TERM");
+  const char* no_colour = std::getenv("NO_COLOR");
+  terminal.live = isatty(STDERR_FILENO) == 1 && !(kind && std::string_view(kind) == "dumb");
+  terminal.colour = terminal.live && !(no_colour && *no_colour);
+  return terminal;
+}
+
+void print(std::string_view text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (!written) throw Error(Error::Kind::bad_file, fmt::format("standard output: {}", std::strerror(errno)));
+}
+
+void note(const Terminal& terminal, const std::string& message) {
+  if (!terminal.quiet) fmt::print(stderr, "tumble: {}\n", message);
+}
+
+void complain(const Terminal& terminal, const std::string& problem) {
+  fmt::print(stderr, "{}error:{} {}\n", terminal.colour ? "\033[1;31m" : "", terminal.colour ? "\033[0m" : "", problem);
+}
+
+Progress ProgressLine::progress() {
+  if (!shown_) return {};
+  return [this](double done, std::string_view what) { draw(done, what); };
+}
+
+void ProgressLine::draw(double done, std::string_view what) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  drawn_ = true;
+  constexpr int width = 30;
+  const double part = std::clamp(done, 0.0, 1.0);
+  const auto full = static_cast<int>(part * width);
+  fmt::print(stderr, "\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}", "", full, "", width - full, 100.0 * part, what);
+  std::fflush(stderr);
+}
+
+ProgressLine::~ProgressLine() {
+  if (!drawn_) return;
+  fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+}
+
+}  // namespace tumble::cli
