@@ -77,7 +77,7 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
   const auto sums = second_difference_sums(phase, factors);
 
   std::vector<DeviationPoint> points;
-  int alpha = 0;
+  int alpha = 2;
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const auto terms = terms_of_runs(phase, factors[i]);
     if (terms.empty()) continue;

@@ -10,6 +10,7 @@ namespace tumble {
 namespace {
 
 constexpr std::size_t fewest_for_autocorrelation = 30;
+constexpr std::size_t fewest_for_phase = 128;
 constexpr std::size_t fewest_for_ratio = 8;
 constexpr std::size_t segment_points = 8192;  // of a long decimated phase, read in this many points at a time ...
 constexpr std::size_t most_segments = 8;      // ... so many times, evenly over the record
@@ -85,15 +86,26 @@ std::vector<Series> decimated(const Phase& phase, std::size_t m) {
   return all;
 }
 
-int from_autocorrelation(std::vector<Series> all, bool gaps) {
-  // Across a gap the phase is not known: runs have no common quadratic, so the averages (d = 1) are the start there.
-  int d = gaps ? 1 : 0;
-  for (auto& z : all) gaps ? difference(z) : remove_quadratic(z);
+int from_autocorrelation(std::vector<Series> all, bool gaps, int shorter) {
+  // Across a gap the phase is not known, and in a short record its quadratic takes much of a random walk away: there
+  // the averages (d = 1) are the start.
+  for (auto& z : all) {
+    if (!gaps) remove_quadratic(z);
+  }
+  int d = 0;
+  if (gaps || points(all) < fewest_for_phase) {
+    for (auto& z : all) difference(z);
+    d = 1;
+  }
   for (;; ++d) {
     const double r = lag_1_autocorrelation(all);
     const double rho = r / (1.0 + r);
     if (rho < 0.25 || d >= most_differences) {
-      return std::clamp(2 - static_cast<int>(std::lround(2.0 * (rho + d))), -4, 2);
+      const double exponent = 2.0 - 2.0 * (rho + d);
+      const double sd = 2.0 / ((1.0 + r) * (1.0 + r) * std::sqrt(static_cast<double>(points(all))));  // of r: 1/sqrt(n)
+      const int alpha = std::clamp(static_cast<int>(std::lround(exponent)), -4, 2);
+      const bool too_white = alpha > 0 && alpha > shorter && exponent < shorter + 0.5 + 2.0 * sd;
+      return too_white ? std::max(shorter, 0) : alpha;
     }
     for (auto& z : all) difference(z);
   }
@@ -174,7 +186,7 @@ int identify_noise_type(const Phase& phase, std::size_t factor, double allan_sum
   auto series = decimated(phase, factor);
   const std::size_t count = points(series);
   if (count < fewest_for_ratio || terms == 0 || !(allan_sum > 0.0)) return shorter;
-  if (count >= fewest_for_autocorrelation) return from_autocorrelation(std::move(series), phase.has_gaps());
+  if (count >= fewest_for_autocorrelation) return from_autocorrelation(std::move(series), phase.has_gaps(), shorter);
   const double allan_variance = allan_sum / (2.0 * static_cast<double>(terms));
   return std::min(shorter, from_variance_ratio(std::move(series), phase, factor, allan_variance));
 }

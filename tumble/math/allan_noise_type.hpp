@@ -11,9 +11,12 @@ namespace tumble {
 /// From 30 phase points at stride m on: lag-1 autocorrelation r of the phase less its quadratic, differenced d times
 /// until rho = r/(1 + r) < 0.25; alpha = 2 - round(2 (rho + d)). In a record with gaps all runs are pooled. Below 30
 /// points: ratio B1 of the sample variance of the tau-averages to the Allan variance, and R(n) of the modified to the
-/// plain Allan variance to tell white from flicker phase noise, but nothing whiter than what was found at shorter tau:
-/// in a sum of power laws the types follow each other from 2 to -4, and a type that is too white would give limits that
-/// are too narrow. Below 8 points the record cannot tell: `shorter` is returned.
+/// plain Allan variance to tell white from flicker phase noise. Below 8 points the record cannot tell: `shorter` is
+/// returned.
+///
+/// In a sum of power laws the types follow each other from 2 to -4 as tau grows, and rate noise taken for phase noise
+/// would give limits that are far too narrow. So phase noise at longer tau than rate noise is believed only where the
+/// exponent lies 2 sd beyond the boundary, and no whiter type at all below 30 points.
 ///
 /// Given     shorter  type found at the next shorter tau
 ///           allan_sum  sum_n (x_{n+2m} - 2 x_{n+m} + x_n)^2 over `terms` terms, for B1 and R(n)
