@@ -115,7 +115,7 @@ double phase_difference_edf(int alpha, const PhaseDifference& difference, std::s
   const double lags = static_cast<double>(most_lags);
 
   double inverse = 1.0;
-  if (difference.modified) {
+  if (difference.modified && factor > 1) {
     if (few_lags) {
       inverse = inverse_edf(J, M, S, 1.0, alpha, d, s_z(0.0, 1.0, alpha, d));
     } else if (many_terms) {
@@ -124,9 +124,9 @@ double phase_difference_edf(int alpha, const PhaseDifference& difference, std::s
       inverse = inverse_edf(most_lags, lags, lags / r, 1.0, alpha, d, s_z(0.0, 1.0, alpha, d));
     }
   } else if (alpha <= 0) {
-    const double F = few_lags && m * (d + 1) <= lags ? m : infinite;
+    // F = m would stand for phase averaged over t0. Ours is the integral of a rate, not filtered: F infinite at any m.
     if (few_lags) {
-      inverse = inverse_edf(J, M, S, F, alpha, d, s_z(0.0, F, alpha, d));
+      inverse = inverse_edf(J, M, S, infinite, alpha, d, s_z(0.0, infinite, alpha, d));
     } else if (many_terms) {
       inverse = large_r(table_2[2 - alpha][d - 1], r);
     } else {

@@ -1,0 +1,201 @@
+#include "tumble/math/allan_family.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tumble/math/allan_edf.hpp"
+#include "tumble/math/allan_noise_type.hpp"
+#include "tumble/math/allan_phase.hpp"
+#include "tumble/math/allan_sums.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+/// The measure in units of t0 = 1: variance, or for interval errors the square of the answer.
+MeanSquare measure_at(Stability measure, std::span<const double> x, std::span<const double> rate, std::size_t m) {
+  const double square = static_cast<double>(m) * static_cast<double>(m);
+  switch (measure) {
+    case Stability::allan:
+      return difference_variance(x, m, 2, m);
+    case Stability::overlapping_allan:
+      return difference_variance(x, m, 2, 1);
+    case Stability::hadamard:
+      return difference_variance(x, m, 3, m);
+    case Stability::overlapping_hadamard:
+      return difference_variance(x, m, 3, 1);
+    case Stability::modified_allan:
+    case Stability::time:
+      return modified_allan_variance(x, m);
+    case Stability::total:
+      return total_variance(x, m);
+    case Stability::modified_total:
+    case Stability::time_total: {
+      const auto mean = reflected_segments(x, m);
+      return {mean.value / (2.0 * square), mean.count};
+    }
+    case Stability::hadamard_total: {
+      if (m == 1) return difference_variance(x, m, 3, 1);  // as published: there is nothing to average
+      const auto mean = reflected_segments(rate, m);
+      return {mean.value / 6.0, mean.count};
+    }
+    case Stability::theo1:
+      return theo1_variance(x, m);
+    case Stability::peak_interval_error: {
+      const auto peak = peak_interval_error(x, m);
+      return {peak.value * peak.value, peak.count};
+    }
+    case Stability::rms_interval_error:
+      return interval_error_variance(x, m);
+  }
+  return {};
+}
+
+bool is_interval_error(Stability measure) {
+  return measure == Stability::peak_interval_error || measure == Stability::rms_interval_error;
+}
+
+/// From the square in samples to the deviation: [u], or [u s] of those that are times.
+double deviation_of(Stability measure, double square, double tau, double interval) {
+  if (is_interval_error(measure)) return std::sqrt(square);
+  const double deviation = std::sqrt(square) / interval;
+  return measure == Stability::time || measure == Stability::time_total ? tau * deviation / std::sqrt(3.0) : deviation;
+}
+
+/// Expected variance of a total measure over that of the measure it stands for; records of T/tau = `ratio`.
+double bias(Stability measure, int alpha, std::size_t m, double ratio) {
+  const auto pick = [](int index, std::initializer_list<double> values) {
+    return *(values.begin() + std::clamp(index, 0, static_cast<int>(values.size()) - 1));
+  };
+  switch (measure) {
+    case Stability::total:
+      return 1.0 - pick(-alpha, {0.0, 0.481, 0.750}) / ratio;  // SP 1065 table 7
+    case Stability::modified_total:                            // sec. 5.2.13
+    case Stability::time_total:
+      return pick(2 - alpha, {0.94, 0.83, 0.73, 0.70, 0.69});
+    case Stability::hadamard_total:
+      if (m == 1 || alpha > 0) return 1.0;  // it is the Hadamard deviation there; none is published for phase noise
+      return 1.0 + pick(-alpha, {-0.005, -0.149, -0.229, -0.283, -0.321});
+    default:
+      return 1.0;
+  }
+}
+
+/// edf of the differences, and of the total measures at m < 8, where their published edf does not hold (SP 1065 tables
+/// 7-9 are for m from 8 or 16 on), that of the difference they extend, which is less.
+double edf_of_difference(Stability measure, int alpha, std::size_t m, std::size_t count) {
+  switch (measure) {
+    case Stability::allan:
+      return phase_difference_edf(alpha, {2, false, false}, m, count);
+    case Stability::total:
+    case Stability::overlapping_allan:
+      return phase_difference_edf(alpha, {2, true, false}, m, count);
+    case Stability::hadamard:
+      return phase_difference_edf(alpha, {3, false, false}, m, count);
+    case Stability::hadamard_total:
+    case Stability::overlapping_hadamard:
+      return phase_difference_edf(alpha, {3, true, false}, m, count);
+    case Stability::modified_allan:
+    case Stability::modified_total:
+    case Stability::time_total:
+    case Stability::time:
+      return phase_difference_edf(alpha, {2, true, true}, m, count);
+    default:
+      return 0.0;
+  }
+}
+
+/// edf of the measure with `count` terms at factor m of a record of T/tau = `ratio`; 0 where no formula is published.
+double edf_of(Stability measure, int alpha, std::size_t m, std::size_t count, double ratio) {
+  struct Pair {
+    double a, b;
+  };
+  static constexpr Pair of_total[3] = {{1.50, 0.0}, {1.17, 0.22}, {0.93, 0.36}};
+  static constexpr Pair of_modified[5] = {{1.90, 2.10}, {1.20, 1.40}, {1.10, 1.20}, {0.85, 0.50}, {0.75, 0.31}};
+  static constexpr Pair of_hadamard[5] = {
+      {0.559, 1.004}, {0.868, 1.140}, {0.938, 1.696}, {0.974, 2.554}, {1.276, 3.149}};
+  if (m < 8) return edf_of_difference(measure, alpha, m, count);
+  switch (measure) {
+    case Stability::total: {
+      if (alpha > 0) return 0.0;
+      const auto [a, b] = of_total[std::min(-alpha, 2)];
+      return std::max(1.0, a * ratio - b);
+    }
+    case Stability::modified_total:
+    case Stability::time_total: {
+      const auto [a, b] = of_modified[std::clamp(2 - alpha, 0, 4)];
+      return std::max(1.0, a * ratio - b);
+    }
+    case Stability::hadamard_total: {
+      if (alpha > 0) return 0.0;
+      const auto [a, b] = of_hadamard[std::min(-alpha, 4)];
+      return std::max(1.0, ratio / (a + b / ratio));
+    }
+    default:
+      return edf_of_difference(measure, alpha, m, count);
+  }
+}
+
+void check(std::span<const double> phase, double interval, std::span<const std::size_t> factors,
+           const StabilityOptions& options) {
+  std::vector<std::string> problems;
+  if (!(interval > 0.0 && std::isfinite(interval)))
+    problems.push_back("interval between phase points must be above 0 s");
+  if (!(options.confidence > 0.0 && options.confidence < 1.0))
+    problems.push_back("confidence must lie between 0 and 1");
+  if (!std::is_sorted(factors.begin(), factors.end()) || (!factors.empty() && factors.front() == 0)) {
+    problems.push_back("averaging factors must be whole numbers from 1 on, in ascending order");
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  const auto bad = std::find_if(phase.begin(), phase.end(), [](double value) { return !std::isfinite(value); });
+  if (bad != phase.end()) {
+    throw Error(Error::Kind::bad_data,
+                "phase point " + std::to_string(bad - phase.begin()) + " is not a finite number");
+  }
+}
+
+}  // namespace
+
+std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
+                                      std::span<const std::size_t> factors, const StabilityOptions& options) {
+  check(phase, interval, factors, options);
+  std::vector<DeviationPoint> points;
+  if (phase.size() < 2) return points;
+  std::vector<double> rate(phase.size() - 1);
+  for (std::size_t n = 0; n < rate.size(); ++n) rate[n] = phase[n + 1] - phase[n];
+  const Phase whole{{phase.begin(), phase.end()}, {{0, phase.size() - 1}}};
+  const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(whole, factors);
+
+  int alpha = options.alpha.value_or(2);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const std::size_t m = factors[i];
+    const auto square = measure_at(measure, phase, rate, m);
+    if (square.count == 0) continue;
+    const double scale = measure == Stability::theo1 ? 0.75 : 1.0;
+    DeviationPoint point{.factor = m, .tau = scale * static_cast<double>(m) * interval, .count = square.count};
+    if (!options.alpha && phase.size() > 2 * m) {
+      alpha = identify_noise_type(whole, m, allan_sums[i], phase.size() - 2 * m, alpha);
+    }
+    point.alpha = alpha;
+    const double ratio = static_cast<double>(rate.size()) / static_cast<double>(m);
+    const double unbiased = options.remove_bias ? square.value / bias(measure, alpha, m, ratio) : square.value;
+    point.deviation = deviation_of(measure, unbiased, point.tau, interval);
+    point.edf = edf_of(measure, alpha, m, square.count, ratio);
+    const auto limits = point.edf > 0.0 ? deviation_limits(point.deviation, point.edf, options.confidence)
+                                        : Limits{point.deviation, point.deviation};
+    point.lower = limits.lower;
+    point.upper = limits.upper;
+    points.push_back(point);
+  }
+  return points;
+}
+
+std::vector<double> phase_from_rate(std::span<const double> rate, double interval) {
+  auto phase = integrate_rate(rate, 1);
+  if (phase.has_gaps()) throw Error(Error::Kind::bad_data, "the rate has missing samples: use overlapping_allan");
+  for (double& value : phase.values) value *= interval;
+  return std::move(phase.values);
+}
+
+}  // namespace tumble

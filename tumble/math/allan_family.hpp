@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "tumble/math/allan.hpp"
+
+namespace tumble {
+
+/// The measures of stability of NIST SP 1065 (2008), chapter 5. x phase (angle or velocity), N points; y rate.
+enum class Stability {
+  allan,                 ///< ADEV   second difference, terms tau apart
+  overlapping_allan,     ///< OADEV  terms one sample apart
+  modified_allan,        ///< MDEV   of phase averaged over tau
+  time,                  ///< TDEV   = tau MDEV/sqrt(3)
+  hadamard,              ///< HDEV   third difference: blind to a rate ramp
+  overlapping_hadamard,  ///< OHDEV
+  total,                 ///< TOTDEV    of phase extended at both ends by inverted reflection
+  modified_total,        ///< MTOTDEV   of each 3 tau of phase, without its slope, extended by reflection
+  time_total,            ///< TTOTDEV = tau MTOTDEV/sqrt(3)
+  hadamard_total,        ///< HTOTDEV   of each 3 tau of rate, without its slope, extended by reflection
+  theo1,                 ///< Theo1     even m from 10; tau = 0.75 m t0
+  peak_interval_error,   ///< MTIE      largest peak-to-peak phase in any window of m + 1 points
+  rms_interval_error     ///< TIE rms of x_{n+m} - x_n
+};
+
+struct StabilityOptions {
+  double confidence = 0.95;  ///< two-sided
+  std::optional<int> alpha;  ///< noise type; identified at each factor when absent
+  bool remove_bias = true;   ///< of the total deviations, against the deviation whose name they bear
+};
+
+/// A stability measure of phase data at the given averaging factors.
+///
+/// With sums over all n that the record has, z2_n = x_{n+2m} - 2 x_{n+m} + x_n, z3_n = x_{n+3m} - 3 x_{n+2m} +
+/// 3 x_{n+m} - x_n, tau = m t0, M the number of terms:
+///
+///   Allan              1/(2 tau^2 M) sum z2_n^2,  n = 0, m, 2m ... or 0, 1, 2 ... (overlapping)      SP 1065 (10),
+///   (11) modified Allan     1/(2 tau^2 m^2 M) sum_j (sum_{n=j}^{j+m-1} z2_n)^2                            (14)
+///   Hadamard           1/(6 tau^2 M) sum z3_n^2                                                      (17), (18)
+///   total              1/(2 tau^2 (N-2)) sum_{n=1}^{N-2} (x*_{n-m} - 2 x_n + x*_{n+m})^2             (25)
+///   modified total     1/(2 tau^2 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (zbar_j)^2, zbar of segment n     (26)
+///   Hadamard total     1/(6 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (Hbar_j)^2                              (29)
+///   Theo1              1/(0.75 tau^2 (N-m)) sum_i sum_{k=0}^{m/2-1} (x_i - x_{i-k+m/2} + x_{i+m} -
+///   x_{i+k+m/2})^2/(m/2-k)
+///
+/// edf: Greenhall and Riley for the differences; SP 1065 tables 7-9 for the total ones (edf = 0 and limits equal to the
+/// deviation where no formula is given: interval errors, Theo1, total under phase noise).
+///
+/// Given     phase     x [u s], evenly spaced, no gaps; interval  t0 [s], > 0
+///           factors   m, ascending. Those that the record is too short for are absent from the answer
+/// Throws    Error::bad_data for values that are not finite; Error::bad_input for the rest
+/// Accuracy  NIST 1000-point set to its 7 printed digits; Stable32 tables to their 5 (1e-4)
+std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
+                                      std::span<const std::size_t> factors, const StabilityOptions& options);
+
+/// x_0 = 0, x_{n+1} = x_n + (y_n - mean y) t0, whose stability in all measures but the interval errors is that of y.
+std::vector<double> phase_from_rate(std::span<const double> rate, double interval);
+
+}  // namespace tumble
