@@ -23,7 +23,7 @@ struct PhaseDifference {
 ///           factor m; terms  M, the number of differences in the sum
 /// Returned  edf, at least 1
 /// See       Greenhall and Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003, eq.
-///           (7)-(10), tables 1-3; NIST SP 1065 (2008), sec. 5.4
+///           (7)-(10), tables 1-3
 double phase_difference_edf(int alpha, const PhaseDifference& difference, std::size_t factor, std::size_t terms);
 
 }  // namespace tumble

@@ -71,7 +71,7 @@ double bias(Stability measure, int alpha, std::size_t m, double ratio) {
   switch (measure) {
     case Stability::total:
       return 1.0 - pick(-alpha, {0.0, 0.481, 0.750}) / ratio;  // SP 1065 table 7
-    case Stability::modified_total:                            // sec. 5.2.13
+    case Stability::modified_total:
     case Stability::time_total:
       return pick(2 - alpha, {0.94, 0.83, 0.73, 0.70, 0.69});
     case Stability::hadamard_total:
@@ -82,8 +82,8 @@ double bias(Stability measure, int alpha, std::size_t m, double ratio) {
   }
 }
 
-/// edf of the differences, and of the total measures at m < 8, where their published edf does not hold (SP 1065 tables
-/// 7-9 are for m from 8 or 16 on), that of the difference they extend, which is less.
+/// edf of the differences, and of the total measures at m < 8, where their published edf does not hold (at m = 1 they
+/// are twice too large), that of the difference they extend, which is less.
 double edf_of_difference(Stability measure, int alpha, std::size_t m, std::size_t count) {
   switch (measure) {
     case Stability::allan:

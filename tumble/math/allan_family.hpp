@@ -9,7 +9,7 @@
 
 namespace tumble {
 
-/// The measures of stability of NIST SP 1065 (2008), chapter 5. x phase (angle or velocity), N points; y rate.
+/// The measures of stability of NIST SP 1065 (2008). x phase (angle or velocity), N points; y rate.
 enum class Stability {
   allan,                 ///< ADEV   second difference, terms tau apart
   overlapping_allan,     ///< OADEV  terms one sample apart
@@ -37,17 +37,19 @@ struct StabilityOptions {
 /// With sums over all n that the record has, z2_n = x_{n+2m} - 2 x_{n+m} + x_n, z3_n = x_{n+3m} - 3 x_{n+2m} +
 /// 3 x_{n+m} - x_n, tau = m t0, M the number of terms:
 ///
-///   Allan              1/(2 tau^2 M) sum z2_n^2,  n = 0, m, 2m ... or 0, 1, 2 ... (overlapping)      SP 1065 (10),
-///   (11) modified Allan     1/(2 tau^2 m^2 M) sum_j (sum_{n=j}^{j+m-1} z2_n)^2                            (14)
-///   Hadamard           1/(6 tau^2 M) sum z3_n^2                                                      (17), (18)
-///   total              1/(2 tau^2 (N-2)) sum_{n=1}^{N-2} (x*_{n-m} - 2 x_n + x*_{n+m})^2             (25)
-///   modified total     1/(2 tau^2 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (zbar_j)^2, zbar of segment n     (26)
-///   Hadamard total     1/(6 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (Hbar_j)^2                              (29)
-///   Theo1              1/(0.75 tau^2 (N-m)) sum_i sum_{k=0}^{m/2-1} (x_i - x_{i-k+m/2} + x_{i+m} -
-///   x_{i+k+m/2})^2/(m/2-k)
+///   Allan           1/(2 tau^2 M) sum z2_n^2,  n = 0, m, 2m ... or, overlapping, 0, 1, 2 ...            (7), (11)
+///   modified Allan  1/(2 tau^2 m^2 M) sum_j (sum_{n=j}^{j+m-1} z2_n)^2                                 (14)
+///   Hadamard        1/(6 tau^2 M) sum z3_n^2                                                           (18), (20)
+///   total           1/(2 tau^2 (N-2)) sum_{n=1}^{N-2} (x*_{n-m} - 2 x_n + x*_{n+m})^2                  (25)
+///   modified total  1/(2 tau^2 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (zbar_j)^2, zbar of segment n          (27)
+///   Hadamard total  1/(6 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (zbar_j)^2, the same of the rate
+///   Theo1           1/(0.75 tau^2 (N-m)) sum_{i=0}^{N-m-1} sum_{k=0}^{m/2-1} z_ik^2/(m/2-k),           (30)
+///                   z_ik = x_i - x_{i-k+m/2} + x_{i+m} - x_{i+k+m/2};  (equation) of NIST SP 1065
 ///
-/// edf: Greenhall and Riley for the differences; SP 1065 tables 7-9 for the total ones (edf = 0 and limits equal to the
-/// deviation where no formula is given: interval errors, Theo1, total under phase noise).
+/// edf: Greenhall and Riley (2003) for the differences; for the total ones the linear approximations of NIST SP 1065,
+/// tables 7 and 8 (good to about 10 % for white rate noise; up to 20 % too large for white phase noise, and more for
+/// random walk where tau exceeds a fifth of the record) and of Howe and others for the Hadamard total deviation. edf =
+/// 0 and limits equal to the deviation where no formula is given: interval errors, Theo1, total under phase noise.
 ///
 /// Given     phase     x [u s], evenly spaced, no gaps; interval  t0 [s], > 0
 ///           factors   m, ascending. Those that the record is too short for are absent from the answer

@@ -20,8 +20,7 @@ namespace tumble {
 ///
 /// Given     shorter  type found at the next shorter tau
 ///           allan_sum  sum_n (x_{n+2m} - 2 x_{n+m} + x_n)^2 over `terms` terms, for B1 and R(n)
-/// See       Riley and Greenhall, "Power law noise identification using the lag 1 autocorrelation", EFTF 2004;
-///           NIST SP 1065 (2008), sec. 5.5
+/// See       Riley and Greenhall, "Power law noise identification using the lag 1 autocorrelation", EFTF 2004
 int identify_noise_type(const Phase& phase, std::size_t factor, double allan_sum, std::size_t terms, int shorter);
 
 }  // namespace tumble
