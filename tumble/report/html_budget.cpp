@@ -15,7 +15,8 @@ constexpr double label_width = 230, bar_width = 700, bar_height = 20, row_height
 
 std::string table(const Estimate& estimate) {
   std::string text =
-      "<div class=\"scroll\"><table>\n<caption>Standard uncertainty (k = 1) from each source and its share of the "
+      "<div class=\"wide\"><table class=\"sources\">\n<caption>Standard uncertainty (k = 1) from each source and its "
+      "share of the "
       "variance</caption>\n<thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\">Unit</th>";
   for (const auto& part : estimate.budget) {
     text += fmt::format("<th scope=\"colgroup\" colspan=\"2\" class=\"n\">{}</th>", escaped(part.source));

@@ -19,7 +19,7 @@ struct Plot {
   std::string figure;
   std::vector<const Curve*> curves;
   bool logarithmic = false;
-  std::vector<std::string> notes;  ///< what the reader must know about how it is drawn
+  std::string not_positive, shortened;  ///< which curves do not show every value, and how many
 
   const Curve::Axis& x() const { return curves.front()->x; }
   const Curve::Axis& y() const { return curves.front()->y; }
@@ -33,7 +33,7 @@ std::vector<Plot> plots_of(const Estimate& estimate) {
              plot.y().unit.dimension() == curve.y.unit.dimension();
     };
     auto plot = std::find_if(plots.begin(), plots.end(), fits);
-    if (plot == plots.end()) plot = plots.insert(plots.end(), Plot{curve.figure, {}, false, {}});
+    if (plot == plots.end()) plot = plots.insert(plots.end(), Plot{curve.figure, {}, false, {}, {}});
     plot->curves.push_back(&curve);
     plot->logarithmic = plot->logarithmic || curve.logarithmic;
   }
@@ -75,22 +75,17 @@ std::size_t keep_positive(Curve& curve) {
   return dropped;
 }
 
+void add(std::string& list, const Curve& curve, const std::string& what) {
+  list += (list.empty() ? "" : ", ") + fmt::format("“{}” {}", escaped(curve.name), what);
+}
+
 Json trace(const Curve& original, Plot& plot) {
   Curve curve = original;
-  if (plot.logarithmic) {
-    const auto dropped = keep_positive(curve);
-    if (dropped > 0) {
-      plot.notes.push_back(fmt::format("{} values of “{}” are not positive and have no place on logarithmic axes.",
-                                       dropped, escaped(curve.name)));
-    }
-  }
+  const auto dropped = plot.logarithmic ? keep_positive(curve) : 0;
+  if (dropped > 0) add(plot.not_positive, curve, fmt::format("{} values", dropped));
   const auto indices = points_to_draw(curve.x.values, curve.y.values, curve.lower, curve.upper, plot.logarithmic);
-  if (indices.size() < curve.x.values.size()) {
-    plot.notes.push_back(
-        fmt::format("“{}” is drawn from {} of its {} points, the smallest and the largest of each "
-                    "stretch; the result file holds all.",
-                    escaped(curve.name), indices.size(), curve.x.values.size()));
-  }
+  const auto count = curve.x.values.size();
+  if (indices.size() < count) add(plot.shortened, curve, fmt::format("{} of {} points", indices.size(), count));
   Json result{{"name", escaped(curve.name)},
               {"points", curve.points},
               {"x", numbers(curve.x.values, indices, plot.x().unit)},
@@ -130,7 +125,13 @@ std::string caption(const Plot& plot, std::size_t number) {
     text +=
         fmt::format(" {} of “{}”: {}.", curve->points ? "Bars" : "Band", escaped(curve->name), escaped(curve->band));
   }
-  for (const auto& note : plot.notes) text += " " + note;
+  if (!plot.not_positive.empty()) {
+    text += " Not positive, so without a place on logarithmic axes: " + plot.not_positive + ".";
+  }
+  if (!plot.shortened.empty()) {
+    text += " Drawn with fewer points, the smallest and the largest of each stretch kept: " + plot.shortened +
+            "; the result file holds all.";
+  }
   return text;
 }
 

@@ -27,6 +27,13 @@ std::string verdict_badge(Verdict::Outcome outcome) {
   }
 }
 
+/// "<= 0.02 deg/h" with the printed sign.
+std::string limit(const std::string& text) {
+  if (text.starts_with("<=")) return "≤" + escaped(text.substr(2));
+  if (text.starts_with(">=")) return "≥" + escaped(text.substr(2));
+  return escaped(text);
+}
+
 std::string finding_badge(Finding::Severity severity) {
   switch (severity) {
     case Finding::Severity::error:
@@ -147,7 +154,7 @@ std::string strong_pairs(const Estimate& estimate) {
 std::string heat_map(const Estimate& estimate) {
   const auto count = estimate.parameters.size();
   std::string text = fmt::format(
-      "<div class=\"scroll\"><table class=\"heat{}\">\n<caption>Correlation coefficients; the "
+      "<div class=\"wide\"><table class=\"heat{}\">\n<caption>Correlation coefficients; the "
       "columns are numbered as the rows</caption>\n<thead><tr><td></td>",
       count > 16 ? " dense" : "");
   for (std::size_t j = 0; j < count; ++j) {
@@ -201,7 +208,7 @@ std::string verdicts(const Estimate& estimate) {
       measured = number(with_uncertainty(value, sd)) + " " + unit(parameter->unit);
     }
     text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-                        verdict_badge(verdict.outcome), escaped(verdict.parameter), escaped(verdict.limit), measured);
+                        verdict_badge(verdict.outcome), escaped(verdict.parameter), limit(verdict.limit), measured);
   }
   return text +
          "</tbody></table>\n<p class=\"note\">Judged by the 95 % interval. Undecided: the limit lies inside it."
@@ -213,10 +220,10 @@ std::string parameters(const Estimate& estimate) {
   const bool with_freedom = std::any_of(estimate.parameters.begin(), estimate.parameters.end(),
                                         [](const auto& p) { return std::isfinite(p.degrees_of_freedom); });
   std::string text =
-      "<section id=\"parameters\">\n<h2>Parameters</h2>\n<div class=\"scroll\"><table "
+      "<section id=\"parameters\">\n<h2>Parameters</h2>\n<div class=\"wide\"><table "
       "class=\"parameters\">\n<thead><tr>"
       "<th scope=\"col\">Symbol</th><th scope=\"col\">Parameter</th><th scope=\"colgroup\" colspan=\"2\" "
-      "class=\"middle\">Value ± standard uncertainty</th><th scope=\"col\">Unit</th><th scope=\"col\">95 % "
+      "class=\"middle\">Value ± sd</th><th scope=\"col\">Unit</th><th scope=\"col\">95 % "
       "interval</th>";
   if (with_freedom) text += "<th scope=\"col\" class=\"n\">Degrees of freedom</th>";
   text += "</tr></thead>\n<tbody>\n";

@@ -36,7 +36,8 @@
     drawing.traces.forEach(function (t, i) {
       var colour = drawing.colours[i % drawing.colours.length];
       var round = Math.floor(i / drawing.colours.length);
-      var trace = { type: "scatter", name: t.name, x: t.x, y: t.y, legendgroup: "g" + i, connectgaps: false };
+      var what = t.lower && t.band ? " (" + (t.points ? "bars" : "band") + ": " + t.band + ")" : "";
+      var trace = { type: "scatter", name: t.name + what, x: t.x, y: t.y, legendgroup: "g" + i, connectgaps: false };
       if (t.points) {
         trace.mode = "markers";
         trace.marker = { color: colour, size: 6, symbol: marks[i % marks.length] };
@@ -52,7 +53,7 @@
         if (t.lower) {
           var band = outline(t);
           all.push({
-            type: "scatter", mode: "lines", name: t.band || "band", x: band.x, y: band.y, legendgroup: "g" + i,
+            type: "scatter", mode: "lines", x: band.x, y: band.y, legendgroup: "g" + i, showlegend: false,
             fill: "toself", fillcolor: withAlpha(colour, 0.18), line: { width: 0 }, hoverinfo: "skip"
           });
         }
@@ -82,15 +83,27 @@
 
   drawings.forEach(function (drawing) {
     Plotly.newPlot(drawing.place, traces(drawing), layout(drawing), {
-      responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"],
+      responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "sendChartToCloud"],
+      showSendToCloud: false, plotlyServerURL: "",  // measured data stay in this page
       toImageButtonOptions: { format: "svg", filename: drawing.place }
     });
   });
 
-  // A printed page is narrower than the window: draw for A4 (182 mm between the margins), and back again.
-  function resize(size) {
-    drawings.forEach(function (drawing) { Plotly.relayout(drawing.place, size); });
+  // A printed page is narrower than the window: draw at its proportions (the style sheet knows them) and let the
+  // drawing scale to the paper; and back again.
+  var paper = { width: 685, height: 262 };
+  function resize(size, box) {
+    drawings.forEach(function (drawing) {
+      Plotly.relayout(drawing.place, size);
+      document.getElementById(drawing.place).querySelectorAll(".main-svg").forEach(function (svg) {
+        if (box) { svg.setAttribute("viewBox", box); } else { svg.removeAttribute("viewBox"); }
+      });
+    });
   }
-  window.addEventListener("beforeprint", function () { resize({ autosize: false, width: 685, height: 330 }); });
-  window.addEventListener("afterprint", function () { resize({ autosize: true, width: null, height: null }); });
+  window.addEventListener("beforeprint", function () {
+    resize({ autosize: false, width: paper.width, height: paper.height }, "0 0 " + paper.width + " " + paper.height);
+  });
+  window.addEventListener("afterprint", function () {
+    resize({ autosize: true, width: null, height: null }, null);
+  });
 })();
