@@ -1,0 +1,33 @@
+#include <fmt/format.h>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/checks/support/timelines.hpp"
+#include "tumble/core/say.hpp"
+
+namespace tumble::checks {
+
+namespace {
+
+Findings run(const Recording& recording, const Plan*) {
+  Findings findings;
+  for (const auto& timeline : stamped_timelines(recording)) {
+    const auto& stamps = *timeline.channel->timeline.stamps;
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = 1; i < stamps.size(); ++i)
+      if (stamps[i] < stamps[i - 1] && count++ == 0) first = i;
+    if (count == 0) continue;
+    findings.push_back({Finding::Severity::error,
+                        fmt::format("the clock runs backwards {}, first at sample {}: {} after {}",
+                                    count == 1 ? "once" : fmt::format("{} times", count), first,
+                                    say_instant(stamps[first]), say_instant(stamps[first - 1])),
+                        timeline.where});
+  }
+  return findings;
+}
+
+}  // namespace
+
+extern const Check backward_stamps;
+const Check backward_stamps{"backward_stamps", "stamps that lie before the one before", run};
+
+}  // namespace tumble::checks

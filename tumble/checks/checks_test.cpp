@@ -1,0 +1,299 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/math/random.hpp"
+
+namespace tumble {
+namespace {
+
+Channel channel(std::string name, const char* unit, std::vector<double> values_in_unit, double rate = 100.0) {
+  Channel made;
+  made.name = std::move(name);
+  made.unit = Unit::parse(unit);
+  made.kind = kind_of(made.unit);
+  made.timeline.rate = rate;
+  made.values = std::move(values_in_unit);
+  for (double& value : made.values) value = made.unit.to_si(value);
+  return made;
+}
+
+Recording recording(std::vector<Channel> channels) {
+  Recording made;
+  made.channels = std::move(channels);
+  return made;
+}
+
+std::vector<double> series(std::size_t count, const std::function<double(std::size_t)>& value) {
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = value(i);
+  return values;
+}
+
+std::vector<double> white(std::size_t count, std::uint64_t seed) {
+  std::vector<double> values(count);
+  RandomStream(seed).normal(0, values);
+  return values;
+}
+
+Findings findings_of(std::string_view check, const Recording& recording, const Plan* plan = nullptr) {
+  for (const Check* entry : checks::catalogue())
+    if (entry->name == check) return entry->run(recording, plan);
+  ADD_FAILURE() << "no check " << check;
+  return {};
+}
+
+std::string said(const Findings& findings) {
+  std::string text;
+  for (const auto& finding : findings) text += finding.where + ": " + finding.message + "\n";
+  return text;
+}
+
+/// The only finding, as "where: message".
+std::string only(std::string_view check, const Recording& recording, const Plan* plan = nullptr) {
+  const Findings findings = findings_of(check, recording, plan);
+  EXPECT_EQ(findings.size(), 1u) << said(findings);
+  return findings.empty() ? "" : findings[0].where + ": " + findings[0].message;
+}
+
+Recording stamped(std::vector<double> stamps) {
+  Channel made = channel("gyro", "deg/h", white(stamps.size(), 1));
+  made.timeline.rate = 0.0;
+  made.timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
+  return recording({made});
+}
+
+// ---- what must be found
+
+TEST(Checks, Gaps) {
+  auto stamps = series(5000, [](std::size_t i) { return 0.01 * static_cast<double>(i + (i >= 1000 ? 30 : 0)); });
+  EXPECT_EQ(only("gaps", stamped(stamps)),
+            ": gap of 310 ms at 9.99 s: 30 samples lost; what needs even sampling stops there");
+  for (std::size_t i = 2000; i < stamps.size(); ++i) stamps[i] += 0.02;
+  EXPECT_EQ(
+      only("gaps", stamped(stamps)),
+      ": 2 gaps, 32 samples lost; the longest: 310 ms at 9.99 s, 30 ms at 20.29 s; what needs even sampling stops "
+      "there");
+}
+
+TEST(Checks, DuplicateAndBackwardStamps) {
+  auto stamps = series(100, [](std::size_t i) { return 0.5 * static_cast<double>(i); });
+  stamps[50] = stamps[49];
+  EXPECT_EQ(only("duplicate_stamps", stamped(stamps)),
+            ": one sample has the stamp of the sample before, first at 24.5 s");
+  stamps[70] = 1.0;
+  EXPECT_EQ(only("backward_stamps", stamped(stamps)),
+            ": the clock runs backwards once, first at sample 70: 1 s after 34.5 s");
+  EXPECT_EQ(findings_of("backward_stamps", stamped(stamps))[0].severity, Finding::Severity::error);
+  for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i] = std::floor(static_cast<double>(i) / 4.0);
+  EXPECT_NE(only("duplicate_stamps", stamped(stamps)).find("coarser"), std::string::npos);
+}
+
+TEST(Checks, Jitter) {
+  const auto noise = white(5000, 2);
+  const auto late =
+      series(5000, [&](std::size_t i) { return 0.01 * static_cast<double>(i) + 0.002 * std::abs(noise[i]); });
+  const Findings even = findings_of("jitter", stamped(late));
+  ASSERT_EQ(even.size(), 1u);
+  EXPECT_EQ(even[0].severity, Finding::Severity::info);
+  EXPECT_NE(even[0].message.find("taken as evenly sampled"), std::string::npos);
+  double t = 0.0;
+  const RandomStream random(3);
+  const auto irregular = series(5000, [&](std::size_t i) { return t -= 0.01 * std::log(random.uniform(i)); });
+  const Recording uneven = stamped(irregular);
+  const Findings found = run_checks(uneven, nullptr);
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].severity, Finding::Severity::warning);
+}
+
+TEST(Checks, MissingSamples) {
+  auto values = white(1000, 4);
+  values[10] = values[500] = values[501] = NAN;
+  EXPECT_EQ(only("missing_samples", recording({channel("gyro", "deg/h", values)})),
+            "gyro: 3 of 1000 samples missing (0.3 %), the most in a row 2 from 5 s");
+  EXPECT_EQ(only("missing_samples", recording({channel("gyro", "deg/h", {NAN, NAN})})),
+            "gyro: every sample is missing");
+  EXPECT_EQ(only("missing_samples", recording({channel("gyro", "deg/h", {})})), "gyro: no samples");
+}
+
+TEST(Checks, StuckOutput) {
+  auto values = white(20'000, 5);
+  for (std::size_t i = 3000; i < 3020; ++i) values[i] = values[3000];
+  EXPECT_EQ(only("stuck_output", recording({channel("gyro", "deg/h", values)})),
+            "gyro: stuck once (20 samples in all), the longest 190 ms at 30 s");
+  auto counts = white(20'000, 6);
+  for (double& value : counts) value = std::round(2.0 * value);
+  EXPECT_TRUE(findings_of("stuck_output", recording({channel("gyro", "pulse", counts)})).empty());
+  for (std::size_t i = 3000; i < 3100; ++i) counts[i] = 1.0;
+  EXPECT_EQ(findings_of("stuck_output", recording({channel("gyro", "pulse", counts)})).size(), 1u);
+}
+
+TEST(Checks, ConstantChannel) {
+  const std::vector<double> flat(100, 25.0);
+  EXPECT_EQ(only("stuck_output", recording({channel("gyro", "deg/h", flat)})), "gyro: constant: 25 deg/h throughout");
+  EXPECT_EQ(findings_of("stuck_output", recording({channel("gyro", "deg/h", flat)}))[0].severity,
+            Finding::Severity::error);
+  EXPECT_EQ(findings_of("stuck_output", recording({channel("temperature", "degC", flat)}))[0].severity,
+            Finding::Severity::info);
+}
+
+TEST(Checks, SaturatedNoiseAndOscillation) {
+  auto noise = white(50'000, 7);
+  for (double& value : noise) value = std::min(std::round(20.0 * value) / 20.0, 2.5);
+  EXPECT_NE(only("saturation", recording({channel("gyro", "deg/h", noise)})).find("at the highest value, 2.5 deg/h"),
+            std::string::npos);
+  const auto sine = series(50'000, [](std::size_t i) {
+    return std::clamp(6.0 * std::sin(2 * std::numbers::pi * 7.3 * static_cast<double>(i) / 100.0), -5.0, 5.0);
+  });
+  EXPECT_EQ(findings_of("saturation", recording({channel("accelerometer", "g", sine)})).size(), 2u);
+}
+
+TEST(Checks, Outliers) {
+  auto values = white(20'000, 8);
+  values[1234] += 40.0;
+  values[15'000] -= 25.0;
+  const std::string found = only("outliers", recording({channel("gyro", "deg/h", values)}));
+  EXPECT_NE(found.find("gyro: 2 samples stand apart"), std::string::npos) << found;
+  EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
+}
+
+TEST(Checks, Units) {
+  EXPECT_EQ(only("units", recording({channel("gyro.x", "m/s^2", white(100, 9))})),
+            "gyro.x: is in m/s^2; for 'gyro.x' an angular rate or angle increment or a raw output is expected");
+  EXPECT_NE(only("units", recording({channel("gyro", "1", white(100, 9))})).find("has no unit"), std::string::npos);
+  EXPECT_TRUE(findings_of("units", recording({channel("gyro", "V", white(100, 9))})).empty());
+  EXPECT_TRUE(findings_of("units", recording({channel("gyroscope", "m", white(100, 9))})).empty());
+  Plan plan;
+  plan.channels["gyro"] = {"ch1", {}};
+  EXPECT_NE(only("units", recording({channel("ch1", "g", white(100, 9))}), &plan).find("for 'gyro'"),
+            std::string::npos);
+  EXPECT_NE(only("units", recording({channel("temperature.case", "K", {25.0, 26.0})})).find("is it in degC?"),
+            std::string::npos);
+  EXPECT_NE(only("units", recording({channel("temperature", "degC", {25.0, -300.0})})).find("below absolute zero"),
+            std::string::npos);
+}
+
+Plan two_runs() {
+  Plan plan;
+  plan.schedule = {{"soak", 60.0, 1, {}}, {"ramp", 120.0, 1, {}}, {"soak", 60.0, 2, {}}, {"ramp", 120.0, 2, {}}};
+  return plan;
+}
+
+TEST(Checks, ScheduleMismatch) {
+  const Plan plan = two_runs();
+  Recording made = recording({channel("gyro", "deg/h", white(40'000, 10))});  // 400 s: 40 s between the runs
+  made.marks = {{"soak", 0.0, 1}, {"ramp", 60.0, 1}, {"soak", 220.0, 2}, {"ramp", 280.0, 2}};
+  EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
+  EXPECT_TRUE(findings_of("schedule_mismatch", made, nullptr).empty());
+  made.marks[1].begin = 50.0;
+  EXPECT_EQ(only("schedule_mismatch", made, &plan), "0 s: segment 'soak' of run 1 lasts 50 s, planned were 60 s");
+  made.marks[1].begin = 60.0;
+  made.marks[3].label = "slope";
+  EXPECT_EQ(
+      said(findings_of("schedule_mismatch", made, &plan)),
+      "280 s: segment 'slope' of run 2 is not in the schedule\n: segment 'ramp' of run 2 is not in the recording\n");
+  made.marks.clear();
+  EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
+  made.channels[0].values.resize(10'000);
+  EXPECT_EQ(only("schedule_mismatch", made, &plan),
+            ": the recording lasts 100 s, the schedule 360 s, and no run or segment of it lasts as long");
+  made.channels[0].values.resize(18'000);
+  EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());  // one run
+}
+
+TEST(Checks, HostileRecordings) {
+  const Plan plan = two_runs();
+  for (const auto& values : std::vector<std::vector<double>>{{},
+                                                             {1},
+                                                             {NAN},
+                                                             {1, 2},
+                                                             {NAN, 1, NAN},
+                                                             {INFINITY, 1, 2},
+                                                             std::vector<double>(100, NAN),
+                                                             std::vector<double>(100, INFINITY),
+                                                             {1e308, -1e308, 1e308, 5}}) {
+    run_checks(recording({channel("gyro", "deg/h", values)}), &plan);
+    run_checks(stamped(values), &plan);
+  }
+  EXPECT_TRUE(run_checks({}, nullptr).empty());
+}
+
+// ---- what must not be found
+
+struct Clean {
+  const char* what;
+  std::function<double(std::size_t, double)> value;  ///< of index and white noise
+};
+
+double step_to(double value, double quantum) { return std::round(value / quantum) * quantum; }
+
+double trapezoid(std::size_t i) {
+  const double t = static_cast<double>(i % 10'000) / 100.0;
+  return 100.0 * std::clamp(std::min(t - 10.0, 60.0 - t) / 10.0, 0.0, 1.0);
+}
+
+const std::vector<Clean>& clean_signals() {
+  static const std::vector<Clean> all{
+      {"white noise", [](std::size_t, double w) { return w; }},
+      {"noise of 3 LSB", [](std::size_t, double w) { return std::round(3.0 * w); }},
+      {"noise of 1 LSB", [](std::size_t, double w) { return std::round(w); }},
+      {"noise of 0.4 LSB", [](std::size_t, double w) { return std::round(0.4 * w); }},
+      {"noise of 0.3 LSB off centre", [](std::size_t, double w) { return std::round(0.3 * w + 0.4); }},
+      {"temperature ramp", [](std::size_t i, double w) { return -20.0 + 1e-3 * static_cast<double>(i) + 0.01 * w; }},
+      {"coarse temperature ramp then dwell",
+       [](std::size_t i, double w) {
+         return step_to(20.0 + 1e-3 * static_cast<double>(std::min<std::size_t>(i, 15'000)) + 0.003 * w, 0.0625);
+       }},
+      {"coarse temperature without noise",
+       [](std::size_t i, double) { return step_to(20.0 + 5.0 * std::sin(static_cast<double>(i) / 8000.0), 0.0625); }},
+      {"noise-free rate table", [](std::size_t i, double) { return trapezoid(i); }},
+      {"noisy rate table", [](std::size_t i, double w) { return trapezoid(i) + 0.05 * w; }},
+      {"noisy coarse rate table", [](std::size_t i, double w) { return step_to(trapezoid(i) + 0.05 * w, 0.02); }},
+      {"encoder at rest and slewing", [](std::size_t i, double) { return step_to(30.0 * trapezoid(i), 0.36); }},
+      {"sine", [](std::size_t i, double) { return std::sin(0.3 * static_cast<double>(i)); }},
+      {"coarse sine", [](std::size_t i, double) { return std::round(400.0 * std::sin(0.3 * static_cast<double>(i))); }},
+      {"rest and shake",
+       [](std::size_t i, double w) { return (i / 2000 % 2 == 0 ? 0.01 : 1.0) * w + (i / 2000 % 2 == 0 ? 0.0 : 5.0); }},
+      {"steps between positions",
+       [](std::size_t i, double w) { return std::cos(static_cast<double>(i / 3000)) + 1e-4 * w; }},
+      {"few pulses", [](std::size_t i, double) { return i % 7 == 3 ? 1.0 : 0.0; }},
+      {"random pulses", [](std::size_t, double w) { return w > 1.5 ? 1.0 : 0.0; }},
+      {"truncated rate", [](std::size_t i, double w) { return std::floor(2.0 * w + 1e-4 * static_cast<double>(i)); }},
+  };
+  return all;
+}
+
+TEST(ChecksStaySilent, OnCleanSignals) {
+  for (const Clean& clean : clean_signals())
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      const auto noise = white(30'000, 100 + seed);
+      const auto values = series(30'000, [&](std::size_t i) { return clean.value(i, noise[i]); });
+      const Findings findings = run_checks(recording({channel("output", "deg/s", values)}), nullptr);
+      EXPECT_TRUE(findings.empty()) << clean.what << ", seed " << seed << ": " << said(findings);
+    }
+}
+
+TEST(ChecksStaySilent, OnRandomWalksAndLongRecords) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    double sum = 0.0;
+    auto walk = white(30'000, 200 + seed);
+    for (double& value : walk) value = sum += value;
+    auto coarse = walk;
+    for (double& value : coarse) value = std::round(value);
+    const Findings findings =
+        run_checks(recording({channel("a", "deg/s", walk), channel("b", "deg/s", coarse)}), nullptr);
+    EXPECT_TRUE(findings.empty()) << "seed " << seed << ": " << said(findings);
+  }
+  auto counts = white(3'000'000, 300);
+  for (double& value : counts) value = std::round(1.5 * value);
+  const Findings findings =
+      run_checks(recording({channel("a", "deg/s", white(3'000'000, 301)), channel("b", "pulse", counts)}), nullptr);
+  EXPECT_TRUE(findings.empty()) << said(findings);
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,35 @@
+#include <fmt/format.h>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/checks/support/timelines.hpp"
+#include "tumble/core/say.hpp"
+
+namespace tumble::checks {
+
+namespace {
+
+Findings run(const Recording& recording, const Plan*) {
+  Findings findings;
+  for (const auto& timeline : stamped_timelines(recording)) {
+    const auto& stamps = *timeline.channel->timeline.stamps;
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = 1; i < stamps.size(); ++i)
+      if (stamps[i] == stamps[i - 1] && count++ == 0) first = i;
+    if (count == 0) continue;
+    const bool coarse = 4 * count > stamps.size();
+    findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("{} the stamp of the sample before, first at {}{}",
+                     count == 1 ? "one sample has" : fmt::format("{} samples have", count), say_instant(stamps[first]),
+                     coarse ? ": the stamps are coarser than the sampling interval" : ""),
+         timeline.where});
+  }
+  return findings;
+}
+
+}  // namespace
+
+extern const Check duplicate_stamps;
+const Check duplicate_stamps{"duplicate_stamps", "samples with the same stamp as the one before", run};
+
+}  // namespace tumble::checks

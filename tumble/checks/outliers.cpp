@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/checks/support/texture.hpp"
+#include "tumble/core/say.hpp"
+
+namespace tumble::checks {
+
+namespace {
+
+constexpr std::size_t block = 1024, thinning = 8, near = 24;
+
+/// Distance of a sample from the mean of its neighbours.
+double bend(const std::vector<double>& x, std::size_t i) { return std::abs(x[i] - 0.5 * (x[i - 1] + x[i + 1])); }
+
+/// Robust standard deviation of the bends of every `step`-th sample in [begin, end); 0 where there are none.
+double usual_bend(const std::vector<double>& x, std::size_t begin, std::size_t end, std::size_t step,
+                  std::vector<double>& room) {
+  room.clear();
+  for (std::size_t i = std::max<std::size_t>(1, begin); i < std::min(end, x.size() - 1); i += step)
+    if (const double b = bend(x, i); !std::isnan(b)) room.push_back(b);
+  if (room.empty()) return 0.0;
+  const auto middle = room.begin() + static_cast<long>(room.size() / 2);
+  std::nth_element(room.begin(), middle, room.end());
+  return 1.4826 * *middle;
+}
+
+struct Outliers {
+  std::size_t count = 0, farthest = 0;
+  double distance = 0.0, usual = 0.0;  // of the farthest
+};
+
+/// Samples that stand apart from both neighbours, on the same side, by eight times the usual bend: that of the block,
+/// and of what comes just before and just after, so that the onset of a motion is none. A step is none either.
+Outliers find_outliers(const std::vector<double>& x, double quantum) {
+  Outliers found;
+  std::vector<double> room;
+  for (std::size_t begin = 1; begin + 1 < x.size(); begin += block) {
+    const std::size_t end = std::min(begin + block, x.size() - 1);
+    const double usual = std::max(usual_bend(x, begin, end, end - begin < block ? 1 : thinning, room), quantum / 2.0);
+    for (std::size_t i = begin; i < end; ++i) {
+      const double from_last = x[i] - x[i - 1], from_next = x[i] - x[i + 1];
+      const double distance = std::min(std::abs(from_last), std::abs(from_next));
+      if (!(distance > 8.0 * usual) || from_last * from_next < 0.0) continue;
+      const double before = usual_bend(x, i > near + 1 ? i - near - 1 : 1, i - 1, 1, room);
+      const double after = usual_bend(x, i + 2, i + 2 + near, 1, room);
+      const double local = std::max({usual, before, after});
+      if (!(distance > 8.0 * local)) continue;
+      ++found.count;
+      if (distance > found.distance) found.farthest = i, found.distance = distance, found.usual = local;
+    }
+  }
+  return found;
+}
+
+Findings run(const Recording& recording, const Plan*) {
+  Findings findings;
+  for (const Channel& channel : recording.channels) {
+    if (channel.values.size() < 16) continue;
+    const Outliers found = find_outliers(channel.values, texture_of(channel).quantum);
+    if (found.count == 0) continue;
+    const double shown = channel.unit.difference_from_si(found.distance);
+    findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("{} apart from both neighbours, the farthest by {:.3g} {} ({:.0f} times the usual) "
+                     "at {}",
+                     found.count == 1 ? "one sample stands" : fmt::format("{} samples stand", found.count), shown,
+                     channel.unit.text(), found.distance / found.usual, say_instant(channel.time(found.farthest))),
+         channel.name});
+  }
+  return findings;
+}
+
+}  // namespace
+
+extern const Check outliers;
+const Check outliers{"outliers", "single samples far from both neighbours", run};
+
+}  // namespace tumble::checks

@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/checks/support/texture.hpp"
+#include "tumble/core/say.hpp"
+
+namespace tumble::checks {
+
+namespace {
+
+/// The end of a channel's range: how often the extreme value stands there, and how often the one next to it.
+struct End {
+  double extreme = -INFINITY, next = -INFINITY;  // of sign * value
+  std::size_t at_extreme = 0, at_next = 0;
+
+  void add(double value) {
+    if (value < next) return;
+    if (value > extreme) {
+      next = extreme, at_next = at_extreme;
+      extreme = value, at_extreme = 1;
+    } else if (value == extreme) {
+      ++at_extreme;
+    } else if (value > next) {
+      next = value, at_next = 1;
+    } else {
+      at_next += value == next;  // not NaN
+    }
+  }
+};
+
+/// Noise ends in a thin tail: where its last value is commoner than the one before, something cut it off.
+bool piled_up(const End& end) {
+  const auto next = static_cast<double>(end.at_next);
+  return end.at_extreme >= 10 && static_cast<double>(end.at_extreme) > 1.5 * next + 4.0 * std::sqrt(next);
+}
+
+/// Times at which the signal runs into its extreme value by a step of more than four quanta and stays: a clipped
+/// oscillation. A smooth one slows down before it turns.
+std::size_t abrupt_plateaus(const std::vector<double>& values, double extreme, double quantum) {
+  std::size_t plateaus = 0;
+  for (std::size_t i = 1; i + 1 < values.size(); ++i)
+    plateaus += values[i] == extreme && values[i + 1] == extreme && std::abs(values[i] - values[i - 1]) > 4.0 * quantum;
+  return plateaus;
+}
+
+Finding finding(const Channel& channel, double extreme, std::size_t count, const char* side) {
+  std::size_t first = 0;
+  while (channel.values[first] != extreme) ++first;
+  return {Finding::Severity::warning,
+          fmt::format("saturated: {} ({:.2g} %) at the {} value, {} {}, first at {}", say_count(count, "sample"),
+                      100.0 * static_cast<double>(count) / static_cast<double>(channel.values.size()), side,
+                      format_in(extreme, channel.unit), channel.unit.text(), say_instant(channel.time(first))),
+          channel.name};
+}
+
+Findings look_at(const Channel& channel) {
+  End high, low;
+  for (const double value : channel.values) {
+    high.add(value);
+    low.add(-value);
+  }
+  Findings findings;
+  if (high.at_extreme < 10 && low.at_extreme < 10) return findings;
+  const Texture texture = texture_of(channel);
+  const bool wide = high.extreme + low.extreme > 8.0 * texture.quantum;
+  for (const auto& [end, sign, side] : {std::tuple{high, 1.0, "highest"}, std::tuple{low, -1.0, "lowest"}}) {
+    const double extreme = sign * end.extreme;
+    const bool cut_off = texture.noisy && wide && piled_up(end);
+    if (cut_off || (wide && end.at_extreme >= 20 && abrupt_plateaus(channel.values, extreme, texture.quantum) >= 10))
+      findings.push_back(finding(channel, extreme, end.at_extreme, side));
+  }
+  return findings;
+}
+
+Findings run(const Recording& recording, const Plan*) {
+  Findings findings;
+  for (const Channel& channel : recording.channels)
+    for (auto& finding : look_at(channel)) findings.push_back(std::move(finding));
+  return findings;
+}
+
+}  // namespace
+
+extern const Check saturation;
+const Check saturation{"saturation", "samples that pile up at the end of the channel's range", run};
+
+}  // namespace tumble::checks

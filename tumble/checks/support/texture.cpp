@@ -1,0 +1,61 @@
+#include "tumble/checks/support/texture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace tumble {
+
+namespace {
+
+struct Tally {
+  std::vector<double> steps;  ///< between unequal neighbours, unsigned
+  std::size_t turns = 0, runs = 0, long_runs = 0;
+};
+
+void add_stretch(std::span<const double> values, Tally& tally) {
+  double last = NAN, last_step = 0.0;
+  std::size_t length = 0;
+  for (const double value : values) {
+    if (std::isnan(value)) continue;
+    if (value == last) {
+      tally.long_runs += length++ == 1;
+      continue;
+    }
+    if (!std::isnan(last)) {
+      const double step = value - last;
+      tally.steps.push_back(std::abs(step));
+      tally.turns += step * last_step < 0.0;
+      last_step = step;
+    }
+    last = value;
+    length = 1;
+    ++tally.runs;
+  }
+}
+
+}  // namespace
+
+Texture texture_of(const Channel& channel) {
+  constexpr std::size_t stretches = 64, length = 1024;
+  const std::span<const double> values(channel.values);
+  Tally tally;
+  if (values.size() <= stretches * length)
+    add_stretch(values, tally);
+  else
+    for (std::size_t k = 0; k < stretches; ++k)
+      add_stretch(values.subspan(k * (values.size() - length) / (stretches - 1), length), tally);
+  Texture texture;
+  if (tally.steps.empty()) return texture;
+  double sum = 0.0;
+  for (const double step : tally.steps) sum += step;
+  const auto count = static_cast<double>(tally.steps.size());
+  const auto tenth = tally.steps.begin() + static_cast<long>(tally.steps.size() / 10);
+  std::nth_element(tally.steps.begin(), tenth, tally.steps.end());
+  texture.quantum = *tenth;
+  texture.repeats = static_cast<double>(tally.long_runs) / static_cast<double>(tally.runs);
+  texture.noisy = static_cast<double>(tally.turns) > 0.3 * count && sum / count > 1.25 * texture.quantum;
+  return texture;
+}
+
+}  // namespace tumble

@@ -1,0 +1,97 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/checks/check.hpp"
+
+namespace tumble::checks {
+
+namespace {
+
+bool raw_output(const Unit& unit) {
+  static const Dimension raw[] = {Unit::parse("count").dimension(), Unit::parse("V").dimension(),
+                                  Unit::parse("A").dimension(), Unit::parse("Hz").dimension(),
+                                  Unit::parse("ohm").dimension()};
+  return std::find(std::begin(raw), std::end(raw), unit.dimension()) != std::end(raw);
+}
+
+/// What the name of a role or channel promises: its first word says the instrument.
+struct Promise {
+  std::string_view beginning;
+  std::vector<QuantityKind> kinds;
+  std::string_view expected;
+};
+
+const std::vector<Promise>& promises() {
+  using enum QuantityKind;
+  static const std::vector<Promise> all{
+      {"gyro", {angular_rate, angle}, "an angular rate or angle increment"},
+      {"reference_gyro", {angular_rate, angle}, "an angular rate or angle increment"},
+      {"accelerometer", {specific_force, velocity}, "a specific force or velocity increment"},
+      {"temperature", {temperature}, "a temperature"},
+      {"table_angle", {angle}, "an angle"},
+      {"arm_angle", {angle}, "an angle"},
+  };
+  return all;
+}
+
+const Promise* promise_of(std::string_view name) {
+  for (const Promise& promise : promises())
+    if (name.starts_with(promise.beginning) &&
+        (name.size() == promise.beginning.size() || name[promise.beginning.size()] == '.' ||
+         name[promise.beginning.size()] == '_'))
+      return &promise;
+  return nullptr;
+}
+
+void look_at_unit(const Channel& channel, std::string_view name, Findings& findings) {
+  const Promise* promise = promise_of(name);
+  if (promise == nullptr || raw_output(channel.unit)) return;
+  if (std::find(promise->kinds.begin(), promise->kinds.end(), kind_of(channel.unit)) != promise->kinds.end()) return;
+  const bool plain = channel.unit.dimension() == Dimension{};
+  findings.push_back({Finding::Severity::warning,
+                      plain
+                          ? fmt::format("has no unit; for '{}' {} or a raw output is expected", name, promise->expected)
+                          : fmt::format("is in {}; for '{}' {} or a raw output is expected", channel.unit.text(), name,
+                                        promise->expected),
+                      channel.name});
+}
+
+void look_at_temperature(const Channel& channel, Findings& findings) {
+  if (channel.kind != QuantityKind::temperature) return;
+  double lowest = INFINITY;
+  for (const double value : channel.values)
+    if (value < lowest) lowest = value;
+  if (channel.unit.offset() != 0.0 && lowest < 0.0)
+    findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("{} {} lies below absolute zero", format_in(lowest, channel.unit), channel.unit.text()),
+         channel.name});
+  else if (channel.unit.offset() == 0.0 && lowest < 120.0 && promise_of(channel.name) != nullptr)
+    findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("goes down to {} {}: is it in degC?", format_in(lowest, channel.unit), channel.unit.text()),
+         channel.name});
+}
+
+Findings run(const Recording& recording, const Plan* plan) {
+  Findings findings;
+  for (const Channel& channel : recording.channels) {
+    std::vector<std::string> names;
+    if (plan != nullptr)
+      for (const auto& [role, choice] : plan->channels)
+        if (choice.channel == channel.name) names.push_back(role);
+    if (names.empty()) names.push_back(channel.name);
+    for (const auto& name : names) look_at_unit(channel, name, findings);
+    look_at_temperature(channel, findings);
+  }
+  return findings;
+}
+
+}  // namespace
+
+extern const Check units;
+const Check units{"units", "units that do not fit what the channel is for, and impossible temperatures", run};
+
+}  // namespace tumble::checks
