@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <optional>
@@ -29,14 +30,16 @@ struct RecordingWriter {
   std::function<void()> commit;
 };
 
-/// A catalogue entry of formats/: file <-> Recording.
+/// A catalogue entry of formats/: file <-> Recording. Reading throws Error::bad_file that says what, where and what
+/// would be accepted, whatever the bytes are.
 struct Format {
   const char* name;
   const char* summary;
   std::vector<std::string> extensions;          ///< ".csv"
   bool (*recognises)(const std::string& path);  ///< by its first bytes
+  /// Everything at once, with origin (file, sha256).
   Recording (*read)(const std::string& path, const ReadOptions& options, const Progress& progress);
-  /// For files larger than memory: blocks of about `samples` samples a channel.
+  /// For files larger than memory: blocks of about `samples` samples a channel. Without origin.sha256.
   void (*stream)(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
                  const Progress& progress);
   /// Whole or not at all. The first block says which channels there are, and carries marks and meta.
@@ -47,9 +50,11 @@ namespace formats {
 const std::vector<const Format*>& catalogue();
 }
 
-/// By content, else by extension; fills origin (file, sha256). Throws Error::bad_file.
+/// By content, else by extension; with origin (file, sha256). Throws Error::bad_file.
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress);
 /// By extension. Throws Error::bad_input for an unknown one (with those accepted), Error::bad_file when it cannot.
 void write_recording(const Recording& recording, const std::string& path);
+/// From one file to another, block after block, so that neither has to fit into memory. Throws as the two above.
+void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress);
 
 }  // namespace tumble

@@ -1,0 +1,66 @@
+#include <algorithm>
+
+#include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace {
+
+constexpr std::size_t block_samples = 65536;
+
+const Format* by_extension(const std::string& path) {
+  for (const Format* format : formats::catalogue())
+    for (const std::string& extension : format->extensions)
+      if (path.size() > extension.size() &&
+          std::equal(extension.rbegin(), extension.rend(), path.rbegin(),
+                     [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); }))
+        return format;
+  return nullptr;
+}
+
+std::string extensions() {
+  std::string text;
+  for (const Format* format : formats::catalogue())
+    for (const std::string& extension : format->extensions) text += (text.empty() ? "" : ", ") + extension;
+  return text;
+}
+
+const Format& format_of(const std::string& path) {
+  if (formats::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  for (const Format* format : formats::catalogue())
+    if (format->recognises(path)) return *format;
+  if (const Format* format = by_extension(path)) return *format;
+  throw Error{Error::Kind::bad_file, "'" + path +
+                                         "' is not a recording that can be read: neither its content nor its "
+                                         "name says which; known are " +
+                                         extensions()};
+}
+
+const Format& format_for(const std::string& path) {
+  if (const Format* format = by_extension(path)) return *format;
+  throw Error{Error::Kind::bad_input,
+              "'" + path + "': the name must say which format to write; known are " + extensions()};
+}
+
+}  // namespace
+
+Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  return format_of(path).read(path, options, progress);
+}
+
+void write_recording(const Recording& recording, const std::string& path) {
+  const RecordingWriter writer = format_for(path).writer(path);
+  writer.append(recording);
+  writer.commit();
+}
+
+void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress) {
+  const Format& source = format_of(from);
+  const RecordingWriter writer = format_for(to).writer(to);
+  source.stream(from, options, block_samples, writer.append, progress);
+  writer.commit();
+}
+
+}  // namespace tumble

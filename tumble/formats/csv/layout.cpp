@@ -1,0 +1,238 @@
+#include "tumble/formats/csv/layout.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tumble/formats/catalogue/annotations.hpp"
+#include "tumble/formats/csv/number.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::csv {
+
+namespace {
+
+bool blank(char c) { return c == ' ' || c == '\t'; }
+
+std::string_view take_line(std::string_view& text) {
+  const auto end = text.find('\n');
+  auto line = text.substr(0, end);
+  text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+/// "clock: {"start": 0, "rate": 100}" [s], [Hz].
+std::optional<Timeline> clock_from(std::string_view json) {
+  const auto parsed = nlohmann::json::parse(json, nullptr, false);
+  if (!parsed.is_object() || !parsed.contains("start") || !parsed.contains("rate")) return std::nullopt;
+  const auto& start = parsed["start"];
+  const auto& rate = parsed["rate"];
+  if (!start.is_number() || !rate.is_number() || !(rate.get<double>() > 0.0)) return std::nullopt;
+  return Timeline{start.get<double>(), rate.get<double>(), nullptr};
+}
+
+/// A comment line may carry what our writer put there: "# marks: [...]". Anything else is for people.
+void take_comment(Layout& layout, std::string_view line) {
+  line = trimmed(line.substr(1));
+  const auto colon = line.find(':');
+  if (colon == std::string_view::npos) return;
+  const auto key = line.substr(0, colon);
+  const auto json = line.substr(colon + 1);
+  if (key == "clock") {
+    if (auto clock = clock_from(json)) layout.clock = clock;
+  } else {
+    formats::annotate(layout.annotations, layout.kinds, key, json);
+  }
+}
+
+/// Tabs, semicolons and commas outside quotes and units separate, in this order of preference; else blanks.
+char separator_of(std::string_view header) {
+  for (const char candidate : {'\t', ';', ','}) {
+    bool quoted = false;
+    int brackets = 0;
+    for (const char c : header) {
+      if (c == '"') quoted = !quoted;
+      if (!quoted) brackets += (c == '[') - (c == ']');
+      if (c == candidate && !quoted && brackets <= 0) return candidate;
+    }
+  }
+  // Blanks separate only where each word is a column: "gyro x [deg/h]" alone is one.
+  const auto words = cells_of(header, ' ');
+  const bool columns = words.size() > 1 && std::none_of(words.begin(), words.end(), [](const std::string& word) {
+                         return word.empty() || word.front() == '[';
+                       });
+  return columns ? ' ' : ',';
+}
+
+bool is_number(const std::string& cell) {
+  double value = 0.0;
+  return !cell.empty() && fast_float::from_chars(cell.data(), cell.data() + cell.size(), value).ec == std::errc();
+}
+
+bool is_time(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name == "time" || name == "t";
+}
+
+/// "name[unit]"; the unit is empty where there is none.
+std::pair<std::string, std::string> name_and_unit(const std::string& cell) {
+  const auto open = cell.rfind('[');
+  if (open == std::string::npos || !cell.ends_with(']')) return {cell, ""};
+  return {std::string(trimmed(std::string_view(cell).substr(0, open))),
+          std::string(trimmed(std::string_view(cell).substr(open + 1, cell.size() - open - 2)))};
+}
+
+struct Header {
+  const std::string& path;
+  const ReadOptions& options;
+  std::vector<std::string> problems;
+  std::vector<std::string> without_unit;
+
+  bool wanted(const std::string& name) const {
+    return options.only.empty() || std::find(options.only.begin(), options.only.end(), name) != options.only.end();
+  }
+
+  Column column(const std::string& cell, std::size_t number) {
+    const auto [name, unit] = name_and_unit(cell);
+    Column result{name, {}, is_time(name), true};
+    result.wanted = result.time || wanted(name);
+    const std::string where = "column " + std::to_string(number) + " '" + cell + "': ";
+    if (name.empty()) problems.push_back(where + "it has no name");
+    if (name.empty() || !result.wanted) return result;
+    const auto given = options.units.find(name);
+    try {
+      if (!unit.empty())
+        result.unit = Unit::parse(unit);
+      else if (given != options.units.end())
+        result.unit = given->second;
+      else
+        without_unit.push_back(name);
+    } catch (const Error& error) {
+      problems.push_back(where + error.what());
+    }
+    const bool known = !unit.empty() || given != options.units.end();
+    if (result.time && known && problems.empty() && kind_of(result.unit) != QuantityKind::time)
+      problems.push_back(where + "time is expected in s, ms, us, ns, min or h");
+    return result;
+  }
+
+  void finish() {
+    if (!without_unit.empty()) {
+      std::string names;
+      for (const auto& name : without_unit) names += (names.empty() ? "'" : ", '") + name + "'";
+      const auto& one = without_unit.front();
+      problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + names +
+                         "; write it in the header, for example " + (is_time(one) ? one + "[s]" : one + "[deg/h]") +
+                         ", or in the plan's [channels] table: role = \"" + one +
+                         (is_time(one) ? "[s]\"" : "[deg/h]\""));
+    }
+    if (problems.empty()) return;
+    problems.front() = "'" + path + "', header: " + problems.front();
+    throw Error{Error::Kind::bad_file, problems};
+  }
+};
+
+/// One time column at most, and no name twice.
+void check_names(const std::vector<Column>& columns, std::vector<std::string>& problems) {
+  std::set<std::string> seen;
+  bool time = false;
+  for (const Column& column : columns) {
+    if (!seen.insert(column.name).second) problems.push_back("the column name '" + column.name + "' stands twice");
+    if (column.time && time) problems.push_back("there are two time columns; '" + column.name + "' is one too many");
+    time = time || column.time;
+  }
+}
+
+void take_header(Layout& layout, std::string_view line, const std::string& path, const ReadOptions& options) {
+  if (line.find('\r') != std::string_view::npos)
+    throw Error{Error::Kind::bad_file, "'" + path + "': its lines end with CR alone; LF or CR LF is expected"};
+  if (line.find('\0') != std::string_view::npos)
+    throw Error{Error::Kind::bad_file, "'" + path +
+                                           "' is not a text table: its header holds zero bytes (text must be "
+                                           "UTF-8 or ASCII, not UTF-16)"};
+  layout.separator = separator_of(line);
+  auto cells = cells_of(line, layout.separator);
+  while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
+  if (std::all_of(cells.begin(), cells.end(), is_number))
+    throw Error{Error::Kind::bad_file,
+                "'" + path + "', line " + std::to_string(layout.lines) +
+                    ": numbers where the header is expected, one name[unit] a column, for example time[s],gyro[deg/h]"};
+  Header header{path, options, {}, {}};
+  for (std::size_t i = 0; i < cells.size(); ++i) layout.columns.push_back(header.column(cells[i], i + 1));
+  check_names(layout.columns, header.problems);
+  header.finish();
+}
+
+/// A comma is the decimal mark where it does not separate, commas stand in the first samples and no point does.
+char decimal_mark(std::string_view text, char separator) {
+  if (separator == ',') return '.';
+  bool comma = false;
+  text = text.substr(0, 65536);
+  while (!text.empty()) {
+    const auto line = take_line(text);
+    if (trimmed(line).starts_with('#')) continue;
+    if (line.find('.') != std::string_view::npos) return '.';
+    comma = comma || line.find(',') != std::string_view::npos;
+  }
+  return comma ? ',' : '.';
+}
+
+}  // namespace
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && (blank(text.back()) || text.back() == '\r')) text.remove_suffix(1);
+  return text;
+}
+
+std::vector<std::string> cells_of(std::string_view line, char separator) {
+  std::vector<std::string> cells;
+  if (separator == ' ') line = trimmed(line);
+  std::string cell;
+  bool quoted = false;
+  const auto finish = [&] {
+    cells.emplace_back(trimmed(cell));
+    cell.clear();
+  };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    const bool separates = separator == ' ' ? blank(c) : c == separator;
+    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
+      cell += line[++i];
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (separates && !quoted) {
+      finish();
+      while (separator == ' ' && i + 1 < line.size() && blank(line[i + 1])) ++i;
+    } else {
+      cell += c;
+    }
+  }
+  finish();
+  return cells;
+}
+
+Layout read_layout(const std::string& path, std::string_view& text, const ReadOptions& options) {
+  if (text.empty()) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  Layout layout;
+  while (!text.empty()) {
+    const auto line = take_line(text);
+    ++layout.lines;
+    const auto content = trimmed(line);
+    if (content.empty()) continue;
+    if (content.front() == '#') {
+      take_comment(layout, content);
+      continue;
+    }
+    take_header(layout, line, path, options);
+    layout.mark = decimal_mark(text, layout.separator);
+    return layout;
+  }
+  throw Error{Error::Kind::bad_file, "'" + path +
+                                         "' has no header line: one name[unit] a column is expected, for "
+                                         "example time[s],gyro[deg/h]"};
+}
+
+}  // namespace tumble::csv

@@ -1,0 +1,57 @@
+#include "tumble/formats/csv/lines.hpp"
+
+#include <cstring>
+
+#include "tumble/formats/csv/number.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::csv {
+
+namespace {
+
+constexpr std::size_t piece = std::size_t{1} << 18;  // stays in the second-level cache between reading and parsing
+constexpr std::size_t longest_line = std::size_t{1} << 24;
+constexpr std::size_t front = 64;  // >= number_padding
+static_assert(front >= number_padding);
+
+}  // namespace
+
+Lines::Lines(const std::string& path, std::function<void(std::string_view)> tap)
+    : path_(path), file_(path), tap_(std::move(tap)), buffer_(front + piece + front), begin_(front), end_(front) {}
+
+/// Moves what is left to the front and reads behind it; the buffer grows while one line does not fit.
+void Lines::fill() {
+  std::memmove(buffer_.data() + front, buffer_.data() + begin_, end_ - begin_);
+  end_ -= begin_ - front;
+  begin_ = front;
+  if (buffer_.size() - end_ < front + piece / 2) buffer_.resize(2 * buffer_.size());
+  if (buffer_.size() > longest_line)
+    throw Error{Error::Kind::bad_file, "'" + path_ + "' is not a text table: a line is longer than 8 MB"};
+  const std::size_t room = std::min(piece, buffer_.size() - end_ - front);
+  const std::size_t count = file_.read(buffer_.data() + end_, room);
+  if (tap_) tap_({buffer_.data() + end_, count});
+  if (done_ == 0 && count >= 3 && std::memcmp(buffer_.data() + end_, "\xEF\xBB\xBF", 3) == 0) begin_ += 3;
+  done_ += count;
+  end_ += count;
+  if (count > 0) return;
+  ended_ = true;
+  if (end_ > begin_ && buffer_[end_ - 1] != '\n') buffer_[end_++] = '\n';
+}
+
+std::string_view Lines::next() {
+  while (!ended_) {
+    const std::size_t searched = end_ - begin_;
+    fill();
+    const void* last = memrchr(buffer_.data() + begin_ + std::min(searched, end_ - begin_), '\n',
+                               end_ - begin_ - std::min(searched, end_ - begin_));
+    if (last == nullptr && !ended_) continue;
+    if (last == nullptr) break;
+    const auto stop = static_cast<std::size_t>(static_cast<const char*>(last) - buffer_.data()) + 1;
+    const std::string_view whole(buffer_.data() + begin_, stop - begin_);
+    begin_ = stop;
+    return whole;
+  }
+  return {};
+}
+
+}  // namespace tumble::csv

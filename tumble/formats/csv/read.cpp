@@ -1,0 +1,222 @@
+#include "tumble/formats/csv/read.hpp"
+
+#include <cmath>
+
+#include "tumble/formats/catalogue/clock.hpp"
+#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/formats/csv/lines.hpp"
+#include "tumble/formats/csv/rows.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::csv {
+
+namespace {
+
+/// The file as batches of rows, one after the other.
+class Batches {
+ public:
+  Batches(const std::string& path, const ReadOptions& options, const Progress& progress,
+          std::function<void(std::string_view)> tap)
+      : lines_(path, std::move(tap)),
+        progress_(progress),
+        text_(lines_.next()),
+        layout_(read_layout(path, text_, options)),
+        rows_(path, layout_, options.missing) {}
+
+  const Layout& layout() const { return layout_; }
+  std::size_t bytes() const { return lines_.size(); }
+  std::size_t bytes_used() const { return lines_.done() - text_.size(); }
+
+  /// False at the end; then every bad cell has been seen and refused.
+  bool next(Batch& batch) {
+    batch.rows = 0;
+    while (batch.rows < Batch::capacity) {
+      if (text_.empty()) {
+        text_ = lines_.next();
+        if (text_.empty()) break;
+        report(progress_, static_cast<double>(lines_.done()) / static_cast<double>(lines_.size() + 1), "reading");
+      }
+      rows_.parse(text_, batch);
+    }
+    if (batch.rows > 0) return true;
+    rows_.finish();
+    return false;
+  }
+
+ private:
+  Lines lines_;
+  Progress progress_;
+  std::string_view text_;
+  Layout layout_;
+  Rows rows_;
+};
+
+std::size_t time_slot(const Layout& layout) {
+  std::size_t slot = 0;
+  for (const Column& column : layout.columns) {
+    if (column.time) return slot;
+    slot += column.wanted;
+  }
+  return slot;
+}
+
+bool has_time(const Layout& layout) {
+  for (const Column& column : layout.columns)
+    if (column.time) return true;
+  return false;
+}
+
+/// The channels of the layout, still without samples.
+Recording frame(const std::string& path, const Layout& layout) {
+  Recording recording = layout.annotations;
+  recording.origin.file = path;
+  for (const Column& column : layout.columns) {
+    if (column.time || !column.wanted) continue;
+    const auto kind = layout.kinds.find(column.name);
+    recording.channels.push_back(
+        {column.name, kind == layout.kinds.end() ? kind_of(column.unit) : kind->second, column.unit, {}, {}});
+  }
+  if (recording.channels.empty())
+    throw Error{Error::Kind::bad_file, "'" + path + "' has no channel to read besides the time"};
+  if (layout.mark == ',')
+    recording.findings.push_back({Finding::Severity::info, "numbers were read with a decimal comma", path});
+  return recording;
+}
+
+/// Appends a batch to the channels, in SI, and to the clock.
+class Taker {
+ public:
+  Taker(const Layout& layout) : layout_(layout), timed_(has_time(layout)), slot_(time_slot(layout)) {
+    for (const Column& column : layout.columns)
+      if (column.time) unit_ = column.unit;
+  }
+
+  void take_time(const Batch& batch, std::vector<double>* stamps) {
+    if (!timed_) return;
+    const double place = std::pow(10.0, batch.time_exponent) * unit_.factor();
+    const double* const written = batch.column(slot_);
+    for (std::size_t i = 0; i < batch.rows; ++i) {
+      const double t = unit_.to_si(written[i]);
+      clock_.add(t, place);
+      if (stamps != nullptr) stamps->push_back(t);
+    }
+  }
+
+  void take_values(const Batch& batch, Recording& recording) const {
+    std::size_t slot = 0;
+    for (Channel& channel : recording.channels) {
+      slot += timed_ && slot == slot_;
+      const double* const written = batch.column(slot++);
+      const double factor = channel.unit.factor();
+      const double offset = channel.unit.offset();
+      for (std::size_t i = 0; i < batch.rows; ++i) channel.values.push_back(written[i] * factor + offset);
+    }
+  }
+
+  /// The clock of the file; empty: its stamps must be kept. Throws Error::bad_file when there is none at all.
+  std::optional<Timeline> timeline(const std::string& path, const ReadOptions& options, Findings& findings) const {
+    if (!timed_) {
+      if (options.rate) return Timeline{0.0, *options.rate, nullptr};
+      if (layout_.clock) return layout_.clock;
+      throw Error{Error::Kind::bad_file,
+                  "'" + path + "' has no time column; add one, time[s], or give the sampling rate (--set rate=100)"};
+    }
+    if (layout_.clock && clock_.allows(*layout_.clock)) return layout_.clock;
+    if (layout_.clock)
+      findings.push_back({Finding::Severity::warning,
+                          "the comment '# clock' does not agree with the time column, which was used", path});
+    return clock_.timeline();
+  }
+
+ private:
+  const Layout& layout_;
+  bool timed_;
+  std::size_t slot_;
+  Unit unit_;
+  formats::EvenClock clock_;
+};
+
+void set_timeline(Recording& recording, const Timeline& timeline) {
+  for (Channel& channel : recording.channels) channel.timeline = timeline;
+}
+
+void require_rows(const std::string& path, std::size_t rows) {
+  if (rows == 0) throw Error{Error::Kind::bad_file, "'" + path + "' has a header but no samples"};
+}
+
+/// Room for the whole file, judged by its first rows.
+void reserve(Recording& recording, std::vector<double>& stamps, const Batches& batches, std::size_t rows) {
+  const double share = static_cast<double>(rows) / static_cast<double>(batches.bytes_used() + 1);
+  const auto expected = static_cast<std::size_t>(share * 1.05 * static_cast<double>(batches.bytes())) + rows;
+  for (Channel& channel : recording.channels) channel.values.reserve(expected);
+  stamps.reserve(expected);
+}
+
+}  // namespace
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  formats::Sha256 hash;
+  Batches batches(path, options, progress, [&hash](std::string_view bytes) { hash.add(bytes); });
+  Recording recording = frame(path, batches.layout());
+  Taker taker(batches.layout());
+  std::vector<double> stamps;
+  std::size_t rows = 0;
+  for (Batch batch; batches.next(batch); rows += batch.rows) {
+    if (rows == 0) reserve(recording, stamps, batches, batch.rows);
+    taker.take_time(batch, &stamps);
+    taker.take_values(batch, recording);
+  }
+  require_rows(path, rows);
+  const auto clock = taker.timeline(path, options, recording.findings);
+  set_timeline(recording,
+               clock ? *clock : Timeline{0.0, 0.0, std::make_shared<std::vector<double>>(std::move(stamps))});
+  recording.origin.sha256 = hash.hex();
+  return recording;
+}
+
+namespace {
+
+/// The file's clock, found in a first pass over the time column alone.
+std::optional<Timeline> clock_of(const std::string& path, const ReadOptions& options, Findings& findings) {
+  ReadOptions time_only = options;
+  time_only.only = {"time"};
+  Batches batches(path, time_only, {}, {});
+  Taker taker(batches.layout());
+  for (Batch batch; has_time(batches.layout()) && batches.next(batch);) taker.take_time(batch, nullptr);
+  return taker.timeline(path, options, findings);
+}
+
+}  // namespace
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  Findings findings;
+  const auto clock = clock_of(path, options, findings);
+  Batches batches(path, options, progress, {});
+  Recording block = frame(path, batches.layout());
+  block.findings.insert(block.findings.end(), findings.begin(), findings.end());
+  Taker taker(batches.layout());
+  std::vector<double> stamps;
+  std::size_t sent = 0;
+  const auto send = [&] {
+    const std::size_t rows = block.channels.front().values.size();
+    if (rows == 0) return;
+    if (clock)
+      set_timeline(block, {clock->time(sent), clock->rate, nullptr});
+    else
+      set_timeline(block, {0.0, 0.0, std::make_shared<std::vector<double>>(stamps)});
+    sink(block);
+    sent += rows;
+    stamps.clear();
+    for (Channel& channel : block.channels) channel.values.clear();
+  };
+  for (Batch batch; batches.next(batch);) {
+    taker.take_time(batch, clock ? nullptr : &stamps);
+    taker.take_values(batch, block);
+    if (block.channels.front().values.size() >= samples) send();
+  }
+  send();
+  require_rows(path, sent);
+}
+
+}  // namespace tumble::csv

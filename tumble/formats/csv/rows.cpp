@@ -1,0 +1,196 @@
+#include "tumble/formats/csv/rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tumble/formats/csv/number.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::csv {
+
+namespace {
+
+constexpr double missing_sample = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t shown_problems = 10;
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// A cell for a message: short, and nothing a terminal would act on.
+std::string shown(std::string cell) {
+  for (char& c : cell)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  return "'" + (cell.size() > 40 ? cell.substr(0, 40) + "..." : cell) + "'";
+}
+
+bool reads_like_missing(const std::string& cell) {
+  const auto word = lower(cell);
+  for (const char* known : {"nan", "na", "n/a", "null", "none", "-", "--", "missing"})
+    if (word == known) return true;
+  return false;
+}
+
+/// Of ten, of the last digit of a number that parse_number() left to slower code.
+int last_place(const std::string& number) {
+  const auto e = number.find_first_of("eE");
+  const auto point = number.find('.');
+  const auto digits = std::min(e, number.size());
+  const int power = e == std::string::npos ? 0 : std::atoi(number.c_str() + e + 1);
+  return point < digits ? power - static_cast<int>(digits - point - 1) : power;
+}
+
+}  // namespace
+
+Rows::Rows(std::string path, const Layout& layout, std::string missing)
+    : path_(std::move(path)),
+      layout_(layout),
+      missing_(lower(std::move(missing))),
+      time_(layout.columns.size()),
+      line_(layout.lines) {
+  for (std::size_t i = 0; i < layout.columns.size(); ++i) {
+    slot_.push_back(layout.columns[i].wanted ? static_cast<int>(slots_++) : -1);
+    if (layout.columns[i].time) time_ = i;
+  }
+}
+
+/// One line of plain cells; null where something is out of the ordinary, and any_row() must look.
+template <bool blanks>
+const char* Rows::plain_row(const char* p, std::size_t row) {
+  const std::size_t count = targets_.size();
+  const char separator = layout_.separator;
+  const auto separates = [separator](char c) { return blanks ? c == ' ' || c == '\t' : c == separator; };
+  const auto skip = [](const char* at) {
+    while (*at == ' ' || (blanks && *at == '\t')) ++at;
+    return at;
+  };
+  for (std::size_t column = 0; column < count; ++column) {
+    p = skip(p);
+    double value = 0.0;
+    int exponent = 0;
+    const char* after = p;
+    if (targets_[column] == nullptr) {
+      while (!separates(*after) && *after != '\n' && *after != '\r' && *after != '"') ++after;
+    } else {
+      after = parse_number(p, layout_.mark, value, exponent);
+      if (column == time_) {
+        if (after == nullptr) return nullptr;
+        exponent_ = std::min(exponent_, exponent);
+      } else if (after == nullptr) {
+        if (blanks || count == 1) return nullptr;
+        value = missing_sample;
+        after = p;
+      }
+      targets_[column][row] = value;
+    }
+    p = after;
+    if (column + 1 == count) break;
+    if (!separates(*p) && (blanks || !separates(*(p = skip(p))))) return nullptr;
+    ++p;
+  }
+  if (*p == ' ' || *p == '\t') p = skip(p);
+  if (*p == '\r') ++p;
+  return *p == '\n' ? p + 1 : nullptr;
+}
+
+const char* Rows::any_row(const char* p, const char* end, std::size_t& row) {
+  const auto* const stop = static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p)));
+  const auto line = trimmed({p, static_cast<std::size_t>(stop - p)});
+  const bool comment = line.starts_with('#');
+  if (!comment && !line.empty() && blank_lines_ > 0) {
+    --blank_lines_;
+    targets_.front()[row++] = missing_sample;
+    return p;
+  }
+  ++line_;
+  if (line.empty() && targets_.size() == 1 && targets_.front() != nullptr) ++blank_lines_;
+  if (!comment && !line.empty())
+    take_cells(cells_of({p, static_cast<std::size_t>(stop - p)}, layout_.separator), row++);
+  return stop + 1;
+}
+
+void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
+  const std::size_t count = targets_.size();
+  std::size_t given = cells.size();
+  while (given > count && cells[given - 1].empty()) --given;  // separators at the end of the line
+  if (given != count) {
+    note(count, std::to_string(given) + (given == 1 ? " cell" : " cells") + " instead of " + std::to_string(count));
+    return;
+  }
+  for (std::size_t column = 0; column < count; ++column)
+    if (targets_[column] != nullptr) targets_[column][row] = value_of(cells[column], column);
+}
+
+double Rows::value_of(std::string cell, std::size_t column) {
+  if (cell.empty() || (!missing_.empty() && lower(cell) == missing_)) {
+    if (column == time_) note(column, "a row without its time");
+    return missing_sample;
+  }
+  const std::string written = cell;
+  if (layout_.mark != '.') {
+    if (cell.find('.') != std::string::npos)
+      note(column, shown(written) + " has a point, but the decimal mark here is a comma");
+    std::replace(cell.begin(), cell.end(), layout_.mark, '.');
+  }
+  const char* const first = cell.data() + (cell.starts_with('+') && !cell.starts_with("+-"));
+  const char* const last = cell.data() + cell.size();
+  double value = missing_sample;
+  const auto result = fast_float::from_chars(first, last, value);
+  if (result.ec == std::errc() && result.ptr == last && std::isfinite(value)) {
+    if (column == time_) exponent_ = std::min(exponent_, last_place(cell));
+    return value;
+  }
+  const bool number = result.ptr == last && (std::isinf(value) || result.ec == std::errc::result_out_of_range);
+  if (word_.empty() && reads_like_missing(cell)) word_ = cell;
+  note(column, shown(written) + (number ? " is not finite" : " is not a number"));
+  return missing_sample;
+}
+
+void Rows::note(std::size_t column, const std::string& what) {
+  if (++bad_ > shown_problems) return;
+  std::string where = "line " + std::to_string(line_);
+  if (column < layout_.columns.size())
+    where += ", column " + std::to_string(column + 1) + " '" + layout_.columns[column].name + "'";
+  notes_.push_back(where + ": " + what);
+}
+
+void Rows::finish() const {
+  if (bad_ == 0) return;
+  std::vector<std::string> problems{"'" + path_ + "': " + std::to_string(bad_) +
+                                    (bad_ == 1 ? " place that cannot be read" : " places that cannot be read")};
+  problems.insert(problems.end(), notes_.begin(), notes_.end());
+  if (bad_ > notes_.size()) problems.push_back("and " + std::to_string(bad_ - notes_.size()) + " more");
+  problems.push_back("accepted are decimal numbers; leave the cell blank for a missing sample, or pass --set missing=" +
+                     (word_.empty() ? "NaN" : word_) + " if that word stands for one");
+  throw Error{Error::Kind::bad_file, problems};
+}
+
+void Rows::parse(std::string_view& text, Batch& batch) {
+  batch.cells.resize(slots_ * Batch::capacity);
+  targets_.clear();
+  for (const int slot : slot_) targets_.push_back(slot < 0 ? nullptr : batch.cells.data() + slot * Batch::capacity);
+  exponent_ = batch.rows == 0 ? std::numeric_limits<int>::max() : batch.time_exponent;
+  const char* p = text.data();
+  const char* const end = p + text.size();
+  const bool blanks = layout_.separator == ' ';
+  std::size_t row = batch.rows;
+  while (p < end && row < Batch::capacity) {
+    const char* after = nullptr;
+    if (blank_lines_ == 0) after = blanks ? plain_row<true>(p, row) : plain_row<false>(p, row);
+    if (after != nullptr) {
+      ++line_;
+      ++row;
+    } else {
+      after = any_row(p, end, row);
+    }
+    p = after;
+  }
+  batch.rows = row;
+  batch.time_exponent = exponent_;
+  text.remove_prefix(static_cast<std::size_t>(p - text.data()));
+}
+
+}  // namespace tumble::csv

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tumble/formats/csv/layout.hpp"
+
+namespace tumble::csv {
+
+/// A fixed number of rows, column after column, in the units of the file.
+struct Batch {
+  static constexpr std::size_t capacity = 1024;
+  std::size_t rows = 0;
+  std::vector<double> cells;  ///< capacity for each wanted column
+  int time_exponent = 0;      ///< of ten of the last digit written in the time column, the smallest of the rows
+
+  const double* column(std::size_t slot) const { return cells.data() + slot * capacity; }
+};
+
+/// Turns lines into numbers. Cells that are none are noted, and refused all together by finish().
+class Rows {
+ public:
+  Rows(std::string path, const Layout& layout, std::string missing);
+
+  /// Fills the batch from whole lines and moves `text` behind what was used: to its end, or the batch is full.
+  void parse(std::string_view& text, Batch& batch);
+  /// Throws Error::bad_file when there were bad cells: the first ten with line, column and content, and how many more.
+  void finish() const;
+
+  std::size_t slots() const { return slots_; }  ///< wanted columns
+
+ private:
+  template <bool blanks>
+  const char* plain_row(const char* p, std::size_t row);
+  const char* any_row(const char* p, const char* end, std::size_t& row);
+  void take_cells(const std::vector<std::string>& cells, std::size_t row);
+  double value_of(std::string cell, std::size_t column);
+  void note(std::size_t column, const std::string& what);
+
+  std::string path_;
+  const Layout& layout_;
+  std::string missing_;
+  std::size_t slots_ = 0;
+  std::vector<int> slot_;         ///< of each column in the batch; -1: not wanted
+  std::vector<double*> targets_;  ///< each column of the file in the batch; null: not wanted
+  std::size_t time_;              ///< index of the time column, or none
+  int exponent_ = 0;
+  std::size_t line_;
+  std::size_t blank_lines_ = 0;  ///< in a file of one column: missing samples, if another sample follows
+  std::size_t bad_ = 0;
+  std::vector<std::string> notes_;
+  std::string word_;  ///< the first bad cell that reads like a missing sample
+};
+
+}  // namespace tumble::csv

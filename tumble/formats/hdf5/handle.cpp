@@ -1,0 +1,31 @@
+#include "tumble/formats/hdf5/handle.hpp"
+
+namespace tumble::hdf5 {
+
+namespace {
+
+std::recursive_mutex& library() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
+}  // namespace
+
+Session::Session() : lock_(library()) {
+  H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+Session::~Session() { H5Eset_auto2(H5E_DEFAULT, print_, print_data_); }
+
+std::string last_reason() {
+  std::string reason;
+  const auto take = [](unsigned, const H5E_error2_t* error, void* text) -> herr_t {
+    if (error->desc != nullptr) *static_cast<std::string*>(text) = error->desc;
+    return 1;  // the first is the innermost
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take, &reason);
+  return reason.empty() ? "the HDF5 library gives no reason" : reason;
+}
+
+}  // namespace tumble::hdf5

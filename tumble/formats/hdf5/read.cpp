@@ -1,0 +1,209 @@
+#include "tumble/formats/hdf5/read.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <future>
+
+#include "tumble/formats/catalogue/annotations.hpp"
+#include "tumble/formats/catalogue/clock.hpp"
+#include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/formats/hdf5/values.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::hdf5 {
+
+namespace {
+
+/// Opens the file and every wanted channel in it, and finds their clocks. What is wrong is said all at once.
+class Source {
+ public:
+  Source(const std::string& path, const ReadOptions& options)
+      : path_(path), options_(options), size_(formats::InputFile(path).size()) {
+    file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (!file_.valid()) refuse("cannot be opened as HDF5: " + last_reason() + " (is it truncated or damaged?)");
+    recording_.origin.file = path;
+    for (const std::string& name : names()) open(name);
+    if (!problems_.empty()) {
+      problems_.front() = "'" + path + "': " + problems_.front();
+      throw Error{Error::Kind::bad_file, problems_};
+    }
+    if (channels_.empty()) refuse("has no channel to read in its group /channels");
+    if (const auto text = text_dataset(file_, "/meta")) formats::annotate_all(recording_, *text);
+  }
+
+  /// The channels without samples.
+  const Recording& frame() const { return recording_; }
+  std::size_t samples(std::size_t channel) const { return channels_[channel].count; }
+
+  void append(std::size_t channel, std::size_t first, std::size_t count, Channel& to) {
+    try {
+      hdf5::append(channels_[channel], first, count, to.unit.factor(), to.unit.offset(), scratch_, to.values);
+    } catch (const Error& error) {
+      refuse("channel '" + to.name + "' cannot be read: " + error.what());
+    }
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw Error{Error::Kind::bad_file, "'" + path_ + "' " + what};
+  }
+
+  /// Datasets below /channels, in the order they were made where the file knows it. Links to elsewhere are not
+  /// followed.
+  std::vector<std::string> names() {
+    if (!exists(file_, "/channels")) refuse("has no group /channels with one dataset a channel");
+    const Handle group(H5Gopen2(file_, "/channels", H5P_DEFAULT), H5Gclose);
+    if (!group.valid()) refuse("cannot be read: /channels: " + last_reason());
+    const Handle plist(H5Gget_create_plist(group), H5Pclose);
+    unsigned order = 0;
+    H5Pget_link_creation_order(plist, &order);
+    std::vector<std::string> found;
+    const auto visit = [](hid_t at, const char* name, const H5L_info_t* link, void* list) -> herr_t {
+      H5O_info_t object;
+      if (link->type != H5L_TYPE_HARD) return 0;
+      if (H5Oget_info_by_name1(at, name, &object, H5P_DEFAULT) < 0) return -1;
+      if (object.type == H5O_TYPE_DATASET) static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+      return 0;
+    };
+    const auto index = (order & H5P_CRT_ORDER_TRACKED) != 0 ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+    if (H5Lvisit(group, index, H5_ITER_INC, visit, &found) < 0) refuse("cannot be read: /channels: " + last_reason());
+    return found;
+  }
+
+  void open(const std::string& name) {
+    const auto& only = options_.only;
+    if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) return;
+    try {
+      Numbers numbers = open_numbers(file_, "/channels/" + name, size_);
+      Channel channel{name, QuantityKind::other, unit_of(numbers.dataset, name), {}, {}};
+      channel.kind = kind_of(channel.unit);
+      if (const auto word = text_attribute(numbers.dataset, "quantity")) formats::kind_named(*word, channel.kind);
+      channel.timeline = timeline_of(numbers, name);
+      recording_.channels.push_back(std::move(channel));
+      channels_.push_back(std::move(numbers));
+    } catch (const Error& error) {
+      problems_.push_back("channel '" + name + "': " + error.what());
+    }
+  }
+
+  Unit unit_of(hid_t dataset, const std::string& name) const {
+    if (const auto text = text_attribute(dataset, "unit"); text && !text->empty()) return Unit::parse(*text);
+    const auto given = options_.units.find(name);
+    if (given != options_.units.end()) return given->second;
+    fail(
+        "it has no unit; give it an attribute 'unit', for example \"deg/h\", or write the unit in the plan's "
+        "[channels] table: role = \"" +
+        name + "[deg/h]\"");
+  }
+
+  Timeline timeline_of(const Numbers& numbers, const std::string& name) {
+    if (exists(file_, "/time/" + name)) return stamps_of(numbers, "/time/" + name);
+    const auto rate = number_attribute(numbers.dataset, "rate");
+    const double start = number_attribute(numbers.dataset, "start").value_or(0.0);
+    if (!std::isfinite(start)) fail("its attribute 'start' is not a finite number");
+    if (!rate && options_.rate) return {start, *options_.rate, nullptr};
+    if (!rate)
+      fail("it has no time; give it an attribute 'rate' [Hz] or a dataset /time/" + name +
+           ", or give the sampling rate (--set rate=100)");
+    if (!(*rate > 0.0) || std::isinf(*rate)) fail("its attribute 'rate' is not a positive number");
+    return {start, *rate, nullptr};
+  }
+
+  /// Channels that link to one dataset share its stamps.
+  Timeline stamps_of(const Numbers& numbers, const std::string& path) {
+    const Numbers time = open_numbers(file_, path, size_);
+    if (time.count != numbers.count)
+      fail(path + " has " + std::to_string(time.count) + " stamps for " + std::to_string(numbers.count) + " samples");
+    H5O_info_t info;
+    if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
+    for (const auto& [address, timeline] : clocks_)
+      if (address == info.addr) return timeline;
+    const Unit unit = Unit::parse(text_attribute(time.dataset, "unit").value_or("s"));
+    if (kind_of(unit) != QuantityKind::time) fail(path + " is in " + unit.text() + ", not a unit of time");
+    std::vector<double> stamps;
+    stamps.reserve(time.count);
+    hdf5::append(time, 0, time.count, unit.factor(), unit.offset(), scratch_, stamps);
+    formats::EvenClock clock;
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+      if (std::isnan(stamps[i])) fail(path + " has no value at sample " + std::to_string(i));
+      clock.add(stamps[i], 0.0);
+    }
+    const auto even = clock.timeline();
+    Timeline timeline =
+        even ? *even : Timeline{0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
+    clocks_.emplace_back(info.addr, timeline);
+    return timeline;
+  }
+
+  std::string path_;
+  const ReadOptions& options_;
+  std::size_t size_;
+  Handle file_;
+  std::vector<Numbers> channels_;
+  Recording recording_;
+  std::vector<std::pair<haddr_t, Timeline>> clocks_;
+  std::vector<std::string> problems_;
+  std::vector<double> scratch_;
+};
+
+/// The part of a timeline that belongs to samples first .. first + count - 1.
+Timeline part_of(const Timeline& whole, std::size_t first, std::size_t count) {
+  if (whole.uniform()) return {whole.time(first), whole.rate, nullptr};
+  const auto begin = whole.stamps->begin() + static_cast<std::ptrdiff_t>(first);
+  return {0.0, 0.0, std::make_shared<std::vector<double>>(begin, begin + static_cast<std::ptrdiff_t>(count))};
+}
+
+}  // namespace
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  const Session session;
+  Source source(path, options);
+  auto hash = std::async(std::launch::async, formats::sha256_of_file, path);
+  Recording recording = source.frame();
+  const std::size_t count = recording.channels.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    Channel& channel = recording.channels[i];
+    report(progress, static_cast<double>(i) / static_cast<double>(count), "reading");
+    channel.values.reserve(source.samples(i));
+    source.append(i, 0, source.samples(i), channel);
+  }
+  recording.origin.sha256 = hash.get();
+  return recording;
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  const Session session;
+  Source source(path, options);
+  Recording block = source.frame();
+  std::size_t longest = 1;
+  for (std::size_t i = 0; i < block.channels.size(); ++i) longest = std::max(longest, source.samples(i));
+  const std::size_t blocks = (longest + samples - 1) / samples;
+  // Channels of different rates come in equal shares of their samples, so that a block holds about one stretch of time.
+  const auto boundary = [&](std::size_t channel, std::size_t index) {
+    const double share = static_cast<double>(index) / static_cast<double>(blocks);
+    return index == blocks ? source.samples(channel)
+                           : static_cast<std::size_t>(share * static_cast<double>(source.samples(channel)));
+  };
+  for (std::size_t index = 0; index < blocks; ++index) {
+    report(progress, static_cast<double>(index) / static_cast<double>(blocks), "reading");
+    std::vector<std::pair<const void*, std::size_t>> shared;  // stamps of the whole, and the channel that has the part
+    for (std::size_t i = 0; i < block.channels.size(); ++i) {
+      Channel& channel = block.channels[i];
+      const std::size_t first = boundary(i, index);
+      const std::size_t count = boundary(i, index + 1) - first;
+      const Timeline& whole = source.frame().channels[i].timeline;
+      const auto same = std::find_if(shared.begin(), shared.end(),
+                                     [&](const auto& entry) { return entry.first == whole.stamps.get(); });
+      const bool known = !whole.uniform() && same != shared.end();
+      channel.timeline = known ? block.channels[same->second].timeline : part_of(whole, first, count);
+      if (!known) shared.emplace_back(whole.stamps.get(), i);
+      channel.values.clear();
+      source.append(i, first, count, channel);
+    }
+    sink(block);
+  }
+}
+
+}  // namespace tumble::hdf5

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "tumble/formats/format.hpp"
+
+namespace tumble::hdf5 {
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress);
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress);
+RecordingWriter writer(const std::string& path);
+
+}  // namespace tumble::hdf5

@@ -1,0 +1,159 @@
+#include "tumble/formats/hdf5/values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::hdf5 {
+
+namespace {
+
+constexpr std::size_t longest_text = std::size_t{1} << 24;
+constexpr hsize_t largest_chunk = hsize_t{1} << 30;  // bytes
+
+/// deflate packs at most 1032 to 1; a file that claims more is corrupt, and memory is not asked for.
+bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
+
+/// Whole chunks a read, and a cache that holds one while neighbouring pieces are read.
+void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent) {
+  const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
+  if (!plist.valid()) fail(last_reason());
+  const auto layout = H5Pget_layout(plist);
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(plist) > 0) fail("its samples lie in another file");
+  if (layout != H5D_CHUNKED) return;
+  std::vector<hsize_t> chunk(extent.size());
+  if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
+  hsize_t bytes = 8;
+  for (const hsize_t length : chunk)
+    if (length == 0 || (bytes *= length) > largest_chunk) fail("its chunks are larger than 1 GB");
+  const hsize_t along = chunk[numbers.axis];
+  numbers.piece = std::max(along, numbers.piece / along * along);
+  if (bytes <= hsize_t{1} << 20) return;
+  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(access, 521, 2 * bytes, 1.0);
+  numbers.dataset = Handle(H5Dopen2(file, path.c_str(), access), H5Dclose);
+  if (!numbers.dataset.valid()) fail(last_reason());
+}
+
+std::optional<std::string> text_of(hid_t type, hid_t space, const std::function<herr_t(hid_t, void*)>& read) {
+  if (H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) return std::nullopt;
+  if (H5Tis_variable_str(type) > 0) {
+    char* text = nullptr;
+    if (read(type, &text) < 0 || text == nullptr) return std::nullopt;
+    std::string result(text);
+    H5free_memory(text);
+    return result;
+  }
+  const std::size_t size = H5Tget_size(type);
+  if (size == 0 || size > longest_text) return std::nullopt;
+  std::string text(size, '\0');
+  if (read(type, text.data()) < 0) return std::nullopt;
+  text.resize(std::min(text.find('\0'), text.size()));
+  while (H5Tget_strpad(type) == H5T_STR_SPACEPAD && text.ends_with(' ')) text.pop_back();
+  return text;
+}
+
+Handle attribute_named(hid_t object, const char* name) {
+  return H5Aexists(object, name) > 0 ? Handle(H5Aopen(object, name, H5P_DEFAULT), H5Aclose) : Handle();
+}
+
+}  // namespace
+
+void fail(std::string reason) { throw Error{Error::Kind::bad_file, std::move(reason)}; }
+
+bool exists(hid_t file, const std::string& path) {
+  for (auto end = path.find('/', 1);; end = path.find('/', end + 1)) {
+    if (H5Lexists(file, path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (end == std::string::npos) return true;
+  }
+}
+
+Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size) {
+  Numbers numbers;
+  numbers.dataset = Handle(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!numbers.dataset.valid()) fail(last_reason());
+  const Handle type(H5Dget_type(numbers.dataset), H5Tclose);
+  const auto kind = H5Tget_class(type);
+  if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("it does not hold numbers");
+  numbers.space = Handle(H5Dget_space(numbers.dataset), H5Sclose);
+  numbers.rank = H5Sget_simple_extent_ndims(numbers.space);
+  if (numbers.rank < 0) fail(last_reason());
+  std::vector<hsize_t> extent(static_cast<std::size_t>(numbers.rank));
+  if (numbers.rank > 0) H5Sget_simple_extent_dims(numbers.space, extent.data(), nullptr);
+  const auto longer = std::count_if(extent.begin(), extent.end(), [](hsize_t length) { return length != 1; });
+  if (longer > 1 || numbers.rank == 0) {
+    std::string shape;
+    for (const hsize_t length : extent) shape += (shape.empty() ? "" : " x ") + std::to_string(length);
+    fail("it is " + (shape.empty() ? "one number" : shape) + ", and one row of samples a channel is expected");
+  }
+  const auto longest = std::find_if(extent.begin(), extent.end(), [](hsize_t length) { return length != 1; });
+  numbers.axis = longest == extent.end() ? 0 : static_cast<int>(longest - extent.begin());
+  numbers.count = extent[numbers.axis];
+  if (numbers.count == 0) fail("it has no samples");
+  if (!plausible(numbers.count, file_size))
+    fail("it claims " + std::to_string(numbers.count) + " samples, more than a file of this size can hold");
+  look_at_storage(numbers, file, path, extent);
+  return numbers;
+}
+
+void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
+            std::vector<double>& scratch, std::vector<double>& values) {
+  scratch.resize(std::max<std::size_t>(scratch.size(), std::min(numbers.piece, numbers.count)));
+  std::vector<hsize_t> start(numbers.rank, 0), length(numbers.rank, 1);
+  while (count > 0) {
+    const hsize_t to_boundary = numbers.piece - first % numbers.piece;
+    const hsize_t now = std::min({count, to_boundary, static_cast<hsize_t>(scratch.size())});
+    start[numbers.axis] = first;
+    length[numbers.axis] = now;
+    const Handle memory(H5Screate_simple(1, &now, nullptr), H5Sclose);
+    if (H5Sselect_hyperslab(numbers.space, H5S_SELECT_SET, start.data(), nullptr, length.data(), nullptr) < 0 ||
+        H5Dread(numbers.dataset, H5T_NATIVE_DOUBLE, memory, numbers.space, H5P_DEFAULT, scratch.data()) < 0)
+      fail(last_reason());
+    double largest = 0.0;
+    for (hsize_t i = 0; i < now; ++i) {
+      const double size = std::abs(scratch[i]);
+      largest = size > largest ? size : largest;
+      scratch[i] = scratch[i] * factor + offset;
+    }
+    if (std::isinf(largest)) fail("it holds an infinite sample; a missing one is NaN");
+    values.insert(values.end(), scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(now));
+    first += now;
+    count -= now;
+  }
+}
+
+std::optional<std::string> text_attribute(hid_t object, const char* name) {
+  const Handle attribute = attribute_named(object, name);
+  if (!attribute.valid()) return std::nullopt;
+  const Handle type(H5Aget_type(attribute), H5Tclose);
+  const Handle space(H5Aget_space(attribute), H5Sclose);
+  return text_of(type, space, [&](hid_t memory, void* to) { return H5Aread(attribute, memory, to); });
+}
+
+std::optional<double> number_attribute(hid_t object, const char* name) {
+  const Handle attribute = attribute_named(object, name);
+  if (!attribute.valid()) return std::nullopt;
+  const Handle type(H5Aget_type(attribute), H5Tclose);
+  const Handle space(H5Aget_space(attribute), H5Sclose);
+  const auto kind = H5Tget_class(type);
+  double value = 0.0;
+  if ((kind != H5T_INTEGER && kind != H5T_FLOAT) || H5Sget_simple_extent_npoints(space) != 1 ||
+      H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
+    return std::nullopt;
+  return value;
+}
+
+std::optional<std::string> text_dataset(hid_t file, const char* path) {
+  if (!exists(file, path)) return std::nullopt;
+  const Handle dataset(H5Dopen2(file, path, H5P_DEFAULT), H5Dclose);
+  if (!dataset.valid()) return std::nullopt;
+  const Handle type(H5Dget_type(dataset), H5Tclose);
+  const Handle space(H5Dget_space(dataset), H5Sclose);
+  return text_of(type, space,
+                 [&](hid_t memory, void* to) { return H5Dread(dataset, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
+}
+
+}  // namespace tumble::hdf5

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/formats/hdf5/handle.hpp"
+
+namespace tumble::hdf5 {
+
+/// A one-dimensional dataset of numbers, open for reading in pieces.
+struct Numbers {
+  Handle dataset;
+  Handle space;
+  int rank = 1;
+  int axis = 0;            ///< the one that runs over the samples
+  hsize_t count = 0;       ///< samples
+  hsize_t piece = 131072;  ///< samples a read: whole chunks
+};
+
+/// Throws Error::bad_file; the caller says where.
+[[noreturn]] void fail(std::string reason);
+
+/// Whether each group on the way and the last link exist.
+bool exists(hid_t file, const std::string& path);
+
+/// Throws Error::bad_file, the bare reason, when it is not a vector of numbers stored in this file of `file_size`
+/// bytes.
+Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size);
+
+/// Appends samples first .. first + count - 1 as value * factor + offset; `scratch` is kept between calls. NaN passes.
+/// Throws Error::bad_file, the bare reason, when they cannot be read or are infinite.
+void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
+            std::vector<double>& scratch, std::vector<double>& values);
+
+/// The attribute as text or number; nothing where there is none of that kind.
+std::optional<std::string> text_attribute(hid_t object, const char* name);
+std::optional<double> number_attribute(hid_t object, const char* name);
+
+/// A dataset that holds one text; nothing where it is none.
+std::optional<std::string> text_dataset(hid_t file, const char* path);
+
+}  // namespace tumble::hdf5
