@@ -64,7 +64,7 @@ inline void add_parameters(Estimate& e) {
     for (std::size_t j = 0; j < count; ++j) {
       const double apart = std::abs(static_cast<double>(i) - static_cast<double>(j));
       const double correlation = i == j ? 1.0 : ((i + j) % 2 ? -1.0 : 1.0) * std::exp(-0.9 * apart);
-      e.covariance(i, j) = correlation * sd[i] * sd[j];
+      e.covariance(i, j) = correlation * (sd[i] * sd[j]);
     }
     e.covariance(i, i) = 0.0;
     for (const auto& part : e.budget) e.covariance(i, i) += part.variance[i];

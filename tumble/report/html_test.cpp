@@ -35,6 +35,16 @@ nlohmann::json drawings_of(const std::string& page) {
   return nlohmann::json::parse(page.substr(start, page.find("</script>", start) - start));
 }
 
+std::string output_of(const std::string& command) {
+  std::string text;
+  auto* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return text;
+  std::array<char, 65536> buffer;
+  while (const auto size = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), size);
+  pclose(pipe);
+  return text;
+}
+
 constexpr const char* hostile = "</script><script>document.title='owned'</script><!--<script>\"'&amp;";
 
 /// Every text that a file or a plan can put into a report.
@@ -106,6 +116,16 @@ TEST(html_report, the_library_cannot_end_its_own_element) {
   EXPECT_FALSE(has(assets::plotly_basic_min_js, "</script"));
   EXPECT_FALSE(has(assets::plotly_basic_min_js, "<!--"));
   EXPECT_GT(assets::plotly_basic_min_js.size(), 1000000u);
+}
+
+TEST(html_report, the_library_is_the_one_whose_origin_is_written_down) {
+  // SHA-256 by the system's own program; the file is embedded as it stands.
+  const std::string folder = TUMBLE_SOURCE_DIR "/third_party/plotly/";
+  const auto sum = output_of("sha256sum " + folder + "plotly-basic.min.js").substr(0, 64);
+  std::ifstream file(folder + "SOURCE.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  ASSERT_EQ(sum.size(), 64u);
+  EXPECT_TRUE(has(page, sum));
 }
 
 TEST(html_report, an_empty_estimate_is_a_page_too) {
@@ -197,16 +217,6 @@ TEST(points_to_draw, curves_that_run_back_keep_their_order) {
   EXPECT_LE(indices.size(), 5000u);
   EXPECT_GT(indices.size(), 1000u);
   EXPECT_TRUE(std::is_sorted(indices.begin(), indices.end()));
-}
-
-std::string output_of(const std::string& command) {
-  std::string text;
-  auto* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) return text;
-  std::array<char, 65536> buffer;
-  while (const auto size = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), size);
-  pclose(pipe);
-  return text;
 }
 
 TEST(html_report, is_drawn_by_a_real_browser) {

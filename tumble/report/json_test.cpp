@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/example_estimate.hpp"
 #include "tumble/report/report.hpp"
@@ -148,6 +150,37 @@ TEST(result_json, is_the_same_text_after_reading) {
   EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
 }
 
+TEST(result_json, values_of_every_size_and_unit_keep_their_place) {
+  Estimate before;
+  Table table{"values", "", {}, {}};
+  for (const char* unit : {"1", "deg/h", "deg/sqrt(h)", "ug/g^2", "arcsec", "ppm", "degC", "pulse/(m/s)", "deg/h/g"}) {
+    table.columns.push_back({unit, Unit::parse(unit)});
+  }
+  for (int i = 0; i < 2000; ++i) {
+    auto& row = table.rows.emplace_back();
+    for (std::size_t j = 0; j < table.columns.size(); ++j) {
+      row.emplace_back(example::wiggle(i + 0.1 * static_cast<double>(j)) * std::pow(10.0, i % 40 - 20));
+    }
+  }
+  before.tables = {table};
+  const auto text = to_json(before);
+  const auto after = estimate_from_json(text, "result.json");
+  EXPECT_EQ(to_json(after), text);
+  std::size_t exact = 0;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    for (std::size_t j = 0; j < table.columns.size(); ++j) {
+      const double a = std::get<double>(table.rows[i][j]), b = std::get<double>(after.tables[0].rows[i][j]);
+      exact += a == b;
+      // Relative to what is added: in degC a small number stands beside the offset of 273.15 K.
+      const double size = std::abs(a) + std::abs(table.columns[j].unit.offset());
+      EXPECT_LE(std::abs(a - b), 2.0 * ulp * size) << table.columns[j].name << " " << a;
+    }
+  }
+  // A factor maps the doubles of a binade onto less, or more, than one of SI: at worst about every second is missed.
+  EXPECT_GT(exact, table.rows.size() * table.columns.size() / 2);
+  RecordProperty("exact", static_cast<int>(exact));
+}
+
 TEST(result_json, shows_the_displayed_units) {
   const auto json = nlohmann::json::parse(to_json(example::estimate()));
   EXPECT_EQ(json["tumble"], version);
@@ -173,6 +206,29 @@ TEST(result_json, keeps_every_key_of_the_contract_in_its_order) {
   EXPECT_EQ(keys,
             (std::vector<std::string>{"tumble", "method", "title", "instrument", "parameters", "covariance", "budget",
                                       "tables", "curves", "fit", "findings", "verdicts", "provenance"}));
+}
+
+void collect_keys(const nlohmann::json& json, std::set<std::string>& keys) {
+  if (json.is_array() && !json.empty()) collect_keys(json.front(), keys);
+  if (!json.is_object()) return;
+  for (const auto& [key, value] : json.items()) {
+    keys.insert(key);
+    if (key != "settings") collect_keys(value, keys);
+  }
+}
+
+TEST(result_json, the_page_of_the_manual_shows_every_key) {
+  std::ifstream file(TUMBLE_SOURCE_DIR "/docs/report.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  const auto start = page.find("```json\n") + 8;
+  const auto example = nlohmann::json::parse(page.substr(start, page.find("```", start) - start));
+  auto estimate = example::estimate();
+  std::rotate(estimate.curves.begin(), estimate.curves.begin() + 2, estimate.curves.end());  // one with a band first
+  std::set<std::string> written, shown;
+  collect_keys(nlohmann::json::parse(to_json(estimate)), written);
+  collect_keys(example, shown);
+  EXPECT_EQ(written, shown);
+  EXPECT_NO_THROW(estimate_from_json(example.dump(), "docs/report.md"));
 }
 
 TEST(result_json, writes_null_for_what_json_has_no_number_for) {

@@ -29,6 +29,7 @@ double exact_near(double start, double si, const ToSi& to_si) {
     if (std::isnan(best) || decimal_length(candidate) < decimal_length(best)) best = candidate;
   };
   consider(start);
+  if (!std::isnan(best) && decimal_length(best) <= 15) return best;  // short already
   for (int step = 0; step < 2; ++step) {
     consider(below = std::nextafter(below, -INFINITY));
     consider(above = std::nextafter(above, INFINITY));
@@ -201,30 +202,44 @@ Json whole(const Estimate& estimate) {
           {"provenance", provenance_json(estimate.provenance)}};
 }
 
-std::string scalar(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// Shortest decimal that reads back as the same double, always recognisable as a real number: "3.0".
+void write_number(double value, std::string& out) {
+  std::array<char, 32> text;
+  const std::string_view digits(text.data(), std::to_chars(text.begin(), text.end(), value).ptr);
+  out += digits;
+  if (digits.find_first_of(".e") == std::string_view::npos) out += ".0";
+}
+
+void write(const Json& value, std::size_t indent, std::string& out);
 
 /// Objects and arrays of arrays one member a line, arrays of numbers and small objects on one line: made to be read
 /// and compared by people as well.
-void write(const Json& value, std::size_t indent, std::string& out) {
-  if (value.is_primitive()) {
-    out += scalar(value);
-    return;
-  }
+void write_members(const Json& value, std::size_t indent, std::string& out) {
   const bool object = value.is_object();
   const bool flat = std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_primitive(); }) &&
                     (!object || value.size() <= 4);
   const std::string gap = flat ? "" : "\n" + std::string(indent + 1, ' ');
   out += object ? '{' : '[';
-  bool first = true;
-  for (const auto& [key, item] : value.items()) {
-    if (!first) out += flat ? ", " : ",";
-    first = false;
+  for (auto item = value.begin(); item != value.end(); ++item) {
+    if (item != value.begin()) out += flat ? ", " : ",";
     out += gap;
-    if (object) out += scalar(key) + ": ";
-    write(item, indent + 1, out);
+    if (object) out += text_of(item.key()) + ": ";
+    write(*item, indent + 1, out);
   }
   if (!flat && !value.empty()) out += "\n" + std::string(indent, ' ');
   out += object ? '}' : ']';
+}
+
+void write(const Json& value, std::size_t indent, std::string& out) {
+  if (value.is_number_float()) {
+    write_number(value.get<double>(), out);
+  } else if (value.is_primitive()) {
+    out += text_of(value);
+  } else {
+    write_members(value, indent, out);
+  }
 }
 
 }  // namespace
