@@ -322,6 +322,12 @@ AllanFit described(const Problem& problem, Selected selected, double error, cons
   const Whitened whitened(problem.design(), problem.y(), state.v);
   const MatrixXd covariance = whitened.solve(with_covariance).covariance;
   fit.condition = whitened.condition(kept);
+  const MatrixXd weights = whitened.weights(with_covariance);
+  const VectorXd missed = (state.v - statistical).diagonal();
+  fit.model_error_variance.assign(fit.terms.size(), 0.0);
+  for (std::size_t a = 0; a < with_covariance.size(); ++a)
+    fit.model_error_variance[static_cast<std::size_t>(with_covariance[a])] =
+        weights.row(static_cast<Eigen::Index>(a)).array().square().matrix().dot(missed);
   fit.covariance = Matrix(fit.terms.size(), fit.terms.size());
   for (std::size_t a = 0; a < with_covariance.size(); ++a)
     for (std::size_t b = 0; b < with_covariance.size(); ++b)

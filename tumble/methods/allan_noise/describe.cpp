@@ -1,0 +1,245 @@
+#include "tumble/methods/allan_noise/describe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+
+namespace tumble {
+namespace {
+
+using Severity = Finding::Severity;
+
+std::string shown(double value_si, const std::string& unit) {
+  return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);
+}
+
+std::string duration(const ChannelNoise& channel) {
+  const double seconds = static_cast<double>(channel.samples) / channel.rate;
+  return seconds < 7200.0 ? say_seconds(std::round(seconds)) : fmt::format("{:.3g} h", seconds / 3600.0);
+}
+
+/// What would show a term that this record does not.
+std::string remedy(NoiseTerm term) {
+  switch (term) {
+    case NoiseTerm::quantization:
+      return "sampling twice as fast shows half of that";
+    case NoiseTerm::white:
+      return "it hides below the other terms at every averaging time";
+    case NoiseTerm::flicker:
+      return "a record 4 times as long shows half of that";
+    case NoiseTerm::random_walk:
+      return "a record twice as long shows half of that";
+    case NoiseTerm::markov:
+      return "a longer record shows less";
+  }
+  return "";
+}
+
+void add_parameters(const ChannelNoise& channel, Estimate& estimate, std::vector<double>& gain) {
+  for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
+    const FittedTerm& term = channel.fit.terms[t];
+    if (!term.kept) continue;
+    const TermWords said = words(term.unit.term, channel.kind);
+    const double value = coefficient(term.unit.term, term.squared, channel.rate);
+    estimate.parameters.push_back({channel.label + "." + said.name, said.symbol, Unit::parse(said.unit), value,
+                                   said.description, term.degrees_of_freedom});
+    gain.push_back(0.5 * value / term.squared);
+  }
+}
+
+/// Covariances of the coefficients, by the derivative of the root; channels are taken as independent.
+void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector<double>& gain, Estimate& estimate) {
+  estimate.covariance = Matrix(gain.size(), gain.size());
+  Contribution noise{"output noise", std::vector<double>(gain.size(), 0.0)};
+  Contribution shape{"departure of the curve from the terms", std::vector<double>(gain.size(), 0.0)};
+  bool departs = false;
+  std::size_t base = 0;
+  for (const auto& channel : channels) {
+    std::vector<std::size_t> kept;
+    for (std::size_t t = 0; t < channel.fit.terms.size(); ++t)
+      if (channel.fit.terms[t].kept) kept.push_back(t);
+    for (std::size_t a = 0; a < kept.size(); ++a) {
+      for (std::size_t b = 0; b < kept.size(); ++b)
+        estimate.covariance(base + a, base + b) =
+            gain[base + a] * gain[base + b] * channel.fit.covariance(kept[a], kept[b]);
+      const double part = gain[base + a] * gain[base + a] * channel.fit.model_error_variance[kept[a]];
+      shape.variance[base + a] = part;
+      noise.variance[base + a] = std::max(0.0, estimate.covariance(base + a, base + a) - part);
+      departs = departs || part > 0.0;
+    }
+    base += kept.size();
+  }
+  estimate.budget.push_back(std::move(noise));
+  if (departs) estimate.budget.push_back(std::move(shape));
+}
+
+void add_rows(const ChannelNoise& channel, Table& table) {
+  for (const FittedTerm& term : channel.fit.terms) {
+    const TermWords said = words(term.unit.term, channel.kind);
+    const auto of = [&](double squared) {
+      return shown(coefficient(term.unit.term, std::max(squared, 0.0), channel.rate), said.unit);
+    };
+    const double sd = 0.5 * term.squared_sd / std::sqrt(std::max(term.squared, term.squared_sd)) *
+                      coefficient(term.unit.term, 1.0, channel.rate);
+    std::string why =
+        term.kept ? fmt::format("kept: chance alone gives this once in {:.3g}", 1.0 / std::max(term.chance, 1e-12))
+        : term.squared <= 0.0 ? "left out: not above zero"
+                              : fmt::format("left out: chance alone gives this in {:.0f} %", 100.0 * term.chance);
+    table.rows.push_back({channel.label, said.name, said.symbol, of(term.squared), shown(sd, said.unit), term.z,
+                          term.kept ? term.improvement : 0.0, of(term.upper_limit), why});
+  }
+}
+
+Curve line(const ChannelNoise& channel, const std::string& name, const std::vector<double>& variances) {
+  const bool rate = channel.kind == QuantityKind::angular_rate;
+  Curve curve{channel.label + " " + name,
+              "allan deviation " + channel.label,
+              {"averaging time", Unit::parse("s"), {}},
+              {"Allan deviation", Unit::parse(rate ? "deg/h" : "ug"), {}},
+              {},
+              {},
+              "",
+              true,
+              false};
+  for (std::size_t i = 0; i < variances.size(); ++i) {
+    curve.x.values.push_back(channel.curve[i].tau);
+    curve.y.values.push_back(std::sqrt(variances[i]));
+  }
+  return curve;
+}
+
+void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
+  std::vector<double> measured, sum(channel.curve.size(), 0.0);
+  for (const auto& point : channel.curve) measured.push_back(point.deviation * point.deviation);
+  Curve points = line(channel, "allan_deviation", measured);
+  points.points = true;
+  points.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
+  for (const auto& point : channel.curve) {
+    points.lower.push_back(point.lower);
+    points.upper.push_back(point.upper);
+  }
+  curves.push_back(std::move(points));
+  std::vector<Curve> terms;
+  for (const FittedTerm& term : channel.fit.terms) {
+    if (!term.kept) continue;
+    std::vector<double> variances;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      variances.push_back(term.squared * unit_allan_variance(term.unit, static_cast<double>(channel.curve[i].factor)));
+      sum[i] += variances.back();
+    }
+    terms.push_back(line(channel, words(term.unit.term, channel.kind).name, variances));
+  }
+  curves.push_back(line(channel, "fitted", sum));
+  for (auto& curve : terms) curves.push_back(std::move(curve));
+}
+
+void add_dropped(const ChannelNoise& channel, Findings& findings) {
+  for (const FittedTerm& term : channel.fit.terms) {
+    if (term.kept) continue;
+    const TermWords said = words(term.unit.term, channel.kind);
+    findings.push_back(
+        {Severity::info,
+         fmt::format("{} is not seen in this record of {}: below {} (95 %); {}", said.name, duration(channel),
+                     shown(coefficient(term.unit.term, term.upper_limit, channel.rate), said.unit),
+                     remedy(term.unit.term)),
+         channel.label});
+  }
+}
+
+/// Where the curve leaves the terms: the greatest departure in units of its statistical sd, and what makes such a bump.
+void add_departure(const ChannelNoise& channel, const std::vector<AllanObservation>& used, Findings& findings) {
+  const AllanFit& fit = channel.fit;
+  if (fit.model_error == 0.0) return;
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < fit.residual.size(); ++i)
+    if (std::abs(fit.residual[i]) / fit.residual_sd[i] > std::abs(fit.residual[worst]) / fit.residual_sd[worst])
+      worst = i;
+  const double tau = static_cast<double>(used[worst].factor) / channel.rate;
+  const double above = std::sqrt(std::max(0.0, 1.0 + fit.residual[worst])) - 1.0;
+  std::string message = fmt::format(
+      "the terms follow the deviation to {:.2g} % only (chi-square {:.3g} with {:g} degrees of freedom); intervals are "
+      "widened to match. The greatest departure is {:+.2g} % at {}",
+      50.0 * fit.model_error, fit.chi_square, fit.degrees_of_freedom, 100.0 * above, say_seconds(tau));
+  // A sine of frequency f lifts the deviation most at tau = 0.371/f, where tan x = 2 x with x = pi f tau.
+  if (above > 0.0)
+    message += fmt::format(": a vibration or a periodic disturbance near {:.2g} Hz does that", 0.371 / tau);
+  else
+    message += ": a filter in the instrument, or motion at other times, does that";
+  findings.push_back({Severity::warning, message, channel.label});
+}
+
+}  // namespace
+
+TermWords words(NoiseTerm term, QuantityKind kind) {
+  const bool rate = kind == QuantityKind::angular_rate;
+  switch (term) {
+    case NoiseTerm::quantization:
+      return {"quantization_noise", "Q", rate ? "arcsec" : "mm/s",
+              rate ? "white noise of the angle" : "white noise of the velocity"};
+    case NoiseTerm::white:
+      return {rate ? "angle_random_walk" : "velocity_random_walk", "N", rate ? "deg/sqrt(h)" : "(m/s)/sqrt(h)",
+              rate ? "white noise of the rate" : "white noise of the specific force"};
+    case NoiseTerm::flicker:
+      return {"bias_instability", "B", rate ? "deg/h" : "ug",
+              "flicker of the bias; the flat part of the deviation is 0.664 B"};
+    case NoiseTerm::random_walk:
+      return {rate ? "rate_random_walk" : "acceleration_random_walk", "K", rate ? "deg/h/sqrt(h)" : "ug/sqrt(h)",
+              "random walk of the bias"};
+    case NoiseTerm::markov:
+      return {"markov_sd", "sigma_c", rate ? "deg/h" : "ug", "first-order Gauss-Markov bias"};
+  }
+  return {};
+}
+
+double coefficient(NoiseTerm term, double squared, double rate) {
+  switch (term) {
+    case NoiseTerm::quantization:
+      return std::sqrt(squared) / rate;
+    case NoiseTerm::white:
+      return std::sqrt(squared / rate);
+    case NoiseTerm::random_walk:
+      return std::sqrt(squared * rate);
+    case NoiseTerm::flicker:
+    case NoiseTerm::markov:
+      break;
+  }
+  return std::sqrt(squared);
+}
+
+Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
+  Estimate estimate;
+  std::vector<double> gain;
+  std::vector<ChannelNoise> fitted;
+  Table table{"terms", "noise terms tried on each channel", {}, {}};
+  for (const char* name :
+       {"channel", "term", "symbol", "value tried", "sd", "z", "fall of -2 ln L", "95 % upper limit", "decision"})
+    table.columns.push_back({name, Unit()});
+  for (const auto& channel : channels) {
+    estimate.findings.insert(estimate.findings.end(), channel.findings.begin(), channel.findings.end());
+    if (!channel.failure.empty()) {
+      estimate.findings.push_back({Severity::error, channel.failure, channel.label});
+      continue;
+    }
+    std::vector<AllanObservation> used;
+    for (const auto& point : channel.curve) used.push_back({point.factor, point.deviation, point.count});
+    used = thinned(used);
+    add_parameters(channel, estimate, gain);
+    add_rows(channel, table);
+    add_curves(channel, estimate.curves);
+    add_departure(channel, used, estimate.findings);
+    add_dropped(channel, estimate.findings);
+    estimate.fit.observations += used.size();
+    estimate.fit.degrees_of_freedom += channel.fit.degrees_of_freedom;
+    estimate.fit.chi_square += channel.fit.chi_square;
+    estimate.fit.condition = std::max(estimate.fit.condition, channel.fit.condition);
+    fitted.push_back(channel);
+  }
+  add_covariance(fitted, gain, estimate);
+  estimate.tables.push_back(std::move(table));
+  return estimate;
+}
+
+}  // namespace tumble

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/core/estimate.hpp"
+#include "tumble/math/allan.hpp"
+#include "tumble/math/allan_fit.hpp"
+
+namespace tumble {
+
+/// What was found on one channel.
+struct ChannelNoise {
+  std::string label;
+  QuantityKind kind = QuantityKind::angular_rate;
+  double rate = 0.0;  ///< [Hz]
+  std::size_t samples = 0;
+  double confidence = 0.95;  ///< of the band
+  std::vector<DeviationPoint> curve;
+  AllanFit fit;
+  Findings findings;
+  std::string failure;  ///< why there is no fit; empty: there is one
+};
+
+/// How a term is called, written and shown for one kind of channel.
+struct TermWords {
+  std::string name, symbol, unit, description;
+};
+TermWords words(NoiseTerm term, QuantityKind kind);
+
+/// A squared coefficient [u^2] as the coefficient itself in SI: Q = T sqrt(c), N = sqrt(c T), B = sqrt(c), K =
+/// sqrt(c/T).
+double coefficient(NoiseTerm term, double squared, double rate);
+
+/// Parameters, covariance, budget, tables, curves and findings of all channels together.
+Estimate describe_noise(const std::vector<ChannelNoise>& channels);
+
+}  // namespace tumble

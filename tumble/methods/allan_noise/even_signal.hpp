@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/core/evidence.hpp"
+#include "tumble/core/finding.hpp"
+
+namespace tumble {
+
+/// A stretch of one channel: one power-up of it.
+struct Stretch {
+  const Channel* channel = nullptr;
+  std::string label;  ///< the channel's name, with ".run2" and so on where the name comes again
+  std::size_t begin = 0, end = 0;
+};
+
+/// The angular-rate and specific-force channels (or the one with role `signal`) of every recording, one stretch a run.
+/// Throws Error::bad_data that lists what the recordings hold, when there is none.
+std::vector<Stretch> stretches(const Evidence& evidence);
+
+/// Evenly spaced samples of a stretch. NaN: missing.
+struct EvenSignal {
+  std::span<const double> values;  ///< of the channel itself, or of `made`
+  std::vector<double> made;
+  double rate = 0.0;   ///< [Hz]
+  double begin = 0.0;  ///< [s] time of the first sample
+  Findings findings;
+};
+
+/// Brings a stretch onto an even clock.
+///
+/// Given     rate    [Hz] the samples are known to have, whatever the stamps say; 0: as the channel says
+///           timing  "even": evenly spaced at the mean rate; "stamps": samples averaged onto an even grid by their
+///                   stamps; "auto": even if the clock is even beneath late stamps, with lost samples put in as NaN,
+///                   else by stamps
+/// Throws    Error::bad_data for a clock that runs backwards (time named) or an infinite sample
+EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& timing);
+
+/// What stands in the way of a noise analysis: empty for a usable signal, else the reason (too short, constant, NaN).
+std::string unusable(const EvenSignal& signal);
+
+/// Parts of the record that are not like the rest: motion, outliers, steps.
+Findings disturbances(const EvenSignal& signal, const std::string& label);
+
+}  // namespace tumble
