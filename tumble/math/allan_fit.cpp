@@ -240,7 +240,8 @@ void test_term(const Problem& problem, const Active& others, double error, const
   result.squared_sd = one.sd;
 }
 
-/// The squared coefficient that would have given less than what was seen once in 20 times.
+/// The squared coefficient that would have given less than what was seen once in 20 times. Below zero counts as zero,
+/// so that a curve that dips by chance does not promise more than the record can show.
 double upper_limit(const Problem& problem, const State& state, double error, Eigen::Index term) {
   const Single seen = single(problem, state, term);
   double limit = std::max(seen.squared, 0.0) + 1.645 * seen.sd;
@@ -250,7 +251,7 @@ double upper_limit(const Problem& problem, const State& state, double error, Eig
     with.v = problem.covariance(with.c, error);
     const Single one = single(problem, with, term);
     const double below = one.positive * (1.0 - chi_square_quantile(0.05, one.edf) / one.edf);
-    limit = 0.5 * (limit + std::max(one.squared + below, 0.1 * limit));
+    limit = 0.5 * (limit + std::max(one.squared, 0.0) + below);
   }
   return limit;
 }

@@ -35,18 +35,17 @@ struct FittedTerm {
 };
 
 struct AllanFit {
-  std::vector<FittedTerm> terms;    ///< everything tried, in the order of the options, then markov
-  std::vector<double> squared;      ///< of every term tried, zero where left out [u^2]
-  Matrix covariance;                ///< of `squared` [u^4]; with select = false also of those at zero
-  double markov_time_sd = 0.0;      ///< relative
-  double markov_correlation = 0.0;  ///< between squared and log time
-  std::vector<double> fitted;       ///< Allan variance of the fitted model at each factor [u^2]
-  std::vector<double> residual;     ///< measured over fitted minus one
-  std::vector<double> residual_sd;  ///< statistical, of the same
-  double chi_square = 0.0;          ///< with the statistical covariance alone
-  double degrees_of_freedom = 0.0;  ///< of chi_square
-  double model_error = 0.0;         ///< relative sd per factor that the terms miss beyond statistics; 0: none
-  double condition = 0.0;           ///< of the whitened design of the kept terms with unit columns
+  std::vector<FittedTerm> terms;             ///< everything tried, in the order of the options, then markov
+  std::vector<double> squared;               ///< of every term tried, zero where left out [u^2]
+  Matrix covariance;                         ///< of `squared` [u^4]; with select = false also of those at zero
+  std::vector<double> model_error_variance;  ///< what of its diagonal comes from model_error [u^4]
+  std::vector<double> fitted;                ///< Allan variance of the fitted model at each factor [u^2]
+  std::vector<double> residual;              ///< measured over fitted minus one
+  std::vector<double> residual_sd;           ///< statistical, of the same
+  double chi_square = 0.0;                   ///< with the statistical covariance alone
+  double degrees_of_freedom = 0.0;           ///< of chi_square
+  double model_error = 0.0;                  ///< relative sd per factor that the terms miss beyond statistics; 0: none
+  double condition = 0.0;                    ///< of the whitened design of the kept terms with unit columns
 };
 
 /// Squared coefficients of the noise terms from overlapping Allan variances, by generalised least squares with the full

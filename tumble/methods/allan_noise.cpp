@@ -41,6 +41,13 @@ std::vector<Option> options() {
        "0.25",
        {},
        "longest averaging time over the record's length, up to 0.5"},
+      {"fit_from",
+       Type::quantity,
+       "s",
+       "",
+       {},
+       "shortest averaging time the terms are fitted to: beyond filters in the instrument"},
+      {"fit_to", Type::quantity, "s", "", {}, "longest averaging time the terms are fitted to"},
       {"significance",
        Type::quantity,
        "1",
@@ -71,10 +78,13 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
         {settings.number("points_per_decade"), result.confidence, settings.number("longest_fraction")});
     std::vector<AllanObservation> observations;
     for (const auto& point : result.curve)
-      observations.push_back({point.factor, point.deviation * point.deviation, point.count});
+      if (!(settings.has("fit_from") && point.tau < settings.number("fit_from")) &&
+          !(settings.has("fit_to") && point.tau > settings.number("fit_to")))
+        observations.push_back({point.factor, point.deviation * point.deviation, point.count});
     AllanFitOptions how;
     how.significance = settings.number("significance");
-    result.fit = fit_allan(thinned(observations), result.samples, how);
+    result.used = thinned(observations);
+    result.fit = fit_allan(result.used, result.samples, how);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.failure = error.what();

@@ -25,13 +25,13 @@ std::string duration(const ChannelNoise& channel) {
 std::string remedy(NoiseTerm term) {
   switch (term) {
     case NoiseTerm::quantization:
-      return "sampling twice as fast shows half of that";
+      return "twice the sampling rate shows half of that";
     case NoiseTerm::white:
-      return "it hides below the other terms at every averaging time";
+      return "hidden by the other terms at every averaging time";
     case NoiseTerm::flicker:
-      return "a record 4 times as long shows half of that";
+      return "4 times the record shows half of that";
     case NoiseTerm::random_walk:
-      return "a record twice as long shows half of that";
+      return "twice the record shows half of that";
     case NoiseTerm::markov:
       return "a longer record shows less";
   }
@@ -76,6 +76,13 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
   if (departs) estimate.budget.push_back(std::move(shape));
 }
 
+std::string decision(const FittedTerm& term) {
+  if (!term.kept && term.squared <= 0.0) return "left out: not above zero";
+  if (!term.kept) return fmt::format("left out: chance alone gives this in {:.0f} %", 100.0 * term.chance);
+  if (term.chance < 1e-6) return "kept: chance gives this less than once in a million";
+  return fmt::format("kept: chance gives this in {:.2g} %", 100.0 * term.chance);
+}
+
 void add_rows(const ChannelNoise& channel, Table& table) {
   for (const FittedTerm& term : channel.fit.terms) {
     const TermWords said = words(term.unit.term, channel.kind);
@@ -84,12 +91,9 @@ void add_rows(const ChannelNoise& channel, Table& table) {
     };
     const double sd = 0.5 * term.squared_sd / std::sqrt(std::max(term.squared, term.squared_sd)) *
                       coefficient(term.unit.term, 1.0, channel.rate);
-    std::string why =
-        term.kept ? fmt::format("kept: chance alone gives this once in {:.3g}", 1.0 / std::max(term.chance, 1e-12))
-        : term.squared <= 0.0 ? "left out: not above zero"
-                              : fmt::format("left out: chance alone gives this in {:.0f} %", 100.0 * term.chance);
-    table.rows.push_back({channel.label, said.name, said.symbol, of(term.squared), shown(sd, said.unit), term.z,
-                          term.kept ? term.improvement : 0.0, of(term.upper_limit), why});
+    const auto digits = [](double value, double scale) { return std::round(value * scale) / scale; };
+    table.rows.push_back({channel.label, said.name, said.symbol, of(term.squared), shown(sd, said.unit),
+                          digits(term.z, 100.0), digits(term.improvement, 10.0), of(term.upper_limit), decision(term)});
   }
 }
 
@@ -137,27 +141,44 @@ void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
 }
 
 void add_dropped(const ChannelNoise& channel, Findings& findings) {
+  std::string list;
   for (const FittedTerm& term : channel.fit.terms) {
     if (term.kept) continue;
     const TermWords said = words(term.unit.term, channel.kind);
-    findings.push_back(
-        {Severity::info,
-         fmt::format("{} is not seen in this record of {}: below {} (95 %); {}", said.name, duration(channel),
-                     shown(coefficient(term.unit.term, term.upper_limit, channel.rate), said.unit),
-                     remedy(term.unit.term)),
-         channel.label});
+    list += fmt::format("{}{} below {} ({})", list.empty() ? "" : ", ", said.name,
+                        shown(coefficient(term.unit.term, term.upper_limit, channel.rate), said.unit),
+                        remedy(term.unit.term));
   }
+  if (list.empty()) return;
+  findings.push_back({Severity::info,
+                      fmt::format("not seen in this record of {}, with 95 % limits: {}", duration(channel), list),
+                      channel.label});
+}
+
+/// One finding for what is said alike of several channels.
+Findings merged(const Findings& findings) {
+  Findings result;
+  for (const auto& finding : findings) {
+    const auto same = std::find_if(result.begin(), result.end(), [&](const Finding& other) {
+      return other.message == finding.message && other.severity == finding.severity;
+    });
+    if (same == result.end())
+      result.push_back(finding);
+    else
+      same->where += ", " + finding.where;
+  }
+  return result;
 }
 
 /// Where the curve leaves the terms: the greatest departure in units of its statistical sd, and what makes such a bump.
-void add_departure(const ChannelNoise& channel, const std::vector<AllanObservation>& used, Findings& findings) {
+void add_departure(const ChannelNoise& channel, Findings& findings) {
   const AllanFit& fit = channel.fit;
   if (fit.model_error == 0.0) return;
   std::size_t worst = 0;
   for (std::size_t i = 0; i < fit.residual.size(); ++i)
     if (std::abs(fit.residual[i]) / fit.residual_sd[i] > std::abs(fit.residual[worst]) / fit.residual_sd[worst])
       worst = i;
-  const double tau = static_cast<double>(used[worst].factor) / channel.rate;
+  const double tau = static_cast<double>(channel.used[worst].factor) / channel.rate;
   const double above = std::sqrt(std::max(0.0, 1.0 + fit.residual[worst])) - 1.0;
   std::string message = fmt::format(
       "the terms follow the deviation to {:.2g} % only (chi-square {:.3g} with {:g} degrees of freedom); intervals are "
@@ -229,9 +250,9 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
     add_parameters(channel, estimate, gain);
     add_rows(channel, table);
     add_curves(channel, estimate.curves);
-    add_departure(channel, used, estimate.findings);
+    add_departure(channel, estimate.findings);
     add_dropped(channel, estimate.findings);
-    estimate.fit.observations += used.size();
+    estimate.fit.observations += channel.used.size();
     estimate.fit.degrees_of_freedom += channel.fit.degrees_of_freedom;
     estimate.fit.chi_square += channel.fit.chi_square;
     estimate.fit.condition = std::max(estimate.fit.condition, channel.fit.condition);
@@ -239,6 +260,7 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
   }
   add_covariance(fitted, gain, estimate);
   estimate.tables.push_back(std::move(table));
+  estimate.findings = merged(estimate.findings);
   return estimate;
 }
 

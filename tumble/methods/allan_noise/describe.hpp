@@ -18,6 +18,7 @@ struct ChannelNoise {
   std::size_t samples = 0;
   double confidence = 0.95;  ///< of the band
   std::vector<DeviationPoint> curve;
+  std::vector<AllanObservation> used;  ///< points of the curve that were fitted
   AllanFit fit;
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
