@@ -32,13 +32,13 @@ std::array<double, 4> truth_of(const NoiseModel& noise) {
   return {noise.quantization_noise, noise.angle_random_walk, noise.bias_instability, noise.rate_random_walk};
 }
 
-/// Over 300 records: every true term found and 95 % of the intervals hold it (4 sigma of a binomial: 0.95 -
-/// 4 sqrt(0.95 0.05/300) = 0.90, and not all of them), terms that are not there mostly left out, and where left out the
-/// limit holds (zero is below any limit, so that is asked of terms that are there).
-/// The mean error: a fit of n records has a mean z of 0 +- 1/sqrt(n); the spread of each z grows as the root of a
-/// coefficient known to p % is skewed, by a bias of p^2/8 of itself, p/4 of its sd: 0.05 for the 20 % here.
+/// Over 200 records: every true term found and 95 % of the intervals hold it (4 sigma of a binomial: 0.95 -
+/// 4 sqrt(0.95 0.05/200) = 0.888, and not all of them), terms that are not there mostly left out, and where left out
+/// the limit holds (zero is below any limit, so that is asked of terms that are there). The mean error: a fit of n
+/// records has a mean z of 0 +- 1/sqrt(n); the spread of each z grows as the root of a coefficient known to p % is
+/// skewed, by a bias of p^2/8 of itself, p/4 of its sd: 0.05 for the 20 % here.
 void expect_coverage(const NoiseModel& noise, std::size_t samples) {
-  const int records = 300;
+  const int records = 200;
   const auto truth = truth_of(noise);
   std::array<int, 4> kept{}, inside{};
   std::array<double, 4> sum{};
@@ -60,7 +60,7 @@ void expect_coverage(const NoiseModel& noise, std::size_t samples) {
       continue;
     }
     EXPECT_GE(kept[t], 0.99 * records) << "term " << t;
-    EXPECT_GE(inside[t], (0.95 - 0.0503) * records) << "term " << t;
+    EXPECT_GE(inside[t], (0.95 - 0.0617) * records) << "term " << t;
     EXPECT_LE(inside[t], (0.95 + 0.0497) * records) << "term " << t;
     // A z of squared over its own estimated sd is skewed: its mean is that much (one third of the skewness, at most
     // sqrt(8/50)/3 = 0.13) below zero.
@@ -69,7 +69,7 @@ void expect_coverage(const NoiseModel& noise, std::size_t samples) {
 }
 
 TEST(allan_fit, intervals_hold_white_and_random_walk) {
-  expect_coverage({.angle_random_walk = 1.0, .rate_random_walk = 0.003}, 30000);
+  expect_coverage({.angle_random_walk = 1.0, .rate_random_walk = 0.006}, 30000);
 }
 TEST(allan_fit, intervals_hold_white_flicker_and_random_walk) {
   expect_coverage({.angle_random_walk = 1.0, .bias_instability = 0.25, .rate_random_walk = 0.02}, 40000);
