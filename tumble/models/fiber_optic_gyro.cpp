@@ -7,15 +7,23 @@
 namespace tumble::models {
 namespace {
 
-constexpr int highest_power = 4;        ///< of T, source test
-constexpr int highest_pair = 2;         ///< of gradient and rate
-constexpr int start_powers = 4;         ///< cubic in the start temperature, eq. (5.3)
+constexpr int highest_power = 4;  ///< of T, source test
+constexpr int highest_pair = 2;   ///< of gradient and rate
+constexpr int start_powers = 4;   ///< cubic in the start temperature, eq. (5.3)
 
 std::vector<Option> constants() {
   using Type = Option::Type;
-  return {{"start_temperature_reference", Type::quantity, "degC", "20 degC", {},
+  return {{"start_temperature_reference",
+           Type::quantity,
+           "degC",
+           "20 degC",
+           {},
            "the start temperature enters eq. (5.3) as its difference from this"},
-          {"form", Type::word, "1", "from_start", {"from_start", "raw"},
+          {"form",
+           Type::word,
+           "1",
+           "from_start",
+           {"from_start", "raw"},
            "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
           {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"}};
 }
@@ -34,8 +42,7 @@ void append_series(std::vector<Term>& terms, char letter, int highest, const std
       if (kelvins == 1) unit += "/K";
       if (kelvins > 1) unit += fmt::format("/K^{}", kelvins);
       terms.push_back({fmt::format("{}{}_{}", letter, i, j), symbol_of(letter, i, j), unit,
-                       fmt::format("({})^{} times start temperature^{}", what, i, j),
-                       [=](const Felt& felt) {
+                       fmt::format("({})^{} times start temperature^{}", what, i, j), [=](const Felt& felt) {
                          double value = 1.0;
                          for (int k = 0; k < i; ++k) value *= x(felt);
                          for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
@@ -57,9 +64,8 @@ std::vector<Term> terms(const Settings& constants) {
                        for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
                        return value;
                      }});
-  append_series(table, 'A', highest_power, "K", raw ? "T" : "T - T_0", reference, [=](const Felt& felt) {
-    return felt.temperature - (raw ? zero_celsius : felt.start_temperature);
-  });
+  append_series(table, 'A', highest_power, "K", raw ? "T" : "T - T_0", reference,
+                [=](const Felt& felt) { return felt.temperature - (raw ? zero_celsius : felt.start_temperature); });
   append_series(table, 'B', highest_pair, "K", "temperature gradient", reference,
                 [](const Felt& felt) { return felt.temperature_gradient; });
   append_series(table, 'C', highest_pair, "(K/s)", "temperature rate", reference,
@@ -71,7 +77,8 @@ std::vector<Term> terms(const Settings& constants) {
 
 }  // namespace
 
-extern const Model fiber_optic_gyro{
+extern const Model fiber_optic_gyro;
+const Model fiber_optic_gyro{
     .name = "fiber_optic_gyro",
     .summary = "fibre-optic gyro: bias over temperature, its gradient and rate, with start-up transient and noise",
     .source = "Zhou Haiyuan et al., published 2018-04-04, eq. (5.1)-(5.3); IEEE Std 528 names",

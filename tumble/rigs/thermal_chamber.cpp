@@ -1,0 +1,185 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+std::vector<Axis> axes() {
+  return {{"chamber", "degC", {Kind::hold, Kind::dwell, Kind::ramp}, "set point of the air temperature"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  const auto quantity = [](const char* name, const char* unit, const char* fallback, const char* description) {
+    return Option{name, Type::quantity, unit, fallback, {}, description};
+  };
+  return {quantity("lowest", "degC", "-60 degC", "coldest set point"),
+          quantity("highest", "degC", "90 degC", "hottest set point"),
+          quantity("ramp_limit", "K/min", "5 K/min", "fastest change of the air"),
+          quantity("stability_sd", "K", "0.1 K",
+                   "standard deviation of the air about its set point, correlated over 20 min"),
+          quantity("top_time", "min", "10 min", "time in which the top of the instrument follows the air"),
+          quantity("side_time", "min", "14 min", "time in which its side follows"),
+          quantity("top_self_heating", "K", "4 K", "final rise of the top above the air by the instrument's own power"),
+          quantity("side_self_heating", "K", "3 K", "final rise of the side"),
+          quantity("draught_sd", "K", "0.5 K", "standard deviation of the air's difference between top and side"),
+          quantity("draught_time", "min", "15 min", "its correlation time"),
+          quantity("sensor_lag", "s", "0 s", "first-order lag of the sensors"),
+          quantity("sensor_noise", "K", "0.02 K", "standard deviation of one reading"),
+          quantity("sensor_quantum", "K", "0.0625 K", "step of the readings; 0: none")};
+}
+
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  std::vector<std::string> problems;
+  const double lowest = options.number("lowest"), highest = options.number("highest");
+  const Unit celsius = Unit::parse("degC"), ramp_unit = Unit::parse("K/min");
+  const auto check_temperature = [&](const Segment& segment, double temperature) {
+    if (temperature < lowest || temperature > highest)
+      problems.push_back(fmt::format("segment '{}': {:.6g} degC is outside of the chamber's {:.6g} to {:.6g} degC",
+                                     segment.label, celsius.from_si(temperature), celsius.from_si(lowest),
+                                     celsius.from_si(highest)));
+  };
+  int run = 0;
+  for (const auto& segment : schedule) {
+    const auto found = segment.axes.find("chamber");
+    const bool first = segment.run != run;
+    run = segment.run;
+    if (found == segment.axes.end()) {
+      if (first)
+        problems.push_back(fmt::format("segment '{}' begins run {} without a chamber temperature", segment.label, run));
+      continue;
+    }
+    const Motion& motion = found->second;
+    if (motion.kind == Kind::ramp) {
+      check_temperature(segment, motion.to);
+      if (first)
+        problems.push_back(fmt::format("segment '{}' begins run {} with a ramp: dwell at the start temperature first",
+                                       segment.label, run));
+      if (motion.value > options.number("ramp_limit") * (1 + 1e-12))
+        problems.push_back(fmt::format(
+            "segment '{}': {:.6g} K/min is more than the chamber's ramp_limit of {:.6g} K/min", segment.label,
+            ramp_unit.from_si(motion.value), ramp_unit.from_si(options.number("ramp_limit"))));
+    } else {
+      check_temperature(segment, motion.value);
+    }
+  }
+  return problems;
+}
+
+/// Set point of the air at the samples of one run [K].
+std::vector<double> set_points(const Schedule& run, double rate) {
+  std::vector<double> air;
+  double now = run.front().axes.at("chamber").value;
+  double end = 0.0;
+  for (const auto& segment : run) {
+    end += segment.duration;
+    const auto samples = static_cast<std::size_t>(std::llround(end * rate));
+    const auto found = segment.axes.find("chamber");
+    const bool ramp = found != segment.axes.end() && found->second.kind == Kind::ramp;
+    if (found != segment.axes.end() && !ramp) now = found->second.value;
+    while (air.size() < samples) {
+      air.push_back(now);
+      if (!ramp) continue;
+      const double step = found->second.value / rate, left = found->second.to - now;
+      now += std::clamp(left, -step, step);
+    }
+  }
+  return air;
+}
+
+/// Stationary first-order Gauss-Markov process.
+std::vector<double> markov(std::size_t count, double sd, double time, double rate, const RandomStream& random) {
+  std::vector<double> x(count);
+  random.normal(0, x);
+  const double phi = std::exp(-1.0 / (time * rate)), drive = std::sqrt(1.0 - phi * phi);
+  double state = count ? x[0] : 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k) state = phi * state + drive * x[k];
+    x[k] = sd * state;
+  }
+  return x;
+}
+
+/// One spot of the instrument: follows the air with a first-order lag and warms itself after power-on.
+struct Node {
+  double temperature, time, self_heating;
+  double rate(double air) const { return (air + self_heating - temperature) / time; }
+  void advance(double air, double step) {
+    temperature += (air + self_heating - temperature) * -std::expm1(-step / time);
+  }
+};
+
+/// What a sensor at a spot shows: lag, noise, quantum.
+Channel sensor(const std::string& name, const std::vector<double>& spot, double begin, double rate,
+               const Settings& options, const RandomStream& random) {
+  Channel channel{name, QuantityKind::temperature, Unit::parse("degC"), {begin, rate, nullptr}, {}};
+  channel.values.resize(spot.size());
+  random.normal(0, channel.values);
+  const double lag = options.number("sensor_lag"), noise = options.number("sensor_noise"),
+               quantum = options.number("sensor_quantum");
+  const double follow = lag > 0.0 ? -std::expm1(-1.0 / (lag * rate)) : 1.0;
+  double shown = spot.empty() ? 0.0 : spot.front();
+  for (std::size_t k = 0; k < spot.size(); ++k) {
+    shown += (spot[k] - shown) * follow;
+    double reading = channel.unit.from_si(shown + noise * channel.values[k]);
+    if (quantum > 0.0) reading = std::round(reading / quantum) * quantum;
+    channel.values[k] = channel.unit.to_si(reading);
+  }
+  return channel;
+}
+
+Reference reference(const Schedule& run, double begin, const Settings& options, const std::optional<Site>&,
+                    double sample_rate, const RandomStream& random) {
+  const auto set_point = set_points(run, sample_rate);
+  const std::size_t count = set_point.size();
+  const auto unrest =
+      markov(count, options.number("stability_sd"), 1200.0, sample_rate, random.split("chamber stability"));
+  const auto draught =
+      markov(count, options.number("draught_sd"), options.number("draught_time"), sample_rate, random.split("draught"));
+  Reference out{begin, sample_rate, std::vector<Felt>(count), {}};
+  std::vector<double> top_spot(count), side_spot(count);
+  const double soaked = count ? set_point[0] : 0.0;
+  Node top{soaked, options.number("top_time"), options.number("top_self_heating")};
+  Node side{soaked, options.number("side_time"), options.number("side_self_heating")};
+  for (std::size_t k = 0; k < count; ++k) {
+    const double air = set_point[k] + unrest[k];
+    const double at_top = air + 0.5 * draught[k], at_side = air - 0.5 * draught[k];
+    Felt& felt = out.felt[k];
+    felt.temperature = 0.5 * (top.temperature + side.temperature);
+    felt.temperature_gradient = top.temperature - side.temperature;
+    felt.temperature_rate = 0.5 * (top.rate(at_top) + side.rate(at_side));
+    felt.since_power_on = static_cast<double>(k) / sample_rate;
+    top_spot[k] = top.temperature;
+    side_spot[k] = side.temperature;
+    top.advance(at_top, 1.0 / sample_rate);
+    side.advance(at_side, 1.0 / sample_rate);
+  }
+  // The start temperature is the mean over the first two minutes (spec 5.4).
+  const auto window = std::min(count, static_cast<std::size_t>(std::llround(120.0 * sample_rate)));
+  double start = 0.0;
+  for (std::size_t k = 0; k < window; ++k) start += out.felt[k].temperature / static_cast<double>(window);
+  for (auto& felt : out.felt) felt.start_temperature = start;
+  out.sensors = {sensor("temperature_top", top_spot, begin, sample_rate, options, random.split("top sensor")),
+                 sensor("temperature_side", side_spot, begin, sample_rate, options, random.split("side sensor"))};
+  return out;
+}
+
+}  // namespace
+
+extern const Rig thermal_chamber;
+const Rig thermal_chamber{
+    .name = "thermal_chamber",
+    .summary = "thermal chamber: set points, ramps and dwells; the instrument follows at its top and side",
+    .axes = axes,
+    .options = options,
+    .reference = reference,
+    .refusals = refusals};
+
+}  // namespace tumble::rigs
