@@ -16,8 +16,8 @@ struct Motion {
   double amplitude = 0.0;             ///< sine
   double frequency = 0.0;             ///< sine [Hz]
   double phase = 0.0;                 ///< sine [rad]
-  std::vector<double> psd_frequency;  ///< random [Hz]
-  std::vector<double> psd;            ///< random, one-sided [unit^2/Hz]
+  std::vector<double> psd_frequency = {};  ///< random [Hz]
+  std::vector<double> psd = {};            ///< random, one-sided [unit^2/Hz]
 };
 
 struct Segment {

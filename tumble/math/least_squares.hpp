@@ -54,4 +54,9 @@ LeastSquaresFit generalised_least_squares(const Matrix& design, const std::vecto
 double student_quantile(double probability, double degrees_of_freedom);
 double chi_square_quantile(double probability, double degrees_of_freedom);
 
+/// Standard uncertainty to state with a standard deviation `sd` [u] estimated with few degrees of freedom nu: such that
+/// sd +- t_0.975(nu) times it holds the true value 95 % of the time although sd is skewed (chi). Close to
+/// sd/sqrt(2 nu) for many degrees of freedom, larger for few.
+double uncertainty_of_sd(double sd, double degrees_of_freedom);
+
 }  // namespace tumble

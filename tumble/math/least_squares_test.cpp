@@ -152,5 +152,20 @@ TEST(Quantiles, agree_with_published_tables) {
   EXPECT_NEAR(chi_square_quantile(0.05, 10), 3.940, 5e-4);
 }
 
+TEST(Quantiles, interval_of_a_standard_deviation_covers) {
+  std::mt19937_64 random(17);
+  const int trials = 20000;
+  for (const int nu : {2, 7, 50}) {
+    std::chi_squared_distribution<double> chi_square(nu);
+    int inside = 0;
+    for (int t = 0; t < trials; ++t) {
+      const double sd = std::sqrt(chi_square(random) / nu);
+      inside += std::abs(sd - 1.0) <= student_quantile(0.975, nu) * uncertainty_of_sd(sd, nu);
+    }
+    EXPECT_NEAR(inside / static_cast<double>(trials), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / trials)) << nu;
+  }
+  EXPECT_NEAR(uncertainty_of_sd(1.0, 1e6), 1.0 / std::sqrt(2e6), 1e-6);
+}
+
 }  // namespace
 }  // namespace tumble

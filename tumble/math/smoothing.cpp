@@ -70,7 +70,8 @@ void fit_even(std::span<const double> signal, double step, std::size_t half, std
   double sums[3][block];
   const double width = static_cast<double>(half) * step;
   Moments shape;
-  for (std::size_t j = 0; j <= 2 * half; ++j) shape.add((static_cast<double>(j) - static_cast<double>(half)) / static_cast<double>(half), 0.0);
+  for (std::size_t j = 0; j <= 2 * half; ++j)
+    shape.add((static_cast<double>(j) - static_cast<double>(half)) / static_cast<double>(half), 0.0);
   for (std::size_t at = first; at < last; at += block) {
     const std::size_t size = std::min(block, last - at);
     const double offset = signal[at];

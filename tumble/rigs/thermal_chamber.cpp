@@ -73,22 +73,24 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
   return problems;
 }
 
-/// Set point of the air at the samples of one run [K].
-std::vector<double> set_points(const Schedule& run, double rate) {
+/// Temperature of the air at the samples of one run [K]: it goes to each set point at the ramp's rate, or as fast as
+/// the chamber can.
+std::vector<double> set_points(const Schedule& run, double ramp_limit, double rate) {
   std::vector<double> air;
-  double now = run.front().axes.at("chamber").value;
-  double end = 0.0;
+  double target = run.front().axes.at("chamber").value, now = target, end = 0.0;
+  double step = 0.0;
   for (const auto& segment : run) {
     end += segment.duration;
     const auto samples = static_cast<std::size_t>(std::llround(end * rate));
     const auto found = segment.axes.find("chamber");
-    const bool ramp = found != segment.axes.end() && found->second.kind == Kind::ramp;
-    if (found != segment.axes.end() && !ramp) now = found->second.value;
+    if (found != segment.axes.end()) {
+      const bool ramp = found->second.kind == Kind::ramp;
+      target = ramp ? found->second.to : found->second.value;
+      step = (ramp ? found->second.value : ramp_limit) / rate;
+    }
     while (air.size() < samples) {
       air.push_back(now);
-      if (!ramp) continue;
-      const double step = found->second.value / rate, left = found->second.to - now;
-      now += std::clamp(left, -step, step);
+      now += std::clamp(target - now, -step, step);
     }
   }
   return air;
@@ -107,14 +109,36 @@ std::vector<double> markov(std::size_t count, double sd, double time, double rat
   return x;
 }
 
-/// One spot of the instrument: follows the air with a first-order lag and warms itself after power-on.
-struct Node {
-  double temperature, time, self_heating;
-  double rate(double air) const { return (air + self_heating - temperature) / time; }
-  void advance(double air, double step) {
-    temperature += (air + self_heating - temperature) * -std::expm1(-step / time);
+/// First-order lag driven by an input that runs straight from sample to sample: exact at the samples.
+class Lag {
+ public:
+  Lag(double time, double step)
+      : keep_(std::exp(-step / time)), now_(1.0 - time / step * (1.0 - keep_)), before_(1.0 - keep_ - now_) {}
+  double next(double state, double input_before, double input_now) const {
+    return keep_ * state + before_ * input_before + now_ * input_now;
   }
+
+ private:
+  double keep_, now_, before_;
 };
+
+/// Temperature and its rate at one spot of the instrument: it follows the air with a first-order lag and warms itself
+/// after power-on.
+struct Spot {
+  std::vector<double> temperature, rate;
+};
+
+Spot follow(const std::vector<double>& air, double soaked, double time, double self_heating, double sample_rate) {
+  Spot spot{std::vector<double>(air.size()), std::vector<double>(air.size())};
+  const Lag lag(time, 1.0 / sample_rate);
+  double now = soaked;
+  for (std::size_t k = 0; k < air.size(); ++k) {
+    if (k) now = lag.next(now, air[k - 1] + self_heating, air[k] + self_heating);
+    spot.temperature[k] = now;
+    spot.rate[k] = (air[k] + self_heating - now) / time;
+  }
+  return spot;
+}
 
 /// What a sensor at a spot shows: lag, noise, quantum.
 Channel sensor(const std::string& name, const std::vector<double>& spot, double begin, double rate,
@@ -124,10 +148,10 @@ Channel sensor(const std::string& name, const std::vector<double>& spot, double 
   random.normal(0, channel.values);
   const double lag = options.number("sensor_lag"), noise = options.number("sensor_noise"),
                quantum = options.number("sensor_quantum");
-  const double follow = lag > 0.0 ? -std::expm1(-1.0 / (lag * rate)) : 1.0;
+  const Lag behind(std::max(lag, 1e-9), 1.0 / rate);
   double shown = spot.empty() ? 0.0 : spot.front();
   for (std::size_t k = 0; k < spot.size(); ++k) {
-    shown += (spot[k] - shown) * follow;
+    shown = lag > 0.0 && k > 0 ? behind.next(shown, spot[k - 1], spot[k]) : spot[k];
     double reading = channel.unit.from_si(shown + noise * channel.values[k]);
     if (quantum > 0.0) reading = std::round(reading / quantum) * quantum;
     channel.values[k] = channel.unit.to_si(reading);
@@ -137,37 +161,37 @@ Channel sensor(const std::string& name, const std::vector<double>& spot, double 
 
 Reference reference(const Schedule& run, double begin, const Settings& options, const std::optional<Site>&,
                     double sample_rate, const RandomStream& random) {
-  const auto set_point = set_points(run, sample_rate);
+  const auto set_point = set_points(run, options.number("ramp_limit"), sample_rate);
   const std::size_t count = set_point.size();
   const auto unrest =
       markov(count, options.number("stability_sd"), 1200.0, sample_rate, random.split("chamber stability"));
   const auto draught =
       markov(count, options.number("draught_sd"), options.number("draught_time"), sample_rate, random.split("draught"));
-  Reference out{begin, sample_rate, std::vector<Felt>(count), {}};
-  std::vector<double> top_spot(count), side_spot(count);
-  const double soaked = count ? set_point[0] : 0.0;
-  Node top{soaked, options.number("top_time"), options.number("top_self_heating")};
-  Node side{soaked, options.number("side_time"), options.number("side_self_heating")};
+  std::vector<double> at_top(count), at_side(count);
   for (std::size_t k = 0; k < count; ++k) {
-    const double air = set_point[k] + unrest[k];
-    const double at_top = air + 0.5 * draught[k], at_side = air - 0.5 * draught[k];
+    at_top[k] = set_point[k] + unrest[k] + 0.5 * draught[k];
+    at_side[k] = set_point[k] + unrest[k] - 0.5 * draught[k];
+  }
+  const double soaked = count ? set_point[0] : 0.0;
+  const Spot top = follow(at_top, soaked, options.number("top_time"), options.number("top_self_heating"), sample_rate);
+  const Spot side =
+      follow(at_side, soaked, options.number("side_time"), options.number("side_self_heating"), sample_rate);
+  Reference out{begin, sample_rate, std::vector<Felt>(count), {}};
+  for (std::size_t k = 0; k < count; ++k) {
     Felt& felt = out.felt[k];
-    felt.temperature = 0.5 * (top.temperature + side.temperature);
-    felt.temperature_gradient = top.temperature - side.temperature;
-    felt.temperature_rate = 0.5 * (top.rate(at_top) + side.rate(at_side));
+    felt.temperature = 0.5 * (top.temperature[k] + side.temperature[k]);
+    felt.temperature_gradient = top.temperature[k] - side.temperature[k];
+    felt.temperature_rate = 0.5 * (top.rate[k] + side.rate[k]);
     felt.since_power_on = static_cast<double>(k) / sample_rate;
-    top_spot[k] = top.temperature;
-    side_spot[k] = side.temperature;
-    top.advance(at_top, 1.0 / sample_rate);
-    side.advance(at_side, 1.0 / sample_rate);
   }
   // The start temperature is the mean over the first two minutes (spec 5.4).
   const auto window = std::min(count, static_cast<std::size_t>(std::llround(120.0 * sample_rate)));
   double start = 0.0;
   for (std::size_t k = 0; k < window; ++k) start += out.felt[k].temperature / static_cast<double>(window);
   for (auto& felt : out.felt) felt.start_temperature = start;
-  out.sensors = {sensor("temperature_top", top_spot, begin, sample_rate, options, random.split("top sensor")),
-                 sensor("temperature_side", side_spot, begin, sample_rate, options, random.split("side sensor"))};
+  out.sensors = {
+      sensor("temperature_top", top.temperature, begin, sample_rate, options, random.split("top sensor")),
+      sensor("temperature_side", side.temperature, begin, sample_rate, options, random.split("side sensor"))};
   return out;
 }
 

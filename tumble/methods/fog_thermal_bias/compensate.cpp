@@ -1,0 +1,182 @@
+#include "tumble/methods/fog_thermal_bias/compensate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/parallel.hpp"
+#include "tumble/methods/fog_thermal_bias/data.hpp"
+#include "tumble/methods/fog_thermal_bias/range.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::fog {
+namespace {
+
+/// The identified terms with their coefficients and covariance.
+struct Drift {
+  std::vector<Term> terms;
+  std::vector<double> coefficients;
+  Matrix covariance;
+};
+
+Drift drift_of(const Estimate& estimate, const Settings& settings) {
+  Drift drift;
+  std::vector<std::size_t> used;
+  for (const auto& term : find_model("fiber_optic_gyro").terms(constants_of(settings))) {
+    if (term.name.starts_with("bias_")) continue;  // the level stays
+    for (std::size_t p = 0; p < estimate.parameters.size(); ++p)
+      if (estimate.parameters[p].name == term.name) {
+        drift.terms.push_back(term);
+        drift.coefficients.push_back(estimate.parameters[p].value);
+        used.push_back(p);
+      }
+  }
+  if (drift.terms.empty()) throw Error(Error::Kind::bad_file, "the result holds no coefficient of the thermal model");
+  drift.covariance = Matrix(used.size(), used.size());
+  for (std::size_t r = 0; r < used.size(); ++r)
+    for (std::size_t c = 0; c < used.size(); ++c) drift.covariance(r, c) = estimate.covariance(used[r], used[c]);
+  return drift;
+}
+
+Settings settings_of(const Estimate& estimate) {
+  std::vector<Given> given;
+  const auto options = find_method("fog_thermal_bias").options();
+  for (const auto& option : options) {
+    const auto found = estimate.provenance.settings.find(option.name);
+    if (found != estimate.provenance.settings.end() && !found->second.empty())
+      given.push_back({option.name, found->second, "result settings", true, true});
+  }
+  std::vector<std::string> problems;
+  Settings settings = resolve(options, given, "method fog_thermal_bias", problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
+  return settings;
+}
+
+const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
+  const auto found = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+}
+
+struct Channels {
+  std::size_t gyro;
+  Sensors sensors;
+};
+
+Channels channels_of(const Estimate& estimate, const Recording& recording) {
+  Channels out{};
+  const Channel* gyro = role(estimate, recording, "gyro");
+  out.sensors = {role(estimate, recording, "temperature_top"), role(estimate, recording, "temperature_side")};
+  if (out.sensors.top == nullptr || out.sensors.side == nullptr)
+    out.sensors = {role(estimate, recording, "temperature"), nullptr};
+  std::vector<std::string> problems;
+  if (gyro == nullptr) problems.push_back("the recording has no channel for the role gyro");
+  if (out.sensors.top == nullptr)
+    problems.push_back("the recording has no channel for temperature (or temperature_top and temperature_side)");
+  if (out.sensors.side == nullptr && find_parameter(estimate, "B1_0") != nullptr)
+    problems.push_back(
+        "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  out.gyro = static_cast<std::size_t>(gyro - recording.channels.data());
+  return out;
+}
+
+/// What compensation did to one power-up.
+struct Outcome {
+  double start_temperature = 0.0, sd_raw = 0.0, sd_compensated = 0.0, outside = 0.0, first_outside = 0.0;
+};
+
+double sd_of_averages(const std::vector<double>& values, std::size_t first, std::size_t last, std::size_t each) {
+  std::vector<double> means;
+  for (std::size_t at = first; at + each <= last; at += each) {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t k = at; k < at + each; ++k)
+      if (!std::isnan(values[k])) {
+        sum += values[k];
+        count += 1.0;
+      }
+    if (count > 0.0) means.push_back(sum / count);
+  }
+  double mean = 0.0, squares = 0.0;
+  for (const double m : means) mean += m / static_cast<double>(means.size());
+  for (const double m : means) squares += (m - mean) * (m - mean);
+  return means.size() > 1 ? std::sqrt(squares / static_cast<double>(means.size() - 1)) : 0.0;
+}
+
+}  // namespace
+
+Compensation compensate(const Estimate& estimate, const Recording& recording) {
+  const Settings settings = settings_of(estimate);
+  const Drift drift = drift_of(estimate, settings);
+  const Channels channels = channels_of(estimate, recording);
+  const Table* range = find_table(estimate, "calibrated_range");
+  if (range == nullptr) throw Error(Error::Kind::bad_file, "the result has no table calibrated_range");
+  const InRange in_range(*range);
+
+  Compensation out{recording, {}, {}};
+  const Channel& raw = recording.channels[channels.gyro];
+  Channel& gyro = out.recording.channels[channels.gyro];
+  Channel sd = raw, outside = raw;
+  sd.name = raw.name + ".compensation_sd";
+  outside.name = raw.name + ".extrapolated";
+  outside.kind = QuantityKind::other;
+  outside.unit = Unit{};
+
+  const auto runs = runs_of({recording});
+  std::vector<Outcome> outcomes(runs.size());
+  parallel_for(runs.size(), [&](std::size_t r) {
+    const Thermal thermal =
+        thermal_of(channels.sensors, runs[r].begin, runs[r].end, settings, settings.number("sensor_lag"));
+    const std::size_t first = index_at(raw, runs[r].begin), last = index_at(raw, runs[r].end), n = drift.terms.size();
+    std::vector<double> phi(n);
+    for (std::size_t k = first; k < last; ++k) {
+      const Felt felt = felt_at(thermal, raw.time(k));
+      double predicted = 0.0, variance = 0.0;
+      for (std::size_t t = 0; t < n; ++t)
+        predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
+      for (std::size_t c = 0; c < n; ++c)
+        for (std::size_t t = 0; t < n; ++t) variance += phi[c] * phi[t] * drift.covariance(t, c);
+      gyro.values[k] -= predicted;
+      sd.values[k] = std::sqrt(std::max(0.0, variance));
+      outside.values[k] = in_range(felt) ? 0.0 : 1.0;
+      if (outside.values[k] > 0.0 && outcomes[r].outside++ == 0.0) outcomes[r].first_outside = raw.time(k);
+    }
+    const auto each =
+        std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(settings.number("averaging") * mean_rate(raw))));
+    outcomes[r].start_temperature = thermal.start_temperature;
+    outcomes[r].sd_raw = sd_of_averages(raw.values, first, last, each);
+    outcomes[r].sd_compensated = sd_of_averages(gyro.values, first, last, each);
+    if (last > first) outcomes[r].outside /= static_cast<double>(last - first);
+  });
+  out.recording.channels.push_back(std::move(sd));
+  out.recording.channels.push_back(std::move(outside));
+
+  const Unit one, rate = Unit::parse("deg/h");
+  Table table{"compensation",
+              "sd of the averages about their run's mean, before and after",
+              {{"run", one},
+               {"label", one},
+               {"start temperature", Unit::parse("degC")},
+               {"sd raw", rate},
+               {"sd compensated", rate},
+               {"ratio", one},
+               {"outside calibrated range", Unit::parse("%")}},
+              {}};
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const Outcome& o = outcomes[r];
+    table.rows.push_back({static_cast<double>(runs[r].number), runs[r].label, o.start_temperature, o.sd_raw,
+                          o.sd_compensated, o.sd_compensated / o.sd_raw, o.outside});
+    if (o.outside > 0.0)
+      out.findings.push_back(
+          {Finding::Severity::warning,
+           fmt::format(
+               "{:.1f} % of the samples lie outside of the calibrated range (first at {:.6g} s): the compensation "
+               "is extrapolated there and its uncertainty does not hold; see channel {}",
+               100.0 * o.outside, o.first_outside, out.recording.channels.back().name),
+           fmt::format("run {}", runs[r].number)});
+  }
+  out.tables.push_back(std::move(table));
+  return out;
+}
+
+}  // namespace tumble::methods::fog

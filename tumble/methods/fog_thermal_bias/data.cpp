@@ -1,0 +1,228 @@
+#include "tumble/methods/fog_thermal_bias/data.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/math/parallel.hpp"
+#include "tumble/math/smoothing.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::fog {
+namespace {
+
+/// The samples of a channel between two times, with their stamps.
+struct Slice {
+  std::vector<double> time, value;
+};
+
+Slice slice(const Channel& channel, double begin, double end) {
+  Slice out;
+  const std::size_t last = index_at(channel, end);
+  for (std::size_t k = index_at(channel, begin); k < last; ++k) {
+    out.time.push_back(channel.time(k));
+    out.value.push_back(channel.values[k]);
+  }
+  return out;
+}
+
+void refuse_backward(const Channel& channel) {
+  if (channel.timeline.uniform()) return;
+  const auto& stamps = *channel.timeline.stamps;
+  const auto back = std::ranges::adjacent_find(stamps, [](double a, double b) { return b <= a; });
+  if (back != stamps.end())
+    throw Error(Error::Kind::bad_data,
+                fmt::format("channel {}: the clock does not advance at {:.6f} s (next stamp {:.6f} s); mend the stamps "
+                            "before the test is reduced",
+                            channel.name, *back, *std::next(back)));
+}
+
+/// Linear interpolation of a smoothed sensor onto other stamps.
+double between(const std::vector<double>& time, const std::vector<double>& value, double at) {
+  const auto upper = std::ranges::lower_bound(time, at);
+  if (upper == time.begin()) return value.front();
+  if (upper == time.end()) return value.back();
+  const auto k = static_cast<std::size_t>(upper - time.begin());
+  const double weight = (at - time[k - 1]) / (time[k] - time[k - 1]);
+  return value[k - 1] + weight * (value[k] - value[k - 1]);
+}
+
+std::vector<double> onto(const std::vector<double>& from, const std::vector<double>& value,
+                         const std::vector<double>& to) {
+  if (from == to) return value;
+  std::vector<double> out(to.size());
+  for (std::size_t k = 0; k < to.size(); ++k) out[k] = between(from, value, to[k]);
+  return out;
+}
+
+double mean_of(const Slice& s, double until, const std::string& what) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < s.time.size() && s.time[k] < until; ++k) {
+    if (std::isnan(s.value[k])) continue;
+    sum += s.value[k];
+    ++count;
+  }
+  if (count == 0) throw Error(Error::Kind::bad_data, what + ": no sample in the start window");
+  return sum / static_cast<double>(count);
+}
+
+struct Role {
+  const Channel* gyro;
+  Sensors sensors;
+};
+
+Role roles_of(const Evidence& evidence, const Recording& recording) {
+  Role role{&require_channel(evidence, recording, "gyro"), {}};
+  role.sensors.top = channel_for(evidence, recording, "temperature_top");
+  role.sensors.side = channel_for(evidence, recording, "temperature_side");
+  if (role.sensors.top == nullptr || role.sensors.side == nullptr)
+    role.sensors = {&require_channel(evidence, recording, "temperature"), nullptr};
+  for (const Channel* channel : {role.gyro, role.sensors.top, role.sensors.side})
+    if (channel != nullptr) refuse_backward(*channel);
+  return role;
+}
+
+/// Means over intervals of `interval` [s] counted from power-on.
+void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std::vector<Term>& terms, double begin,
+             double interval) {
+  const double last = gyro.time.empty() ? begin : gyro.time.back();
+  const double spacing =
+      gyro.time.size() > 1 ? (last - gyro.time.front()) / static_cast<double>(gyro.time.size() - 1) : interval;
+  const auto count = static_cast<std::size_t>(std::max(0.0, std::floor((last + spacing - begin) / interval + 1e-9)));
+  const auto place = [&](double time) {
+    return static_cast<std::size_t>(std::max(0.0, (time - begin) / interval + 1e-9));
+  };
+  run.time.resize(count);
+  run.share.assign(count, 0.0);
+  run.output.assign(count, 0.0);
+  run.felt.assign(count, Felt{{}, {}, {}, 0, 0, 0, thermal.start_temperature, 0});
+  run.regressors = Matrix(count, terms.size());
+  std::vector<double> measured(count, 0.0), felt(count, 0.0);
+  for (std::size_t k = 0; k < count; ++k) run.time[k] = (static_cast<double>(k) + 0.5) * interval;
+  for (std::size_t k = 0; k < gyro.time.size(); ++k) {
+    const std::size_t at = place(gyro.time[k]);
+    if (at >= count || std::isnan(gyro.value[k])) continue;
+    run.output[at] += gyro.value[k];
+    measured[at] += 1.0;
+  }
+  for (std::size_t k = 0; k < thermal.time.size(); ++k) {
+    const std::size_t at = place(thermal.time[k]);
+    const Felt& now = thermal.felt[k];
+    if (at >= count || std::isnan(now.temperature) || std::isnan(now.temperature_gradient)) continue;
+    for (std::size_t t = 0; t < terms.size(); ++t) run.regressors(at, t) += terms[t].regressor(now);
+    run.felt[at].temperature += now.temperature;
+    run.felt[at].temperature_gradient += now.temperature_gradient;
+    run.felt[at].temperature_rate += now.temperature_rate;
+    felt[at] += 1.0;
+  }
+  const double full = interval / spacing;
+  for (std::size_t k = 0; k < count; ++k) {
+    const bool usable = measured[k] >= 0.5 * full && felt[k] > 0.0;
+    run.share[k] = usable ? std::min(1.0, measured[k] / full) : 0.0;
+    const double per = felt[k] > 0.0 ? 1.0 / felt[k] : 0.0;
+    run.output[k] = usable ? run.output[k] / measured[k] : 0.0;
+    run.felt[k].temperature *= per;
+    run.felt[k].temperature_gradient *= per;
+    run.felt[k].temperature_rate *= per;
+    for (std::size_t t = 0; t < terms.size(); ++t) run.regressors(k, t) *= usable ? per : 0.0;
+  }
+}
+
+RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag) {
+  const Settings& settings = evidence.plan.settings;
+  const Role role = roles_of(evidence, evidence.recordings[run.recording]);
+  const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
+  const Slice gyro = slice(*role.gyro, run.begin, run.end);
+  if (gyro.time.size() < 2)
+    throw Error(Error::Kind::bad_data, where + ": fewer than two samples of " + role.gyro->name);
+  const double begin = std::isfinite(run.begin) ? run.begin : gyro.time.front();
+  const Thermal thermal = thermal_of(role.sensors, run.begin, run.end, settings, lag);
+  RunData out;
+  out.number = run.number;
+  out.label = run.label;
+  out.recording = run.recording;
+  out.start_temperature = thermal.start_temperature;
+  out.start_output = mean_of(gyro, begin + settings.number("start_window"), where + ", channel " + role.gyro->name);
+  if (settings.has("hold_out")) {
+    const auto& held = settings.integers("hold_out");
+    out.held_out = std::ranges::find(held, run.number) != held.end();
+  }
+  average(out, gyro, thermal, terms, begin, settings.number("averaging"));
+  return out;
+}
+
+}  // namespace
+
+Thermal thermal_of(const Sensors& sensors, double begin, double end, const Settings& settings, double lag) {
+  const double half = 0.5 * settings.number("smoothing");
+  const Slice top = slice(*sensors.top, begin, end);
+  if (top.time.empty()) throw Error(Error::Kind::bad_data, "channel " + sensors.top->name + ": no sample in the run");
+  const Smoothed smooth = local_quadratic(top.time, top.value, half);
+  Smoothed other = smooth;
+  if (sensors.side != nullptr) {
+    const Slice side = slice(*sensors.side, begin, end);
+    if (side.time.empty())
+      throw Error(Error::Kind::bad_data, "channel " + sensors.side->name + ": no sample in the run");
+    const Smoothed s = local_quadratic(side.time, side.value, half);
+    other = {onto(side.time, s.value, top.time), onto(side.time, s.slope, top.time),
+             onto(side.time, s.curvature, top.time)};
+  }
+  Thermal out{top.time, std::vector<Felt>(top.time.size()), 0.0};
+  const double from = std::isfinite(begin) ? begin : top.time.front();
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < out.time.size(); ++k) {
+    Felt& felt = out.felt[k];
+    felt.temperature_rate = 0.5 * (smooth.slope[k] + other.slope[k] + lag * (smooth.curvature[k] + other.curvature[k]));
+    felt.temperature = 0.5 * (smooth.value[k] + other.value[k] + lag * (smooth.slope[k] + other.slope[k]));
+    felt.temperature_gradient = smooth.value[k] - other.value[k] + lag * (smooth.slope[k] - other.slope[k]);
+    felt.since_power_on = out.time[k] - from;
+    if (felt.since_power_on < settings.number("start_window") && !std::isnan(felt.temperature)) {
+      sum += felt.temperature;
+      ++count;
+    }
+  }
+  if (count == 0)
+    throw Error(Error::Kind::bad_data, "channel " + sensors.top->name + ": no temperature in the start window");
+  out.start_temperature = sum / static_cast<double>(count);
+  for (auto& felt : out.felt) felt.start_temperature = out.start_temperature;
+  return out;
+}
+
+Felt felt_at(const Thermal& thermal, double time) {
+  const auto upper = std::ranges::lower_bound(thermal.time, time);
+  if (upper == thermal.time.end()) return thermal.felt.back();
+  const auto k = static_cast<std::size_t>(upper - thermal.time.begin());
+  if (k == 0 || *upper == time) return thermal.felt[k];
+  const Felt &a = thermal.felt[k - 1], &b = thermal.felt[k];
+  const double w = (time - thermal.time[k - 1]) / (thermal.time[k] - thermal.time[k - 1]);
+  Felt felt = a;
+  felt.temperature += w * (b.temperature - a.temperature);
+  felt.temperature_gradient += w * (b.temperature_gradient - a.temperature_gradient);
+  felt.temperature_rate += w * (b.temperature_rate - a.temperature_rate);
+  felt.since_power_on += w * (b.since_power_on - a.since_power_on);
+  return felt;
+}
+
+std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag) {
+  const auto runs = runs_of(evidence.recordings);
+  std::vector<RunData> out(runs.size());
+  parallel_for(runs.size(), [&](std::size_t r) { out[r] = data_of(evidence, runs[r], terms, lag); });
+  return out;
+}
+
+Settings constants_of(const Settings& settings) {
+  Settings constants;
+  constants.set_number("start_temperature_reference", settings.number("start_temperature_reference"),
+                       Unit::parse("degC"));
+  constants.set_word("form", settings.word("form"));
+  // Without the option the transient's column is not used; any time keeps its regressor defined.
+  constants.set_number("startup_time", settings.has("startup_time") ? settings.number("startup_time") : 1.0,
+                       Unit::parse("s"));
+  return constants;
+}
+
+}  // namespace tumble::methods::fog

@@ -1,0 +1,229 @@
+#include "tumble/methods/fog_thermal_bias/findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/least_squares.hpp"
+
+namespace tumble::methods::fog {
+namespace {
+
+const Unit& rate_unit() {
+  static const Unit unit = Unit::parse("deg/h");
+  return unit;
+}
+
+/// Share of the variance of one thermal quantity within the runs that others explain: R^2 of a regression with a free
+/// level in every run.
+double explained(const std::vector<RunData>& runs, const std::function<double(const Felt&)>& target,
+                 const std::vector<std::function<double(const Felt&)>>& by) {
+  std::vector<double> y;
+  std::vector<std::vector<double>> x(by.size());
+  for (const auto& run : runs) {
+    if (run.held_out) continue;
+    std::vector<std::size_t> rows;
+    for (std::size_t k = 0; k < run.time.size(); ++k)
+      if (run.share[k] > 0.0) rows.push_back(k);
+    const auto centred = [&](const auto& of, std::vector<double>& out) {
+      double mean = 0.0;
+      for (const auto k : rows) mean += of(run.felt[k]) / static_cast<double>(rows.size());
+      for (const auto k : rows) out.push_back(of(run.felt[k]) - mean);
+    };
+    centred(target, y);
+    for (std::size_t c = 0; c < by.size(); ++c) centred(by[c], x[c]);
+  }
+  Matrix design(y.size(), by.size());
+  for (std::size_t c = 0; c < by.size(); ++c)
+    std::ranges::copy(x[c], design.values.begin() + static_cast<std::ptrdiff_t>(c * y.size()));
+  double total = 0.0;
+  for (const double v : y) total += v * v;
+  if (!(total > 0.0) || y.size() <= by.size()) return 0.0;
+  return 1.0 - least_squares(design, y, {}, {}).chi_square / total;
+}
+
+void add_collinearity(Findings& findings, const std::vector<RunData>& runs, const Candidate& tried) {
+  const auto from_start = [](const Felt& f) { return f.temperature - f.start_temperature; };
+  const auto square = [=](const Felt& f) { return from_start(f) * from_start(f); };
+  const auto gradient = [](const Felt& f) { return f.temperature_gradient; };
+  const auto rate = [](const Felt& f) { return f.temperature_rate; };
+  if (tried.rate > 0) {
+    const double shared = explained(runs, rate, {from_start, square});
+    if (shared > 0.95)
+      findings.push_back(
+          {Finding::Severity::warning,
+           fmt::format("dT/dt is to {:.1f} % a function of T in these profiles, as in a single soak: A and C "
+                       "cannot be separated. Add runs with ramps in both directions at two rates or more, with "
+                       "a dwell and a reversal",
+                       100.0 * shared),
+           "temperature"});
+  }
+  if (tried.gradient > 0 && tried.rate > 0) {
+    const double shared = explained(runs, gradient, {rate, from_start});
+    if (shared > 0.95)
+      findings.push_back(
+          {Finding::Severity::warning,
+           fmt::format("the gradient is to {:.1f} % proportional to dT/dt and T, as in steady ramps: B and C "
+                       "cannot be separated. Add changes of the ramp rate, dwells and a reversal",
+                       100.0 * shared),
+           "temperature gradient"});
+  }
+}
+
+std::string orders_in_words(const Candidate& c) {
+  return fmt::format("T to power {}, gradient to {}, rate to {}", c.temperature, c.gradient, c.rate);
+}
+
+}  // namespace
+
+Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen, const Estimate& estimate) {
+  const double raw = find_parameter(estimate, "bias_sd_raw")->value;
+  const Unit one;
+  Table table{"models",
+              "models tried; sd of the averages about their run's mean; held out: every run predicted from the others",
+              {{"order of T", one},
+               {"order of gradient", one},
+               {"order of rate", one},
+               {"parameters", one},
+               {"sd", rate_unit()},
+               {"sd ratio to raw", one},
+               {"held-out sd", rate_unit()},
+               {"held-out ratio", one},
+               {"AICc", one},
+               {"condition", one},
+               {"chosen", one}},
+              {}};
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const Candidate& m = candidates[c];
+    table.rows.push_back({static_cast<double>(m.temperature), static_cast<double>(m.gradient),
+                          static_cast<double>(m.rate), static_cast<double>(m.columns.size()), m.sd, m.sd / raw,
+                          m.sd_held_out, m.sd_held_out / raw, m.aicc, m.condition,
+                          std::string(c == chosen               ? "chosen"
+                                      : !m.unobservable.empty() ? "not determined"
+                                                                : "")});
+  }
+  return table;
+}
+
+Table runs_table(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit) {
+  const Unit one, celsius = Unit::parse("degC");
+  Table table{"runs",
+              "each power-up: sd of its averages before and after compensation",
+              {{"run", one},
+               {"label", one},
+               {"start temperature", celsius},
+               {"L_0", rate_unit()},
+               {"sd raw", rate_unit()},
+               {"sd compensated", rate_unit()},
+               {"ratio", one},
+               {"used", one}},
+              {}};
+  for (const auto& run : runs) {
+    const Residual raw = residual_of(run, {}, {}), left = residual_of(run, chosen.columns, fit.parameters);
+    const double before = std::sqrt(raw.squares / std::max(1.0, raw.count - 1.0)),
+                 after = std::sqrt(left.squares / std::max(1.0, left.count - 1.0));
+    table.rows.push_back({static_cast<double>(run.number), run.label, run.start_temperature, run.start_output, before,
+                          after, after / before, std::string(run.held_out ? "held out" : "fitted")});
+  }
+  return table;
+}
+
+Table noise_table(const NoiseModel& noise) {
+  Table table{"noise",
+              "noise of the residuals by restricted maximum likelihood",
+              {{"term", {}}, {"value", {}}, {"unit", {}}},
+              {}};
+  const auto add = [&](const char* name, double value, const char* unit) {
+    table.rows.push_back({std::string(name), Unit::parse(unit).difference_from_si(value), std::string(unit)});
+  };
+  add("angle_random_walk", noise.angle_random_walk, "deg/sqrt(h)");
+  add("bias_instability", noise.bias_instability, "deg/h");
+  add("rate_random_walk", noise.rate_random_walk, "deg/h/sqrt(h)");
+  return table;
+}
+
+std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit) {
+  const Unit hours = Unit::parse("h");
+  Curve before{"before compensation",
+               "residual",
+               {"time, runs joined", hours, {}},
+               {"output less L_0", rate_unit(), {}},
+               {},
+               {},
+               "",
+               false,
+               false};
+  Curve after = before;
+  after.name = "after compensation";
+  double offset = 0.0;
+  for (const auto& run : runs) {
+    for (std::size_t k = 0; k < run.time.size(); ++k) {
+      if (run.share[k] <= 0.0) continue;
+      double drift = 0.0;
+      for (std::size_t c = 0; c < chosen.columns.size(); ++c)
+        drift += fit.parameters[c] * run.regressors(k, chosen.columns[c]);
+      before.x.values.push_back(offset + run.time[k]);
+      before.y.values.push_back(run.output[k] - run.start_output);
+      after.y.values.push_back(run.output[k] - run.start_output - drift);
+    }
+    if (!run.time.empty()) offset += run.time.back() + run.time.front();
+  }
+  after.x.values = before.x.values;
+  return {before, after};
+}
+
+Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candidate>& candidates, std::size_t chosen,
+                     const LinearFit& fit, const NoiseModel& noise, const Settings& settings,
+                     const std::vector<std::size_t>& not_used, const std::vector<Term>&) {
+  using Severity = Finding::Severity;
+  Findings findings;
+  const Candidate& picked = candidates[chosen];
+  if (candidates.size() > 1)
+    findings.push_back(
+        {Severity::info,
+         fmt::format("chosen on held-out runs: {} (the simplest model within one standard error of the best)",
+                     orders_in_words(picked)),
+         "models"});
+  for (const auto& candidate : candidates)
+    if (!candidate.unobservable.empty()) {
+      findings.push_back(
+          {Severity::warning,
+           fmt::format("{}: the data do not show {}", orders_in_words(candidate), candidate.unobservable), "models"});
+    }
+  add_collinearity(findings, runs, candidates.back());
+  if (fit.condition > 30.0)
+    findings.push_back(
+        {fit.condition > 1e3 ? Severity::warning : Severity::info,
+         fmt::format(
+             "condition of the scaled design {:.3g}: single coefficients are strongly correlated; their sum, the "
+             "compensation, is better known than each",
+             fit.condition),
+         "fit"});
+  const double misfit = fit.degrees_of_freedom > 0 ? fit.chi_square / fit.degrees_of_freedom : 1.0;
+  if (misfit > 1.3)
+    findings.push_back(
+        {Severity::warning,
+         fmt::format(
+             "chi-square per degree of freedom is {:.2f}: the model leaves more than noise; the uncertainties are "
+             "enlarged by its square root",
+             misfit),
+         "fit"});
+  if (!not_used.empty())
+    findings.push_back(
+        {Severity::info,
+         fmt::format("{} runs do not determine the coefficients by themselves and were left out of the two-stage fit",
+                     not_used.size()),
+         "two_stage"});
+  if (settings.word("form") == "raw")
+    findings.push_back({Severity::warning,
+                        "form = \"raw\": powers of T in degC do not vanish at the start temperature; a bias that "
+                        "depends on T alone cannot be "
+                        "represented (spec: use from_start)",
+                        "form"});
+  if (!std::isfinite(noise.angle_random_walk))
+    findings.push_back({Severity::error, "the noise could not be determined", "fit"});
+  return findings;
+}
+
+}  // namespace tumble::methods::fog

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/fog_thermal_bias/fit.hpp"
+
+namespace tumble::methods::fog {
+
+/// One row per model tried, the chosen one marked (the source's Tables 2 to 4, with held-out scores).
+Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen, const Estimate& estimate);
+
+/// One row per run: start temperature, L_0, sd before and after, whether it was held out.
+Table runs_table(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit);
+
+/// The noise that the residuals show.
+Table noise_table(const NoiseModel& noise);
+
+/// The averages before and after compensation, each run less its L_0, over time joined end to end.
+std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit);
+
+/// Weak spots: models the profile cannot tell apart, T against dT/dt, gradient against dT/dt, misfit, few runs.
+Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candidate>& candidates, std::size_t chosen,
+                     const LinearFit& fit, const NoiseModel& noise, const Settings& settings,
+                     const std::vector<std::size_t>& not_used, const std::vector<Term>& terms);
+
+}  // namespace tumble::methods::fog
