@@ -258,6 +258,13 @@ const std::vector<Clean>& clean_signals() {
       {"coarse sine", [](std::size_t i, double) { return std::round(400.0 * std::sin(0.3 * static_cast<double>(i))); }},
       {"rest and shake",
        [](std::size_t i, double w) { return (i / 2000 % 2 == 0 ? 0.01 : 1.0) * w + (i / 2000 % 2 == 0 ? 0.0 : 5.0); }},
+      {"quiet and shaken, too coarse for the quiet",
+       [](std::size_t i, double w) { return std::round((i / 2000 % 2 == 0 ? 0.2 : 20.0) * w); }},
+      {"knocks that ring",
+       [](std::size_t i, double w) {
+         const double since = static_cast<double>(i % 3000);
+         return 0.01 * w + 5.0 * std::exp(-since / 3.0) * std::cos(2.5 * since);
+       }},
       {"steps between positions",
        [](std::size_t i, double w) { return std::cos(static_cast<double>(i / 3000)) + 1e-4 * w; }},
       {"few pulses", [](std::size_t i, double) { return i % 7 == 3 ? 1.0 : 0.0; }},

@@ -11,7 +11,7 @@ namespace tumble::checks {
 
 namespace {
 
-constexpr std::size_t block = 1024, thinning = 8, near = 24;
+constexpr std::size_t block = 1024, thinning = 8, near = 24, ringing = 8;
 
 /// Distance of a sample from the mean of its neighbours.
 double bend(const std::vector<double>& x, std::size_t i) { return std::abs(x[i] - 0.5 * (x[i - 1] + x[i + 1])); }
@@ -28,27 +28,39 @@ double usual_bend(const std::vector<double>& x, std::size_t begin, std::size_t e
   return 1.4826 * *middle;
 }
 
+/// The greatest bend of the samples [begin, end).
+double greatest_bend(const std::vector<double>& x, std::size_t begin, std::size_t end) {
+  double greatest = 0.0;
+  for (std::size_t i = std::max<std::size_t>(1, begin); i < std::min(end, x.size() - 1); ++i)
+    greatest = std::max(greatest, bend(x, i));  // not NaN: the comparison keeps the first
+  return greatest;
+}
+
 struct Outliers {
   std::size_t count = 0, farthest = 0;
   double distance = 0.0, usual = 0.0;  // of the farthest
 };
 
 /// Samples that stand apart from both neighbours, on the same side, by eight times the usual bend: that of the block,
-/// and of what comes just before and just after, so that the onset of a motion is none. A step is none either.
+/// and of what comes just before and just after, so that the onset of a motion is none. A step is none either, nor is a
+/// knock, which rings: no sample nearby may bend by a third as much.
 Outliers find_outliers(const std::vector<double>& x, double quantum) {
+  const double coarseness = 0.5 * quantum;  // the median of coarse values may be off by that
   Outliers found;
   std::vector<double> room;
   for (std::size_t begin = 1; begin + 1 < x.size(); begin += block) {
     const std::size_t end = std::min(begin + block, x.size() - 1);
-    const double usual = std::max(usual_bend(x, begin, end, end - begin < block ? 1 : thinning, room), quantum / 2.0);
+    const double usual = usual_bend(x, begin, end, end - begin < block ? 1 : thinning, room) + coarseness;
     for (std::size_t i = begin; i < end; ++i) {
       const double from_last = x[i] - x[i - 1], from_next = x[i] - x[i + 1];
       const double distance = std::min(std::abs(from_last), std::abs(from_next));
       if (!(distance > 8.0 * usual) || from_last * from_next < 0.0) continue;
-      const double before = usual_bend(x, i > near + 1 ? i - near - 1 : 1, i - 1, 1, room);
-      const double after = usual_bend(x, i + 2, i + 2 + near, 1, room);
+      const double before = usual_bend(x, i > near + 1 ? i - near - 1 : 1, i - 1, 1, room) + coarseness;
+      const double after = usual_bend(x, i + 2, i + 2 + near, 1, room) + coarseness;
       const double local = std::max({usual, before, after});
-      if (!(distance > 8.0 * local)) continue;
+      const double rings = std::max(greatest_bend(x, i > ringing + 1 ? i - ringing - 1 : 1, i - 1),
+                                    greatest_bend(x, i + 2, i + 2 + ringing));
+      if (!(distance > 8.0 * local) || rings > distance / 3.0) continue;
       ++found.count;
       if (distance > found.distance) found.farthest = i, found.distance = distance, found.usual = local;
     }
@@ -60,15 +72,15 @@ Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const Channel& channel : recording.channels) {
     if (channel.values.size() < 16) continue;
-    const Outliers found = find_outliers(channel.values, texture_of(channel).quantum);
+    const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum);
     if (found.count == 0) continue;
-    const double shown = channel.unit.difference_from_si(found.distance);
     findings.push_back(
         {Finding::Severity::warning,
-         fmt::format("{} apart from both neighbours, the farthest by {:.3g} {} ({:.0f} times the usual) "
+         fmt::format("{} apart from both neighbours, the farthest by {} ({:.0f} times the usual) "
                      "at {}",
-                     found.count == 1 ? "one sample stands" : fmt::format("{} samples stand", found.count), shown,
-                     channel.unit.text(), found.distance / found.usual, say_instant(channel.time(found.farthest))),
+                     found.count == 1 ? "one sample stands" : fmt::format("{} samples stand", found.count),
+                     say_difference(found.distance, channel.unit), found.distance / found.usual,
+                     say_instant(channel.time(found.farthest))),
          channel.name});
   }
   return findings;

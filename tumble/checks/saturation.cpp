@@ -49,9 +49,9 @@ Finding finding(const Channel& channel, double extreme, std::size_t count, const
   std::size_t first = 0;
   while (channel.values[first] != extreme) ++first;
   return {Finding::Severity::warning,
-          fmt::format("saturated: {} ({:.2g} %) at the {} value, {} {}, first at {}", say_count(count, "sample"),
+          fmt::format("saturated: {} ({:.2g} %) at the {} value, {}, first at {}", say_count(count, "sample"),
                       100.0 * static_cast<double>(count) / static_cast<double>(channel.values.size()), side,
-                      format_in(extreme, channel.unit), channel.unit.text(), say_instant(channel.time(first))),
+                      say_value(extreme, channel.unit), say_instant(channel.time(first))),
           channel.name};
 }
 
@@ -63,7 +63,7 @@ Findings look_at(const Channel& channel) {
   }
   Findings findings;
   if (high.at_extreme < 10 && low.at_extreme < 10) return findings;
-  const Texture texture = texture_of(channel);
+  const Texture texture = texture_of(channel.values);
   const bool wide = high.extreme + low.extreme > 8.0 * texture.quantum;
   for (const auto& [end, sign, side] : {std::tuple{high, 1.0, "highest"}, std::tuple{low, -1.0, "lowest"}}) {
     const double extreme = sign * end.extreme;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 

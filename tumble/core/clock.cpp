@@ -19,30 +19,43 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// The interval that most of the neighbours keep to, from up to 10 000 of them spread over the record; 0 when they do
-/// not keep to one.
+/// The interval that most of the neighbours keep to for most of the time, from up to 10 000 of them spread over the
+/// record; 0 when they do not keep to one.
 double common_interval(const Stamps& t) {
   const std::size_t step = 1 + t.size() / 10'000;
   std::vector<double> intervals;
   for (std::size_t i = 0; i + 1 < t.size(); i += step) intervals.push_back(t[i + 1] - t[i]);
   const double middle = median(intervals);
-  double sum = 0.0;
-  std::size_t near = 0;
-  for (const double interval : intervals)
-    if (std::abs(interval - middle) <= 0.1 * middle) sum += interval, ++near;
-  return 10 * near >= 8 * intervals.size() ? sum / static_cast<double>(near) : 0.0;
+  double near = 0.0, all = 0.0;
+  std::size_t count = 0;
+  for (const double interval : intervals) {
+    const bool is_near = std::abs(interval - middle) <= 0.1 * middle;
+    near += is_near ? interval : 0.0;
+    count += is_near;
+    all += std::min(interval, 10.0 * middle);  // one long gap is no argument
+  }
+  return 10 * count >= 8 * intervals.size() && 2.0 * near > all ? near / static_cast<double>(count) : 0.0;
 }
 
-double period(const Stamps& t) {
+/// The interval of the clock behind the stamps.
+struct Period {
+  double interval = 0.0;
+  bool regular = false;  ///< most neighbours keep to it
+};
+
+/// Where most neighbours keep to one interval it is that (the mean over parts of the record says it more exactly, if
+/// most have no gap); else the samples come in bursts, and only means over many tell it.
+Period period(const Stamps& t) {
   const std::size_t intervals = t.size() - 1, parts = std::clamp<std::size_t>(intervals / 8, 1, 64);
-  if (parts < 8)
-    if (const double common = common_interval(t); common > 0.0) return common;
+  const double common = common_interval(t);
   std::vector<double> means;
   for (std::size_t k = 0; k < parts; ++k) {
     const std::size_t a = k * intervals / parts, b = (k + 1) * intervals / parts;
     means.push_back((t[b] - t[a]) / static_cast<double>(b - a));
   }
-  return median(means);
+  const double mean = median(means);
+  const bool regular = common > 0.0;
+  return {regular && std::abs(mean - common) > 0.01 * common ? common : mean, regular};
 }
 
 /// The departure from even spacing, r_i = t_i - t_0 - i T, and its least value over a stretch.
@@ -93,9 +106,9 @@ double least_after(const Departure& r, std::size_t i, double before, double tole
   return least;
 }
 
-void find_gaps(const Departure& r, Clock& clock) {
+void find_gaps(const Departure& r, bool regular, Clock& clock) {
   const Stamps& t = r.t;
-  const double tolerance = 0.75 * r.interval + 6.0 * usual_change(r);
+  const double tolerance = 0.75 * r.interval + (regular ? 0.0 : 6.0 * usual_change(r));
   std::size_t earliest = 0;  // first sample after the last gap
   for (std::size_t i = 0; i + 1 < t.size(); ++i) {
     const double length = t[i + 1] - t[i];
@@ -207,12 +220,12 @@ Clock clock_of(const Channel& channel) {
     clock.duplicates += t[i] == t[i - 1];
     if (t[i] < t[i - 1] && clock.backward++ == 0) clock.first_backward = i;
   }
-  const double interval = period(t);
+  const auto [interval, regular] = period(t);
   if (!(interval > 0.0) || !std::isfinite(interval) || !std::isfinite(t.back() - t.front())) {
     clock.reason = "the stamps do not advance";
     return clock;
   }
-  find_gaps(Departure{t, interval}, clock);
+  find_gaps(Departure{t, interval}, regular, clock);
   const auto departures = about_the_line(t, interval, clock);
   double sum = 0.0;
   for (const double r : departures) {

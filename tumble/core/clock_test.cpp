@@ -111,6 +111,15 @@ TEST(Clock, AStallWithEverySampleDeliveredIsNoGap) {
   EXPECT_LE(lost.gaps.size(), 2u);
 }
 
+// A table that is turned between readings: the pauses are real, nothing comes through afterwards.
+TEST(Clock, RegularPausesAreGaps) {
+  std::vector<double> stamps{0.0};
+  for (int i = 1; i < 150; ++i) stamps.push_back(stamps.back() + (i % 6 == 0 ? 16.3 : 6.55));
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_FALSE(clock.even) << clock.reason;
+  EXPECT_EQ(clock.gaps.size(), 24u);
+}
+
 TEST(Clock, IrregularSamplesAreNotEven) {
   const RandomStream random(11);
   std::vector<double> stamps{0.0};

@@ -21,6 +21,15 @@ std::string say_instant(double seconds) {
   return (text == "-0" ? "0" : text) + " s";
 }
 
+std::string say_value(double value_si, const Unit& unit) {
+  return format_in(value_si, unit) + (unit.text() == "1" ? "" : " " + unit.text());
+}
+
+std::string say_difference(double difference_si, const Unit& unit) {
+  return fmt::format("{:.3g}{}{}", unit.difference_from_si(difference_si), unit.text() == "1" ? "" : " ",
+                     unit.text() == "1" ? "" : unit.text());
+}
+
 std::string say_count(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }

@@ -3,12 +3,18 @@
 #include <cstddef>
 #include <string>
 
+#include "tumble/units/unit.hpp"
+
 namespace tumble {
 
 /// A length of time for a sentence: "310 ms", "12.5 s", "86400 s".
 std::string say_seconds(double seconds);
 /// An instant on the recording's clock for a sentence: "812.4 s", to a millisecond.
 std::string say_instant(double seconds);
+/// A value with its unit for a sentence: "20 degC", "0.5" where the unit is 1.
+std::string say_value(double value_si, const Unit& unit);
+/// A difference to three digits: "0.125 deg/h", "1.5 degC".
+std::string say_difference(double difference_si, const Unit& unit);
 /// "1 sample", "3 samples": the noun must take a plain s.
 std::string say_count(std::size_t count, const std::string& noun);
 

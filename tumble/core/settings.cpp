@@ -4,6 +4,7 @@
 #include <charconv>
 #include <optional>
 
+#include "tumble/core/say.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -117,7 +118,7 @@ const std::vector<int>& Settings::integers(std::string_view name) const { return
 
 void Settings::set_number(const std::string& name, double value_si, const Unit& shown_in) {
   numbers_[name] = value_si;
-  texts_[name] = format_in(value_si, shown_in) + (shown_in.text() == "1" ? "" : " " + shown_in.text());
+  texts_[name] = say_value(value_si, shown_in);
 }
 
 void Settings::set_integer(const std::string& name, int value) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <vector>
 
 namespace tumble {
 
@@ -10,7 +10,7 @@ namespace {
 
 struct Tally {
   std::vector<double> steps;  ///< between unequal neighbours, unsigned
-  std::size_t turns = 0, runs = 0, long_runs = 0;
+  std::size_t turns = 0, samples = 0, runs = 0, long_runs = 0;
 };
 
 void add_stretch(std::span<const double> values, Tally& tally) {
@@ -18,6 +18,7 @@ void add_stretch(std::span<const double> values, Tally& tally) {
   std::size_t length = 0;
   for (const double value : values) {
     if (std::isnan(value)) continue;
+    ++tally.samples;
     if (value == last) {
       tally.long_runs += length++ == 1;
       continue;
@@ -36,9 +37,8 @@ void add_stretch(std::span<const double> values, Tally& tally) {
 
 }  // namespace
 
-Texture texture_of(const Channel& channel) {
+Texture texture_of(std::span<const double> values) {
   constexpr std::size_t stretches = 64, length = 1024;
-  const std::span<const double> values(channel.values);
   Tally tally;
   if (values.size() <= stretches * length)
     add_stretch(values, tally);
@@ -54,7 +54,8 @@ Texture texture_of(const Channel& channel) {
   std::nth_element(tally.steps.begin(), tenth, tally.steps.end());
   texture.quantum = *tenth;
   texture.repeats = static_cast<double>(tally.long_runs) / static_cast<double>(tally.runs);
-  texture.noisy = static_cast<double>(tally.turns) > 0.3 * count && sum / count > 1.25 * texture.quantum;
+  texture.equal_neighbours = 1.0 - static_cast<double>(tally.runs) / static_cast<double>(tally.samples);
+  texture.noisy = count >= 16 && static_cast<double>(tally.turns) > 0.3 * count && sum / count > 1.25 * texture.quantum;
   return texture;
 }
 
