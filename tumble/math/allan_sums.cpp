@@ -41,17 +41,16 @@ MeanSquare modified_allan_variance(std::span<const double> x, std::size_t m) {
 MeanSquare total_variance(std::span<const double> x, std::size_t m) {
   const std::size_t size = x.size();
   if (size < 3 || m > size - 1) return {};
-  // Index i of the extended phase, counted from the start of the record and of either sign.
-  const auto at = [&](std::ptrdiff_t i) {
-    const auto last = static_cast<std::ptrdiff_t>(size) - 1;
-    if (i < 0) return 2.0 * x[0] - x[static_cast<std::size_t>(-i)];
-    if (i > last) return 2.0 * x[size - 1] - x[static_cast<std::size_t>(2 * last - i)];
-    return x[static_cast<std::size_t>(i)];
-  };
+  // The record with m - 1 more points at both ends.
+  std::vector<double> extended(size + 2 * (m - 1));
+  std::copy(x.begin(), x.end(), extended.begin() + static_cast<std::ptrdiff_t>(m - 1));
+  for (std::size_t k = 1; k < m; ++k) {
+    extended[m - 1 - k] = 2.0 * x[0] - x[k];
+    extended[m - 1 + size - 1 + k] = 2.0 * x[size - 1] - x[size - 1 - k];
+  }
   double sum = 0.0;
-  for (std::size_t n = 1; n + 1 < size; ++n) {
-    const auto i = static_cast<std::ptrdiff_t>(n), step = static_cast<std::ptrdiff_t>(m);
-    const double z = (at(i + step) - x[n]) - (x[n] - at(i - step));
+  for (std::size_t n = 0; n + 2 < size; ++n) {
+    const double z = (extended[n + 2 * m] - extended[n + m]) - (extended[n + m] - extended[n]);
     sum += z * z;
   }
   const double tau = static_cast<double>(m);
