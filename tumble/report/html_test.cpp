@@ -9,9 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/example_estimate.hpp"
 #include "tumble/report/decimate.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/testing/example_estimate.hpp"
 
 namespace tumble {
 

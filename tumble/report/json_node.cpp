@@ -8,6 +8,8 @@
 namespace tumble {
 namespace {
 
+const nlohmann::json& json_of(const void* value) { return *static_cast<const nlohmann::json*>(value); }
+
 double number_of(const nlohmann::json& value, double null_means) {
   return value.is_null() ? null_means : value.get<double>();
 }
@@ -25,23 +27,23 @@ void Node::complain(const std::string& what) const {
 }
 
 bool Node::expect(bool right_type, const char* expected) const {
-  if (!right_type) complain(fmt::format("{} is expected, not {}", expected, value_->type_name()));
+  if (!right_type) complain(fmt::format("{} is expected, not {}", expected, json_of(value_).type_name()));
   return right_type;
 }
 
 Node Node::optional(const char* key) const {
   const Node missing{nullptr, path_.empty() ? key : path_ + "." + key, problems_};
-  if (absent() || !value_->is_object()) return missing;
-  const auto found = value_->find(key);
-  if (found == value_->end() || found->is_null()) return missing;
+  if (absent() || !json_of(value_).is_object()) return missing;
+  const auto found = json_of(value_).find(key);
+  if (found == json_of(value_).end() || found->is_null()) return missing;
   return {&*found, missing.path_, problems_};
 }
 
 Node Node::operator[](const char* key) const {
-  if (absent() || !expect(value_->is_object(), "an object")) return {nullptr, path_, problems_};
+  if (absent() || !expect(json_of(value_).is_object(), "an object")) return {nullptr, path_, problems_};
   const Node member{nullptr, path_.empty() ? key : path_ + "." + key, problems_};
-  const auto found = value_->find(key);
-  if (found == value_->end()) {
+  const auto found = json_of(value_).find(key);
+  if (found == json_of(value_).end()) {
     member.complain("is missing");
     return member;
   }
@@ -50,41 +52,41 @@ Node Node::operator[](const char* key) const {
 
 std::vector<Node> Node::elements() const {
   std::vector<Node> nodes;
-  if (absent() || !expect(value_->is_array(), "an array")) return nodes;
-  nodes.reserve(value_->size());
-  for (std::size_t i = 0; i < value_->size(); ++i) {
-    nodes.emplace_back(&(*value_)[i], fmt::format("{}[{}]", path_, i), problems_);
+  if (absent() || !expect(json_of(value_).is_array(), "an array")) return nodes;
+  nodes.reserve(json_of(value_).size());
+  for (std::size_t i = 0; i < json_of(value_).size(); ++i) {
+    nodes.emplace_back(&json_of(value_)[i], fmt::format("{}[{}]", path_, i), problems_);
   }
   return nodes;
 }
 
 std::vector<std::pair<std::string, std::string>> Node::members() const {
   std::vector<std::pair<std::string, std::string>> texts;
-  if (absent() || !expect(value_->is_object(), "an object")) return texts;
-  for (const auto& [key, item] : value_->items()) {
+  if (absent() || !expect(json_of(value_).is_object(), "an object")) return texts;
+  for (const auto& [key, item] : json_of(value_).items()) {
     texts.emplace_back(key, Node{&item, path_ + "." + key, problems_}.text());
   }
   return texts;
 }
 
 std::string Node::text() const {
-  if (absent() || !expect(value_->is_string(), "a text")) return {};
-  return value_->get<std::string>();
+  if (absent() || !expect(json_of(value_).is_string(), "a text")) return {};
+  return json_of(value_).get<std::string>();
 }
 
-bool Node::is_text() const { return !absent() && value_->is_string(); }
+bool Node::is_text() const { return !absent() && json_of(value_).is_string(); }
 
 double Node::number(double null_means) const {
   if (absent()) return null_means;
-  if (!expect(value_->is_number() || value_->is_null(), "a number (or null)")) return null_means;
-  return number_of(*value_, null_means);
+  if (!expect(json_of(value_).is_number() || json_of(value_).is_null(), "a number (or null)")) return null_means;
+  return number_of(json_of(value_), null_means);
 }
 
 std::vector<double> Node::numbers() const {
   std::vector<double> result;
-  if (absent() || !expect(value_->is_array(), "an array")) return result;
-  result.reserve(value_->size());
-  for (const auto& item : *value_) {
+  if (absent() || !expect(json_of(value_).is_array(), "an array")) return result;
+  result.reserve(json_of(value_).size());
+  for (const auto& item : json_of(value_)) {
     if (!item.is_number() && !item.is_null()) {
       complain(fmt::format("[{}]: a number (or null) is expected, not {}", result.size(), item.type_name()));
     }
@@ -94,18 +96,18 @@ std::vector<double> Node::numbers() const {
 }
 
 unsigned long long Node::whole() const {
-  if (absent() || !expect(value_->is_number_unsigned(), "a whole number, not negative,")) return 0;
-  return value_->get<unsigned long long>();
+  if (absent() || !expect(json_of(value_).is_number_unsigned(), "a whole number, not negative,")) return 0;
+  return json_of(value_).get<unsigned long long>();
 }
 
 bool Node::flag() const {
-  if (absent() || !expect(value_->is_boolean(), "true or false")) return false;
-  return value_->get<bool>();
+  if (absent() || !expect(json_of(value_).is_boolean(), "true or false")) return false;
+  return json_of(value_).get<bool>();
 }
 
 std::size_t Node::one_of(const std::vector<std::string>& words) const {
-  if (absent() || !expect(value_->is_string(), "a text")) return 0;
-  const auto word = value_->get<std::string>();
+  if (absent() || !expect(json_of(value_).is_string(), "a text")) return 0;
+  const auto word = json_of(value_).get<std::string>();
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == word) return i;
   }

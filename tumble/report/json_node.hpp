@@ -1,6 +1,5 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -10,7 +9,8 @@ namespace tumble {
 /// ("parameters[2].sd") and read as a harmless default, so that one pass finds every problem.
 class Node {
  public:
-  Node(const nlohmann::json* value, std::string path, std::vector<std::string>* problems)
+  /// `value` points to an nlohmann::json that outlives the node, or is null.
+  Node(const void* value, std::string path, std::vector<std::string>* problems)
       : value_(value), path_(std::move(path)), problems_(problems) {}
 
   /// A member that must be there.
@@ -34,7 +34,7 @@ class Node {
  private:
   bool expect(bool right_type, const char* expected) const;
 
-  const nlohmann::json* value_;
+  const void* value_;  ///< a nlohmann::json: headers do not name the library
   std::string path_;
   std::vector<std::string>* problems_;
 };

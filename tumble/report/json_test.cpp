@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tests/example_estimate.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/testing/example_estimate.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/version.hpp"
 

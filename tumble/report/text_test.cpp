@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "tests/example_estimate.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/report/testing/example_estimate.hpp"
 #include "tumble/report/text_table.hpp"
 #include "tumble/report/utf8.hpp"
 
