@@ -36,6 +36,8 @@ struct Entry {
   std::vector<Option> options;
 };
 
+void PrintTo(const Entry& entry, std::ostream* out) { *out << entry.folder << "/" << entry.name; }
+
 std::string page_of(const std::string& folder, const std::string& name) {
   return folder == "checks" ? "docs/checks.md" : "docs/" + folder + "/" + name + ".md";
 }
@@ -190,7 +192,7 @@ INSTANTIATE_TEST_SUITE_P(All, Models, testing::ValuesIn(models::catalogue()), en
 
 class Rigs : public testing::TestWithParam<const Rig*> {};
 
-TEST_P(Rigs, AxesAreWholeAndUnknownOnesRefused) {
+TEST_P(Rigs, AxesAreWholeAndAScheduleWithoutThemIsRefused) {
   const Rig& rig = *GetParam();
   const auto axes = rig.axes();
   EXPECT_FALSE(axes.empty());
@@ -200,8 +202,7 @@ TEST_P(Rigs, AxesAreWholeAndUnknownOnesRefused) {
   }
   Segment segment{"odd", 10.0, 1, {{"no_such_axis", Motion{}}}};
   const auto refusals = rig.refusals({segment}, defaults(rig.options()));
-  ASSERT_FALSE(refusals.empty());
-  EXPECT_NE(refusals[0].find("no_such_axis"), std::string::npos) << refusals[0];
+  EXPECT_FALSE(refusals.empty());  // a plan's reader names the axis (tasks); a rig must not run without its own
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Rigs, testing::ValuesIn(rigs::catalogue()), entry_name<Rig>);

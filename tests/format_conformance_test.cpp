@@ -1,6 +1,7 @@
 // What every file format promises: what it writes it reads back bit by bit, it writes whole files or none, and hostile
 // bytes are an Error.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -36,15 +37,18 @@ class Formats : public testing::TestWithParam<const Format*> {
   fs::path folder_;
 };
 
-/// Two channels at one rate, awkward values, a missing sample and two marks.
-Recording sample() {
+/// Two channels at one rate with a missing sample and two marks. The values are what instruments give: numbers with
+/// nine digits in the unit of the file. (An arbitrary SI value need not be the image of any number in deg/h.)
+Recording sample(std::size_t samples = 100) {
   const RandomStream random(11);
+  const auto nine_digits = [](double value) { return std::stod(fmt::format("{:.9g}", value)); };
+  const Unit rate = Unit::parse("deg/h"), temperature = Unit::parse("degC");
   Recording recording;
-  recording.channels = {{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, 8.0, nullptr}, {}},
-                        {"temperature.case", QuantityKind::temperature, Unit::parse("degC"), {0.0, 8.0, nullptr}, {}}};
-  for (std::size_t i = 0; i < 100; ++i) {
-    recording.channels[0].values.push_back(1e-5 * random.normal(i));
-    recording.channels[1].values.push_back(293.15 + random.split("temperature").normal(i));
+  recording.channels = {{"gyro", QuantityKind::angular_rate, rate, {0.0, 8.0, nullptr}, {}},
+                        {"temperature.case", QuantityKind::temperature, temperature, {0.0, 8.0, nullptr}, {}}};
+  for (std::size_t i = 0; i < samples; ++i) {
+    recording.channels[0].values.push_back(rate.to_si(nine_digits(2.0 * random.normal(i))));
+    recording.channels[1].values.push_back(temperature.to_si(nine_digits(20.0 + random.split(1).normal(i))));
   }
   recording.channels[0].values[17] = std::nan("");
   recording.channels[0].values[18] = 0.0;
@@ -98,7 +102,7 @@ TEST_P(Formats, SameRecordingSameBytes) {
 }
 
 TEST_P(Formats, StreamsWhatItReads) {
-  write_recording(sample(), path("a"));
+  write_recording(sample(50000), path("a"));
   std::vector<double> values;
   std::size_t blocks = 0;
   format().stream(path("a"), {}, 30,
