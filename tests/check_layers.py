@@ -1,5 +1,8 @@
 """The layer check: every include in tumble/ goes to the left in tumble/layers.txt.
 
+Headers that stand directly in a module are its face: they name no heavy library. Headers in a subfolder of a module are
+its own business: nothing outside of the module, and no header of its face, includes them.
+
     check_layers.py REPOSITORY      exit 1 and one line a fault
     check_layers.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
 """
@@ -12,26 +15,26 @@ import tempfile
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 GENERATED = {"tumble/version.hpp"}
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
-NOT_IN_HEADERS = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "nlopt", "CLI/")
+HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "nlopt", "CLI/")
 
 
-def fault_of_include(layer, layers, quoted, target, is_header):
+def fault_of_include(layer, layers, quoted, target, is_face):
     """What is wrong with one include of a file in `layer`, or None."""
-    if is_header and not quoted and target.startswith(NOT_IN_HEADERS):
+    if is_face and not quoted and target.startswith(HEAVY):
         return f"header includes <{target}>: keep it in the .cpp"
     if target.startswith("apps/"):
         return f'includes "{target}": the library knows no front end'
-    if target.startswith("tumble/"):
-        if target in GENERATED:
-            return None
-        other = target.split("/")[1]
-        if other not in layers:
-            return f'includes "{target}": {other} is not in tumble/layers.txt'
-        if layers.index(other) > layers.index(layer):
-            return f'includes "{target}": {layer} stands before {other} in tumble/layers.txt'
+    if not target.startswith("tumble/"):
+        return f'includes "{target}": write our own headers from the root ("tumble/...")' if quoted else None
+    if target in GENERATED:
         return None
-    if quoted:
-        return f'includes "{target}": write our own headers from the root ("tumble/..."), others as <...>'
+    other, internal = target.split("/")[1], target.count("/") > 2
+    if other not in layers:
+        return f'includes "{target}": {other} is not in tumble/layers.txt'
+    if layers.index(other) > layers.index(layer):
+        return f'includes "{target}": {layer} stands before {other} in tumble/layers.txt'
+    if internal and (other != layer or is_face):
+        return f'includes "{target}": headers in a subfolder are internal to {other}'
     return None
 
 
@@ -46,11 +49,12 @@ def check(root):
         if layer not in layers:
             faults.append(f"{relative}: {layer} is not in tumble/layers.txt")
             continue
+        is_face = path.suffix == ".hpp" and len(relative.parts) == 3
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             match = INCLUDE.match(line)
             if not match:
                 continue
-            fault = fault_of_include(layer, layers, match[1] == '"', match[2], path.suffix == ".hpp")
+            fault = fault_of_include(layer, layers, match[1] == '"', match[2], is_face)
             if fault:
                 faults.append(f"{relative}:{number}: {fault}")
     return faults
@@ -61,7 +65,8 @@ SOUND = {
     "tumble/units/unit.hpp": "#pragma once\n#include <string>\n",
     "tumble/math/fit.hpp": '#pragma once\n#include "tumble/units/unit.hpp"\n',
     "tumble/math/fit.cpp": '#include "tumble/math/fit.hpp"\n#include <Eigen/Dense>\n#include "tumble/version.hpp"\n',
-    "tumble/core/part/deep.cpp": '#include "tumble/math/fit.hpp"\n',
+    "tumble/core/part/deep.cpp": '#include "tumble/math/fit.hpp"\n#include "tumble/core/part/deep.hpp"\n',
+    "tumble/core/part/deep.hpp": "#include <hdf5.h>\n",
     "apps/cli/main.cpp": '#include "tumble/core/any.hpp"\n#include "apps/cli/verbs.hpp"\n',
 }
 TAMPERED = {  # file, its new text, words of the fault
@@ -74,6 +79,8 @@ TAMPERED = {  # file, its new text, words of the fault
     "toml++ in a header": ("tumble/core/x.hpp", "#include <toml++/toml.h>\n", "keep it in the .cpp"),
     "HDF5 in a header": ("tumble/core/x.hpp", "#include <hdf5.h>\n", "keep it in the .cpp"),
     "relative include": ("tumble/math/fit.cpp", '#include "fit.hpp"\n', "from the root"),
+    "internal header of another module": ("tumble/core/x.cpp", '#include "tumble/math/a/b.hpp"\n', "internal to math"),
+    "internal header in a face": ("tumble/core/x.hpp", '#include "tumble/core/part/deep.hpp"\n', "internal to core"),
     "unlisted module": ("tumble/extra/x.cpp", "\n", "extra is not in"),
     "include of an unlisted module": ("tumble/core/x.cpp", '#include "tumble/extra/x.hpp"\n', "extra is not in"),
     "nothing there": (None, None, "no source file"),

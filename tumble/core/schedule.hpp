@@ -13,9 +13,9 @@ struct Motion {
   Kind kind = Kind::hold;
   double value = 0.0;  ///< hold, dwell: position or temperature; rate, ramp, slew: speed (unsigned for ramp and slew)
   double to = 0.0;     ///< ramp, slew: where it ends
-  double amplitude = 0.0;             ///< sine
-  double frequency = 0.0;             ///< sine [Hz]
-  double phase = 0.0;                 ///< sine [rad]
+  double amplitude = 0.0;                  ///< sine
+  double frequency = 0.0;                  ///< sine [Hz]
+  double phase = 0.0;                      ///< sine [rad]
   std::vector<double> psd_frequency = {};  ///< random [Hz]
   std::vector<double> psd = {};            ///< random, one-sided [unit^2/Hz]
 };

@@ -58,7 +58,10 @@ std::vector<Term> terms(const Settings& constants) {
   constexpr double zero_celsius = 273.15;  // the source's T is in degC: powers of it depend on where zero is
   std::vector<Term> table;
   for (int j = 0; j < start_powers; ++j)
-    table.push_back({fmt::format("bias_{}", j), fmt::format("L_0{}", j), j == 0 ? "deg/h" : j == 1 ? "deg/h/K" : fmt::format("deg/h/K^{}", j),
+    table.push_back({fmt::format("bias_{}", j), fmt::format("L_0{}", j),
+                     j == 0   ? "deg/h"
+                     : j == 1 ? "deg/h/K"
+                              : fmt::format("deg/h/K^{}", j),
                      fmt::format("bias at power-on, start temperature^{}", j), [=](const Felt& felt) {
                        double value = 1.0;
                        for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
