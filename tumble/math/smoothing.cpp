@@ -49,16 +49,23 @@ bool evenly_spaced(std::span<const double> time) {
   return true;
 }
 
-/// The window around sample k, whatever is in it.
+/// The window around sample k, whatever is in it; widened where it holds fewer than three samples.
 void fit_around(std::span<const double> time, std::span<const double> signal, double half_width, std::size_t k,
                 Smoothed& out) {
   // Half a microsecond of slack so that rounding of the stamps does not decide who is inside.
-  const auto begin = std::ranges::lower_bound(time, time[k] - half_width - 5e-7) - time.begin();
-  const auto end = std::ranges::upper_bound(time, time[k] + half_width + 5e-7) - time.begin();
-  const double offset = std::isnan(signal[k]) ? 0.0 : signal[k];
+  auto begin = static_cast<std::size_t>(std::ranges::lower_bound(time, time[k] - half_width - 5e-7) - time.begin());
+  auto end = static_cast<std::size_t>(std::ranges::upper_bound(time, time[k] + half_width + 5e-7) - time.begin());
+  const auto there = [&](std::size_t j) { return !std::isnan(signal[j]); };
+  std::size_t count = 0;
+  for (std::size_t j = begin; j < end; ++j) count += there(j);
+  while (count < 3 && (begin > 0 || end < time.size())) {
+    if (end < time.size()) count += there(end++);
+    if (count < 3 && begin > 0) count += there(--begin);
+  }
+  const double offset = there(k) ? signal[k] : 0.0;
   Moments moments;
-  for (auto j = static_cast<std::size_t>(begin); j < static_cast<std::size_t>(end); ++j)
-    if (!std::isnan(signal[j])) moments.add((time[j] - time[k]) / half_width, signal[j] - offset);
+  for (std::size_t j = begin; j < end; ++j)
+    if (there(j)) moments.add((time[j] - time[k]) / half_width, signal[j] - offset);
   put(moments, half_width, offset, k, out);
 }
 

@@ -13,11 +13,11 @@ struct Smoothed {
 };
 
 /// Local quadratic least squares (Savitzky and Golay, 1964) over time +- half_width. At the ends and where samples are
-/// missing the quadratic is fitted to those there are. Never differentiate raw readings of quantum q: over a span W the
-/// error of a difference is q/(sqrt(6) W) (spec 5.5).
+/// missing the quadratic is fitted to those there are, to the nearest three at least. Never differentiate raw readings
+/// of quantum q: over a span W the error of a difference is q/(sqrt(6) W) (spec 5.5).
 ///
 /// Given     time [s], increasing, n; signal [u], n, NaN where missing; half_width [s]
-/// Returned  n each; NaN where the window holds fewer than 3 samples
+/// Returned  n each; NaN for a signal of fewer than 3 samples
 Smoothed local_quadratic(std::span<const double> time, std::span<const double> signal, double half_width);
 
 }  // namespace tumble

@@ -83,8 +83,51 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
 
 /// What compensation did to one power-up.
 struct Outcome {
-  double start_temperature = 0.0, sd_raw = 0.0, sd_compensated = 0.0, outside = 0.0, first_outside = 0.0;
+  double start_temperature = 0.0, sd_raw = 0.0, sd_compensated = 0.0;
+  double outside = 0.0;  ///< share of the samples outside of the calibrated range
+  double first_outside = 0.0;
 };
+
+/// Which intervals since power-on lie outside of the range: judged on averages, as the range was made of averages.
+std::vector<bool> outside_of(const InRange& in_range, const Thermal& thermal, double interval) {
+  std::vector<bool> outside;
+  std::size_t k = 0;
+  while (k < thermal.felt.size()) {
+    const double end = interval * static_cast<double>(outside.size() + 1);
+    Felt mean{{}, {}, {}, 0.0, 0.0, 0.0, thermal.start_temperature, 0.0};
+    double count = 0.0;
+    for (; k < thermal.felt.size() && thermal.felt[k].since_power_on < end; ++k) {
+      if (std::isnan(thermal.felt[k].temperature)) continue;
+      mean.temperature += thermal.felt[k].temperature;
+      mean.temperature_gradient += thermal.felt[k].temperature_gradient;
+      mean.temperature_rate += thermal.felt[k].temperature_rate;
+      count += 1.0;
+    }
+    mean.temperature /= count;
+    mean.temperature_gradient /= count;
+    mean.temperature_rate /= count;
+    outside.push_back(count > 0.0 && !in_range(mean));
+  }
+  return outside;
+}
+
+/// One finding for all runs, so that it is read.
+Finding extrapolation(const std::vector<Run>& runs, const std::vector<Outcome>& outcomes, const std::string& channel) {
+  std::string where;
+  double worst = 0.0, first = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (outcomes[r].outside == 0.0) continue;
+    if (where.empty()) first = outcomes[r].first_outside;
+    where += (where.empty() ? "run " : ", ") + std::to_string(runs[r].number);
+    worst = std::max(worst, outcomes[r].outside);
+  }
+  return {
+      Finding::Severity::warning,
+      fmt::format("up to {:.2g} % of a run lies outside of the calibrated range (first at {:.6g} s): the compensation "
+                  "is extrapolated there and its stated uncertainty does not hold; channel {} marks the samples",
+                  100.0 * worst, first, channel),
+      where};
+}
 
 double sd_of_averages(const std::vector<double>& values, std::size_t first, std::size_t last, std::size_t each) {
   std::vector<double> means;
@@ -128,6 +171,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
     const Thermal thermal =
         thermal_of(channels.sensors, runs[r].begin, runs[r].end, settings, settings.number("sensor_lag"));
     const std::size_t first = index_at(raw, runs[r].begin), last = index_at(raw, runs[r].end), n = drift.terms.size();
+    const double interval = settings.number("averaging");
+    const auto intervals_outside = outside_of(in_range, thermal, interval);
     std::vector<double> phi(n);
     for (std::size_t k = first; k < last; ++k) {
       const Felt felt = felt_at(thermal, raw.time(k));
@@ -138,7 +183,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
         for (std::size_t t = 0; t < n; ++t) variance += phi[c] * phi[t] * drift.covariance(t, c);
       gyro.values[k] -= predicted;
       sd.values[k] = std::sqrt(std::max(0.0, variance));
-      outside.values[k] = in_range(felt) ? 0.0 : 1.0;
+      const auto at = std::min(intervals_outside.size() - 1, static_cast<std::size_t>(felt.since_power_on / interval));
+      outside.values[k] = intervals_outside[at] ? 1.0 : 0.0;
       if (outside.values[k] > 0.0 && outcomes[r].outside++ == 0.0) outcomes[r].first_outside = raw.time(k);
     }
     const auto each =
@@ -166,15 +212,9 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
     const Outcome& o = outcomes[r];
     table.rows.push_back({static_cast<double>(runs[r].number), runs[r].label, o.start_temperature, o.sd_raw,
                           o.sd_compensated, o.sd_compensated / o.sd_raw, o.outside});
-    if (o.outside > 0.0)
-      out.findings.push_back(
-          {Finding::Severity::warning,
-           fmt::format(
-               "{:.1f} % of the samples lie outside of the calibrated range (first at {:.6g} s): the compensation "
-               "is extrapolated there and its uncertainty does not hold; see channel {}",
-               100.0 * o.outside, o.first_outside, out.recording.channels.back().name),
-           fmt::format("run {}", runs[r].number)});
   }
+  if (std::ranges::any_of(outcomes, [](const Outcome& o) { return o.outside > 0.0; }))
+    out.findings.push_back(extrapolation(runs, outcomes, out.recording.channels.back().name));
   out.tables.push_back(std::move(table));
   return out;
 }

@@ -80,26 +80,28 @@ std::string orders_in_words(const Candidate& c) {
 Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen, const Estimate& estimate) {
   const double raw = find_parameter(estimate, "bias_sd_raw")->value;
   const Unit one;
-  Table table{"models",
-              "models tried; sd of the averages about their run's mean; held out: every run predicted from the others",
-              {{"order of T", one},
-               {"order of gradient", one},
-               {"order of rate", one},
-               {"parameters", one},
-               {"sd", rate_unit()},
-               {"sd ratio to raw", one},
-               {"held-out sd", rate_unit()},
-               {"held-out ratio", one},
-               {"AICc", one},
-               {"condition", one},
-               {"chosen", one}},
-              {}};
+  Table table{
+      "models",
+      "orders of T, its gradient DT and its rate; sd of the averages about their run's mean and its ratio to raw; "
+      "held out: every run predicted from the others",
+      {{"T", one},
+       {"DT", one},
+       {"dT/dt", one},
+       {"terms", one},
+       {"sd", rate_unit()},
+       {"ratio", one},
+       {"held-out sd", rate_unit()},
+       {"held-out ratio", one},
+       {"AICc", one},
+       {"condition", one},
+       {"", one}},
+      {}};
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const Candidate& m = candidates[c];
     table.rows.push_back({static_cast<double>(m.temperature), static_cast<double>(m.gradient),
                           static_cast<double>(m.rate), static_cast<double>(m.columns.size()), m.sd, m.sd / raw,
-                          m.sd_held_out, m.sd_held_out / raw, m.aicc, m.condition,
-                          std::string(c == chosen               ? "chosen"
+                          m.sd_held_out, m.sd_held_out / raw, m.aicc,
+                          std::string(c == chosen               ? "yes"
                                       : !m.unobservable.empty() ? "not determined"
                                                                 : "")});
   }

@@ -77,8 +77,8 @@ Table calibrated_range(const std::vector<RunData>& runs) {
 InRange::InRange(const Table& table) {
   for (const auto& row : table.rows) {
     const auto cell = [&](std::size_t c) { return std::get<double>(row.at(c)); };
-    // One per cent of the width: new noise moves the extremes of equal runs by about that much.
-    const double slack = 0.01 * (cell(5) - cell(4)) + 1e-12 * std::abs(cell(5));
+    // Two per cent of the width: unrest of the air moves the extremes of equal runs by about that much.
+    const double slack = 0.02 * (cell(5) - cell(4)) + 1e-12 * std::abs(cell(5));
     slabs_.push_back({cell(0), cell(1), cell(2), cell(3), cell(4) - slack, cell(5) + slack});
   }
 }

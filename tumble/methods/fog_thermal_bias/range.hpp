@@ -13,7 +13,7 @@ namespace tumble::methods::fog {
 /// Rows: the weights of a direction and the lowest and highest weighted sum seen.
 Table calibrated_range(const std::vector<RunData>& runs);
 
-/// Whether a point lies in the range, widened by one per cent of each width.
+/// Whether a point lies in the range, widened by two per cent of each width.
 class InRange {
  public:
   explicit InRange(const Table& calibrated_range);
