@@ -1,0 +1,178 @@
+#include "tumble/methods/fog_thermal_bias/solve.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::fog {
+namespace {
+
+/// All columns any candidate may use, in groups of one power of the start temperature after the other.
+std::vector<std::size_t> columns_of(const std::vector<Term>& terms, int temperature, int gradient, int rate, int powers,
+                                    bool startup) {
+  std::vector<std::size_t> columns;
+  const auto add = [&](const std::string& name) {
+    columns.push_back(static_cast<std::size_t>(std::ranges::find(terms, name, &Term::name) - terms.begin()));
+  };
+  const auto add_series = [&](char letter, int highest) {
+    for (int i = 1; i <= highest; ++i)
+      for (int j = 0; j < powers; ++j) add(fmt::format("{}{}_{}", letter, i, j));
+  };
+  add_series('A', temperature);
+  add_series('B', gradient);
+  add_series('C', rate);
+  if (startup) add("startup_transient");
+  return columns;
+}
+
+struct Choice {
+  int lowest, highest;
+};
+
+Choice choice_of(const std::string& word, int lowest, int highest) {
+  if (word == "auto") return {lowest, highest};
+  return {std::stoi(word), std::stoi(word)};
+}
+
+std::vector<Candidate> candidates_of(const Settings& settings, const std::vector<Term>& terms, bool gradient_seen) {
+  const int powers = settings.integer("start_temperature_power") + 1;
+  const Choice temperature = choice_of(settings.word("order"), 1, 4);
+  Choice gradient = choice_of(settings.word("gradient_order"), 0, 1);
+  const Choice rate = choice_of(settings.word("rate_order"), 0, 1);
+  if (!gradient_seen) gradient = {0, 0};
+  std::vector<Candidate> out;
+  for (int r = rate.lowest; r <= rate.highest; ++r)
+    for (int g = gradient.lowest; g <= gradient.highest; ++g)
+      for (int t = temperature.lowest; t <= temperature.highest; ++t) {
+        Candidate candidate;
+        candidate.temperature = t;
+        candidate.gradient = g;
+        candidate.rate = r;
+        candidate.columns = columns_of(terms, t, g, r, powers, settings.has("startup_time"));
+        out.push_back(std::move(candidate));
+      }
+  return out;
+}
+
+/// Start temperatures that differ by more than 2 K count as different.
+std::size_t distinct_starts(const std::vector<RunData>& runs) {
+  std::vector<double> starts;
+  for (const auto& run : runs)
+    if (!run.held_out) starts.push_back(run.start_temperature);
+  std::ranges::sort(starts);
+  std::size_t count = 0;
+  double last = -std::numeric_limits<double>::infinity();
+  for (const double start : starts)
+    if (start - last > 2.0) {
+      ++count;
+      last = start;
+    }
+  return count;
+}
+
+void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) {
+  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power") + 1);
+  const std::size_t starts = distinct_starts(runs);
+  std::size_t averages = 0;
+  for (const auto& run : runs)
+    averages += static_cast<std::size_t>(std::ranges::count_if(run.share, [](double s) { return s > 0.0; }));
+  if (starts < powers)
+    throw Error(
+        Error::Kind::bad_data,
+        fmt::format("{} start temperature{} (more than 2 K apart) cannot determine a polynomial of {} terms in the "
+                    "start temperature: add runs, or set start_temperature_power = {}",
+                    starts, starts == 1 ? "" : "s", powers, starts ? starts - 1 : 0));
+  const bool constant = std::ranges::all_of(runs, [](const RunData& run) {
+    const auto spread = std::ranges::minmax(run.output);
+    return run.output.empty() || spread.min == spread.max;
+  });
+  if (averages < 10 || constant)
+    throw Error(Error::Kind::bad_data,
+                constant
+                    ? std::string("the gyro's output is constant: nothing can be identified from it")
+                    : fmt::format("{} averages of {:.6g} s are too few: the recordings are shorter than the method "
+                                  "can use",
+                                  averages, settings.number("averaging")));
+}
+
+std::vector<std::string> names_of(const std::vector<Term>& terms) {
+  std::vector<std::string> names;
+  for (const auto& term : terms) names.push_back(term.name);
+  return names;
+}
+
+std::vector<std::size_t> union_of(const std::vector<Candidate>& candidates) {
+  std::vector<std::size_t> all;
+  for (const auto& candidate : candidates)
+    for (const auto column : candidate.columns)
+      if (std::ranges::find(all, column) == all.end()) all.push_back(column);
+  return all;
+}
+
+LinearFit fit_chosen(Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
+                     const Settings& settings, const std::vector<Term>& terms) {
+  std::vector<std::size_t> positions;
+  std::vector<std::string> names;
+  for (const auto column : answer.candidates[answer.chosen].columns) {
+    positions.push_back(static_cast<std::size_t>(std::ranges::find(factorised, column) - factorised.begin()));
+    names.push_back(terms[column].name);
+  }
+  if (settings.word("estimator") == "joint") return joint(factors, positions, names);
+  std::vector<double> starts;
+  for (const auto& run : answer.runs)
+    if (!run.held_out) starts.push_back(run.start_temperature - settings.number("start_temperature_reference"));
+  return two_stage(factors, positions, settings.integer("start_temperature_power") + 1, starts, answer.not_used);
+}
+
+}  // namespace
+
+Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double lag, const Progress& progress) {
+  const Settings& settings = evidence.plan.settings;
+  Answer answer;
+  answer.runs = run_data(evidence, terms, lag);
+  refuse_too_few(answer.runs, settings);
+  report(progress, 0.3, "fitting the noise");
+  const bool gradient_seen = std::ranges::any_of(answer.runs, [](const RunData& run) {
+    return std::ranges::any_of(run.felt, [](const Felt& f) { return f.temperature_gradient != 0.0; });
+  });
+  answer.candidates = candidates_of(settings, terms, gradient_seen);
+  const auto factorised = union_of(answer.candidates);
+  const double interval = settings.number("averaging");
+  const Likelihood likelihood(answer.runs, factorised, interval);
+  const auto most_likely = likelihood.most_likely();
+  answer.noise = likelihood.noise(most_likely);
+  const Factors factors = factorise(answer.runs, factorised, answer.noise, interval);
+  report(progress, 0.7, "choosing the orders on held-out runs");
+  const auto names = names_of(terms);
+  for (auto& candidate : answer.candidates) score(candidate, factors, factorised, answer.runs, names);
+  answer.chosen = choose(answer.candidates);
+  answer.fit = fit_chosen(answer, factors, factorised, settings, terms);
+  const auto& columns = answer.candidates[answer.chosen].columns;
+  answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {
+    Answer other = answer;
+    const auto fit = fit_chosen(other, factorise(answer.runs, columns, noise, interval), columns, settings, terms);
+    std::vector<double> variances(columns.size());
+    for (std::size_t k = 0; k < columns.size(); ++k) variances[k] = fit.covariance(k, k) / fit.inflation;
+    return variances;
+  });
+  return answer;
+}
+
+std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer,
+                                 double lag) {
+  const double interval = evidence.plan.settings.number("averaging");
+  Answer other = answer;
+  other.runs = run_data(evidence, terms, lag);
+  const auto& columns = answer.candidates[answer.chosen].columns;
+  const Factors factors = factorise(other.runs, columns, answer.noise, interval);
+  const auto fit = fit_chosen(other, factors, columns, evidence.plan.settings, terms);
+  std::vector<double> shift(columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) shift[k] = fit.parameters[k] - answer.fit.parameters[k];
+  return shift;
+}
+
+}  // namespace tumble::methods::fog
