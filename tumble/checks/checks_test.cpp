@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <numbers>
+#include <sstream>
 #include <string>
 
 #include "tumble/checks/check.hpp"
@@ -300,6 +302,29 @@ TEST(ChecksStaySilent, OnRandomWalksAndLongRecords) {
   const Findings findings =
       run_checks(recording({channel("a", "deg/s", white(3'000'000, 301)), channel("b", "pulse", counts)}), nullptr);
   EXPECT_TRUE(findings.empty()) << said(findings);
+}
+
+// Nine minutes of an MPU-6050 at rest whose samples arrive in bursts: nothing is wrong with it but its stamps.
+TEST(ChecksStaySilent, OnARealStaticRecord) {
+  std::ifstream stream(TUMBLE_SOURCE_DIR "/examples/data/mpu6050_static.csv");
+  std::string line, cell;
+  ASSERT_TRUE(std::getline(stream, line));
+  std::vector<std::vector<double>> columns(5);
+  while (std::getline(stream, line)) {
+    std::istringstream cells(line);
+    for (auto& column : columns) {
+      std::getline(cells, cell, ',');
+      column.push_back(std::stod(cell));
+    }
+  }
+  const auto stamps = std::make_shared<const std::vector<double>>(columns[0]);
+  Recording made = recording({channel("gyro.x", "deg/s", columns[1]), channel("gyro.y", "deg/s", columns[2]),
+                              channel("gyro.z", "deg/s", columns[3]), channel("temperature", "degC", columns[4])});
+  for (Channel& part : made.channels) part.timeline = {0.0, 0.0, stamps};
+  const Findings findings = run_checks(made, nullptr);
+  ASSERT_EQ(findings.size(), 1u) << said(findings);
+  EXPECT_EQ(findings[0].severity, Finding::Severity::info);
+  EXPECT_NE(findings[0].message.find("taken as evenly sampled"), std::string::npos) << said(findings);
 }
 
 }  // namespace

@@ -117,7 +117,8 @@ void find_gaps(const Departure& r, bool regular, Clock& clock) {
     const double before = r.least(std::max(earliest, i + 1 - back), i + 1);
     const double rise = least_after(r, i, before, tolerance, clock.longest_pause > 0.0) - before;
     if (rise > tolerance) {
-      clock.gaps.push_back({i, t[i], length, std::max<std::size_t>(1, std::llround(rise / r.interval))});
+      clock.gaps.push_back(
+          {i, t[i], length, static_cast<std::size_t>(std::clamp(std::round(rise / r.interval), 1.0, 1e15))});
       earliest = i + 1;
     } else if (length > clock.longest_pause) {
       clock.longest_pause = length;
