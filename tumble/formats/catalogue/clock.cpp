@@ -36,17 +36,17 @@ void EvenClock::add(double t, double place) {
   if (count_ == 1) first_ = t;
   if (count_ <= 2) place_ = std::max(place_, place);
   if (count_ == 1) return;
-  const double mean = (t - first_) / k;
+  const double share = 1.0 / k;
+  const double mean = (t - first_) * share;
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first_), std::abs(t));
   const double cap = std::abs(mean) / 3.0;
   const auto narrow = [&](Interval& interval, double tolerance) {
-    const double half = std::min(tolerance, cap) / k;
+    const double half = std::min(tolerance, cap) * share;
     interval.low = std::max(interval.low, mean - half);
     interval.high = std::min(interval.high, mean + half);
   };
-  const double least = std::max(1e-6 * mean, rounding);
-  narrow(exact_, least);
-  narrow(written_, std::max(place, least));
+  narrow(exact_, rounding);
+  narrow(written_, std::max({place, 1e-4 * mean, rounding}));
 }
 
 std::optional<Timeline> EvenClock::timeline() const {
@@ -59,7 +59,7 @@ bool EvenClock::allows(const Timeline& stated) const {
   if (count_ == 0 || !(stated.rate > 0.0)) return false;
   const double interval = 1.0 / stated.rate;
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(first_);
-  if (std::abs(stated.start - first_) > std::max({place_, 1e-6 * interval, rounding})) return false;
+  if (std::abs(stated.start - first_) > std::max({place_, 1e-4 * interval, rounding})) return false;
   return count_ == 1 || (interval >= written_.low && interval <= written_.high);
 }
 

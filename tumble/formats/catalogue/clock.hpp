@@ -12,11 +12,11 @@ namespace tumble::formats {
 ///
 /// They are when one interval dt exists with
 ///
-///   |t_k - (t_0 + k dt)| <= e_k    for every k,    e_k = min(max(q, 1e-6 D, 4 eps max(|t_0|, |t_k|)), D/3)
+///   |t_k - (t_0 + k dt)| <= e_k    for every k,    e_k = min(max(q, 1e-4 D, 4 eps max(|t_0|, |t_k|)), D/3)
 ///
 /// where D = (t_k - t_0)/k and q is the place of the last digit written: t_0 and t_k are each off by up to half of it.
-/// D/3 keeps a lost sample visible where the digits are coarse. 1e-6 D covers clocks summed up in floating point. The
-/// allowed dt form an interval, which each stamp narrows.
+/// D/3 keeps a lost sample visible where the digits are coarse. 1e-4 D covers clocks summed up in floating point, and
+/// is below what any method could notice. The allowed dt form an interval, which each stamp narrows.
 class EvenClock {
  public:
   /// t [s]; place [s] of the last digit written, 0 where unknown.
@@ -24,7 +24,8 @@ class EvenClock {
 
   std::size_t count() const { return count_; }
   /// The clock, if at least two stamps were even: it starts at the first stamp, and of all rates that fit it has the
-  /// one with the fewest digits in Hz or in s. Stamps that fit without q decide where there are such.
+  /// one with the fewest digits in Hz or in s. A clock that fits to rounding alone, without q and
+  /// 1e-4 D, comes first.
   std::optional<Timeline> timeline() const;
   /// Whether a clock that something else states (start [s], rate [Hz]) agrees with every stamp.
   bool allows(const Timeline& stated) const;
@@ -40,7 +41,7 @@ class EvenClock {
   double first_ = 0.0;
   double place_ = 0.0;  ///< of the first two stamps
   Interval written_;    ///< of dt [s], within the digits written
-  Interval exact_;      ///< without q
+  Interval exact_;      ///< to rounding alone
 };
 
 }  // namespace tumble::formats

@@ -71,17 +71,24 @@ bool is_number(const std::string& cell) {
   return !cell.empty() && fast_float::from_chars(cell.data(), cell.data() + cell.size(), value).ec == std::errc();
 }
 
-bool is_time(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-  return name == "time" || name == "t";
-}
-
 /// "name[unit]"; the unit is empty where there is none.
 std::pair<std::string, std::string> name_and_unit(const std::string& cell) {
   const auto open = cell.rfind('[');
   if (open == std::string::npos || !cell.ends_with(']')) return {cell, ""};
   return {std::string(trimmed(std::string_view(cell).substr(0, open))),
           std::string(trimmed(std::string_view(cell).substr(open + 1, cell.size() - open - 2)))};
+}
+
+/// "time" in any case, or "t" in a unit of time ("T" is a temperature).
+bool is_time(const std::string& name, const std::string& unit) {
+  if (name == "t") {
+    for (const char* known : {"s", "ms", "us", "ns", "min", "h"})
+      if (unit == known) return true;
+    return false;
+  }
+  const char* const time = "time";
+  return name.size() == 4 && std::equal(name.begin(), name.end(), time,
+                                        [](unsigned char c, char expected) { return std::tolower(c) == expected; });
 }
 
 struct Header {
@@ -96,7 +103,7 @@ struct Header {
 
   Column column(const std::string& cell, std::size_t number) {
     const auto [name, unit] = name_and_unit(cell);
-    Column result{name, {}, is_time(name), true};
+    Column result{name, {}, is_time(name, unit), true};
     result.wanted = result.time || wanted(name);
     const std::string where = "column " + std::to_string(number) + " '" + cell + "': ";
     if (name.empty()) problems.push_back(where + "it has no name");
@@ -123,10 +130,10 @@ struct Header {
       std::string names;
       for (const auto& name : without_unit) names += (names.empty() ? "'" : ", '") + name + "'";
       const auto& one = without_unit.front();
+      const std::string example = is_time(one, "") ? "[s]" : "[deg/h]";
       problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + names +
-                         "; write it in the header, for example " + (is_time(one) ? one + "[s]" : one + "[deg/h]") +
-                         ", or in the plan's [channels] table: role = \"" + one +
-                         (is_time(one) ? "[s]\"" : "[deg/h]\""));
+                         "; write it in the header, for example " + one + example +
+                         ", or in the plan's [channels] table: role = \"" + one + example + "\"");
     }
     if (problems.empty()) return;
     problems.front() = "'" + path + "', header: " + problems.front();

@@ -1,5 +1,6 @@
 #include "tumble/formats/csv/lines.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "tumble/formats/csv/number.hpp"
@@ -16,8 +17,8 @@ static_assert(front >= number_padding);
 
 }  // namespace
 
-Lines::Lines(const std::string& path, std::function<void(std::string_view)> tap)
-    : path_(path), file_(path), tap_(std::move(tap)), buffer_(front + piece + front), begin_(front), end_(front) {}
+Lines::Lines(const std::string& path)
+    : path_(path), file_(path), buffer_(front + piece + front), begin_(front), end_(front) {}
 
 /// Moves what is left to the front and reads behind it; the buffer grows while one line does not fit.
 void Lines::fill() {
@@ -29,7 +30,6 @@ void Lines::fill() {
     throw Error{Error::Kind::bad_file, "'" + path_ + "' is not a text table: a line is longer than 8 MB"};
   const std::size_t room = std::min(piece, buffer_.size() - end_ - front);
   const std::size_t count = file_.read(buffer_.data() + end_, room);
-  if (tap_) tap_({buffer_.data() + end_, count});
   if (done_ == 0 && count >= 3 && std::memcmp(buffer_.data() + end_, "\xEF\xBB\xBF", 3) == 0) begin_ += 3;
   done_ += count;
   end_ += count;

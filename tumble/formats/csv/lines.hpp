@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,8 +11,7 @@ namespace tumble::csv {
 /// A text file as large pieces that end with whole lines, without a copy of any line.
 class Lines {
  public:
-  /// `tap`, where given, sees every byte of the file once and in order.
-  explicit Lines(const std::string& path, std::function<void(std::string_view)> tap = {});
+  explicit Lines(const std::string& path);
 
   /// The next piece; it ends with a line break (added where the file's last line has none) and `number_padding` bytes
   /// around it may be read. Empty at the end. The byte order mark of UTF-8 is left out.
@@ -27,7 +25,6 @@ class Lines {
 
   std::string path_;
   formats::InputFile file_;
-  std::function<void(std::string_view)> tap_;
   std::vector<char> buffer_;
   std::size_t begin_, end_;  ///< of what was read and not yet handed out
   std::size_t done_ = 0;

@@ -1,6 +1,10 @@
 #include "tumble/formats/csv/read.hpp"
 
+#include <sys/mman.h>
+
 #include <cmath>
+#include <cstdint>
+#include <future>
 
 #include "tumble/formats/catalogue/clock.hpp"
 #include "tumble/formats/catalogue/sha256.hpp"
@@ -15,9 +19,8 @@ namespace {
 /// The file as batches of rows, one after the other.
 class Batches {
  public:
-  Batches(const std::string& path, const ReadOptions& options, const Progress& progress,
-          std::function<void(std::string_view)> tap)
-      : lines_(path, std::move(tap)),
+  Batches(const std::string& path, const ReadOptions& options, const Progress& progress)
+      : lines_(path),
         progress_(progress),
         text_(lines_.next()),
         layout_(read_layout(path, text_, options)),
@@ -109,7 +112,10 @@ class Taker {
       const double* const written = batch.column(slot++);
       const double factor = channel.unit.factor();
       const double offset = channel.unit.offset();
-      for (std::size_t i = 0; i < batch.rows; ++i) channel.values.push_back(written[i] * factor + offset);
+      const std::size_t old = channel.values.size();
+      channel.values.resize(old + batch.rows);
+      double* const values = channel.values.data() + old;
+      for (std::size_t i = 0; i < batch.rows; ++i) values[i] = written[i] * factor + offset;
     }
   }
 
@@ -144,19 +150,27 @@ void require_rows(const std::string& path, std::size_t rows) {
   if (rows == 0) throw Error{Error::Kind::bad_file, "'" + path + "' has a header but no samples"};
 }
 
+/// Room for `count` values, in large pages where the system has them: half the time of reading goes to small ones.
+void make_room(std::vector<double>& values, std::size_t count) {
+  values.reserve(count);
+  constexpr std::uintptr_t page = std::uintptr_t{1} << 21;
+  const auto begin = (reinterpret_cast<std::uintptr_t>(values.data()) + page - 1) / page * page;
+  const auto end = reinterpret_cast<std::uintptr_t>(values.data() + values.capacity()) / page * page;
+  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: may be refused
+}
+
 /// Room for the whole file, judged by its first rows.
 void reserve(Recording& recording, std::vector<double>& stamps, const Batches& batches, std::size_t rows) {
   const double share = static_cast<double>(rows) / static_cast<double>(batches.bytes_used() + 1);
   const auto expected = static_cast<std::size_t>(share * 1.05 * static_cast<double>(batches.bytes())) + rows;
-  for (Channel& channel : recording.channels) channel.values.reserve(expected);
-  stamps.reserve(expected);
+  for (Channel& channel : recording.channels) make_room(channel.values, expected);
+  make_room(stamps, expected);
 }
 
 }  // namespace
 
-Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  formats::Sha256 hash;
-  Batches batches(path, options, progress, [&hash](std::string_view bytes) { hash.add(bytes); });
+Recording read_table(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  Batches batches(path, options, progress);
   Recording recording = frame(path, batches.layout());
   Taker taker(batches.layout());
   std::vector<double> stamps;
@@ -170,7 +184,13 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
   const auto clock = taker.timeline(path, options, recording.findings);
   set_timeline(recording,
                clock ? *clock : Timeline{0.0, 0.0, std::make_shared<std::vector<double>>(std::move(stamps))});
-  recording.origin.sha256 = hash.hex();
+  return recording;
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  auto hash = std::async(std::launch::async, formats::sha256_of_file, path);
+  Recording recording = read_table(path, options, progress);
+  recording.origin.sha256 = hash.get();
   return recording;
 }
 
@@ -180,7 +200,7 @@ namespace {
 std::optional<Timeline> clock_of(const std::string& path, const ReadOptions& options, Findings& findings) {
   ReadOptions time_only = options;
   time_only.only = {"time"};
-  Batches batches(path, time_only, {}, {});
+  Batches batches(path, time_only, {});
   Taker taker(batches.layout());
   for (Batch batch; has_time(batches.layout()) && batches.next(batch);) taker.take_time(batch, nullptr);
   return taker.timeline(path, options, findings);
@@ -192,7 +212,7 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
             const Progress& progress) {
   Findings findings;
   const auto clock = clock_of(path, options, findings);
-  Batches batches(path, options, progress, {});
+  Batches batches(path, options, progress);
   Recording block = frame(path, batches.layout());
   block.findings.insert(block.findings.end(), findings.begin(), findings.end());
   Taker taker(batches.layout());

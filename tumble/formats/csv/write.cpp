@@ -10,6 +10,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/catalogue/annotations.hpp"
+#include "tumble/formats/catalogue/plain_value.hpp"
 #include "tumble/formats/csv/read.hpp"
 #include "tumble/units/error.hpp"
 
@@ -26,46 +27,12 @@ struct Text {
       : size(static_cast<std::size_t>(fmt::format_to(characters, FMT_COMPILE("{}"), value) - characters)) {}
 };
 
-/// With an offset (degC) the sum has lost digits, and the decimal that was read has at most twelve places.
-bool append_twelve_places(std::string& text, double value, double value_si, const Unit& unit) {
-  const double scaled = std::nearbyint(value * 1e12);
-  if (std::abs(scaled) >= 9e15) return false;
-  const double decimal = scaled / 1e12;
-  if (unit.to_si(decimal) != value_si) return false;
-  const Text shortest(decimal);
-  text.append(shortest.characters, shortest.size);
-  return true;
-}
-
-/// Of the few doubles next to value_si / factor, the one with the shortest decimal that converts back.
-void append_shortest(std::string& text, double value, double value_si, const Unit& unit) {
-  Text best(value);
-  bool exact = unit.to_si(value) == value_si;
-  if (!(exact && best.size <= 16)) {  // at most 15 digits and a point: nothing near is shorter
-    double below = value, above = value;
-    for (int step = 0; step < 2; ++step) {
-      below = std::nextafter(below, -INFINITY);
-      above = std::nextafter(above, INFINITY);
-      for (const double near : {below, above}) {
-        if (unit.to_si(near) != value_si) continue;
-        const Text other(near);
-        if (!exact || other.size < best.size) best = other;
-        exact = true;
-      }
-    }
-  }
-  text.append(best.characters, best.size);
-}
-
 }  // namespace
 
 void append_value(std::string& text, double value_si, const Unit& unit) {
   if (std::isnan(value_si)) return;
-  const double value = unit.from_si(value_si);
-  if (unit.offset() == 0.0)
-    append_shortest(text, value, value_si, unit);
-  else if (!append_twelve_places(text, value, value_si, unit))
-    text += format_in(value_si, unit);
+  const Text shortest(formats::plain_value(value_si, unit));
+  text.append(shortest.characters, shortest.size);
 }
 
 void append_even_time(std::string& text, double t, double interval) {

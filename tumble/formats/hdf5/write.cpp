@@ -4,6 +4,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/catalogue/annotations.hpp"
+#include "tumble/formats/catalogue/plain_value.hpp"
 #include "tumble/formats/hdf5/handle.hpp"
 #include "tumble/formats/hdf5/read.hpp"
 #include "tumble/units/error.hpp"
@@ -14,20 +15,6 @@ namespace {
 
 constexpr hsize_t smallest_chunk = 1024;   // samples
 constexpr hsize_t largest_chunk = 131072;  // 1 MB: the size of the library's cache
-
-/// The double in `unit` that converts back to the same SI value, where there is one.
-double stored(double value_si, const Unit& unit) {
-  const double value = unit.from_si(value_si);
-  if (unit.to_si(value) == value_si || std::isnan(value)) return value;
-  double below = value, above = value;
-  for (int step = 0; step < 2; ++step) {
-    below = std::nextafter(below, -INFINITY);
-    above = std::nextafter(above, INFINITY);
-    for (const double near : {below, above})
-      if (unit.to_si(near) == value_si) return near;
-  }
-  return value;
-}
 
 class Writer {
  public:
@@ -201,7 +188,7 @@ class Writer {
       const hsize_t count = std::min<hsize_t>(largest_chunk, values.size() - first);
       scratch_.resize(count);
       for (hsize_t i = 0; i < count; ++i) {
-        scratch_[i] = stored(values[first + i], unit);
+        scratch_[i] = formats::plain_value(values[first + i], unit);
         if (std::isinf(scratch_[i]))
           throw Error{Error::Kind::bad_data, "'" + path_ + "': a sample is infinite and cannot be written"};
       }

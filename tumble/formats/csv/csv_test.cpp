@@ -1,0 +1,204 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/catalogue/scratch_folder.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+struct Csv : testing::Test {
+  ScratchFolder folder;
+  ReadOptions options;
+
+  std::string file(const std::string& content) const {
+    write_file_atomically(folder.file("a.csv"), content);
+    return folder.file("a.csv");
+  }
+  Recording read(const std::string& content) const { return read_recording(file(content), options, {}); }
+  std::string refusal(const std::string& content) const {
+    try {
+      read(content);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind, Error::Kind::bad_file);
+      return error.what();
+    }
+    ADD_FAILURE() << "not refused: " << content;
+    return "";
+  }
+};
+
+void expect_holds(const std::string& text, const std::vector<std::string>& parts) {
+  for (const auto& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << "\nin: " << text;
+}
+
+TEST_F(Csv, NamesUnitsValuesAndClock) {
+  const auto recording = read("time[ms],gyro.x[deg/h],T[degC]\n0,1.5,20.1\n10,,-5\n20,-2,1e1\n");
+  ASSERT_EQ(recording.channels.size(), 2u);
+  const Channel& gyro = recording.channels[0];
+  EXPECT_EQ(gyro.name, "gyro.x");
+  EXPECT_EQ(gyro.unit.text(), "deg/h");
+  EXPECT_EQ(gyro.kind, QuantityKind::angular_rate);
+  EXPECT_TRUE(gyro.timeline.uniform());
+  EXPECT_EQ(gyro.timeline.rate, 100.0);
+  EXPECT_EQ(gyro.values[0], gyro.unit.to_si(1.5));
+  EXPECT_TRUE(std::isnan(gyro.values[1]));
+  EXPECT_EQ(recording.channels[1].values[0], Unit::parse("degC").to_si(20.1));
+  EXPECT_EQ(recording.channels[1].values[2], 283.15);
+  EXPECT_EQ(recording.origin.sha256.size(), 64u);
+}
+
+TEST_F(Csv, ChecksumIsThatOfTheBytes) {
+  // printf 'time[s],a[1]\n0,1\n1,2\n' | sha256sum
+  EXPECT_EQ(read("time[s],a[1]\n0,1\n1,2\n").origin.sha256,
+            "9dd4744de885f89f617e08f5279c42f5f31e55ed707cc999d9c592051c376347");
+}
+
+TEST_F(Csv, EveryCommonLayoutGivesTheSameNumbers) {
+  const auto expected = read("time[s],a[m/s^2],b[deg]\n0,1.5,2\n1,-3,4.25\n2,5,-6\n");
+  for (const char* content :
+       {"time[s];a[m/s^2];b[deg]\n0;1.5;2\n1;-3;4.25\n2;5;-6\n",                      // semicolons
+        "time[s]\ta[m/s^2]\tb[deg]\n0\t1.5\t2\n1\t-3\t4.25\n2\t5\t-6",                // tabs, no last line break
+        "time[s] a[m/s^2] b[deg]\n0 1.5 2\n 1  -3 4.25\n2 \t5   -6  \n",              // blanks
+        "\xEF\xBB\xBFtime[s],a[m/s^2],b[deg]\r\n0,1.5,2\r\n1,-3,4.25\r\n2,5,-6\r\n",  // BOM, CR LF
+        "\"time [s]\",\"a[m/s^2]\",\"b [deg]\"\n0,1.5,2\n\"1\",-3,4.25\n2,5,-6\n",    // quotes
+        "# made by hand\n\n#\ntime[s],a[m/s^2],b[deg],\n0,1.5,2,\n# pause\n1,-3,4.25,\n\n2,5,-6,,\n",  // comments, ends
+        "time[s], a[m/s^2], b[deg]\n0, 1.5, 2\n1 , -3 , 4.25 \n2,  +5, -6\n",                          // blanks around
+        "time[s];a[m/s^2];b[deg]\n0;1,5;2\n1;-3;4,25\n2;5;-6\n"}) {                                    // decimal commas
+    const auto recording = read(content);
+    ASSERT_EQ(recording.channels.size(), 2u) << content;
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(recording.channels[i].name, expected.channels[i].name) << content;
+      EXPECT_EQ(recording.channels[i].unit, expected.channels[i].unit) << content;
+      EXPECT_EQ(recording.channels[i].values, expected.channels[i].values) << content;
+      EXPECT_EQ(recording.channels[i].timeline.rate, 1.0) << content;
+    }
+  }
+}
+
+TEST_F(Csv, DecimalCommaAndPointDoNotMix) {
+  expect_holds(refusal("time[s];a[1]\n0;1,5\n1;2,5\n" +
+                       [] {
+                         std::string rows;
+                         for (int i = 2; i < 20000; ++i) rows += std::to_string(i) + ";0,5\n";
+                         return rows;
+                       }() +
+                       "20000;1.5\n"),
+               {"line 20002", "'1.5'", "decimal mark"});
+  expect_holds(refusal("time[s];a[1]\n0;1,234,5\n"), {"'1,234,5' is not a number"});
+}
+
+TEST_F(Csv, WithoutTimeTheRateMustBeGiven) {
+  expect_holds(refusal("a[1]\n1\n2\n"), {"no time column", "rate=100"});
+  options.rate = 50.0;
+  const auto recording = read("a[1]\n1\n2\n");
+  EXPECT_EQ(recording.channels[0].timeline.rate, 50.0);
+  EXPECT_EQ(recording.channels[0].timeline.start, 0.0);
+}
+
+TEST_F(Csv, BlankLinesInOneColumnAreMissingSamplesButNotAtTheEnd) {
+  options.rate = 1.0;
+  const auto recording = read("a[1]\n1\n\n\n4\n\n\n");
+  ASSERT_EQ(recording.channels[0].values.size(), 4u);
+  EXPECT_TRUE(std::isnan(recording.channels[0].values[2]));
+  EXPECT_EQ(recording.channels[0].values[3], 4.0);
+}
+
+TEST_F(Csv, UnevenStampsAreKeptAndShared) {
+  const auto recording = read("time[us],a[1],b[1]\n0,1,1\n10,1,1\n15,1,1\n");
+  const auto& timeline = recording.channels[0].timeline;
+  ASSERT_FALSE(timeline.uniform());
+  EXPECT_EQ(*timeline.stamps, (std::vector<double>{0.0, 10 * 1e-6, 15 * 1e-6}));
+  EXPECT_EQ(timeline.stamps, recording.channels[1].timeline.stamps);
+}
+
+TEST_F(Csv, TimeIsCalledTimeOrT) {
+  EXPECT_EQ(read("Time[s],a[1]\n0,1\n1,1\n").channels.size(), 1u);
+  EXPECT_EQ(read("t[s],a[1]\n0,1\n1,1\n").channels.size(), 1u);
+  options.rate = 1.0;
+  EXPECT_EQ(read("t[degC],T[degC],TIME_2[s]\n0,1,1\n1,1,2\n").channels.size(), 3u);
+}
+
+TEST_F(Csv, OneRowIsARecording) {
+  const auto recording = read("time[s],a[1]\n5,1\n");
+  EXPECT_EQ(recording.channels[0].values.size(), 1u);
+  EXPECT_EQ(recording.channels[0].time(0), 5.0);
+}
+
+TEST_F(Csv, NothingInTheFileIsSaid) {
+  expect_holds(refusal(""), {"is empty"});
+  expect_holds(refusal("# only a comment\n"), {"no header"});
+  expect_holds(refusal("time[s],a[1]\n"), {"no samples"});
+  expect_holds(refusal("time[s]\n1\n"), {"no channel"});
+  expect_holds(refusal("0,1.5\n1,2.5\n"), {"line 1", "name[unit]"});
+  expect_holds(refusal("time[s],a[1]\r0,1\r1,2\r"), {"CR"});
+}
+
+TEST_F(Csv, ColumnsWithoutUnitAreRefusedByName) {
+  expect_holds(refusal("time[s],gyro,acc[g],fog\n0,1,2,3\n"), {"'gyro', 'fog'", "gyro[deg/h]", "[channels]"});
+  options.units = {{"gyro", Unit::parse("deg/h")}, {"fog", Unit::parse("deg/s")}};
+  EXPECT_EQ(read("time[s],gyro,acc[g],fog\n0,1,2,3\n").channels[2].unit.text(), "deg/s");
+}
+
+TEST_F(Csv, EveryProblemOfTheHeaderAtOnce) {
+  expect_holds(refusal("time[m],a[furlong],b,b,[g]\n0,1,2,3,4\n"),
+               {"column 1 'time[m]'", "column 2 'a[furlong]'", "'b' stands twice", "column 5 '[g]'", "without a unit"});
+}
+
+TEST_F(Csv, OnlyWhatIsWantedIsRead) {
+  options.only = {"b"};
+  const auto recording = read("time[s],status,b[1]\n0,ok,1\n1,\"not, ok\",2\n");
+  ASSERT_EQ(recording.channels.size(), 1u);
+  EXPECT_EQ(recording.channels[0].values, (std::vector<double>{1, 2}));
+}
+
+TEST_F(Csv, BadCellsAreListedWithTheirPlace) {
+  std::string content = "time[s],a[1],b[1]\n0,1,2\n1,NaN,2\n2,1,abc\n3,1\n4,1,2,3\n,1,2\n6,inf,1e999\n";
+  const auto message = refusal(content);
+  expect_holds(message, {"line 3, column 2 'a': 'NaN' is not a number", "line 4, column 3 'b': 'abc' is not a number",
+                         "line 5: 2 cells instead of 3", "line 6: 4 cells instead of 3", "line 7, column 1 'time'",
+                         "line 8, column 2 'a': 'inf' is not finite", "'1e999' is not finite", "--set missing=NaN"});
+  for (int i = 7; i < 50; ++i) content += std::to_string(i) + ",?,1\n";
+  expect_holds(refusal(content), {"50 places", "and 40 more"});
+}
+
+TEST_F(Csv, AWordForAMissingSample) {
+  options.missing = "nan";
+  const auto recording = read("time[s],a[1]\n0,NaN\n1,2\n");
+  EXPECT_TRUE(std::isnan(recording.channels[0].values[0]));
+  EXPECT_EQ(recording.channels[0].values[1], 2.0);
+}
+
+TEST_F(Csv, ManyPiecesGiveTheSameAsOne) {
+  std::string content = "time[s],a[deg/h],b[g]\n";
+  for (int i = 0; i < 60000; ++i)  // 1.7 MB: several pieces and batches
+    content += std::to_string(i / 100.0) + "," + std::to_string(i * 0.37) +
+               (i % 7 == 0 ? ",\n" : "," + std::to_string(-i) + "\n");
+  const auto whole = read(content);
+  ASSERT_EQ(whole.channels[0].values.size(), 60000u);
+  EXPECT_EQ(whole.channels[0].timeline.rate, 100.0);
+  for (int i = 0; i < 60000; i += 997) {
+    EXPECT_EQ(whole.channels[0].values[i], whole.channels[0].unit.to_si(std::stod(std::to_string(i * 0.37))));
+    EXPECT_EQ(std::isnan(whole.channels[1].values[i]), i % 7 == 0);
+  }
+}
+
+TEST_F(Csv, AnnotationsThatCannotBeReadAreComments) {
+  const auto recording =
+      read("# marks: [{\"label\": 3}]\n# meta: {]\n# clock: {\"rate\": -1}\n# meta: " + std::string(100000, '[') +
+           "\ntime[s],a[1]\n0,1\n1,1\n");
+  EXPECT_TRUE(recording.marks.empty());
+  EXPECT_TRUE(recording.meta.empty());
+}
+
+TEST_F(Csv, AClockCommentThatLiesIsNotBelieved) {
+  const auto recording = read("# clock: {\"start\": 0, \"rate\": 7}\ntime[s],a[1]\n0,1\n1,1\n2,1\n");
+  EXPECT_EQ(recording.channels[0].timeline.rate, 1.0);
+  EXPECT_EQ(recording.findings.size(), 1u);
+}
+
+}  // namespace
+}  // namespace tumble
