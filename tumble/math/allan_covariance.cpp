@@ -12,35 +12,19 @@ namespace {
 
 using std::numbers::pi;
 
-/// Generalised autocovariance of the integrated unit term over a lag of t samples, up to polynomials of degree 3, which
-/// the differences remove: the inverse Fourier transform of its PSD. Quantization is apart (one at lag zero).
-double autocovariance(const UnitTerm& term, double t) {
-  t = std::abs(t);
-  switch (term.term) {
-    case NoiseTerm::quantization:
-      return 0.0;
-    case NoiseTerm::white:
-      return -0.5 * t;
-    case NoiseTerm::flicker:
-      return t == 0.0 ? 0.0 : t * t * std::log(t) / (2.0 * pi);
-    case NoiseTerm::random_walk:
-      return t * t * t / 12.0;
-    case NoiseTerm::markov: {
-      const double s = t / term.markov_time;
-      return -term.markov_time * term.markov_time * (std::expm1(-s) + s - 0.5 * s * s);
-    }
-  }
-  return 0.0;
-}
-
 constexpr std::array<double, 3> second_difference{1.0, -2.0, 1.0};
+
+/// Without quantization, which is apart: it is one at lag zero and nothing else.
+double smooth_autocovariance(const UnitTerm& term, double lag) {
+  return term.term == NoiseTerm::quantization ? 0.0 : generalised_autocovariance(term, lag);
+}
 
 /// C_ij at the lag s from its centre of symmetry.
 double cross_covariance(const UnitTerm& term, double mi, double mj, double s) {
   double sum = 0.0;
   for (int a = -1; a <= 1; ++a)
     for (int b = -1; b <= 1; ++b)
-      sum += second_difference[a + 1] * second_difference[b + 1] * autocovariance(term, s + b * mj - a * mi);
+      sum += second_difference[a + 1] * second_difference[b + 1] * smooth_autocovariance(term, s + b * mj - a * mi);
   return sum;
 }
 
@@ -122,6 +106,25 @@ std::vector<double> pair_sums(const std::vector<UnitTerm>& terms, long mi, long 
 }
 
 }  // namespace
+
+double generalised_autocovariance(const UnitTerm& term, double t) {
+  t = std::abs(t);
+  switch (term.term) {
+    case NoiseTerm::quantization:
+      return t == 0.0 ? 1.0 : 0.0;
+    case NoiseTerm::white:
+      return -0.5 * t;
+    case NoiseTerm::flicker:
+      return t == 0.0 ? 0.0 : t * t * std::log(t) / (2.0 * pi);
+    case NoiseTerm::random_walk:
+      return t * t * t / 12.0;
+    case NoiseTerm::markov: {
+      const double s = t / term.markov_time;
+      return -term.markov_time * term.markov_time * (std::expm1(-s) + s - 0.5 * s * s);
+    }
+  }
+  return 0.0;
+}
 
 double unit_allan_variance(const UnitTerm& term, double factor) {
   NoiseModel noise;

@@ -20,6 +20,11 @@ struct UnitTerm {
 /// Expected Allan variance of the unit term at averaging factor m: 3/m^2, 1/m, 2 ln 2/pi, m/3 (spec 0, Annex B).
 double unit_allan_variance(const UnitTerm& term, double factor);
 
+/// Generalised autocovariance [u^2] of the integral (in samples) of the unit term at a lag in samples: the inverse
+/// Fourier transform of its PSD. For white noise -|t|/2, flicker t^2 ln|t|/(2 pi), random walk |t|^3/12. It gives the
+/// variance of any combination of values whose weights sum to zero twice over (second differences), and no other.
+double generalised_autocovariance(const UnitTerm& term, double lag);
+
 /// Covariances of overlapping Allan variances. For a Gaussian process the second differences d_m of the integral are
 /// stationary, and with C_ij(k) = E[d_i(n) d_j(n + k)] and N_m differences at factor m
 ///

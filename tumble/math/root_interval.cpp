@@ -53,7 +53,10 @@ double chi_square_tail(double ratio, double edf) {
 
 double root_interval_degrees_of_freedom(double edf, double share) {
   constexpr double most = 1e4;
-  const double factor = interval_factor(edf, std::clamp(share, 1e-3, 1.0));
+  // The share comes from the same estimate and scatters by (1 - share) sqrt(2/edf); a greater one needs a wider
+  // interval, so that a little more than one such sd is added.
+  share = std::clamp(share + 1.3 * (1.0 - share) * std::sqrt(2.0 / edf), 1e-3, 1.0);
+  const double factor = interval_factor(edf, share);
   if (factor <= student_quantile(0.975, most)) return std::numeric_limits<double>::infinity();
   if (factor >= student_quantile(0.975, 1.0)) return 1.0;
   double low = 0.0, high = std::log(most);

@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tumble/math/least_squares.hpp"
+#include "tumble/math/noise_model.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/static_bias/averages.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const std::vector<UnitTerm> terms{{NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
+
+Evidence at_rest(const NoiseModel& noise, double bias, std::size_t samples, std::uint64_t seed) {
+  Channel gyro{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, 1.0, nullptr}, {}};
+  gyro.values.assign(samples, bias);
+  add_noise(noise, 1.0, RandomStream(seed), gyro.values);
+  Evidence evidence;
+  evidence.plan.method = "static_bias";
+  evidence.plan.settings = defaults(find_method("static_bias").options());
+  evidence.recordings.emplace_back();
+  evidence.recordings.back().channels.push_back(gyro);
+  return evidence;
+}
+
+TEST(static_bias, expected_scatter_of_averages_agrees_with_simulation) {
+  const NoiseModel noise{.angle_random_walk = 1.0, .bias_instability = 0.2, .rate_random_walk = 0.02};
+  const std::size_t samples = 3000, records = 800;
+  const auto expected = expected_scatter(terms, {1.0, 0.04, 4e-4}, samples, 10, 10);
+  std::vector<double> s, l;
+  for (std::size_t seed = 0; seed < records; ++seed) {
+    std::vector<double> rate(samples, 0.0);
+    add_noise(noise, 1.0, RandomStream(3000 + seed), rate);
+    s.push_back(scatter_of_averages(rate, 10).variance);
+    l.push_back(scatter_of_averages(rate, 100).variance);
+  }
+  const auto mean = [](const std::vector<double>& v) {
+    double sum = 0.0;
+    for (const double x : v) sum += x / static_cast<double>(v.size());
+    return sum;
+  };
+  const auto products = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> p;
+    for (std::size_t i = 0; i < a.size(); ++i) p.push_back((a[i] - mean(a)) * (b[i] - mean(b)));
+    return p;
+  };
+  // 4 standard errors of each mean, from the scatter of what is averaged.
+  const auto near = [&](const std::vector<double>& v, double value) {
+    const double error = std::sqrt(mean(products(v, v)) / static_cast<double>(v.size()));
+    EXPECT_NEAR(mean(v), value, 4.0 * error);
+  };
+  near(s, expected.shorter);
+  near(l, expected.longer);
+  near(products(s, s), expected.shorter_variance);
+  near(products(l, l), expected.longer_variance);
+  near(products(s, l), expected.covariance);
+}
+
+TEST(static_bias, variance_of_the_mean_agrees_with_simulation) {
+  for (const NoiseModel& noise : {NoiseModel{.quantization_noise = 1.0}, NoiseModel{.angle_random_walk = 1.0},
+                                  NoiseModel{.bias_instability = 1.0}, NoiseModel{.rate_random_walk = 1.0}}) {
+    const UnitTerm term{noise.quantization_noise > 0.0  ? NoiseTerm::quantization
+                        : noise.angle_random_walk > 0.0 ? NoiseTerm::white
+                        : noise.bias_instability > 0.0  ? NoiseTerm::flicker
+                                                        : NoiseTerm::random_walk};
+    const std::size_t samples = 500, records = 1000;
+    double squares = 0.0;
+    for (std::size_t seed = 0; seed < records; ++seed) {
+      std::vector<double> rate(samples, 0.0);
+      add_noise(noise, 1.0, RandomStream(60000 + seed), rate);
+      double mean = 0.0;
+      for (const double value : rate) mean += value / static_cast<double>(samples);
+      squares += mean * mean / static_cast<double>(records);
+    }
+    // A variance of 1000 normal means: 4 sigma are 4 sqrt(2/1000) = 18 %.
+    EXPECT_NEAR(squares / mean_variance(term, samples), 1.0, 0.18) << static_cast<int>(term.term);
+  }
+}
+
+TEST(static_bias, one_run_holds_the_constant_at_power_on) {
+  // Flicker and random walk since power-on outweigh the white noise in the mean by far: N/sqrt(T) = 0.022, the two
+  // others 0.43 together. 300 seeds: 0.95 +- 4 sqrt(0.95 0.05/300).
+  const NoiseModel noise{.angle_random_walk = 1.0, .bias_instability = 0.3, .rate_random_walk = 0.01};
+  int inside = 0;
+  double mean_z = 0.0;
+  const int seeds = 300;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const auto estimate = find_method("static_bias").identify(at_rest(noise, 5.0, 2000, 9000 + seed), {});
+    const double sd = standard_uncertainty(estimate, 0), error = estimate.parameters[0].value - 5.0;
+    ASSERT_EQ(estimate.parameters[0].name, "bias");
+    inside += std::abs(error) <= student_quantile(0.975, estimate.parameters[0].degrees_of_freedom) * sd;
+    mean_z += error / sd / seeds;
+  }
+  EXPECT_NEAR(inside / static_cast<double>(seeds), 0.95, 0.0503);
+  EXPECT_NEAR(mean_z, 0.0, 4.0 / std::sqrt(seeds));
+}
+
+TEST(static_bias, takes_the_earth_off) {
+  auto evidence = at_rest({.angle_random_walk = si(0.001, "deg/sqrt(h)")}, 0.0, 2000, 1);
+  const double latitude = 0.6;
+  for (double& value : evidence.recordings[0].channels[0].values) value += 7.292115e-5 * std::sin(latitude);
+  evidence.plan.site = Site{latitude, 0.0, 0.0, {}};
+  evidence.plan.settings.set_word("axis", "up");
+  const auto up = find_method("static_bias").identify(evidence, {});
+  EXPECT_NEAR(up.parameters[0].value, 0.0, 5.0 * standard_uncertainty(up, 0));
+  evidence.plan.settings.set_word("axis", "down");
+  const auto down = find_method("static_bias").identify(evidence, {});
+  EXPECT_NEAR(down.parameters[0].value, 2.0 * 7.292115e-5 * std::sin(latitude), 5.0 * standard_uncertainty(down, 0));
+}
+
+TEST(static_bias, asks_which_of_several_channels_is_meant) {
+  auto evidence = at_rest({.angle_random_walk = 1.0}, 0.0, 2000, 1);
+  evidence.recordings[0].channels.push_back(evidence.recordings[0].channels[0]);
+  evidence.recordings[0].channels[1].name = "other";
+  EXPECT_THROW(find_method("static_bias").identify(evidence, {}), Error);
+  evidence.plan.channels["signal"] = {"other", {}};
+  EXPECT_EQ(find_method("static_bias").identify(evidence, {}).parameters[0].name, "bias");
+}
+
+}  // namespace
+}  // namespace tumble
