@@ -1,0 +1,152 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "tumble/math/noise_model.hpp"
+#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using Stamps = std::vector<double>;
+
+/// White noise of N = 0.1 deg/sqrt(h), 10 Hz, 20 000 samples unless said.
+Channel noisy(const std::string& name, std::uint64_t seed, std::size_t samples = 20000) {
+  Channel channel{name, QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, 10.0, nullptr}, {}};
+  channel.values.assign(samples, 0.0);
+  add_noise({.angle_random_walk = si(0.1, "deg/sqrt(h)")}, 10.0, RandomStream(seed), channel.values);
+  return channel;
+}
+
+Evidence with(std::vector<Channel> channels) {
+  Evidence evidence;
+  evidence.plan.method = "allan_noise";
+  evidence.plan.settings = defaults(find_method("allan_noise").options());
+  evidence.recordings.emplace_back();
+  evidence.recordings.back().channels = std::move(channels);
+  return evidence;
+}
+
+Estimate identify(const Evidence& evidence) { return find_method("allan_noise").identify(evidence, {}); }
+
+std::string said(const Findings& findings) {
+  std::string text;
+  for (const auto& finding : findings) text += finding.where + ": " + finding.message + "\n";
+  return text;
+}
+
+Stamps even_stamps(std::size_t samples) {
+  Stamps stamps;
+  for (std::size_t i = 0; i < samples; ++i) stamps.push_back(0.1 * static_cast<double>(i));
+  return stamps;
+}
+
+void stamp(Channel& channel, Stamps stamps) {
+  channel.timeline = {0.0, 0.0, std::make_shared<const Stamps>(std::move(stamps))};
+}
+
+/// N within 5 standard uncertainties of the truth.
+void expect_white(const Estimate& estimate, const std::string& channel) {
+  const Parameter* n = find_parameter(estimate, channel + ".angle_random_walk");
+  ASSERT_NE(n, nullptr) << channel;
+  const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(n - estimate.parameters.data()));
+  EXPECT_NEAR(n->value, si(0.1, "deg/sqrt(h)"), 5.0 * sd);
+  EXPECT_LT(sd, 0.02 * n->value);
+}
+
+TEST(allan_noise, takes_every_inertial_channel_or_the_signal) {
+  Channel temperature{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, 1.0, nullptr}, {300, 301}};
+  auto evidence = with({noisy("gyro.x", 1), temperature, noisy("gyro.y", 2)});
+  const auto both = identify(evidence);
+  expect_white(both, "gyro.x");
+  expect_white(both, "gyro.y");
+  evidence.plan.channels["signal"] = {"gyro.y", {}};
+  const auto one = identify(evidence);
+  EXPECT_EQ(find_parameter(one, "gyro.x.angle_random_walk"), nullptr);
+  expect_white(one, "gyro.y");
+}
+
+TEST(allan_noise, leaves_out_a_stuck_channel_and_says_so) {
+  Channel stuck = noisy("gyro.z", 3);
+  stuck.values.assign(stuck.values.size(), 0.25);
+  const auto estimate = identify(with({noisy("gyro.x", 1), stuck}));
+  expect_white(estimate, "gyro.x");
+  EXPECT_NE(said(estimate.findings).find("gyro.z: does not change"), std::string::npos) << said(estimate.findings);
+}
+
+TEST(allan_noise, lost_samples_become_missing_samples) {
+  Channel gapped = noisy("gyro.x", 4);
+  Stamps stamps = even_stamps(gapped.values.size());
+  for (std::size_t i = 7000; i < stamps.size(); ++i) stamps[i] += 12.3;
+  stamp(gapped, stamps);
+  const auto signal = even_signal({&gapped, "gyro.x", 0, gapped.values.size()}, 0.0, "auto");
+  EXPECT_NEAR(static_cast<double>(signal.values.size()), 20123.0, 1.0);
+  EXPECT_TRUE(std::isnan(signal.values[7050]));
+  EXPECT_EQ(signal.values[6999], gapped.values[6999]);
+  const auto estimate = identify(with({gapped}));
+  expect_white(estimate, "gyro.x");
+  EXPECT_NE(said(estimate.findings).find("1 gap"), std::string::npos) << said(estimate.findings);
+}
+
+TEST(allan_noise, refuses_a_backward_clock_and_names_the_time) {
+  Channel backward = noisy("gyro.x", 5);
+  Stamps stamps = even_stamps(backward.values.size());
+  for (std::size_t i = 5000; i < stamps.size(); ++i) stamps[i] -= 100.0;
+  stamp(backward, stamps);
+  auto evidence = with({backward});
+  try {
+    identify(evidence);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_data);
+    EXPECT_NE(std::string(error.what()).find("400 s"), std::string::npos) << error.what();
+  }
+  evidence.plan.settings.set_number("rate", 10.0, Unit::parse("Hz"));
+  expect_white(identify(evidence), "gyro.x");
+}
+
+TEST(allan_noise, stamps_on_a_grid_average_what_falls_together) {
+  Channel channel{"g", QuantityKind::angular_rate, Unit::parse("rad/s"), {}, {}};
+  Stamps stamps;
+  for (int i = 0; i < 40; ++i) {
+    stamps.push_back(i + (i % 2 == 0 ? 0.2 : -0.2));
+    channel.values.push_back(i);
+  }
+  stamp(channel, stamps);
+  const auto signal = even_signal({&channel, "g", 0, 40}, 0.0, "stamps");
+  ASSERT_GE(signal.values.size(), 38u);
+  double sum = 0.0;
+  for (const double value : signal.values) sum += std::isnan(value) ? 0.0 : 1.0;
+  EXPECT_GT(sum, 30.0);
+}
+
+TEST(allan_noise, several_power_ups_are_several_records) {
+  auto evidence = with({noisy("gyro.x", 6)});
+  evidence.recordings[0].marks = {{"first", 0.0, 1}, {"second", 900.0, 2}};
+  const auto estimate = identify(evidence);
+  EXPECT_NE(find_parameter(estimate, "gyro.x.angle_random_walk"), nullptr);
+  EXPECT_NE(find_parameter(estimate, "gyro.x.run2.angle_random_walk"), nullptr);
+}
+
+TEST(allan_noise, points_at_motion_and_settings_out_of_range) {
+  Channel moved = noisy("gyro.x", 7);
+  for (std::size_t i = 9000; i < 9040; ++i) moved.values[i] += si(100.0, "deg/s");
+  EXPECT_NE(said(identify(with({moved})).findings).find("motion"), std::string::npos);
+  auto evidence = with({noisy("gyro.x", 1)});
+  evidence.plan.settings.set_number("confidence", 1.5, Unit());
+  evidence.plan.settings.set_number("longest_fraction", 0.9, Unit());
+  try {
+    identify(evidence);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_EQ(error.problems.size(), 2u);
+  }
+}
+
+}  // namespace
+}  // namespace tumble
