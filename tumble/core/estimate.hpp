@@ -49,6 +49,7 @@ struct Table {
   std::string caption;
   std::vector<Column> columns;
   std::vector<std::vector<Cell>> rows;
+  bool for_programs = false;  ///< read by `compensate` and the like; left out of the terminal text
 };
 
 /// A curve for people. Curves with the same `figure` are drawn in one figure. Values in SI, shown in the units.
@@ -61,7 +62,7 @@ struct Curve {
   std::string name;
   std::string figure;
   Axis x, y;
-  std::vector<double> lower, upper;  ///< band in the unit of y; empty: none
+  std::vector<double> lower, upper;  ///< band [SI, as y]; empty: none
   std::string band;                  ///< what the band is, for example "95 % confidence"
   bool logarithmic = false;          ///< both axes
   bool points = false;               ///< markers instead of a line

@@ -30,6 +30,13 @@ std::vector<Option> constants() {
 
 std::string symbol_of(char letter, int i, int j) { return fmt::format("{}_{}{}", letter, i, j); }
 
+std::string power(const std::string& what, int n) { return n == 1 ? what : fmt::format("{}^{}", what, n); }
+
+std::string in_words(const std::string& what, int i, int j) {
+  const std::string start = j == 0 ? "" : ", " + power("start temperature", j);
+  return "coefficient of " + power(i > 1 ? "(" + what + ")" : what, i) + start;
+}
+
 /// coefficient i of a power series in x, power j of the start temperature
 template <class Variable>
 void append_series(std::vector<Term>& terms, char letter, int highest, const std::string& unit_of_x,
@@ -41,8 +48,8 @@ void append_series(std::vector<Term>& terms, char letter, int highest, const std
       const int kelvins = unit_of_x == "K" ? i + j : j;
       if (kelvins == 1) unit += "/K";
       if (kelvins > 1) unit += fmt::format("/K^{}", kelvins);
-      terms.push_back({fmt::format("{}{}_{}", letter, i, j), symbol_of(letter, i, j), unit,
-                       fmt::format("({})^{} times start temperature^{}", what, i, j), [=](const Felt& felt) {
+      terms.push_back({fmt::format("{}{}_{}", letter, i, j), symbol_of(letter, i, j), unit, in_words(what, i, j),
+                       [=](const Felt& felt) {
                          double value = 1.0;
                          for (int k = 0; k < i; ++k) value *= x(felt);
                          for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
@@ -62,7 +69,8 @@ std::vector<Term> terms(const Settings& constants) {
                      j == 0   ? "deg/h"
                      : j == 1 ? "deg/h/K"
                               : fmt::format("deg/h/K^{}", j),
-                     fmt::format("bias at power-on, start temperature^{}", j), [=](const Felt& felt) {
+                     "bias at power-on" + (j == 0 ? std::string() : ", " + power("start temperature", j)),
+                     [=](const Felt& felt) {
                        double value = 1.0;
                        for (int k = 0; k < j; ++k) value *= felt.start_temperature - reference;
                        return value;

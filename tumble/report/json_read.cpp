@@ -97,6 +97,8 @@ Table table_of(const Node& node) {
   Table table;
   table.name = node["name"].text();
   table.caption = node.optional("caption").text();
+  const Node for_programs = node.optional("for_programs");
+  table.for_programs = !for_programs.absent() && for_programs.flag();
   for (const auto& column : node["columns"].elements()) {
     table.columns.push_back({column["name"].text(), unit_of(column["unit"])});
   }

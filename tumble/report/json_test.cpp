@@ -57,6 +57,7 @@ void expect_same_tables(const Estimate& a, const Estimate& b) {
   ASSERT_EQ(a.tables.size(), b.tables.size());
   for (std::size_t k = 0; k < a.tables.size(); ++k) {
     const auto &p = a.tables[k], &q = b.tables[k];
+    EXPECT_EQ(p.for_programs, q.for_programs);
     EXPECT_EQ(p.name, q.name);
     EXPECT_EQ(p.caption, q.caption);
     ASSERT_EQ(p.columns.size(), q.columns.size());

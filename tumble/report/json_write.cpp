@@ -132,7 +132,9 @@ Json table_json(const Table& table) {
     }
     rows.push_back(std::move(row));
   }
-  return {{"name", table.name}, {"caption", table.caption}, {"columns", columns}, {"rows", std::move(rows)}};
+  Json json{{"name", table.name}, {"caption", table.caption}, {"columns", columns}, {"rows", std::move(rows)}};
+  if (table.for_programs) json["for_programs"] = true;
+  return json;
 }
 
 Json axis_json(const Curve::Axis& axis) {

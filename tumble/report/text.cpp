@@ -160,7 +160,8 @@ std::string verdicts_text(const Estimate& estimate) {
 std::string to_text(const Estimate& estimate) {
   require_shape(estimate);
   std::string text = heading(estimate) + parameters_text(estimate) + budget_text(estimate) + fit_text(estimate.fit);
-  for (const auto& table : estimate.tables) text += table_text(table);
+  for (const auto& table : estimate.tables)
+    if (!table.for_programs) text += table_text(table);
   return text + findings_text(estimate.findings) + verdicts_text(estimate);
 }
 

@@ -56,7 +56,8 @@ Table calibrated_range(const std::vector<RunData>& runs) {
                {"start_weight", Unit::parse("1/K")},
                {"lower", Unit{}},
                {"upper", Unit{}}},
-              {}};
+              {},
+              true};
   const auto add_row = [&](double t, double g, double r, double s) {
     Span sum;
     each_point(runs, [&](const Felt& felt) {
