@@ -86,6 +86,7 @@ TEST(FogThermalBias, chooses_the_true_orders_on_held_out_runs) {
   const Estimate estimate = method().identify(trial.evidence, {});
   const Table& models = *find_table(estimate, "models");
   EXPECT_EQ(models.rows.size(), 16u);
+  EXPECT_EQ(models.rows[0].size(), models.columns.size());
   for (const auto& row : models.rows)
     if (std::get<std::string>(row.back()) == "yes") {
       EXPECT_EQ(std::get<double>(row[0]), 2.0);

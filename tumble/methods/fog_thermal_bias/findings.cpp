@@ -93,8 +93,7 @@ Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen,
        {"held-out sd", rate_unit()},
        {"held-out ratio", one},
        {"AICc", one},
-       {"condition", one},
-       {"", one}},
+       {"chosen", one}},
       {}};
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const Candidate& m = candidates[c];
