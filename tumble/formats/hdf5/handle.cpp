@@ -4,8 +4,12 @@ namespace tumble::hdf5 {
 
 namespace {
 
+/// Every file is closed here as soon as it has been used. What the library does at the end of the program besides is
+/// print a complaint about what damaged files left behind.
 std::recursive_mutex& library() {
+  static const bool no_farewell = H5dont_atexit() >= 0;
   static std::recursive_mutex mutex;
+  (void)no_farewell;
   return mutex;
 }
 
