@@ -131,24 +131,25 @@ inline __m128i four_digit_groups(const char* end, int first, int fraction, int d
   return _mm_madd_epi16(pairs, _mm_set1_epi32(0x00010064));
 }
 
-/// For up to 31 characters, without a branch on the number of digits.
-inline Decimal take_decimal(const char* p, char mark) {
-  std::uint32_t others = other_than_digits(p);
-  if (others == 0) return take_decimal_portably(p, mark);
+/// For up to 31 characters, without a branch on the number of digits. A minus at `p` is skipped where `negative` says
+/// so; the search for the end does not wait for it.
+inline Decimal take_decimal(const char* p, bool negative, char mark) {
+  std::uint32_t others = other_than_digits(p) & ~static_cast<std::uint32_t>(negative);
+  if (others == 0) return take_decimal_portably(p + negative, mark);
   int length = std::countr_zero(others);
-  int digits = length;
+  int digits = length - negative;
   int fraction = 0;
+  int behind = digits;  // the mark: without one nothing moves
   if (p[length] == mark) {
     others &= others - 1;
-    if (others == 0) return take_decimal_portably(p, mark);
+    if (others == 0) return take_decimal_portably(p + negative, mark);
     const int end = std::countr_zero(others);
-    fraction = end - length - 1;
-    digits = end - 1;
+    fraction = behind = end - length - 1;
+    digits = end - 1 - negative;
     length = end;
   }
   if (digits == 0) return {};
   const char* const end = p + length;
-  const int behind = digits == length ? digits : fraction;  // without a mark nothing moves
   const __m128i fours = _mm_packs_epi32(digits <= 16 ? _mm_setzero_si128() : four_digit_groups(end, 0, behind, digits),
                                         four_digit_groups(end, 16, behind, digits));
   const __m128i eights = _mm_madd_epi16(fours, _mm_set1_epi32(0x00012710));
@@ -160,7 +161,9 @@ inline Decimal take_decimal(const char* p, char mark) {
   return {mantissa, fraction, end};
 }
 #else
-inline Decimal take_decimal(const char* p, char mark) { return take_decimal_portably(p, mark); }
+inline Decimal take_decimal(const char* p, bool negative, char mark) {
+  return take_decimal_portably(p + negative, mark);
+}
 #endif
 
 }  // namespace detail
@@ -176,8 +179,7 @@ inline Decimal take_decimal(const char* p, char mark) { return take_decimal_port
 ///           ten (Lemire, "Number parsing at a gigabyte per second", 2021)
 inline const char* parse_number(const char* p, char mark, double& value, int& exponent) {
   const bool negative = *p == '-';
-  p += negative;
-  const detail::Decimal decimal = detail::take_decimal(p, mark);
+  const detail::Decimal decimal = detail::take_decimal(p, negative, mark);
   p = decimal.end;
   if (p == nullptr) return nullptr;
   exponent = -decimal.fraction;

@@ -117,7 +117,7 @@ TEST(CsvNumber, BothWaysOfTakingDigitsAgree) {
     std::string text;
     for (std::size_t length = random() % 40; text.size() < length;) text += "0123456789012345678900.,-e"[random() % 26];
     const Padded padded(text);
-    const auto fast = detail::take_decimal(padded.begin(), '.');
+    const auto fast = detail::take_decimal(padded.begin(), false, '.');
     const auto portable = detail::take_decimal_portably(padded.begin(), '.');
     if (fast.end == nullptr || portable.end == nullptr) continue;
     EXPECT_EQ(fast.end, portable.end) << text;
