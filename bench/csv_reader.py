@@ -2,7 +2,7 @@
 
 usage: csv_reader.py PROGRAM [--rows N] [--rounds N] [--output FILE.md]
 
-PROGRAM is bench/csv_reader as built by the release preset. Both read alternately, each time in a fresh process, and
+PROGRAM is build/release/bench/bench_csv_reader. Both read alternately, each time in a fresh process, and
 time only the reading. The values are held against pandas' float_precision='round_trip', bit by bit.
 Needs python3-pandas.
 """
