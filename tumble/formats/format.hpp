@@ -50,7 +50,9 @@ namespace formats {
 const std::vector<const Format*>& catalogue();
 }
 
-/// By content, else by extension; with origin (file, sha256). Throws Error::bad_file.
+/// The format of a file, by content, else by extension. Throws Error::bad_file.
+const Format& format_of(const std::string& path);
+/// In that format; with origin (file, sha256). Throws Error::bad_file.
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress);
 /// By extension. Throws Error::bad_input for an unknown one (with those accepted), Error::bad_file when it cannot.
 void write_recording(const Recording& recording, const std::string& path);

@@ -27,6 +27,14 @@ std::string extensions() {
   return text;
 }
 
+const Format& format_for(const std::string& path) {
+  if (const Format* format = by_extension(path)) return *format;
+  throw Error{Error::Kind::bad_input,
+              "'" + path + "': the name must say which format to write; known are " + extensions()};
+}
+
+}  // namespace
+
 const Format& format_of(const std::string& path) {
   if (formats::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
   for (const Format* format : formats::catalogue())
@@ -37,14 +45,6 @@ const Format& format_of(const std::string& path) {
                                          "name says which; known are " +
                                          extensions()};
 }
-
-const Format& format_for(const std::string& path) {
-  if (const Format* format = by_extension(path)) return *format;
-  throw Error{Error::Kind::bad_input,
-              "'" + path + "': the name must say which format to write; known are " + extensions()};
-}
-
-}  // namespace
 
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress) {
   return format_of(path).read(path, options, progress);

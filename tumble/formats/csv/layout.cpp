@@ -133,7 +133,8 @@ struct Header {
       const std::string example = is_time(one, "") ? "[s]" : "[deg/h]";
       problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + names +
                          "; write it in the header, for example " + one + example +
-                         ", or in the plan's [channels] table: role = \"" + one + example + "\"");
+                         ", or in the plan's [channels] table: role = \"" + one + example +
+                         "\", or give it: --set unit." + one + "=" + example.substr(1, example.size() - 2));
     }
     if (problems.empty()) return;
     problems.front() = "'" + path + "', header: " + problems.front();

@@ -16,6 +16,10 @@ std::recursive_mutex& library() {
 }  // namespace
 
 Session::Session() : lock_(library()) {
+  // Every handle here has an owner. What the library would do at the exit of the program is to try once more to write
+  // the files that a full disk kept it from closing, and to crash over that (1.10.8).
+  static const herr_t without_exit_handler = H5dont_atexit();
+  static_cast<void>(without_exit_handler);
   H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
@@ -29,6 +33,10 @@ std::string last_reason() {
     return 1;  // the first is the innermost
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take, &reason);
+  // Of a failed write the library tells time, file, buffer and counts; in the midst of it the system's reason.
+  constexpr std::string_view mark = "error message = '";
+  if (const auto begin = reason.find(mark); begin != std::string::npos)
+    return reason.substr(begin + mark.size(), reason.find('\'', begin + mark.size()) - begin - mark.size());
   return reason.empty() ? "the HDF5 library gives no reason" : reason;
 }
 

@@ -94,7 +94,7 @@ class Source {
     fail(
         "it has no unit; give it an attribute 'unit', for example \"deg/h\", or write the unit in the plan's "
         "[channels] table: role = \"" +
-        name + "[deg/h]\"");
+        name + "[deg/h]\", or give it: --set unit." + name + "=deg/h");
   }
 
   Timeline timeline_of(const Numbers& numbers, const std::string& name) {

@@ -80,14 +80,22 @@ class Writer {
     const Handle access = checked(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18));
     check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG));
-    file_ = checked(H5Fcreate(target_.temporary().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
+    const Handle plist = creation(H5P_FILE_CREATE);
+    file_ = checked(H5Fcreate(target_.temporary().c_str(), H5F_ACC_TRUNC, plist, access), H5Fclose);
     group("/channels");
     for (std::size_t i = 0; i < block.channels.size(); ++i) add(block, i);
     write_meta(block);
   }
 
+  /// Without the time of day, which the library else writes into every object: the same data give the same bytes.
+  Handle creation(hid_t kind) const {
+    Handle plist = checked(H5Pcreate(kind), H5Pclose);
+    check(H5Pset_obj_track_times(plist, false));
+    return plist;
+  }
+
   void group(const char* path) const {
-    const Handle plist = checked(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    const Handle plist = creation(H5P_GROUP_CREATE);
     check(H5Pset_link_creation_order(plist, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED));
     checked(H5Gcreate2(file_, path, H5P_DEFAULT, plist, H5P_DEFAULT), H5Gclose);
   }
@@ -144,7 +152,7 @@ class Writer {
     const hsize_t none = 0, unlimited = H5S_UNLIMITED;
     const hsize_t chunk = std::clamp<hsize_t>(first_block, smallest_chunk, largest_chunk);
     const Handle space = checked(H5Screate_simple(1, &none, &unlimited), H5Sclose);
-    const Handle plist = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    const Handle plist = creation(H5P_DATASET_CREATE);
     check(H5Pset_chunk(plist, 1, &chunk));
     check(H5Pset_fill_time(plist, H5D_FILL_TIME_NEVER));
     const Handle links = intermediate();
@@ -176,9 +184,9 @@ class Writer {
   void write_meta(const Recording& block) const {
     const std::string json = formats::all_annotations(block);
     const Handle type = text_type(json.size());
+    const Handle plist = creation(H5P_DATASET_CREATE);
     const Handle space = checked(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle dataset =
-        checked(H5Dcreate2(file_, "/meta", type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    const Handle dataset = checked(H5Dcreate2(file_, "/meta", type, space, H5P_DEFAULT, plist, H5P_DEFAULT), H5Dclose);
     check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, json.c_str()));
   }
 
