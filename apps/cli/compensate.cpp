@@ -23,7 +23,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   }
   note(terminal, "wrote " + arguments.output);
   Estimate shown;  // no parameters: only what the method says of its work
-  shown.title = estimate.method + " compensated: " + arguments.recording;
+  shown.method = estimate.method;
+  shown.title = arguments.recording + " compensated";
   shown.findings = std::move(compensation.findings);
   shown.tables = std::move(compensation.tables);
   if (!terminal.quiet) print(to_text(shown));
@@ -38,7 +39,9 @@ Verb add_compensate(CLI::App& program) {
   app->add_option("RESULT", arguments->result, "result (.json) of identify")->required();
   app->add_option("RECORDING", arguments->recording, "recording to compensate")->required();
   app->add_option("-o,--output", arguments->output, "recording to write")->required();
-  add_sets(*app, arguments->sets, "what the file does not say itself: rate=100, missing=WORD, unit.COLUMN=deg/h");
+  add_sets(*app, arguments->sets,
+           "what the file does not say itself:\n"
+           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
   app->footer("Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n");
   return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }

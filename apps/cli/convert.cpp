@@ -13,7 +13,9 @@ Verb add_convert(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RECORDING", arguments->recording, "recording to read")->required();
   app->add_option("-o,--output", arguments->output, "recording to write; its ending says the format")->required();
-  add_sets(*app, arguments->sets, "what the file does not say itself: rate=100, missing=WORD, unit.COLUMN=deg/h");
+  add_sets(*app, arguments->sets,
+           "what the file does not say itself:\n"
+           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble convert data.csv -o data.h5\n"

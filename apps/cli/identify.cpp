@@ -68,8 +68,9 @@ Verb add_identify(CLI::App& program) {
   app->add_flag("--json", arguments->json, "print the result as JSON instead of a table");
   app->add_flag("--strict", arguments->strict, "exit status 1 when a limit of the plan is not kept");
   add_sets(*app, arguments->sets,
-           "a setting of the method (see `tumble list methods NAME`); channels.ROLE=COLUMN; and what a file does not\n"
-           "say itself: rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
+           "a setting of the method (see `tumble list methods NAME`), or\n"
+           "channels.ROLE=COLUMN, or what a file does not say itself:\n"
+           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble identify allan_noise data.csv --set rate=100\n"

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -26,6 +27,14 @@ const char* word(Finding::Severity severity) {
   return "";
 }
 
+/// In the unit, as the shortest decimal that converts back: 20.04 degC, not 20.04000000000002.
+Json number(double value_si, const Unit& unit) {
+  double value = 0.0;
+  const auto text = format_in(value_si, unit);
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return std::isfinite(value_si) ? Json(value) : Json();
+}
+
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 Json json(const ChannelSummary& channel) {
@@ -39,9 +48,9 @@ Json json(const ChannelSummary& channel) {
           {"uniform", channel.uniform},
           {"first", number(channel.first)},
           {"last", number(channel.last)},
-          {"minimum", number(unit.from_si(channel.minimum))},
-          {"mean", number(unit.from_si(channel.mean))},
-          {"maximum", number(unit.from_si(channel.maximum))},
+          {"minimum", number(channel.minimum, unit)},
+          {"mean", number(channel.mean, unit)},
+          {"maximum", number(channel.maximum, unit)},
           {"sd", number(unit.difference_from_si(channel.sd))}};
 }
 
@@ -113,7 +122,8 @@ std::string text(const Inspection& inspection) {
   std::string out = header.origin.file + (header.instrument.empty() ? "" : ": " + header.instrument) + "\n";
   if (!inspection.channels.empty()) {
     const auto& one = inspection.channels.front();
-    out += fmt::format("{} channels, {} s from {} s to {} s\n", inspection.channels.size(),
+    const auto count = inspection.channels.size();
+    out += fmt::format("{} channel{}, {} s from {} s to {} s\n", count, count == 1 ? "" : "s",
                        shown(one.last - one.first, 9), shown(one.first, 9), shown(one.last, 9));
   }
   out += "\n" + text_table(columns(inspection.channels)) + marks_text(header.marks);
@@ -139,7 +149,9 @@ Verb add_inspect(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RECORDING", arguments->recording, "recording to read")->required();
   app->add_flag("--json", arguments->json, "print JSON instead of a table");
-  add_sets(*app, arguments->sets, "what the file does not say itself: rate=100, missing=WORD, unit.COLUMN=deg/h");
+  add_sets(*app, arguments->sets,
+           "what the file does not say itself:\n"
+           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble inspect data.csv\n"

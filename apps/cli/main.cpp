@@ -43,18 +43,24 @@ std::vector<std::string> option_names(const CLI::App& app) {
 int refuse_extras(const CLI::App& program, const Terminal& terminal) {
   const auto used = program.get_subcommands();
   const auto& app = used.empty() ? program : *used.front();
+  const auto help = fmt::format("see `tumble {}--help`", used.empty() ? "" : app.get_name() + " ");
   std::vector<std::string> verbs;
   for (const auto* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
-  for (const auto& extra : app.remaining()) {
-    if (extra.starts_with("-"))
-      complain(terminal, fmt::format("unknown option '{}'{}", extra, did_you_mean(extra, option_names(app))));
-    else if (used.empty())
-      complain(terminal, fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs),
-                                     fmt::join(verbs, ", ")));
-    else
-      complain(terminal, fmt::format("'{}' is one argument too many", extra));
+  std::vector<std::string> problems;
+  for (const auto& extra : program.remaining(true)) {
+    if (extra.starts_with("-")) {
+      auto known = option_names(app);
+      for (const auto& name : option_names(program)) known.push_back(name);
+      problems.push_back(fmt::format("unknown option '{}'{} ({})", extra, did_you_mean(extra, known), help));
+    } else if (used.empty()) {
+      problems.push_back(
+          fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));
+      break;  // what follows was meant for it
+    } else {
+      problems.push_back(fmt::format("'{}' is one argument too many ({})", extra, help));
+    }
   }
-  complain(terminal, fmt::format("see tumble {}--help", used.empty() ? "" : app.get_name() + " "));
+  complain(terminal, problems);
   return usage;
 }
 
@@ -75,13 +81,13 @@ int run(int argc, char** argv, Terminal& terminal) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
     const auto used = program.get_subcommands();
-    complain(terminal,
-             fmt::format("{} (see tumble {}--help)", error.what(), used.empty() ? "" : used.front()->get_name() + " "));
+    complain(terminal, fmt::format("{} (see `tumble {}--help`)", error.what(),
+                                   used.empty() ? "" : used.front()->get_name() + " "));
     return usage;
   }
   for (const auto& verb : verbs)
     if (verb.app->parsed()) return verb.run(terminal);
-  print(program.help());
+  fmt::print(stderr, "{}", program.help());
   return usage;
 }
 
@@ -90,7 +96,7 @@ int run_and_catch(int argc, char** argv) {
   try {
     return run(argc, argv, terminal);
   } catch (const Error& error) {
-    for (const auto& problem : error.problems) complain(terminal, problem);
+    complain(terminal, error.problems);
     return status_of(error.kind);
   } catch (const std::bad_alloc&) {
     complain(terminal, "not enough memory for these data; a shorter recording or fewer channels would need less");

@@ -31,8 +31,10 @@ void note(const Terminal& terminal, const std::string& message) {
   if (!terminal.quiet) fmt::print(stderr, "tumble: {}\n", message);
 }
 
-void complain(const Terminal& terminal, const std::string& problem) {
-  fmt::print(stderr, "{}error:{} {}\n", terminal.colour ? "\033[1;31m" : "", terminal.colour ? "\033[0m" : "", problem);
+void complain(const Terminal& terminal, const std::vector<std::string>& problems) {
+  std::string text = terminal.colour ? "\033[1;31merror:\033[0m" : "error:";
+  for (std::size_t i = 0; i < problems.size(); ++i) text += (i ? "       " : " ") + problems[i] + "\n";
+  std::fputs(text.c_str(), stderr);
 }
 
 Progress ProgressLine::progress() {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tumble/core/progress.hpp"
 
@@ -22,8 +23,9 @@ void print(std::string_view text);
 
 /// "tumble: wrote fog.h5", unless quiet.
 void note(const Terminal& terminal, const std::string& message);
-/// Each problem on a line of its own.
-void complain(const Terminal& terminal, const std::string& problem);
+/// "error:" and the problems, each on a line of its own.
+void complain(const Terminal& terminal, const std::vector<std::string>& problems);
+inline void complain(const Terminal& terminal, const std::string& problem) { complain(terminal, std::vector{problem}); }
 
 /// Draws how far the work is, on one line of standard error that it clears when done. Nothing unless live.
 class ProgressLine {

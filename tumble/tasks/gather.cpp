@@ -97,9 +97,37 @@ std::string wrong_unit(const Role& role, const Channel& channel, const Recording
       role.description, role.unit, name(expected.dimension()));
 }
 
+/// The plan or the command line says one unit, the file itself another.
+std::vector<std::string> unit_conflicts(const Recording& recording, const ReadOptions& options) {
+  std::vector<std::string> problems;
+  for (const auto& [column, unit] : options.units) {
+    const auto* channel = find_channel(recording, column);
+    if (channel && (channel->unit.factor() != unit.factor() || channel->unit.offset() != unit.offset() ||
+                    channel->unit.dimension() != unit.dimension()))
+      problems.push_back(fmt::format("{}: column '{}' is in {} by the file itself, but {} was said; one is wrong",
+                                     recording.origin.file, column, channel->unit.text(), unit.text()));
+  }
+  return problems;
+}
+
+/// Reads what the roles need. A file that has none of it is read whole: then what it lacks is said with what it has.
+Recording read(const std::string& file, const ReadOptions& options, const Progress& progress) try {
+  return read_recording(file, options, progress);
+} catch (const Error&) {
+  if (options.only.empty()) throw;
+  auto all = options;
+  all.only.clear();
+  try {
+    return read_recording(file, all, progress);
+  } catch (const Error&) {
+  }
+  throw;
+}
+
 void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const ReadOptions& options) {
   std::vector<std::string> problems;
-  for (const auto& recording : evidence.recordings)
+  for (const auto& recording : evidence.recordings) {
+    for (auto& problem : unit_conflicts(recording, options)) problems.push_back(std::move(problem));
     for (const auto& role : roles) {
       const auto* channel = channel_for(evidence, recording, role.name);
       if (channel) {
@@ -108,6 +136,7 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
         problems.push_back(missing_channel(evidence.plan, role, recording, options));
       }
     }
+  }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -131,7 +160,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
       const auto part = [&](double done, std::string_view what) {
         report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
       };
-      evidence.recordings.push_back(read_recording(entries[i].file, options, part));
+      evidence.recordings.push_back(read(entries[i].file, options, part));
       mark_from_schedule(evidence.plan, entries[i], evidence.recordings.back());
     } catch (const Error& error) {
       kind = error.kind;

@@ -55,11 +55,22 @@ void add_origin(const Evidence& evidence, Provenance& provenance) {
   }
 }
 
+/// The method's own work. It knows channels but no files: where there is one file its name goes before what is refused.
+Estimate reduce(const Evidence& evidence, const Progress& progress) try {
+  return find_method(evidence.plan.method).identify(evidence, progress);
+} catch (const Error& error) {
+  if (error.kind != Error::Kind::bad_data || evidence.recordings.size() != 1) throw;
+  const auto& file = evidence.recordings.front().origin.file;
+  auto problems = error.problems;
+  for (auto& problem : problems)
+    if (!file.empty() && problem.find(file) == std::string::npos) problem.insert(0, file + ": ");
+  throw Error(error.kind, problems);
+}
+
 }  // namespace
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
-  const auto& method = find_method(evidence.plan.method);
-  auto estimate = method.identify(evidence, progress);
+  auto estimate = reduce(evidence, progress);
   describe(evidence.plan, estimate);
   add_origin(evidence, estimate.provenance);
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;

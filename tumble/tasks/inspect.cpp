@@ -4,7 +4,6 @@
 #include <system_error>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/tasks/stream_recording.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble::tasks {
@@ -81,7 +80,7 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     const auto found = run_checks(recording, nullptr);
     inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
   } else {
-    stream_recording(
+    format_of(path).stream(
         path, options, block_samples, [&](const Recording& block) { add(block, inspection); }, progress);
     inspection.findings.push_back(
         {Finding::Severity::info, "too large for the checks, which see a file as a whole", path});

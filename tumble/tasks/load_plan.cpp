@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -215,8 +216,8 @@ void read_channel_sets(Reading& reading) {
     for (const auto& role : reading.method->roles()) roles.push_back(role.name);
   for (const auto& [role, text] : reading.sets.channels) try {
       if (reading.method && std::find(roles.begin(), roles.end(), role) == roles.end())
-        throw Error(Error::Kind::bad_input,
-                    fmt::format("{} has no such role{}", reading.plan.method, did_you_mean(role, roles)));
+        throw Error(Error::Kind::bad_input, fmt::format("{} has no such role{} (roles: {})", reading.plan.method,
+                                                        did_you_mean(role, roles), fmt::join(roles, ", ")));
       reading.plan.channels[role] = parse_choice(text);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
@@ -231,7 +232,7 @@ bool has_option(const Method& method, std::string_view name) {
 
 void read_sections(Reading& reading, const toml::table& document) {
   static const toml::table nothing;
-  Section root(document, "the plan", reading.problems);
+  Section root(document, "", reading.problems);
   const auto section = [&](const char* key) -> const toml::table& {
     const auto* table = root.table(key);
     return table ? *table : nothing;
@@ -270,7 +271,7 @@ Plan load_plan(const std::string& path, const Sets& sets) {
       std::find_if(all.begin(), all.end(), [&](const Method* one) { return method && method->get() == one->name; });
   reading.sets = sorted(sets, entry != all.end() && has_option(**entry, "rate"));
   read_sections(reading, document);
-  if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.all);
+  if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.sorted());
   return reading.plan;
 }
 

@@ -63,13 +63,20 @@ SortedSets sorted(const Sets& sets, bool method_has_rate) {
 }
 
 ReadOptions read_options(const Sets& sets) {
-  const auto all = sorted(sets, false);
   std::vector<std::string> problems;
-  for (const auto& [key, value] : sets)
-    if (key != "rate" && key != "missing" && after(key, "unit.").empty())
-      problems.push_back(fmt::format("--set {}: reading a file takes rate, missing and unit.<column>", key));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  return all.reading;
+  Sets known;
+  for (const auto& set : sets)
+    if (set.first == "rate" || set.first == "missing" || !after(set.first, "unit.").empty())
+      known.push_back(set);
+    else
+      problems.push_back(fmt::format("--set {}: reading a file takes rate, missing and unit.<column>", set.first));
+  try {
+    const auto reading = sorted(known, false).reading;
+    if (problems.empty()) return reading;
+  } catch (const Error& error) {
+    problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+  }
+  throw Error(Error::Kind::bad_input, problems);
 }
 
 ChannelChoice parse_choice(const std::string& text) {

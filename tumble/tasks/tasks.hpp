@@ -51,9 +51,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording);
 /// Throws Error::bad_input with every unknown parameter and wrong unit.
 std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate);
 
-/// Writes a recording in the format that the name of `output` asks for, block after block.
-/// Throws Error::bad_input for an unknown format, Error::bad_file; then nothing is written.
-void convert(const std::string& path, const std::string& output, const ReadOptions& options, const Progress& progress);
+/// From one file and format to another.
+using tumble::convert;
 
 /// One channel of a recording in numbers.
 struct ChannelSummary {

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <sstream>
 
@@ -18,6 +19,19 @@ void Problems::add(const toml::source_region& at, const std::string& message) {
   if (std::find(all.begin(), all.end(), problem) == all.end()) all.push_back(problem);  // a segment of many runs: once
 }
 
+std::vector<std::string> Problems::sorted() const {
+  const auto line = [this](const std::string& problem) {
+    unsigned number = std::numeric_limits<unsigned>::max();
+    if (problem.starts_with(file + ":"))
+      std::from_chars(problem.data() + file.size() + 1, problem.data() + problem.size(), number);
+    return number;
+  };
+  auto all_sorted = all;
+  std::stable_sort(all_sorted.begin(), all_sorted.end(),
+                   [&](const std::string& a, const std::string& b) { return line(a) < line(b); });
+  return all_sorted;
+}
+
 Section::Section(const toml::table& table, std::string name, Problems& problems)
     : table_(table), name_(std::move(name)), problems_(problems) {}
 
@@ -27,7 +41,11 @@ const toml::node* Section::find(std::string_view key) {
 }
 
 void Section::complain(const toml::node& node, std::string_view key, const std::string& message) {
-  problems_.add(node.source(), fmt::format("{}: {}: {}", name_, key, message));
+  problems_.add(node.source(), fmt::format("{}: {}", named(key), message));
+}
+
+std::string Section::named(std::string_view key) const {
+  return name_.empty() || key.empty() ? name_ + std::string(key) : name_ + ": " + std::string(key);
 }
 
 std::optional<std::string> Section::text(std::string_view key) {
@@ -137,7 +155,7 @@ void Section::close() {
     if (std::binary_search(known.begin(), known.end(), key.str())) continue;
     const auto advice = did_you_mean(key.str(), known);
     problems_.add(key.source(),
-                  fmt::format("{}: unknown key '{}'{}", name_, key.str(),
+                  fmt::format("{}{}unknown key '{}'{}", name_, name_.empty() ? "" : ": ", key.str(),
                               advice.empty() ? fmt::format("; known are {}", fmt::join(known, ", ")) : advice));
   }
 }
@@ -150,7 +168,7 @@ void Section::problem(const std::string& message) { problems_.add(table_.source(
 
 void Section::problem_at(std::string_view key, const std::string& message) {
   const auto* node = table_.get(key);
-  problems_.add(node ? node->source() : table_.source(), fmt::format("{}: {}: {}", name_, key, message));
+  problems_.add(node ? node->source() : table_.source(), fmt::format("{}: {}", named(key), message));
 }
 
 std::optional<std::string> text_of(const toml::node& node) {

@@ -20,13 +20,15 @@ struct Problems {
   /// "plan.toml:12"
   std::string place(const toml::source_region& at) const;
   void add(const toml::source_region& at, const std::string& message);
+  /// In the order of their lines; those without a line last.
+  std::vector<std::string> sorted() const;
 };
 
 /// One table of a plan. Hands out its values by key, checked, and remembers which keys were asked for: every other key
 /// is a problem when the section is closed. A value that is not what was asked for is a problem, too, and then absent.
 class Section {
  public:
-  /// `name` for messages: "[site]".
+  /// `name` for messages: "[site]"; empty for the plan itself.
   Section(const toml::table& table, std::string name, Problems& problems);
 
   /// Null when the key is absent.
@@ -60,6 +62,8 @@ class Section {
   void complain(const toml::node& node, std::string_view key, const std::string& message);
 
   const toml::table& table_;
+  std::string named(std::string_view key) const;
+
   std::string name_;
   Problems& problems_;
   std::vector<std::string> known_;

@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+/// Files in a folder of the test's own.
+class Gather : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() / (std::string("gather_") + test->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  /// Four seconds of gyro and temperature from `start` on.
+  std::string recording(const std::string& name, int start = 0) const {
+    std::string text = "time[s],gyro[deg/h],temperature[degC],spare[V]\n";
+    for (int i = 0; i < 4; ++i) text += std::to_string(start + i) + ",1,20,0\n";
+    return write(name, text);
+  }
+
+  Plan plan(std::vector<RecordingEntry> entries, std::map<std::string, ChannelChoice> channels = {}) const {
+    Plan plan;
+    plan.file = "plan.toml";
+    plan.method = "fog_thermal_bias";
+    plan.recordings = std::move(entries);
+    plan.channels = std::move(channels);
+    plan.schedule = {{"soak", 1.0, 1, {}}, {"ramp", 2.0, 1, {}}, {"soak", 1.0, 2, {}}};
+    return plan;
+  }
+
+  std::vector<std::string> problems(const Plan& plan, Error::Kind kind, const Sets& sets = {}) const {
+    try {
+      gather(plan, {}, sets, {});
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind, kind) << error.what();
+      return error.problems;
+    }
+    return {};
+  }
+
+  std::filesystem::path folder_;
+};
+
+using Marks = std::vector<std::tuple<std::string, double, int>>;
+
+Marks marks_of(const Recording& recording) {
+  Marks marks;
+  for (const auto& mark : recording.marks) marks.emplace_back(mark.label, mark.begin, mark.run);
+  return marks;
+}
+
+TEST_F(Gather, MarksTheWholeScheduleFromTheFirstStamp) {
+  const auto evidence = gather(plan({{recording("a.csv", 100), "", 0}}), {}, {}, {});
+  EXPECT_EQ(marks_of(evidence.recordings[0]), (Marks{{"soak", 100, 1}, {"ramp", 101, 1}, {"soak", 103, 2}}));
+}
+
+TEST_F(Gather, MarksOneRunOrOneSegmentOfAFile) {
+  const auto file = recording("a.csv", 5);
+  const auto evidence =
+      gather(plan({{file, "", 2}, {file, "ramp", 0}, {file, "ramp", 7}}), {recording("b.csv")}, {}, {});
+  ASSERT_EQ(evidence.recordings.size(), 4u);
+  EXPECT_EQ(marks_of(evidence.recordings[0]), (Marks{{"soak", 5, 2}}));
+  EXPECT_EQ(marks_of(evidence.recordings[1]), (Marks{{"ramp", 5, 1}}));
+  EXPECT_EQ(marks_of(evidence.recordings[2]), (Marks{{"ramp", 5, 7}}));
+  EXPECT_EQ(evidence.recordings[3].marks.size(), 3u);  // the command line's file comes last
+}
+
+TEST_F(Gather, ReadsOnlyTheChannelsOfTheRoles) {
+  const auto evidence = gather(plan({{recording("a.csv"), "", 0}}), {}, {}, {});
+  EXPECT_EQ(evidence.recordings[0].channels.size(), 2u);
+  EXPECT_EQ(find_channel(evidence.recordings[0], "spare"), nullptr);
+}
+
+TEST_F(Gather, NamesEveryMissingColumnAndWrongUnitInEveryFile) {
+  const auto wrong = write("wrong.csv", "time[s],gyr[deg/h],temperature[V]\n0,1,2\n1,1,2\n");
+  const auto found = problems(plan({{recording("a.csv"), "", 0}, {wrong, "", 0}}), Error::Kind::bad_data);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_TRUE(found[0].starts_with(wrong + ": no column 'gyro'")) << found[0];
+  EXPECT_NE(found[0].find("did you mean 'gyr'?"), std::string::npos) << found[0];
+  EXPECT_NE(found[0].find("columns are gyr, temperature"), std::string::npos) << found[0];
+  EXPECT_TRUE(found[1].starts_with(wrong + ": column 'temperature' is in V")) << found[1];
+}
+
+TEST_F(Gather, RefusesASecondUnit) {
+  const auto file = recording("a.csv");
+  const std::vector<RecordingEntry> entries{{file, "", 0}};
+  EXPECT_EQ(problems(plan(entries, {{"gyro", {"gyro", Unit::parse("deg/s")}}}), Error::Kind::bad_data).size(), 1u);
+  EXPECT_EQ(problems(plan(entries), Error::Kind::bad_data, {{"unit.gyro", "deg/s"}}).size(), 1u);
+  EXPECT_EQ(problems(plan(entries), Error::Kind::bad_data, {{"unit.gyro", "arcsec/s"}}).size(), 0u);  // the same unit
+}
+
+TEST_F(Gather, TakesUnitAndRateFromThePlanWhereTheFileHasNone) {
+  const auto file = write("bare.csv", "gyro,temperature\n1,20\n2,20\n");
+  auto bare = plan({{file, "", 0}},
+                   {{"gyro", {"gyro", Unit::parse("deg/h")}}, {"temperature", {"temperature", Unit::parse("degC")}}});
+  bare.sample_rate = 2.0;
+  const auto evidence = gather(bare, {}, {}, {});
+  const auto& gyro = evidence.recordings[0].channels[0];
+  EXPECT_EQ(gyro.unit.text(), "deg/h");
+  EXPECT_DOUBLE_EQ(gyro.values[1], si(2, "deg/h"));
+  EXPECT_EQ(gyro.time(1), 0.5);
+}
+
+TEST_F(Gather, SaysThatThereIsNoRecordingOrNoMethod) {
+  EXPECT_EQ(problems(plan({}), Error::Kind::bad_input).size(), 1u);
+  auto nothing = plan({{recording("a.csv"), "", 0}});
+  nothing.method.clear();
+  EXPECT_EQ(problems(nothing, Error::Kind::bad_input).size(), 1u);
+}
+
+TEST_F(Gather, NamesEveryFileThatCannotBeRead) {
+  const auto none = (folder_ / "none.csv").string(), empty = write("empty.csv", "");
+  EXPECT_EQ(problems(plan({{none, "", 0}, {empty, "", 0}}), Error::Kind::bad_file).size(), 2u);
+}
+
+TEST_F(Gather, InspectsWholeAndInBlocksAlike) {
+  const auto file = recording("a.csv");
+  const auto whole = inspect(file, {}, {});
+  const auto streamed = inspect(file, {}, {}, 0);
+  ASSERT_EQ(whole.channels.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(whole.channels[i].samples, 4u);
+    EXPECT_EQ(whole.channels[i].mean, streamed.channels[i].mean);
+    EXPECT_EQ(whole.channels[i].sd, streamed.channels[i].sd);
+    EXPECT_EQ(whole.channels[i].last, streamed.channels[i].last);
+  }
+  EXPECT_EQ(whole.channels[0].rate(), 1.0);
+}
+
+}  // namespace
+}  // namespace tumble::tasks

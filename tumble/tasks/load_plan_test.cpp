@@ -1,0 +1,254 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+/// A plan of that text, read back from a file of its own.
+class LoadPlan : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() / (std::string("load_plan_") + test->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::string& text) const {
+    std::ofstream(folder_ / "plan.toml") << text;
+    return (folder_ / "plan.toml").string();
+  }
+  Plan load(const std::string& text, const Sets& sets = {}) const { return load_plan(write(text), sets); }
+
+  /// The problems without the folder: "plan.toml:3: ...".
+  std::vector<std::string> problems(const std::string& text, const Sets& sets = {}) const {
+    try {
+      load(text, sets);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind, Error::Kind::bad_input);
+      auto all = error.problems;
+      for (auto& problem : all)
+        if (problem.starts_with(folder_.string())) problem.erase(0, folder_.string().size() + 1);
+      return all;
+    }
+    return {};
+  }
+
+  std::filesystem::path folder_;
+};
+
+const std::string chamber = R"(
+[instrument]
+model = "fiber_optic_gyro"
+rate = "1 Hz"
+[rig]
+kind = "thermal_chamber"
+)";
+
+TEST_F(LoadPlan, ReadsEverySection) {
+  const auto plan = load(R"(title = "FOG over temperature"
+[site]
+latitude = "34.25 deg"
+longitude = "-108.9 deg"
+height = "400 m"
+gravity = "9.7966 m/s^2"
+[[recording]]
+file = "data/one.csv"
+run = 2
+[[limit]]
+parameter = "bias"
+max = "0.02 deg/h"
+[channels]
+gyro = "dtg.x[deg/h]"
+[truth]
+A1_0 = "0.05 deg/h/K"
+)" + chamber);
+  EXPECT_EQ(plan.title, "FOG over temperature");
+  EXPECT_DOUBLE_EQ(plan.site->latitude, 34.25 * std::numbers::pi / 180);
+  EXPECT_EQ(plan.site->height, 400.0);
+  EXPECT_EQ(plan.site->gravity, 9.7966);
+  EXPECT_EQ(plan.sample_rate, 1.0);
+  ASSERT_EQ(plan.recordings.size(), 1u);
+  EXPECT_EQ(plan.recordings[0].file, (folder_ / "data/one.csv").string());
+  EXPECT_EQ(plan.recordings[0].run, 2);
+  ASSERT_EQ(plan.limits.size(), 1u);
+  EXPECT_EQ(plan.limits[0].max->value, 0.02);
+  EXPECT_FALSE(plan.limits[0].min);
+  EXPECT_EQ(plan.channels.at("gyro").channel, "dtg.x");
+  EXPECT_EQ(plan.channels.at("gyro").unit->text(), "deg/h");
+  EXPECT_DOUBLE_EQ(plan.truth.number("A1_0"), si(0.05, "deg/h/K"));
+}
+
+TEST_F(LoadPlan, RepeatsASegmentForItsRunsAndSortsByRun) {
+  const auto plan = load(chamber + R"(
+[[schedule]]
+label = "cold"
+duration = "1 h"
+run = [1, 2]
+chamber = {dwell = "-20 degC"}
+[[schedule]]
+label = "warm"
+duration = "30 min"
+run = [2, 1]
+chamber = {dwell = "20 degC"}
+)");
+  ASSERT_EQ(plan.schedule.size(), 4u);
+  const std::pair<std::string, int> expected[]{{"cold", 1}, {"warm", 1}, {"cold", 2}, {"warm", 2}};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(std::pair(plan.schedule[i].label, plan.schedule[i].run), expected[i]);
+  EXPECT_EQ(plan.schedule[0].duration, 3600.0);
+  EXPECT_DOUBLE_EQ(plan.schedule[0].axes.at("chamber").value, 253.15);
+}
+
+TEST_F(LoadPlan, TimesARampFromWhereTheRunStands) {
+  const auto plan = load(chamber + R"(
+[[schedule]]
+label = "start"
+duration = "10 min"
+run = [1, 2]
+chamber = {dwell = "20 degC"}
+[[schedule]]
+label = "up"
+run = 1
+chamber = {ramp = "2 K/min", to = "60 degC"}
+[[schedule]]
+label = "down"
+run = [1, 2]
+chamber = {ramp = "0.5 K/min", to = "-20 degC"}
+)");
+  ASSERT_EQ(plan.schedule.size(), 5u);
+  EXPECT_NEAR(plan.schedule[1].duration, 20 * 60, 1e-9);   // 40 K at 2 K/min
+  EXPECT_NEAR(plan.schedule[2].duration, 160 * 60, 1e-9);  // 80 K at 0.5 K/min, from where "up" ended
+  EXPECT_NEAR(plan.schedule[4].duration, 80 * 60, 1e-9);   // 40 K: run 2 starts at 20 degC, not where run 1 ended
+}
+
+TEST_F(LoadPlan, FindsEveryProblemWithItsLine) {
+  const auto found = problems(R"(titel = "x"
+[instrument]
+model = "fiber_optic_gyr"
+rate = 1
+[rig]
+kind = "thermal_chamber"
+[site]
+latitude = "34 m"
+[[schedule]]
+label = "a"
+duration = 300
+chamber = {dwell = "20 degC"}
+[[schedule]]
+label = "b"
+duration = "5 min"
+chambr = {dwell = "20 degC"}
+[[limit]]
+parameter = "bias"
+)");
+  const char* lines[]{"plan.toml:1: ",  "plan.toml:3: ",  "plan.toml:4: ", "plan.toml:8: ",
+                      "plan.toml:11: ", "plan.toml:16: ", "plan.toml:17: "};
+  for (const auto* line : lines)
+    EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const auto& one) { return one.starts_with(line); }))
+        << line;
+  EXPECT_EQ(found.size(), std::size(lines)) << testing::PrintToString(found);
+}
+
+TEST_F(LoadPlan, NamesTheNearestKey) {
+  const auto found = problems("[site]\nlatitude = \"1 deg\"\nheigth = \"1 m\"\n");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0], "plan.toml:3: [site]: unknown key 'heigth'; did you mean 'height'?");
+}
+
+TEST_F(LoadPlan, RefusesABareNumberWithTheUnitItNeeds) {
+  const auto found = problems("[site]\nlatitude = 34.25\n");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0], "plan.toml:2: [site]: latitude: a bare number needs its unit: \"34.25 deg\"");
+}
+
+TEST_F(LoadPlan, SaysWhereTomlBreaks) {
+  const auto found = problems("title = \"x\"\nmethod = \n");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(found[0].starts_with("plan.toml:2:")) << found[0];
+}
+
+TEST_F(LoadPlan, RefusesMotionsTheAxisCannotDo) {
+  const auto start = chamber + "[[schedule]]\nlabel = \"a\"\n";
+  EXPECT_EQ(problems(start + "duration = \"1 s\"\nchamber = {rate = \"1 K/s\"}\n").size(), 1u);
+  EXPECT_EQ(problems(start + "duration = \"1 s\"\nchamber = {ramp = \"1 K/min\"}\n").size(), 1u);  // no `to`
+  EXPECT_EQ(problems(start + "chamber = {ramp = \"1 K/min\", to = \"60 degC\"}\n").size(), 1u);    // from where?
+  EXPECT_EQ(problems(start + "duration = \"0 s\"\nchamber = {dwell = \"20 degC\"}\n").size(), 1u);
+  EXPECT_EQ(problems(start + "duration = \"1 s\"\nchamber = {}\n").size(), 1u);
+  EXPECT_EQ(problems(start + "duration = \"1 s\"\nrun = 0\nchamber = {dwell = \"20 degC\"}\n").size(), 1u);
+}
+
+TEST_F(LoadPlan, TakesTheCommandLineInPlaceOfTheFile) {
+  const auto text = chamber + "[truth]\nA1_0 = \"1 deg/h/K\"\n";
+  EXPECT_DOUBLE_EQ(load(text, {{"truth.A1_0", "2 deg/h/K"}}).truth.number("A1_0"), si(2, "deg/h/K"));
+  EXPECT_DOUBLE_EQ(load(text, {{"rig.ramp_limit", "1 K/min"}}).rig.number("ramp_limit"), si(1, "K/min"));
+  EXPECT_EQ(problems(text, {{"truth.A1_9", "2 deg/h/K"}}).size(), 1u);
+}
+
+TEST_F(LoadPlan, SaysThatAPlanCannotBeRead) {
+  try {
+    load_plan((folder_ / "none.toml").string(), {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_file);
+  }
+}
+
+TEST(read_options, takes_only_what_speaks_of_reading) {
+  const auto options = read_options({{"rate", "100"}, {"unit.gyro.x", "deg/h"}, {"missing", "NA"}});
+  EXPECT_EQ(options.rate, 100.0);
+  EXPECT_EQ(options.units.at("gyro.x").text(), "deg/h");
+  EXPECT_EQ(options.missing, "NA");
+  EXPECT_EQ(read_options({{"rate", "2 kHz"}}).rate, 2000.0);
+  EXPECT_THROW(read_options({{"rate", "-1"}}), Error);
+  EXPECT_THROW(read_options({{"rate", "1 deg"}}), Error);
+  EXPECT_THROW(read_options({{"rates", "1"}}), Error);
+}
+
+Estimate estimate_of(double value_deg_h, double sd_deg_h) {
+  Estimate estimate;
+  estimate.parameters.push_back({"bias", "B", Unit::parse("deg/h"), si(value_deg_h, "deg/h"), ""});
+  estimate.covariance = Matrix(1, 1);
+  estimate.covariance(0, 0) = std::pow(si(sd_deg_h, "deg/h"), 2);
+  return estimate;
+}
+
+TEST(judge, decides_by_the_95_percent_interval) {
+  using Outcome = Verdict::Outcome;
+  const Limit below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
+  // 1.96 sd = 0.0098 deg/h
+  EXPECT_EQ(judge({below}, estimate_of(0.010, 0.005))[0].outcome, Outcome::pass);
+  EXPECT_EQ(judge({below}, estimate_of(0.015, 0.005))[0].outcome, Outcome::undecided);
+  EXPECT_EQ(judge({below}, estimate_of(0.025, 0.005))[0].outcome, Outcome::undecided);
+  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005))[0].outcome, Outcome::fail);
+  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005))[0].limit, "<= 0.02 deg/h");
+  const Limit both{"bias", parse_quantity("-0.02 deg/h"), parse_quantity("72 arcsec/h"), ""};
+  EXPECT_EQ(judge({both}, estimate_of(0.0, 0.005))[0].outcome, Outcome::pass);
+  EXPECT_EQ(judge({both}, estimate_of(-0.04, 0.005))[0].outcome, Outcome::fail);
+}
+
+TEST(judge, names_every_limit_it_cannot_judge) {
+  const std::vector<Limit> limits{{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"},
+                                  {"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
+                                  {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
+  try {
+    judge(limits, estimate_of(0, 1));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    ASSERT_EQ(error.problems.size(), 3u);
+    EXPECT_EQ(error.problems[0],
+              "plan.toml:3: [[limit]]: the result has no parameter 'bais'; did you mean 'bias'? (parameters: bias)");
+    EXPECT_EQ(error.problems[2], "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
+  }
+}
+
+}  // namespace
+}  // namespace tumble::tasks
