@@ -19,8 +19,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
   check_output(output, {arguments.plan}, recording_extensions());
   const auto plan = tasks::load_plan(arguments.plan, parse_sets(arguments.sets));
-  ProgressLine line(terminal);
-  write_recording(tasks::simulate(plan, arguments.seed, line.progress()), output);
+  {
+    ProgressLine line(terminal);
+    write_recording(tasks::simulate(plan, arguments.seed, line.progress()), output);
+  }
   note(terminal, fmt::format("wrote {} (seed {})", output, arguments.seed));
   return 0;
 }
