@@ -124,7 +124,8 @@ class Whitened {
   VectorXd y_, right_, scale_;
 };
 
-/// No coefficient below zero: the best of all subsets whose solution is positive.
+/// No coefficient below zero: the best of all subsets whose solution is positive. Weights of a model far from the data
+/// may leave none; then by the variances alone, under which a single term is always positive.
 State solve_nonnegative(const Problem& problem, const Active& active, const MatrixXd& v) {
   const Whitened whitened(problem.design(), problem.y(), v);
   const auto list = listed(active);
@@ -139,6 +140,8 @@ State solve_nonnegative(const Problem& problem, const Active& active, const Matr
     best.c.setZero();
     best.c(chosen) = one.c;
   }
+  if (std::isinf(best.chi_square) && !v.isDiagonal())
+    return solve_nonnegative(problem, active, MatrixXd(v.diagonal().asDiagonal()));
   return best;
 }
 

@@ -123,6 +123,37 @@ TEST(allan_fit, what_the_terms_cannot_follow_widens_the_intervals) {
   EXPECT_GT(shaken.model_error_variance[1], 0.5 * shaken.covariance(1, 1));
 }
 
+TEST(allan_fit, long_record_gives_white_noise_as_well_as_its_samples) {
+  // N and K of a tactical gyro at 400 Hz. The best that can be known of N is the mean square of the white samples
+  // themselves, relative sd of the root sqrt(1/(2 n)); what another unbiased estimate differs from the best is not
+  // correlated with it, so its variance is the difference of the two. Octaves lose a few percent.
+  const std::size_t samples = 1000000;
+  const double n = 1.888e-4 * 20.0, k = 2.557e-6 / 20.0, best = std::sqrt(0.5 / samples);
+  AllanFitOptions options;
+  options.terms = {NoiseTerm::white, NoiseTerm::random_walk};
+  for (const std::uint64_t seed : {9001, 9002, 9003}) {
+    double squares = 0.0;
+    for (const double value : drawn({.angle_random_walk = n}, samples, seed)) squares += value * value / samples;
+    const auto fit =
+        fit_allan(observed(drawn({.angle_random_walk = n, .rate_random_walk = k}, samples, seed)), samples, options);
+    const auto& white = fit.terms[0];
+    const double loss = 0.5 * white.squared_sd / white.squared / best;
+    EXPECT_GT(loss, 1.0);
+    EXPECT_LT(loss, 1.05);
+    EXPECT_NEAR((std::sqrt(white.squared) - std::sqrt(squares)) / (n * best), 0.0, 4.0 * std::sqrt(loss * loss - 1.0));
+  }
+}
+
+TEST(allan_fit, weights_of_a_wrong_model_do_not_end_the_fit) {
+  // Random walk alone, tried on what is mostly white noise, once left no positive coefficient for its own weights.
+  const std::size_t samples = 200000;
+  AllanFitOptions options;
+  options.terms = {NoiseTerm::white, NoiseTerm::random_walk};
+  const NoiseModel noise{.angle_random_walk = 1.888e-4 * 20.0, .rate_random_walk = 2.557e-6 / 20.0};
+  const auto fit = fit_allan(observed(drawn(noise, samples, 9136)), samples, options);
+  EXPECT_TRUE(fit.terms[0].kept);
+}
+
 TEST(allan_fit, refuses_what_it_cannot_fit) {
   EXPECT_THROW(fit_allan({{1, 1.0, 0}}, 100, {}), Error);
   EXPECT_THROW(fit_allan({{1, 1.0, 0}, {2, 0.0, 0}}, 100, {}), Error);
