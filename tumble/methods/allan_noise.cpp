@@ -57,6 +57,41 @@ std::vector<Option> options() {
   };
 }
 
+/// Points of the curve that are fitted.
+std::vector<AllanObservation> observations(const std::vector<DeviationPoint>& curve, const Settings& settings) {
+  std::vector<AllanObservation> within;
+  for (const auto& point : curve)
+    if (!(settings.has("fit_from") && point.tau < settings.number("fit_from")) &&
+        !(settings.has("fit_to") && point.tau > settings.number("fit_to")))
+      within.push_back({point.factor, point.deviation * point.deviation, point.count});
+  return thinned(within);
+}
+
+/// A trend and the noise about it, where the trend stands out of that noise; else the noise of the record as it is.
+/// The noise about a line looks smaller than it is until what the line took is put back: if the trend does not stand
+/// out even so, it never will.
+void fit(const EvenSignal& signal, const AllanOptions& curve, const Settings& settings, ChannelNoise& result) {
+  AllanFitOptions how;
+  how.significance = settings.number("significance");
+  result.used = observations(result.curve, settings);
+  result.fit = fit_allan(result.used, result.samples, how);
+  constexpr double chance = 0.0027;  // 3 sigma
+  AllanFit about = result.fit;
+  std::vector<AllanObservation> used;
+  result.ramp = estimate_ramp(signal.values, signal.rate, about);
+  for (int round = 0; round < 3; ++round) {
+    const auto level = levelled(signal.values, signal.rate, result.ramp.slope);
+    used = observations(overlapping_allan(level, signal.rate, curve), settings);
+    if (round > 0) used = without_ramp(used, signal.rate, result.ramp);
+    about = fit_allan(used, result.samples, how);
+    result.ramp = estimate_ramp(signal.values, signal.rate, about);
+    if (result.ramp.chance > chance) return;
+  }
+  result.ramp.kept = true;
+  result.used = used;
+  result.fit = about;
+}
+
 /// Deviation curve and fit of one stretch. What stands in its way is said in `failure`.
 ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
   ChannelNoise result;
@@ -73,18 +108,10 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
     if (!result.failure.empty()) return result;
     const Findings disturbed = disturbances(signal, stretch.label);
     result.findings.insert(result.findings.end(), disturbed.begin(), disturbed.end());
-    result.curve = overlapping_allan(
-        signal.values, signal.rate,
-        {settings.number("points_per_decade"), result.confidence, settings.number("longest_fraction")});
-    std::vector<AllanObservation> observations;
-    for (const auto& point : result.curve)
-      if (!(settings.has("fit_from") && point.tau < settings.number("fit_from")) &&
-          !(settings.has("fit_to") && point.tau > settings.number("fit_to")))
-        observations.push_back({point.factor, point.deviation * point.deviation, point.count});
-    AllanFitOptions how;
-    how.significance = settings.number("significance");
-    result.used = thinned(observations);
-    result.fit = fit_allan(result.used, result.samples, how);
+    const AllanOptions curve{settings.number("points_per_decade"), result.confidence,
+                             settings.number("longest_fraction")};
+    result.curve = overlapping_allan(signal.values, signal.rate, curve);
+    fit(signal, curve, settings, result);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.failure = error.what();

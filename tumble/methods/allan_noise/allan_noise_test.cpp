@@ -132,6 +132,23 @@ TEST(allan_noise, several_power_ups_are_several_records) {
   EXPECT_NE(find_parameter(estimate, "gyro.x.run2.angle_random_walk"), nullptr);
 }
 
+TEST(allan_noise, tells_a_ramp_from_noise) {
+  // White noise over T = 2000 s: sd of the slope sqrt(12/T^3) N = 0.84 deg/h/h; a ramp of 9 sd stays and leaves N and
+  // nothing else, none is seen without. 5 sd: 1 in 10^6.
+  Channel ramped = noisy("gyro.x", 8);
+  const double slope = si(-7.5, "deg/h/h");
+  for (std::size_t i = 0; i < ramped.values.size(); ++i) ramped.values[i] += slope * 0.1 * static_cast<double>(i);
+  const auto estimate = identify(with({ramped, noisy("gyro.y", 8)}));
+  expect_white(estimate, "gyro.x");
+  EXPECT_EQ(find_parameter(estimate, "gyro.x.rate_random_walk"), nullptr);
+  EXPECT_EQ(find_parameter(estimate, "gyro.y.rate_ramp"), nullptr);
+  const Parameter* ramp = find_parameter(estimate, "gyro.x.rate_ramp");
+  ASSERT_NE(ramp, nullptr);
+  const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(ramp - estimate.parameters.data()));
+  EXPECT_NEAR(sd, si(0.1, "deg/sqrt(h)") * std::sqrt(12.0 / 8e9), 0.1 * sd);
+  EXPECT_NEAR(ramp->value, slope, 5.0 * sd);
+}
+
 TEST(allan_noise, points_at_motion_and_settings_out_of_range) {
   Channel moved = noisy("gyro.x", 7);
   for (std::size_t i = 9000; i < 9040; ++i) moved.values[i] += si(100.0, "deg/s");

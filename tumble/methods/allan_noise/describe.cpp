@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/least_squares.hpp"
 
 namespace tumble {
 namespace {
@@ -38,6 +39,8 @@ std::string remedy(NoiseTerm term) {
   return "";
 }
 
+std::string ramp_unit(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "deg/h/h" : "ug/h"; }
+
 void add_parameters(const ChannelNoise& channel, Estimate& estimate, std::vector<double>& gain) {
   for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
     const FittedTerm& term = channel.fit.terms[t];
@@ -48,6 +51,10 @@ void add_parameters(const ChannelNoise& channel, Estimate& estimate, std::vector
                                    said.description, term.degrees_of_freedom});
     gain.push_back(0.5 * value / term.squared);
   }
+  if (!channel.ramp.kept) return;
+  estimate.parameters.push_back({channel.label + ".rate_ramp", "R", Unit::parse(ramp_unit(channel.kind)),
+                                 channel.ramp.slope, "straight trend of the bias", channel.ramp.degrees_of_freedom});
+  gain.push_back(1.0);
 }
 
 /// Covariances of the coefficients, by the derivative of the root; channels are taken as independent.
@@ -71,6 +78,10 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
       departs = departs || part > 0.0;
     }
     base += kept.size();
+    if (!channel.ramp.kept) continue;
+    // Linear in the record, as the others are quadratic: not correlated with them.
+    estimate.covariance(base, base) = noise.variance[base] = channel.ramp.sd * channel.ramp.sd;
+    ++base;
   }
   estimate.budget.push_back(std::move(noise));
   if (departs) estimate.budget.push_back(std::move(shape));
@@ -95,6 +106,14 @@ void add_rows(const ChannelNoise& channel, Table& table) {
     table.rows.push_back({channel.label, said.name, said.symbol, of(term.squared), shown(sd, said.unit),
                           digits(term.z, 100.0), digits(term.improvement, 10.0), of(term.upper_limit), decision(term)});
   }
+  const Ramp& ramp = channel.ramp;
+  const std::string unit = ramp_unit(channel.kind);
+  const double z = ramp.slope / ramp.sd,
+               limit = std::abs(ramp.slope) + student_quantile(0.975, ramp.degrees_of_freedom) * ramp.sd;
+  table.rows.push_back(
+      {channel.label, "rate_ramp", "R", shown(ramp.slope, unit), shown(ramp.sd, unit), std::round(100.0 * z) / 100.0,
+       "", shown(limit, unit),
+       fmt::format("{}: chance alone gives this in {:.2g} %", ramp.kept ? "kept" : "left out", 100.0 * ramp.chance)});
 }
 
 Curve line(const ChannelNoise& channel, const std::string& name, const std::vector<double>& variances) {

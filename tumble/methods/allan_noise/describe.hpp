@@ -7,6 +7,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/allan.hpp"
 #include "tumble/math/allan_fit.hpp"
+#include "tumble/methods/allan_noise/ramp.hpp"
 
 namespace tumble {
 
@@ -20,6 +21,7 @@ struct ChannelNoise {
   std::vector<DeviationPoint> curve;
   std::vector<AllanObservation> used;  ///< points of the curve that were fitted
   AllanFit fit;
+  Ramp ramp;
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };
