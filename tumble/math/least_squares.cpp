@@ -119,7 +119,7 @@ Solution solve(const Whitened& w, Eigen::Index observations, const LeastSquaresO
   return out;
 }
 
-/// Huber's weights of leverage-corrected residuals, k = 1.345, scale from the median absolute deviation (spec 0.3).
+/// Huber's weights of leverage-corrected residuals, k = 1.345, scale from the median absolute deviation.
 VectorXd huber_weights(const VectorXd& whitened_residuals, const VectorXd& leverage) {
   const VectorXd corrected = whitened_residuals.array() / (1.0 - leverage.array()).max(1e-12).sqrt();
   const auto median = [](std::vector<double> v) {

@@ -42,7 +42,7 @@ struct LeastSquaresFit {
 ///
 /// Given     design  X, N x p; observations y [u], N; weights  1/variance [u^-2] (empty: 1)
 /// Throws    Error::bad_data for fewer observations than parameters, or values that are not finite
-/// See       spec 0.3; AICc = N ln(RSS/N) + 2k + 2k(k+1)/(N-k-1), k = p + 1
+/// See       AICc = N ln(RSS/N) + 2k + 2k(k+1)/(N-k-1), k = p + 1
 LeastSquaresFit least_squares(const Matrix& design, const std::vector<double>& observations,
                               const std::vector<double>& weights, const LeastSquaresOptions& options);
 

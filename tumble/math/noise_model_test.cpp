@@ -104,7 +104,7 @@ TEST(noise_model, markov_allan_variance_joins_its_series) {
   const auto at = [](double r) { return expected_allan_variance({.markov_sd = 1.0, .markov_time = 1.0}, r); };
   // About r = 0.01 the shape is 2 r/3 (1 - 3 r/4): 1.5e-8 of curvature, 1e-9 of rounding.
   EXPECT_NEAR(at(0.999999e-2) / at(1.000001e-2), 0.999999 / 1.000001, 2e-8);
-  // Peak 0.617 sd at 1.89 T_c (spec 0, Annex B).
+  // Peak 0.617 sd at 1.89 T_c.
   EXPECT_NEAR(std::sqrt(at(1.89)), 0.617, 5e-4);
   EXPECT_LT(at(1.79), at(1.89));
   EXPECT_LT(at(1.99), at(1.89));

@@ -14,7 +14,7 @@ struct Smoothed {
 
 /// Local quadratic least squares (Savitzky and Golay, 1964) over time +- half_width. At the ends and where samples are
 /// missing the quadratic is fitted to those there are, to the nearest three at least. Never differentiate raw readings
-/// of quantum q: over a span W the error of a difference is q/(sqrt(6) W) (spec 5.5).
+/// of quantum q: over a span W the error of a difference is q/(sqrt(6) W).
 ///
 /// Given     time [s], increasing, n; signal [u], n, NaN where missing; half_width [s]
 /// Returned  n each; NaN for a signal of fewer than 3 samples

@@ -9,11 +9,11 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-// Symbols of the source (spec 5.4): L output, L_0 its mean over the first two minutes, T temperature, DT gradient
+// Symbols of the source: L output, L_0 its mean over the first two minutes, T temperature, DT gradient
 // (top minus side sensor), T_0 start temperature; A_i, B_j, C_k coefficients of T, DT and dT/dt, each a cubic in T_0:
 //   L - L_0 = sum A_i (T - T_0)^i + sum B_j DT^j + sum C_k (dT/dt)^k                 (5.1)
 //   a_i(T_0) = A_i0 + A_i1 T_0 + A_i2 T_0^2 + A_i3 T_0^3                             (5.3)
-// Every run has a free level instead of L_0, whose noise would else go into the coefficients (spec 5.5).
+// Every run has a free level instead of L_0, whose noise would else go into the coefficients.
 
 namespace tumble::methods {
 namespace {

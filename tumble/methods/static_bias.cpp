@@ -370,7 +370,7 @@ Trial trial(std::uint64_t seed) {
 extern const Method static_bias{
     .name = "static_bias",
     .summary = "bias at rest, its stability over 10 s and 100 s, and its repeatability from power-up to power-up",
-    .source = "IEEE Std 528 terms; spec 0, Annex B (averages of 10 s and 100 s); noise by the Allan fit",
+    .source = "IEEE Std 528 terms; averages of 10 s and 100 s as usual for bias stability; noise by the Allan fit",
     .needs_plan = false,
     .roles = roles,
     .options = options,

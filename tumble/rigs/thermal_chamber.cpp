@@ -184,7 +184,7 @@ Reference reference(const Schedule& run, double begin, const Settings& options, 
     felt.temperature_rate = 0.5 * (top.rate[k] + side.rate[k]);
     felt.since_power_on = static_cast<double>(k) / sample_rate;
   }
-  // The start temperature is the mean over the first two minutes (spec 5.4).
+  // The start temperature is the mean over the first two minutes.
   const auto window = std::min(count, static_cast<std::size_t>(std::llround(120.0 * sample_rate)));
   double start = 0.0;
   for (std::size_t k = 0; k < window; ++k) start += out.felt[k].temperature / static_cast<double>(window);

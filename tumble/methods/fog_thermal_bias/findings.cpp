@@ -220,7 +220,7 @@ Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candida
     findings.push_back({Severity::warning,
                         "form = \"raw\": powers of T in degC do not vanish at the start temperature; a bias that "
                         "depends on T alone cannot be "
-                        "represented (spec: use from_start)",
+                        "represented; use from_start",
                         "form"});
   if (!std::isfinite(noise.angle_random_walk))
     findings.push_back({Severity::error, "the noise could not be determined", "fit"});
