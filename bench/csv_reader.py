@@ -8,6 +8,7 @@ Needs python3-pandas.
 """
 
 import argparse
+import os
 import platform
 import statistics
 import subprocess
@@ -70,7 +71,6 @@ def main():
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--output")
     options = parser.parse_args()
-    import os
     import pandas
     with tempfile.TemporaryDirectory() as folder:
         path, dump = str(Path(folder) / "bench.csv"), str(Path(folder) / "dump")
@@ -98,7 +98,7 @@ def main():
         lines.append(f"| {name} | {wall[key]:.3f} | {cpu[key]:.3f} | {size / cpu[key]:.0f} | "
                      f"{wall['pandas'] / wall[key]:.2f} | {cpu['pandas'] / cpu[key]:.2f} |")
     lines += ["", f"Samples that differ from float_precision='round_trip': {different} of {rows * 6}.", "",
-              f"{processor()}, {os.cpu_count()} cores; {compiler}, release preset; pandas {pandas.__version__}, "
+              f"{processor()}, {os.cpu_count()} cores; {compiler} -O3 -DNDEBUG (release preset); pandas {pandas.__version__}, "
               f"Python {platform.python_version()}."]
     text = "\n".join(lines) + "\n"
     print(text)
