@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -107,10 +108,20 @@ int run_and_catch(int argc, char** argv) {
   }
 }
 
+/// The HDF5 library can fall over bytes that were changed in a file without checksums. The handler may only write.
+extern "C" void last_words(int) {
+  static constexpr char text[] =
+      "error: internal: memory fault. A damaged HDF5 file can do this to the HDF5 library: check the recording with "
+      "h5dump. If it is sound, this is a defect of the program, please report it. Nothing was written.\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, text, sizeof text - 1);
+  _exit(internal);
+}
+
 }  // namespace
 }  // namespace tumble::cli
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
+  for (const int fault : {SIGSEGV, SIGBUS, SIGFPE}) std::signal(fault, tumble::cli::last_words);
   return tumble::cli::run_and_catch(argc, argv);
 }
