@@ -149,6 +149,13 @@ double unit_allan_variance(const UnitTerm& term, double factor) {
   return expected_allan_variance(noise, factor);
 }
 
+double allan_variance_by_markov_time(const UnitTerm& term, double factor) {
+  const double step = 1e-3 * term.markov_time;
+  return (unit_allan_variance({term.term, term.markov_time + step}, factor) -
+          unit_allan_variance({term.term, term.markov_time - step}, factor)) /
+         (2.0 * step);
+}
+
 AllanCovariance::AllanCovariance(std::vector<UnitTerm> terms, std::vector<std::size_t> factors, std::size_t samples)
     : terms_(std::move(terms)), factors_(std::move(factors)), design_(factors_.size(), terms_.size()) {
   const std::size_t n = factors_.size();

@@ -20,6 +20,9 @@ struct UnitTerm {
 /// Expected Allan variance of the unit term at averaging factor m: 3/m^2, 1/m, 2 ln 2/pi, m/3 (spec 0, Annex B).
 double unit_allan_variance(const UnitTerm& term, double factor);
 
+/// Its derivative by the correlation time [samples].
+double allan_variance_by_markov_time(const UnitTerm& term, double factor);
+
 /// Generalised autocovariance [u^2] of the integral (in samples) of the unit term at a lag in samples: the inverse
 /// Fourier transform of its PSD. For white noise -|t|/2, flicker t^2 ln|t|/(2 pi), random walk |t|^3/12. It gives the
 /// variance of any combination of values whose weights sum to zero twice over (second differences), and no other.

@@ -47,6 +47,7 @@ class Problem {
   Eigen::Index terms() const { return design_.cols(); }
   const VectorXd& y() const { return y_; }
   const MatrixXd& design() const { return design_; }
+  std::size_t factor(Eigen::Index i) const { return covariance_.factors()[static_cast<std::size_t>(i)]; }
   const std::vector<UnitTerm>& units() const { return covariance_.terms(); }
 
   /// Covariance of the observations under the model c. Gaps thin out the differences: taken as independent of them.
@@ -303,7 +304,44 @@ void describe_terms(const Problem& problem, const State& state, double error, st
   }
 }
 
+/// The design and, last, its derivative by the correlation time of a Markov process that is in the model.
+MatrixXd with_markov_time(const Problem& problem, const VectorXd& c) {
+  const Eigen::Index markov = problem.terms() - 1;
+  if (problem.units().back().term != NoiseTerm::markov || c[markov] == 0.0) return problem.design();
+  MatrixXd design(problem.y().size(), problem.terms() + 1);
+  const UnitTerm unit = problem.units().back();
+  for (Eigen::Index i = 0; i < design.rows(); ++i)
+    design(i, markov + 1) = c[markov] * allan_variance_by_markov_time(unit, static_cast<double>(problem.factor(i)));
+  design.leftCols(problem.terms()) = problem.design();
+  return design;
+}
+
 std::vector<double> to_vector(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }
+
+/// Covariances, the correlation time of a Markov process counted as unknown; `missed`: variances by model error.
+void add_covariance(const Problem& problem, const State& state, const VectorXd& missed, const AllanFitOptions& options,
+                    AllanFit& fit) {
+  const auto terms = problem.terms();
+  const MatrixXd design = with_markov_time(problem, state.c);
+  const bool timed = design.cols() > terms;
+  auto list = support(state.c);
+  const Whitened whitened(design, problem.y(), state.v);
+  fit.condition = whitened.condition(list);
+  if (!options.select) list = listed(Active(fit.terms.size(), true));
+  if (timed) list.push_back(terms);
+  MatrixXd whole = MatrixXd::Zero(terms + 1, terms + 1);
+  whole(list, list) = whitened.solve(list).covariance;
+  VectorXd by_error = VectorXd::Zero(terms + 1);
+  by_error(list) = whitened.weights(list).array().square().matrix() * missed;
+  fit.model_error_variance = to_vector(by_error.head(terms));
+  fit.covariance = Matrix(fit.terms.size(), fit.terms.size());
+  Eigen::Map<MatrixXd>(fit.covariance.values.data(), terms, terms) = whole.topLeftCorner(terms, terms);
+  if (!timed) return;
+  fit.markov_time_covariance = to_vector(whole.col(terms));
+  fit.degrees_of_freedom -= 1.0;
+  for (Eigen::Index t = 0; t < terms; ++t)
+    if (whole(t, t) > 0.0) fit.terms[static_cast<std::size_t>(t)].squared_sd = std::sqrt(whole(t, t));
+}
 
 AllanFit described(const Problem& problem, Selected selected, double error, const AllanFitOptions& options) {
   const State& state = selected.state;
@@ -320,23 +358,9 @@ AllanFit described(const Problem& problem, Selected selected, double error, cons
   const auto kept = support(state.c);
   const Solution free = Whitened(problem.design(), problem.y(), statistical).solve(kept);
   fit.chi_square = free.chi_square;
+  fit.minus_twice_log_likelihood = minus_twice_log_likelihood(problem, {state.c, statistical, 0.0});
   fit.degrees_of_freedom = degrees_of_freedom(problem, state);
-  auto with_covariance = kept;
-  if (!options.select) with_covariance = listed(Active(fit.terms.size(), true));
-  const Whitened whitened(problem.design(), problem.y(), state.v);
-  const MatrixXd covariance = whitened.solve(with_covariance).covariance;
-  fit.condition = whitened.condition(kept);
-  const MatrixXd weights = whitened.weights(with_covariance);
-  const VectorXd missed = (state.v - statistical).diagonal();
-  fit.model_error_variance.assign(fit.terms.size(), 0.0);
-  for (std::size_t a = 0; a < with_covariance.size(); ++a)
-    fit.model_error_variance[static_cast<std::size_t>(with_covariance[a])] =
-        weights.row(static_cast<Eigen::Index>(a)).array().square().matrix().dot(missed);
-  fit.covariance = Matrix(fit.terms.size(), fit.terms.size());
-  for (std::size_t a = 0; a < with_covariance.size(); ++a)
-    for (std::size_t b = 0; b < with_covariance.size(); ++b)
-      fit.covariance(static_cast<std::size_t>(with_covariance[a]), static_cast<std::size_t>(with_covariance[b])) =
-          covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+  add_covariance(problem, state, (state.v - statistical).diagonal(), options, fit);
   return fit;
 }
 
@@ -357,6 +381,7 @@ AllanFit fit_allan(const std::vector<AllanObservation>& observations, std::size_
   if (observations.size() < 2) throw Error(Error::Kind::bad_data, "fewer than 2 averaging times to fit");
   std::vector<UnitTerm> units;
   for (const NoiseTerm term : options.terms) units.push_back({term});
+  if (options.markov_time > 0.0) units.push_back({NoiseTerm::markov, options.markov_time});
   std::vector<std::size_t> factors;
   for (const auto& one : observations) {
     if (!(one.variance > 0.0)) throw Error(Error::Kind::bad_data, "an Allan variance is not above zero");

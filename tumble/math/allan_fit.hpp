@@ -17,7 +17,7 @@ struct AllanObservation {
 
 struct AllanFitOptions {
   std::vector<NoiseTerm> terms{NoiseTerm::quantization, NoiseTerm::white, NoiseTerm::flicker, NoiseTerm::random_walk};
-  bool markov = false;         ///< also try one Gauss-Markov process
+  double markov_time = 0.0;    ///< above zero: also one Gauss-Markov process of this correlation time [samples]
   bool select = true;          ///< leave out what is not supported; false: keep all that came out positive
   double significance = 0.05;  ///< a term is kept if chance alone would give it with less than this probability
 };
@@ -35,17 +35,19 @@ struct FittedTerm {
 };
 
 struct AllanFit {
-  std::vector<FittedTerm> terms;             ///< everything tried, in the order of the options, then markov
-  std::vector<double> squared;               ///< of every term tried, zero where left out [u^2]
-  Matrix covariance;                         ///< of `squared` [u^4]; with select = false also of those at zero
-  std::vector<double> model_error_variance;  ///< what of its diagonal comes from model_error [u^4]
-  std::vector<double> fitted;                ///< Allan variance of the fitted model at each factor [u^2]
-  std::vector<double> residual;              ///< measured over fitted minus one
-  std::vector<double> residual_sd;           ///< statistical, of the same
-  double chi_square = 0.0;                   ///< with the statistical covariance alone
-  double degrees_of_freedom = 0.0;           ///< of chi_square
-  double model_error = 0.0;                  ///< relative sd per factor that the terms miss beyond statistics; 0: none
-  double condition = 0.0;                    ///< of the whitened design of the kept terms with unit columns
+  std::vector<FittedTerm> terms;               ///< everything tried, in the order of the options, then markov
+  std::vector<double> squared;                 ///< of every term tried, zero where left out [u^2]
+  Matrix covariance;                           ///< of `squared` [u^4]; with select = false also of those at zero
+  std::vector<double> model_error_variance;    ///< what of its diagonal comes from model_error [u^4]
+  std::vector<double> markov_time_covariance;  ///< of T_c [samples] with `squared`, then its variance; if kept
+  std::vector<double> fitted;                  ///< Allan variance of the fitted model at each factor [u^2]
+  std::vector<double> residual;                ///< measured over fitted minus one
+  std::vector<double> residual_sd;             ///< statistical, of the same
+  double chi_square = 0.0;                     ///< with the statistical covariance alone
+  double degrees_of_freedom = 0.0;             ///< of chi_square
+  double model_error = 0.0;                 ///< relative sd per factor that the terms miss beyond statistics; 0: none
+  double minus_twice_log_likelihood = 0.0;  ///< with the statistical covariance alone, up to a constant
+  double condition = 0.0;                   ///< of the whitened design of the kept terms with unit columns
 };
 
 /// Squared coefficients of the noise terms from overlapping Allan variances, by generalised least squares with the full
@@ -63,6 +65,13 @@ struct AllanFit {
 /// See       spec 0, Annex B; covariance: allan_covariance.hpp
 AllanFit fit_allan(const std::vector<AllanObservation>& observations, std::size_t samples,
                    const AllanFitOptions& options);
+
+/// The same with one Gauss-Markov process of free correlation time where the record asks for it: tried if the terms
+/// alone fit worse than chance does once in 20 records, over correlation times from 1 sample to 1/20 of the record, and
+/// kept if -2 log likelihood falls by more than 13.8 (0.1 % of a chi-square of the two parameters). The covariance is
+/// linearised in the correlation time.
+AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations, std::size_t samples,
+                              const AllanFitOptions& options);
 
 /// The observations about an octave apart that a fit takes from a finer curve: the last always, and between the others
 /// a factor of at least 1.9.

@@ -51,7 +51,7 @@ std::vector<Option> options() {
       {"significance",
        Type::quantity,
        "1",
-       "0.05",
+       "0.01",
        {},
        "a term stays if chance gives it with less than this probability"},
   };
@@ -74,7 +74,7 @@ void fit(const EvenSignal& signal, const AllanOptions& curve, const Settings& se
   AllanFitOptions how;
   how.significance = settings.number("significance");
   result.used = observations(result.curve, settings);
-  result.fit = fit_allan(result.used, result.samples, how);
+  result.fit = fit_allan_and_markov(result.used, result.samples, how);
   constexpr double chance = 0.0027;  // 3 sigma
   AllanFit about = result.fit;
   std::vector<AllanObservation> used;
@@ -83,7 +83,7 @@ void fit(const EvenSignal& signal, const AllanOptions& curve, const Settings& se
     const auto level = levelled(signal.values, signal.rate, result.ramp.slope);
     used = observations(overlapping_allan(level, signal.rate, curve), settings);
     if (round > 0) used = without_ramp(used, signal.rate, result.ramp);
-    about = fit_allan(used, result.samples, how);
+    about = fit_allan_and_markov(used, result.samples, how);
     result.ramp = estimate_ramp(signal.values, signal.rate, about);
     if (result.ramp.chance > chance) return;
   }

@@ -51,6 +51,13 @@ void add_parameters(const ChannelNoise& channel, Estimate& estimate, std::vector
                                    said.description, term.degrees_of_freedom});
     gain.push_back(0.5 * value / term.squared);
   }
+  if (!channel.fit.markov_time_covariance.empty()) {
+    const FittedTerm& markov = channel.fit.terms.back();
+    estimate.parameters.push_back({channel.label + ".markov_time", "T_c", Unit::parse("s"),
+                                   markov.unit.markov_time / channel.rate, "correlation time of the Gauss-Markov bias",
+                                   markov.degrees_of_freedom});
+    gain.push_back(1.0 / channel.rate);
+  }
   if (!channel.ramp.kept) return;
   estimate.parameters.push_back({channel.label + ".rate_ramp", "R", Unit::parse(ramp_unit(channel.kind)),
                                  channel.ramp.slope, "straight trend of the bias", channel.ramp.degrees_of_freedom});
@@ -76,6 +83,15 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
       shape.variance[base + a] = part;
       noise.variance[base + a] = std::max(0.0, estimate.covariance(base + a, base + a) - part);
       departs = departs || part > 0.0;
+    }
+    const auto& time = channel.fit.markov_time_covariance;
+    if (!time.empty()) {
+      const std::size_t at = base + kept.size();
+      for (std::size_t a = 0; a < kept.size(); ++a)
+        estimate.covariance(base + a, at) = estimate.covariance(at, base + a) =
+            gain[base + a] * gain[at] * time[kept[a]];
+      estimate.covariance(at, at) = noise.variance[at] = gain[at] * gain[at] * time.back();
+      ++base;
     }
     base += kept.size();
     if (!channel.ramp.kept) continue;

@@ -64,6 +64,10 @@ NoiseModel noise_of(const std::vector<FittedTerm>& terms, const std::vector<doub
     const double value = coefficient(term, squared[t], rate);
     if (term == NoiseTerm::white) noise.angle_random_walk = value;
     if (term == NoiseTerm::flicker) noise.bias_instability = value;
+    if (term == NoiseTerm::markov) {
+      noise.markov_sd = value;
+      noise.markov_time = terms[t].unit.markov_time / rate;
+    }
     if (term == NoiseTerm::random_walk) noise.rate_random_walk = value;
   }
   // Averages need some white noise: quantization, taken as independent from one to the next, is at least what it does.
@@ -78,15 +82,19 @@ NoiseModel noise_of(const std::vector<FittedTerm>& terms, const std::vector<doub
 
 Ramp estimate_ramp(std::span<const double> values, double rate, const AllanFit& fit) {
   const Averages averages = averages_of(values, rate);
-  const Line best = regress(averages, noise_of(fit.terms, fit.squared, rate, averages.interval));
+  // A walk too weak for the Allan variance still moves the slope.
+  auto squared = fit.squared;
+  for (std::size_t t = 0; t < squared.size(); ++t)
+    if (fit.terms[t].unit.term == NoiseTerm::random_walk && !fit.terms[t].kept) squared[t] = fit.terms[t].upper_limit;
+  const Line best = regress(averages, noise_of(fit.terms, squared, rate, averages.interval));
   // Relative variance of the slope's variance by what is not known of each term.
   std::vector<double> derivative(fit.squared.size(), 0.0);
   for (std::size_t t = 0; t < derivative.size(); ++t) {
-    if (fit.squared[t] == 0.0 || fit.terms[t].unit.term == NoiseTerm::quantization) continue;
-    auto more = fit.squared;
+    if (squared[t] == 0.0 || fit.terms[t].unit.term == NoiseTerm::quantization) continue;
+    auto more = squared;
     more[t] *= 1.1;
     const double moved = regress(averages, noise_of(fit.terms, more, rate, averages.interval)).variance;
-    derivative[t] = (moved / best.variance - 1.0) / (0.1 * fit.squared[t]);
+    derivative[t] = (moved / best.variance - 1.0) / (0.1 * squared[t]);
   }
   double relative = 0.0;
   for (std::size_t a = 0; a < derivative.size(); ++a)
@@ -95,6 +103,7 @@ Ramp estimate_ramp(std::span<const double> values, double rate, const AllanFit& 
   Ramp ramp;
   ramp.slope = best.slope;
   ramp.sd = std::sqrt(best.variance);
+  ramp.taken = regress(averages, noise_of(fit.terms, fit.squared, rate, averages.interval)).variance;
   ramp.degrees_of_freedom = std::clamp(2.0 / std::max(relative, 1e-9), 1.0, 1e6);
   ramp.chance = 2.0 * boost::math::cdf(boost::math::complement(boost::math::students_t(ramp.degrees_of_freedom),
                                                                std::abs(ramp.slope) / ramp.sd));
@@ -104,7 +113,7 @@ Ramp estimate_ramp(std::span<const double> values, double rate, const AllanFit& 
 std::vector<AllanObservation> without_ramp(std::vector<AllanObservation> observations, double rate, const Ramp& ramp) {
   for (auto& one : observations) {
     const double tau = static_cast<double>(one.factor) / rate;
-    one.variance += 0.5 * tau * tau * ramp.sd * ramp.sd;
+    one.variance += 0.5 * tau * tau * ramp.taken;
   }
   return observations;
 }

@@ -12,7 +12,8 @@ namespace tumble {
 struct Ramp {
   bool kept = false;
   double slope = 0.0;               ///< [u/s]
-  double sd = 0.0;                  ///< [u/s] under the fitted noise
+  double sd = 0.0;                  ///< [u/s] under the fitted noise, random walk at its limit where none was seen
+  double taken = 0.0;               ///< [u^2/s^2] variance of the slope under the fitted noise itself
   double degrees_of_freedom = 0.0;  ///< of sd, whose noise model is itself estimated
   double chance = 1.0;              ///< probability of so much, either way, without a trend
 };
