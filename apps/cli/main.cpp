@@ -121,6 +121,7 @@ extern "C" void last_words(int) {
 }  // namespace tumble::cli
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file too large for its limit is a failed write, with a message
   std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
   for (const int fault : {SIGSEGV, SIGBUS, SIGFPE}) std::signal(fault, tumble::cli::last_words);
   return tumble::cli::run_and_catch(argc, argv);

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 
@@ -35,6 +37,15 @@ Verb add_simulate(CLI::App& program) {
   app->add_option("PLAN", arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]")->required();
   app->add_option("-o,--output", arguments->output, "recording to write; without it <plan>.h5 in this folder");
   app->add_option("--seed", arguments->seed, "of the random numbers: the same seed gives the same bytes")
+      ->check(
+          [](const std::string& text) {
+            std::uint64_t value = 0;
+            const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+            return fault == std::errc{} && end == text.data() + text.size()
+                       ? std::string()
+                       : "a whole number from 0 to 18446744073709551615 is expected, not '" + text + "'";
+          },
+          "SEED")
       ->capture_default_str();
   add_sets(*app, arguments->sets, "in place of what the plan says: truth.KEY, rig.KEY; repeatable");
   app->footer(

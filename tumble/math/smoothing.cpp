@@ -58,10 +58,10 @@ void fit_around(std::span<const double> time, std::span<const double> signal, do
   const auto there = [&](std::size_t j) { return !std::isnan(signal[j]); };
   std::size_t count = 0;
   for (std::size_t j = begin; j < end; ++j) count += there(j);
-  while (count < 3 && (begin > 0 || end < time.size())) {
-    if (end < time.size()) count += there(end++);
-    if (count < 3 && begin > 0) count += there(--begin);
-  }
+  // At the ends of a coarse grid the third sample may lie just outside; across a gap nothing is made up.
+  const double reach = 2.0 * half_width + 5e-7;
+  while (count < 3 && end < time.size() && time[end] - time[k] <= reach) count += there(end++);
+  while (count < 3 && begin > 0 && time[k] - time[begin - 1] <= reach) count += there(--begin);
   const double offset = there(k) ? signal[k] : 0.0;
   Moments moments;
   for (std::size_t j = begin; j < end; ++j)

@@ -13,11 +13,11 @@ struct Smoothed {
 };
 
 /// Local quadratic least squares (Savitzky and Golay, 1964) over time +- half_width. At the ends and where samples are
-/// missing the quadratic is fitted to those there are, to the nearest three at least. Never differentiate raw readings
-/// of quantum q: over a span W the error of a difference is q/(sqrt(6) W).
+/// missing the quadratic is fitted to those there are; where they are fewer than three, to those within twice the
+/// width. Never differentiate raw readings of quantum q: over a span W the error of a difference is q/(sqrt(6) W).
 ///
 /// Given     time [s], increasing, n; signal [u], n, NaN where missing; half_width [s]
-/// Returned  n each; NaN for a signal of fewer than 3 samples
+/// Returned  n each; NaN where there are still fewer than 3 samples
 Smoothed local_quadratic(std::span<const double> time, std::span<const double> signal, double half_width);
 
 }  // namespace tumble

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tumble/methods/fog_thermal_bias/compensate.hpp"
 #include "tumble/methods/fog_thermal_bias/describe.hpp"
 #include "tumble/methods/fog_thermal_bias/findings.hpp"
@@ -77,6 +79,19 @@ void refuse_impossible(const Evidence& evidence) {
     if (!(settings.number(name) > 0.0)) problems.push_back(fmt::format("{} must be positive", name));
   if (settings.has("startup_time") && !(settings.number("startup_time") > 0.0))
     problems.push_back("startup_time must be positive");
+  for (const char* name : {"sensor_lag", "sensor_lag_sd"})
+    if (!(settings.number(name) >= 0.0 && settings.number(name) <= 600.0))
+      problems.push_back(fmt::format("{} must lie between 0 s and 600 s", name));
+  if (settings.number("smoothing") > 1800.0)
+    problems.push_back("smoothing must not exceed 30 min: it would hide the ramps");
+  if (settings.has("startup_time") && settings.number("startup_time") > 36000.0)
+    problems.push_back("startup_time must not exceed 10 h: such a transient cannot be told from a level");
+  const auto runs = runs_of(evidence.recordings);
+  if (settings.has("hold_out"))
+    for (const int held : settings.integers("hold_out"))
+      if (std::ranges::find(runs, held, &Run::number) == runs.end())
+        problems.push_back(fmt::format("hold_out: there is no run {} (the recordings hold runs {} to {})", held,
+                                       runs.empty() ? 0 : runs.front().number, runs.empty() ? 0 : runs.back().number));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "fog_thermal_bias needs at least one recording");
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tumble/models/model.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::models {
 namespace {
@@ -62,6 +63,7 @@ std::vector<Term> terms(const Settings& constants) {
   const double reference = constants.number("start_temperature_reference");
   const bool raw = constants.word("form") == "raw";
   const double startup_time = constants.number("startup_time");
+  if (!(startup_time > 0.0)) throw Error(Error::Kind::bad_input, "fiber_optic_gyro: startup_time must be positive");
   constexpr double zero_celsius = 273.15;  // the source's T is in degC: powers of it depend on where zero is
   std::vector<Term> table;
   for (int j = 0; j < start_powers; ++j)

@@ -38,6 +38,11 @@ std::vector<Option> options() {
 
 std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
   std::vector<std::string> problems;
+  for (const char* name : {"ramp_limit", "top_time", "side_time", "draught_time"})
+    if (!(options.number(name) > 0.0)) problems.push_back(fmt::format("[rig] {} must be positive", name));
+  for (const char* name : {"stability_sd", "draught_sd", "sensor_lag", "sensor_noise", "sensor_quantum"})
+    if (options.number(name) < 0.0) problems.push_back(fmt::format("[rig] {} must not be negative", name));
+  if (options.number("lowest") >= options.number("highest")) problems.push_back("[rig] lowest must lie below highest");
   const double lowest = options.number("lowest"), highest = options.number("highest");
   const Unit celsius = Unit::parse("degC"), ramp_unit = Unit::parse("K/min");
   const auto check_temperature = [&](const Segment& segment, double temperature) {

@@ -38,6 +38,12 @@ void refuse_incomplete(const Plan& plan) {
     problems.push_back("to simulate, the plan needs [instrument] rate = \"1 Hz\" or the like");
   if (plan.schedule.empty()) problems.push_back("to simulate, the plan needs at least one [[schedule]]");
   if (problems.empty() && plan.truth.texts().empty()) problems.push_back("to simulate, the plan needs [truth]");
+  if (problems.empty())
+    for (const char* name : {"quantization_noise", "angle_random_walk", "bias_instability", "rate_random_walk",
+                             "markov_sd", "turn_on_repeatability"})
+      if (plan.truth.number(name) < 0.0) problems.push_back(fmt::format("[truth] {} must not be negative", name));
+  if (problems.empty() && plan.truth.number("markov_sd") > 0.0 && !(plan.truth.number("markov_time") > 0.0))
+    problems.push_back("[truth] markov_time must be positive where markov_sd is given");
   if (!problems.empty()) {
     for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
     throw Error(Error::Kind::bad_input, problems);

@@ -85,6 +85,17 @@ std::string missing_channel(const Plan& plan, const Role& role, const Recording&
                      fmt::join(columns, ", "), how);
 }
 
+/// The same bytes twice would count twice and make every uncertainty too small.
+void refuse_copies(const std::vector<Recording>& recordings) {
+  std::vector<std::string> problems;
+  for (std::size_t a = 0; a < recordings.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (!recordings[a].origin.sha256.empty() && recordings[a].origin.sha256 == recordings[b].origin.sha256)
+        problems.push_back(fmt::format("{} holds the same bytes as {}: a recording can be used once only",
+                                       recordings[a].origin.file, recordings[b].origin.file));
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
 /// What is wrong with the unit of a channel in a role, or empty.
 std::string wrong_unit(const Role& role, const Channel& channel, const Recording& recording) {
   if (role.unit.empty()) return "";
@@ -167,6 +178,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
       problems.insert(problems.end(), error.problems.begin(), error.problems.end());
     }
   if (!problems.empty()) throw Error(kind, problems);
+  refuse_copies(evidence.recordings);
   check_roles(evidence, roles, options);
   return evidence;
 }

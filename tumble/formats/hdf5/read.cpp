@@ -29,7 +29,18 @@ class Source {
       throw Error{Error::Kind::bad_file, problems_};
     }
     if (channels_.empty()) refuse("has no channel to read in its group /channels");
-    if (const auto text = text_dataset(file_, "/meta")) formats::annotate_all(recording_, *text);
+    if (const auto text = text_dataset(file_, "/meta")) read_meta(*text);
+  }
+
+  void read_meta(const std::string& text) {
+    const auto before = recording_.marks.size();
+    if (formats::annotate_all(recording_, text) &&
+        (recording_.marks.size() > before || !recording_.meta.contains("marks")))
+      return;
+    recording_.findings.push_back({Finding::Severity::warning,
+                                   "/meta cannot be understood as the JSON this program writes: marks, power-ups and "
+                                   "other notes it may hold are lost",
+                                   "/meta"});
   }
 
   /// The channels without samples.

@@ -20,10 +20,36 @@ struct Drift {
   Matrix covariance;
 };
 
+/// What the result file says that no identification can have written: edited or damaged.
+std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<Term>& terms) {
+  std::vector<std::string> faults;
+  for (const auto& parameter : estimate.parameters) {
+    const auto term = std::ranges::find(terms, parameter.name, &Term::name);
+    const bool score = parameter.name.starts_with("bias_sd_") || parameter.name == "turn_on_repeatability";
+    if (term == terms.end() && !score)
+      faults.push_back(fmt::format("the result's parameter '{}' is no term of the thermal model", parameter.name));
+    if (term != terms.end() && Unit::parse(term->unit).dimension() != parameter.unit.dimension())
+      faults.push_back(fmt::format("the result's parameter '{}' is in {}, but must be in {} or another unit of [{}]",
+                                   parameter.name, parameter.unit.text(), term->unit,
+                                   name(Unit::parse(term->unit).dimension())));
+    if (!std::isfinite(parameter.value))
+      faults.push_back(fmt::format("the result's parameter '{}' has no value", parameter.name));
+  }
+  const Table* range = find_table(estimate, "calibrated_range");
+  if (range == nullptr || range->rows.empty() || range->columns.size() != 6)
+    faults.push_back("the result has no table calibrated_range: it cannot be said where the compensation holds");
+  for (const auto& option : find_method("fog_thermal_bias").options())
+    if (!option.fallback.empty() && !estimate.provenance.settings.contains(option.name))
+      faults.push_back(fmt::format("the result's provenance lacks the setting '{}'", option.name));
+  return faults;
+}
+
 Drift drift_of(const Estimate& estimate, const Settings& settings) {
   Drift drift;
   std::vector<std::size_t> used;
-  for (const auto& term : find_model("fiber_optic_gyro").terms(constants_of(settings))) {
+  const auto terms = find_model("fiber_optic_gyro").terms(constants_of(settings));
+  if (const auto faults = faults_of(estimate, terms); !faults.empty()) throw Error(Error::Kind::bad_file, faults);
+  for (const auto& term : terms) {
     if (term.name.starts_with("bias_")) continue;  // the level stays
     for (std::size_t p = 0; p < estimate.parameters.size(); ++p)
       if (estimate.parameters[p].name == term.name) {
@@ -76,7 +102,15 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
   if (out.sensors.side == nullptr && find_parameter(estimate, "B1_0") != nullptr)
     problems.push_back(
         "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
-  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  if (gyro != nullptr && find_channel(recording, gyro->name + ".extrapolated") != nullptr)
+    problems.push_back("channel " + gyro->name + " is compensated already: it would be taken off twice");
+  if (!problems.empty()) {
+    for (auto& problem : problems)
+      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
+    throw Error(Error::Kind::bad_data, problems);
+  }
+  for (const Channel* channel : {gyro, out.sensors.top, out.sensors.side})
+    if (channel != nullptr) refuse_backward(*channel);
   out.gyro = static_cast<std::size_t>(gyro - recording.channels.data());
   return out;
 }
@@ -86,6 +120,7 @@ struct Outcome {
   double start_temperature = 0.0, sd_raw = 0.0, sd_compensated = 0.0;
   double outside = 0.0;  ///< share of the samples outside of the calibrated range
   double first_outside = 0.0;
+  std::size_t blank = 0;  ///< samples without a temperature
 };
 
 /// Which intervals since power-on lie outside of the range: judged on averages, as the range was made of averages.
@@ -143,7 +178,7 @@ double sd_of_averages(const std::vector<double>& values, std::size_t first, std:
   double mean = 0.0, squares = 0.0;
   for (const double m : means) mean += m / static_cast<double>(means.size());
   for (const double m : means) squares += (m - mean) * (m - mean);
-  return means.size() > 1 ? std::sqrt(squares / static_cast<double>(means.size() - 1)) : 0.0;
+  return means.size() > 1 ? std::sqrt(squares / static_cast<double>(means.size() - 1)) : std::nan("");
 }
 
 }  // namespace
@@ -152,9 +187,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   const Settings settings = settings_of(estimate);
   const Drift drift = drift_of(estimate, settings);
   const Channels channels = channels_of(estimate, recording);
-  const Table* range = find_table(estimate, "calibrated_range");
-  if (range == nullptr) throw Error(Error::Kind::bad_file, "the result has no table calibrated_range");
-  const InRange in_range(*range);
+  const InRange in_range(*find_table(estimate, "calibrated_range"));
 
   Compensation out{recording, {}, {}};
   const Channel& raw = recording.channels[channels.gyro];
@@ -181,8 +214,9 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
         predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
       for (std::size_t c = 0; c < n; ++c)
         for (std::size_t t = 0; t < n; ++t) variance += phi[c] * phi[t] * drift.covariance(t, c);
+      outcomes[r].blank += std::isnan(predicted) && !std::isnan(gyro.values[k]);
       gyro.values[k] -= predicted;
-      sd.values[k] = std::sqrt(std::max(0.0, variance));
+      sd.values[k] = std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
       const auto at = std::min(intervals_outside.size() - 1, static_cast<std::size_t>(felt.since_power_on / interval));
       outside.values[k] = intervals_outside[at] ? 1.0 : 0.0;
       if (outside.values[k] > 0.0 && outcomes[r].outside++ == 0.0) outcomes[r].first_outside = raw.time(k);
@@ -213,6 +247,14 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
     table.rows.push_back({static_cast<double>(runs[r].number), runs[r].label, o.start_temperature, o.sd_raw,
                           o.sd_compensated, o.sd_compensated / o.sd_raw, o.outside});
   }
+  std::size_t blank = 0;
+  for (const auto& outcome : outcomes) blank += outcome.blank;
+  if (blank > 0)
+    out.findings.push_back({Finding::Severity::warning,
+                            fmt::format("{} samples have no temperature within the smoothing window: they could not be "
+                                        "compensated and are left blank",
+                                        blank),
+                            gyro.name});
   if (std::ranges::any_of(outcomes, [](const Outcome& o) { return o.outside > 0.0; }))
     out.findings.push_back(extrapolation(runs, outcomes, out.recording.channels.back().name));
   out.tables.push_back(std::move(table));

@@ -28,6 +28,8 @@ Slice slice(const Channel& channel, double begin, double end) {
   return out;
 }
 
+}  // namespace
+
 void refuse_backward(const Channel& channel) {
   if (channel.timeline.uniform()) return;
   const auto& stamps = *channel.timeline.stamps;
@@ -38,6 +40,8 @@ void refuse_backward(const Channel& channel) {
                             "before the test is reduced",
                             channel.name, *back, *std::next(back)));
 }
+
+namespace {
 
 /// Linear interpolation of a smoothed sensor onto other stamps.
 double between(const std::vector<double>& time, const std::vector<double>& value, double at) {
@@ -131,7 +135,7 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
   }
 }
 
-RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag) {
+RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag, double interval) {
   const Settings& settings = evidence.plan.settings;
   const Role role = roles_of(evidence, evidence.recordings[run.recording]);
   const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
@@ -150,7 +154,13 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
     const auto& held = settings.integers("hold_out");
     out.held_out = std::ranges::find(held, run.number) != held.end();
   }
-  average(out, gyro, thermal, terms, begin, settings.number("averaging"));
+  average(out, gyro, thermal, terms, begin, interval);
+  if (out.time.empty())
+    throw Error(
+        Error::Kind::bad_data,
+        fmt::format(
+            "{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or leave the run out",
+            where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
   return out;
 }
 
@@ -207,10 +217,10 @@ Felt felt_at(const Thermal& thermal, double time) {
   return felt;
 }
 
-std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag) {
+std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag, double interval) {
   const auto runs = runs_of(evidence.recordings);
   std::vector<RunData> out(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) { out[r] = data_of(evidence, runs[r], terms, lag); });
+  parallel_for(runs.size(), [&](std::size_t r) { out[r] = data_of(evidence, runs[r], terms, lag, interval); });
   return out;
 }
 

@@ -42,8 +42,12 @@ struct RunData {
   bool held_out = false;
 };
 
-/// The power-ups of the evidence with the regressors of `terms`. `lag` [s] of the sensors.
-std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag);
+/// The power-ups of the evidence with the regressors of `terms`, averaged over `interval` [s]. `lag` [s] of the
+/// sensors. Throws Error::bad_data for a run shorter than an interval or a clock that runs backwards.
+std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag, double interval);
+
+/// Error::bad_data where the stamps of a channel do not increase.
+void refuse_backward(const Channel& channel);
 
 /// One value per sample time, linear between the thermal samples and constant beyond them.
 Felt felt_at(const Thermal& thermal, double time);

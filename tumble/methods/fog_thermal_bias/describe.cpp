@@ -57,6 +57,10 @@ void append_scores(Estimate& estimate, const Answer& answer) {
       left_out.push_back(std::sqrt((sum - s.squares[r]) / std::max(1.0, count - counts[r])));
     for (const double v : left_out) mean += v / n;
     for (const double v : left_out) spread += (v - mean) * (v - mean) * (n - 1.0) / n;
+    if (counts.size() < 2) {  // nothing to leave out
+      if (s.squares.data() == scores[2].squares.data()) continue;
+      spread = std::pow(uncertainty_of_sd(std::sqrt(sum / count), std::max(1.0, count)), 2);
+    }
     append_parameter(estimate, {s.name, s.symbol, unit, std::sqrt(sum / count), s.description, std::max(1.0, n - 1.0)},
                      spread);
   }

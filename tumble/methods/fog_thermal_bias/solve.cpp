@@ -58,6 +58,25 @@ std::vector<Candidate> candidates_of(const Settings& settings, const std::vector
   return out;
 }
 
+double averages_in(const std::vector<RunData>& runs) {
+  double count = 0.0;
+  for (const auto& run : runs) count += static_cast<double>(run.time.size());
+  return count;
+}
+
+/// Whether T moves within the runs by more than no sensor can tell.
+bool temperature_varies(const std::vector<RunData>& runs) {
+  return std::ranges::any_of(runs, [](const RunData& run) {
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (std::size_t k = 0; k < run.time.size(); ++k) {
+      if (run.share[k] <= 0.0) continue;
+      lowest = std::min(lowest, run.felt[k].temperature);
+      highest = std::max(highest, run.felt[k].temperature);
+    }
+    return highest - lowest > 1e-3;
+  });
+}
+
 /// Start temperatures that differ by more than 2 K count as different.
 std::size_t distinct_starts(const std::vector<RunData>& runs) {
   std::vector<double> starts;
@@ -86,17 +105,24 @@ void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) 
         fmt::format("{} start temperature{} (more than 2 K apart) cannot determine a polynomial of {} terms in the "
                     "start temperature: add runs, or set start_temperature_power = {}",
                     starts, starts == 1 ? "" : "s", powers, starts ? starts - 1 : 0));
-  const bool constant = std::ranges::all_of(runs, [](const RunData& run) {
-    const auto spread = std::ranges::minmax(run.output);
-    return run.output.empty() || spread.min == spread.max;
-  });
-  if (averages < 10 || constant)
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  for (const auto& run : runs)
+    for (std::size_t k = 0; k < run.time.size(); ++k)
+      if (run.share[k] > 0.0) {
+        lowest = std::min(lowest, run.output[k]);
+        highest = std::max(highest, run.output[k]);
+      }
+  if (averages < 10)
     throw Error(Error::Kind::bad_data,
-                constant
-                    ? std::string("the gyro's output is constant: nothing can be identified from it")
-                    : fmt::format("{} averages of {:.6g} s are too few: the recordings are shorter than the method "
-                                  "can use",
-                                  averages, settings.number("averaging")));
+                fmt::format("{} averages of {:.6g} s are too few: the recordings are too short, or "
+                            "averaging is too long",
+                            averages, settings.number("averaging")));
+  if (!(highest > lowest))
+    throw Error(Error::Kind::bad_data, "the gyro's output is constant: nothing can be identified from it");
+  if (!temperature_varies(runs))
+    throw Error(Error::Kind::bad_data,
+                "the temperature does not vary within any run: no coefficient can be seen; add runs that change the "
+                "temperature, or use static_bias");
 }
 
 std::vector<std::string> names_of(const std::vector<Term>& terms) {
@@ -133,7 +159,8 @@ LinearFit fit_chosen(Answer& answer, const Factors& factors, const std::vector<s
 Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double lag, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   Answer answer;
-  answer.runs = run_data(evidence, terms, lag);
+  const double interval = settings.number("averaging");
+  answer.runs = run_data(evidence, terms, lag, interval);
   refuse_too_few(answer.runs, settings);
   report(progress, 0.3, "fitting the noise");
   const bool gradient_seen = std::ranges::any_of(answer.runs, [](const RunData& run) {
@@ -141,8 +168,11 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   });
   answer.candidates = candidates_of(settings, terms, gradient_seen);
   const auto factorised = union_of(answer.candidates);
-  const double interval = settings.number("averaging");
-  const Likelihood likelihood(answer.runs, factorised, interval);
+  // The noise is slow: a few thousand averages tell it as well as all, and its terms hold at any interval.
+  const double coarse = interval * std::ceil(averages_in(answer.runs) / 5000.0);
+  const auto coarse_runs = coarse > interval ? run_data(evidence, terms, lag, coarse) : std::vector<RunData>{};
+  const auto& noise_runs = coarse > interval ? coarse_runs : answer.runs;
+  const Likelihood likelihood(noise_runs, factorised, coarse);
   const auto most_likely = likelihood.most_likely();
   answer.noise = likelihood.noise(most_likely);
   const Factors factors = factorise(answer.runs, factorised, answer.noise, interval);
@@ -166,7 +196,7 @@ std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Ter
                                  double lag) {
   const double interval = evidence.plan.settings.number("averaging");
   Answer other = answer;
-  other.runs = run_data(evidence, terms, lag);
+  other.runs = run_data(evidence, terms, lag, interval);
   const auto& columns = answer.candidates[answer.chosen].columns;
   const Factors factors = factorise(other.runs, columns, answer.noise, interval);
   const auto fit = fit_chosen(other, factors, columns, evidence.plan.settings, terms);
