@@ -82,6 +82,11 @@ void refuse_impossible(const Evidence& evidence) {
   for (const char* name : {"sensor_lag", "sensor_lag_sd"})
     if (!(settings.number(name) >= 0.0 && settings.number(name) <= 600.0))
       problems.push_back(fmt::format("{} must lie between 0 s and 600 s", name));
+  if (settings.number("averaging") < 2.0 * settings.number("smoothing"))
+    problems.push_back(
+        fmt::format("averaging = {:.6g} s must be at least twice smoothing = {:.6g} s: in shorter averages the "
+                    "noise of the temperature sensors pulls the coefficients towards zero",
+                    settings.number("averaging"), settings.number("smoothing")));
   if (settings.number("smoothing") > 1800.0)
     problems.push_back("smoothing must not exceed 30 min: it would hide the ramps");
   if (settings.has("startup_time") && settings.number("startup_time") > 36000.0)

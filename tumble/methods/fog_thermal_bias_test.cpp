@@ -128,6 +128,27 @@ TEST(FogThermalBias, refuses_fewer_start_temperatures_than_terms) {
   }
 }
 
+TEST(FogThermalBias, refuses_runs_shorter_than_an_average) {
+  Trial trial = method().trial(1);
+  set(trial.evidence.plan.settings, "averaging", 2.0, "h");
+  EXPECT_THROW(method().identify(trial.evidence, {}), Error);
+}
+
+TEST(FogThermalBias, refuses_options_that_cannot_be_meant_all_at_once) {
+  Trial trial = method().trial(1);
+  Settings& settings = trial.evidence.plan.settings;
+  set(settings, "averaging", 20.0, "s");
+  set(settings, "sensor_lag", -1.0, "s");
+  settings.set_integers("hold_out", {99});
+  try {
+    method().identify(trial.evidence, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_EQ(error.problems.size(), 3u);
+  }
+}
+
 Estimate with_provenance(const Trial& trial) {
   Estimate estimate = method().identify(trial.evidence, {});
   estimate.provenance.settings = trial.evidence.plan.settings.texts();
@@ -142,6 +163,49 @@ TEST(FogThermalBias, compensates_another_session_to_its_noise) {
   for (const auto& row : table.rows) EXPECT_LT(std::get<double>(row[4]), si(0.012, "deg/h"));
   EXPECT_NE(find_channel(out.recording, "gyro.compensation_sd"), nullptr);
   EXPECT_EQ(out.recording.channels.size(), 5u);
+}
+
+TEST(FogThermalBias, compensates_only_with_a_sound_result_and_only_once) {
+  const Trial trial = method().trial(1);
+  const Recording& recording = trial.evidence.recordings[0];
+  const Estimate sound = with_provenance(trial);
+  const auto refused = [&](const Estimate& estimate, const Recording& on) {
+    try {
+      method().compensate(estimate, on);
+      return false;
+    } catch (const Error&) {
+      return true;
+    }
+  };
+  EXPECT_FALSE(refused(sound, recording));
+  Estimate edited = sound;
+  edited.parameters[0].unit = Unit::parse("m");
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  edited.parameters[0].name = "Z9";
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  edited.parameters[0].value = std::nan("");
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  for (auto& table : edited.tables) table.rows.clear();
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  edited.provenance.settings.erase("sensor_lag");
+  EXPECT_TRUE(refused(edited, recording));
+  EXPECT_TRUE(refused(sound, method().compensate(sound, recording).recording));
+}
+
+TEST(FogThermalBias, leaves_blank_what_has_no_temperature) {
+  const Trial trial = method().trial(1);
+  Recording recording = trial.evidence.recordings[0];
+  for (auto& channel : recording.channels)
+    if (channel.name != "gyro")
+      for (std::size_t k = 200; k < 300; ++k) channel.values[k] = std::nan("");
+  const Compensation out = method().compensate(with_provenance(trial), recording);
+  EXPECT_TRUE(std::isnan(find_channel(out.recording, "gyro")->values[250]));
+  EXPECT_FALSE(std::isnan(find_channel(out.recording, "gyro")->values[350]));
+  EXPECT_FALSE(out.findings.empty());
 }
 
 TEST(FogThermalBias, flags_samples_outside_of_the_calibrated_range) {

@@ -254,7 +254,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
                             fmt::format("{} samples have no temperature within the smoothing window: they could not be "
                                         "compensated and are left blank",
                                         blank),
-                            gyro.name});
+                            raw.name});
   if (std::ranges::any_of(outcomes, [](const Outcome& o) { return o.outside > 0.0; }))
     out.findings.push_back(extrapolation(runs, outcomes, out.recording.channels.back().name));
   out.tables.push_back(std::move(table));
