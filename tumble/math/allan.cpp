@@ -84,6 +84,8 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
     DeviationPoint point{.factor = factors[i], .tau = static_cast<double>(factors[i]) / sample_rate};
     for (const std::size_t count : terms) point.count += count;
     const double m = static_cast<double>(factors[i]);
+    if (!std::isfinite(sums[i]))
+      throw Error(Error::Kind::bad_data, "the values are too large to be squared and summed: check their unit");
     point.deviation = std::sqrt(sums[i] / (2.0 * static_cast<double>(point.count))) / m;
     alpha = identify_noise_type(phase, factors[i], sums[i], point.count, alpha);
     point.alpha = alpha;
