@@ -204,14 +204,17 @@ TEST_P(Methods, PoorEvidenceIsAnErrorAndNothingElse) {
 
 TEST_P(Methods, CompensatesWithoutLosingSamples) {
   if (method().compensate == nullptr) return;
-  const Recording recording = method().trial(2).evidence.recordings[0];
-  const Compensation done = method().compensate(estimate(), recording);
+  const Trial trial = method().trial(2);
+  const Recording& recording = trial.evidence.recordings[0];
+  Estimate result = estimate();
+  result.provenance.settings = trial.evidence.plan.settings.texts();
+  const Compensation done = method().compensate(result, recording);
   for (const auto& channel : recording.channels) {
     const Channel* kept = find_channel(done.recording, channel.name);
     ASSERT_NE(kept, nullptr) << channel.name;
     EXPECT_EQ(kept->values.size(), channel.values.size()) << channel.name;
   }
-  EXPECT_THROW(method().compensate(estimate(), Recording{}), Error);
+  EXPECT_THROW(method().compensate(result, Recording{}), Error);
 }
 
 TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {

@@ -6,6 +6,10 @@
 namespace tumble {
 namespace {
 
+/// [samples] A correlation time nearer to the sampling interval is what a filter in the instrument leaves, not a
+/// process to report.
+constexpr double shortest_time = 8.0;
+
 /// The correlation time of the best likelihood between `low` and `high`, by golden section in its logarithm.
 double best_time(const std::vector<AllanObservation>& observations, std::size_t samples, AllanFitOptions options,
                  double low, double high) {
@@ -43,7 +47,7 @@ AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations,
   AllanFitOptions with = options;
   with.select = false;
   double best = 0.0, least = without.minus_twice_log_likelihood;
-  for (double time = 1.0; time < static_cast<double>(samples) / 20.0; time *= 2.0) {
+  for (double time = shortest_time; time < static_cast<double>(samples) / 20.0; time *= 2.0) {
     with.markov_time = time;
     const double one = fit_allan(observations, samples, with).minus_twice_log_likelihood;
     if (one >= least) continue;
@@ -63,6 +67,7 @@ AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations,
     }
     with.markov_time = best = best_time(observations, samples, narrow, 0.5 * best, 2.0 * best);
   }
+  if (best < shortest_time) return without;
   AllanFit fit = fit_allan(observations, samples, with);
   const bool helps = without.minus_twice_log_likelihood - fit.minus_twice_log_likelihood > 13.8;
   return helps && fit.terms.back().kept ? fit : without;

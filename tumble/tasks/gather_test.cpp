@@ -69,14 +69,19 @@ TEST_F(Gather, MarksTheWholeScheduleFromTheFirstStamp) {
 }
 
 TEST_F(Gather, MarksOneRunOrOneSegmentOfAFile) {
-  const auto file = recording("a.csv", 5);
+  const auto first = recording("a.csv", 5), second = recording("c.csv", 6), third = recording("d.csv", 7);
   const auto evidence =
-      gather(plan({{file, "", 2}, {file, "ramp", 0}, {file, "ramp", 7}}), {recording("b.csv")}, {}, {});
+      gather(plan({{first, "", 2}, {second, "ramp", 0}, {third, "ramp", 7}}), {recording("b.csv")}, {}, {});
   ASSERT_EQ(evidence.recordings.size(), 4u);
   EXPECT_EQ(marks_of(evidence.recordings[0]), (Marks{{"soak", 5, 2}}));
-  EXPECT_EQ(marks_of(evidence.recordings[1]), (Marks{{"ramp", 5, 1}}));
-  EXPECT_EQ(marks_of(evidence.recordings[2]), (Marks{{"ramp", 5, 7}}));
+  EXPECT_EQ(marks_of(evidence.recordings[1]), (Marks{{"ramp", 6, 1}}));
+  EXPECT_EQ(marks_of(evidence.recordings[2]), (Marks{{"ramp", 7, 7}}));
   EXPECT_EQ(evidence.recordings[3].marks.size(), 3u);  // the command line's file comes last
+}
+
+TEST_F(Gather, RefusesTheSameBytesTwice) {
+  const auto file = recording("a.csv");
+  EXPECT_EQ(problems(plan({{file, "", 1}, {file, "", 2}}), Error::Kind::bad_data).size(), 1u);
 }
 
 TEST_F(Gather, ReadsOnlyTheChannelsOfTheRoles) {
