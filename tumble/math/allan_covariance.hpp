@@ -17,7 +17,7 @@ struct UnitTerm {
   double markov_time = 0.0;  ///< markov only [samples]
 };
 
-/// Expected Allan variance of the unit term at averaging factor m: 3/m^2, 1/m, 2 ln 2/pi, m/3 (spec 0, Annex B).
+/// Expected Allan variance of the unit term at averaging factor m: 3/m^2, 1/m, 2 ln 2/pi, m/3.
 double unit_allan_variance(const UnitTerm& term, double factor);
 
 /// Its derivative by the correlation time [samples].

@@ -62,7 +62,7 @@ struct AllanFit {
 ///
 /// Given     observations  ascending factors, best an octave apart; samples: length of the record
 /// Throws    Error::bad_data for fewer than 2 observations or no positive variance
-/// See       spec 0, Annex B; covariance: allan_covariance.hpp
+/// See       covariance: allan_covariance.hpp
 AllanFit fit_allan(const std::vector<AllanObservation>& observations, std::size_t samples,
                    const AllanFitOptions& options);
 

@@ -178,7 +178,7 @@ Trial trial(std::uint64_t seed) {
 extern const Method allan_noise{
     .name = "allan_noise",
     .summary = "noise terms of angular rate or specific force from the overlapping Allan deviation",
-    .source = "IEEE Std 528 terms; NIST SP 1065 (2008), eq. (11); Greenhall and Riley, PTTI 2003; spec 0, Annex B",
+    .source = "IEEE Std 528 terms; NIST SP 1065 (2008), eq. (11); Greenhall and Riley, PTTI 2003",
     .needs_plan = false,
     .roles = roles,
     .options = options,
