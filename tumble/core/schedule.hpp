@@ -9,12 +9,13 @@ namespace tumble {
 /// What one axis of the rig does during a segment. Temperature and shake are axes like any other. All values in SI of
 /// the axis (rad, K, m/s^2).
 struct Motion {
-  enum class Kind { hold, rate, slew, sine, random, ramp, dwell };
+  enum class Kind { hold, rate, slew, sine, sweep, random, ramp, dwell };
   Kind kind = Kind::hold;
   double value = 0.0;  ///< hold, dwell: position or temperature; rate, ramp, slew: speed (unsigned for ramp and slew)
   double to = 0.0;     ///< ramp, slew: where it ends
-  double amplitude = 0.0;                  ///< sine
-  double frequency = 0.0;                  ///< sine [Hz]
+  double amplitude = 0.0;                  ///< sine, sweep
+  double frequency = 0.0;                  ///< sine; sweep: where it begins [Hz]
+  double to_frequency = 0.0;               ///< sweep: where it ends [Hz], reached logarithmically over the segment
   double phase = 0.0;                      ///< sine [rad]
   std::vector<double> psd_frequency = {};  ///< random [Hz]
   std::vector<double> psd = {};            ///< random, one-sided [unit^2/Hz]

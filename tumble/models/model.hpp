@@ -1,12 +1,16 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "tumble/core/channel.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/random.hpp"
 #include "tumble/math/vector3.hpp"
 
 namespace tumble {
@@ -33,24 +37,58 @@ struct Term {
   std::function<double(const Felt&)> regressor;
 };
 
-/// A catalogue entry of models/: an instrument as a table of terms.
+/// One output of an instrument: what it is meant to show, and the error terms that it shows besides.
+///
+///   indicated = input(felt) + sum of coefficient x regressor(felt) + turn-on bias + noise      [SI of the unit]
+struct Output {
+  std::string channel;  ///< "gyro", "accelerometer_x"
+  QuantityKind kind = QuantityKind::angular_rate;
+  std::string unit;                          ///< as shown, of the indicated quantity
+  std::function<double(const Felt&)> input;  ///< null: none
+  std::vector<Term> terms;                   ///< names are unique over all outputs of the model
+  std::string noise_prefix;                  ///< before the names of noise in [truth], for example "gyro_"
+};
+
+/// What stands between the indicated quantity and the recorded samples, and needs memory: loops, dither, counters.
+/// Takes the next samples of the indicated quantity [SI] and puts what is recorded [SI of Recorded::unit] in their
+/// place. One object for one output and one power-up, called block after block.
+using Response = std::function<void(std::span<double> samples)>;
+
+/// What a response records.
+struct Recorded {
+  QuantityKind kind = QuantityKind::angular_rate;
+  std::string unit;
+  bool accumulates = false;  ///< counts, increments: fine steps add up to a sample; else their mean is the sample
+  Response response;         ///< null: the indicated quantity as it is
+};
+
+/// A catalogue entry of models/: an instrument as a table of terms, with the physics that gives the coefficients and
+/// the electronics that record them.
 struct Model {
   const char* name;
   const char* summary;
   const char* source;  ///< citation with equation numbers
-  QuantityKind output;
-  const char* output_unit;  ///< as shown
-  /// What the regressors themselves depend on: time constants, reference temperatures.
+  /// What the regressors and the response themselves depend on: time constants, bandwidth, range, kind of output.
   std::vector<Option> (*constants)();
-  std::vector<Term> (*terms)(const Settings& constants);
+  std::vector<Output> (*outputs)(const Settings& constants);
+  /// Physical constants (masses, momenta, lengths) from which coefficients follow; null: none.
+  std::vector<Option> (*physics)();
+  /// Coefficients [SI] by term name that follow from the physics. A coefficient given in [truth] wins over these.
+  std::map<std::string, double> (*coefficients)(const Settings& truth);
+  /// The response of output number `output`; null: the indicated quantity is recorded as it is. `step` [s] is the time
+  /// between the samples it will be given.
+  Recorded (*record)(const Settings& truth, std::size_t output, double step, const RandomStream& random);
 };
 
-/// All that [truth] accepts for a model: a coefficient for every term (default 0), its constants, its noise and its
-/// turn-on repeatability.
+/// All that [truth] accepts for a model: a coefficient for every term, its constants, its physics, the noise and
+/// turn-on repeatability of each kind of output, and `oversampling`.
 std::vector<Option> truth_options(const Model& model);
 
-/// The noise that the [truth] of a model states.
-NoiseModel noise_of(const Settings& truth);
+/// The coefficients of one output's terms, in order [SI]: as given in [truth], else from the physics, else 0.
+std::vector<double> coefficients_of(const Model& model, const Output& output, const Settings& truth);
+
+/// The noise that the [truth] of a model states, with names that begin with `prefix`.
+NoiseModel noise_of(const Settings& truth, const std::string& prefix = "");
 
 /// The entry of that name, or Error::unsupported with the nearest known name.
 const Model& find_model(std::string_view name);

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "tumble/core/plan.hpp"
 #include "tumble/core/recording.hpp"
+#include "tumble/math/matrix.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/models/model.hpp"
 
@@ -19,25 +22,51 @@ struct Axis {
   std::string description;
 };
 
-/// What the instrument truly felt in one run, evenly sampled, and what the rig's own sensors showed.
-struct Reference {
-  double start = 0.0;  ///< [s]
-  double rate = 0.0;   ///< [Hz]
-  std::vector<Felt> felt;
-  std::vector<Channel> sensors;  ///< as recorded: lagged, quantised, noisy
+/// One way in which a rig departs from what the plan says. The simulator draws it, the budget of an estimate
+/// differences the rig with respect to it, and a prediction does the same before the test.
+struct RigError {
+  std::string name;           ///< as budgets name it: "level of the table axis, east"
+  double sd = 0.0;            ///< [SI]; 0: not present
+  bool each_segment = false;  ///< drawn anew for every segment (repeatability of a position); else once for all runs
 };
 
-/// A catalogue entry of rigs/: turns one run of a schedule into what the instrument feels.
+/// One power-up to be carried out.
+struct RigRun {
+  Schedule segments;
+  Settings options;  ///< resolved against the rig's
+  std::optional<Site> site;
+  double rate = 1.0;  ///< [Hz] at which it will be asked; a rig with a state of its own keeps it at this rate
+  Matrix errors;  ///< value of every error (row, in the order of Rig::errors) in every segment (column); empty: all 0
+  RandomStream random{0};  ///< what cannot be commanded: draughts, tremor, random vibration
+};
+
+/// A channel that the rig records: an encoder, a thermometer, a reference accelerometer.
+struct Sensor {
+  Channel channel;                                                                  ///< without values
+  std::function<void(double first, double step, std::span<double> readings)> read;  ///< times as in Reference::felt
+};
+
+/// What the instrument feels during one power-up. Times are [s] since its beginning; a sample stamped t stands for the
+/// interval from t to t + 1/rate and is asked for at its middle.
+struct Reference {
+  /// At first, first + step, ... Blocks may be asked for in any order and from several threads.
+  std::function<void(double first, double step, std::span<Felt> felt)> felt;
+  /// Until when what is felt stays as it is at `time`, since_power_on apart; `time` itself where it changes. Null:
+  /// always.
+  std::function<double(double time)> steady_until;
+  std::vector<double> settled;  ///< a segment each: when all axes had reached the motion commanded
+  std::vector<Sensor> sensors;
+};
+
+/// A catalogue entry of rigs/: turns one power-up of a schedule into what the instrument feels.
 struct Rig {
   const char* name;
   const char* summary;
   std::vector<Axis> (*axes)();
   std::vector<Option> (*options)();
-  /// `run` holds the segments of one power-up; `begin` [s] is when it starts on the recording's clock. Every random
-  /// number comes from `random`, so the same stream gives the same reference.
-  Reference (*reference)(const Schedule& run, double begin, const Settings& options, const std::optional<Site>& site,
-                         double sample_rate, const RandomStream& random);
-  /// Everything in the schedule the rig cannot do, as messages; empty: it can.
+  std::vector<RigError> (*errors)(const Settings& options);
+  Reference (*reference)(const RigRun& run);
+  /// Everything in the schedule the rig cannot do, and every option out of bounds, as messages; empty: it can.
   std::vector<std::string> (*refusals)(const Schedule& schedule, const Settings& options);
 };
 
