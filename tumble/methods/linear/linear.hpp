@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/core/evidence.hpp"
+#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/noise_model.hpp"
+#include "tumble/models/model.hpp"
+
+/// Linear identification of an instrument on a rig:
+///
+///   y = input(felt) + sum_j b_j x_j(felt) + rig errors + slow noise + white noise
+///
+/// with felt as the plan's rig says it, the columns x_j from the table of terms that also simulates the instrument.
+/// One Problem is identified from Evidence or predicted from a Plan; both go the same way but for the data.
+namespace tumble::linear {
+
+/// An uncertainty of the reading itself, common to the whole test: a scale factor taken from elsewhere, for example.
+struct ReadingError {
+  std::string source;  ///< as the budget names it
+  double sd = 0.0;
+  /// Change of the output by a unit of the error, where `predicted` [SI] is what the model gives.
+  std::function<double(const Felt& felt, double predicted)> change;
+};
+
+/// What is to be identified, and how the output is read.
+struct Problem {
+  std::string role = "gyro";                 ///< the channel
+  double scale = 1.0;                        ///< output [SI] for one SI unit of the channel
+  std::function<double(const Felt&)> input;  ///< known part of the output [SI]; null: none
+  std::vector<Term> columns;                 ///< y - input = sum of coefficient x regressor
+  std::vector<ReadingError> reading_errors;
+  /// What stands between the indicated quantity and the samples and is linear (the rebalance loop): input and columns
+  /// pass through it, with a state of their own each. Null: nothing. See Response.
+  std::function<Response(double step)> response;
+  int oversampling = 1;                      ///< points in each sample at which a moving rig is asked
+  std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
+  std::string advice;                        ///< what to add to the test so that it can: end of a sentence
+  double settling = 0.0;                     ///< [s] dropped after the rig has settled in each segment
+  double averaging = 1.0;                    ///< [s] of a block
+};
+
+/// One segment of the evidence. Means over the samples used [SI].
+struct SegmentSummary {
+  std::string label;
+  int run = 1;
+  double begin = 0.0;     ///< [s] since power-on, of the first sample used
+  double duration = 0.0;  ///< [s] of the samples used
+  bool steady = false;
+  Felt felt;               ///< mean
+  double measured = 0.0;   ///< NaN where predicted
+  double predicted = 0.0;  ///< input and model
+  double sd = 0.0;         ///< of the mean: white noise alone
+};
+
+struct Solution {
+  std::vector<Term> columns;  ///< those kept, in the order of MixedFit::parameters
+  MixedFit fit;
+  std::vector<SegmentSummary> segments;
+  std::vector<Dropped> dropped;                   ///< indices of Problem::columns
+  std::map<std::string, std::string> stands_for;  ///< by name of a kept column: "D_F + D_OO", where it is not itself
+  std::size_t observations = 0;
+  Findings findings;  ///< what was left out and what the rest then stands for
+};
+
+/// The options every method on this engine has: `settling`, `averaging`, `oversampling`.
+std::vector<Option> options(const std::string& settling, const std::string& averaging);
+/// Puts them into a problem.
+void set_options(const Settings& settings, Problem& problem);
+
+/// Throws Error::bad_data, bad_input with all that the plan or the recordings lack.
+Solution identify(const Evidence& evidence, const Problem& problem);
+
+/// The same rows without data. `coefficients` by column name [SI] (absent: 0) and the noise say around what the test is
+/// predicted: at the plan's truth.
+Solution predict(const Plan& plan, const Problem& problem, const std::map<std::string, double>& coefficients,
+                 const NoiseModel& noise);
+
+/// Fisher information of single segments, additive: of the columns and of the errors common to all segments.
+struct Information {
+  std::size_t columns = 0;          ///< of Problem; the first rows of each matrix
+  std::vector<std::string> errors;  ///< common errors, in units of their sd: the rows that follow; prior information 1
+  std::vector<Matrix> of_segment;   ///< one a segment of the schedule, [SI]
+};
+
+/// What each segment of the plan's schedule gives on its own: A' V^-1 A with A = [X | common errors], V white noise,
+/// slow noise within and independent between segments, and the errors drawn anew for each. Add those of the segments
+/// chosen, and 1 on the diagonal of the errors; the inverse's first block is the covariance of the coefficients.
+Information information(const Plan& plan, const Problem& problem, const std::map<std::string, double>& coefficients,
+                        const NoiseModel& noise);
+
+/// Parameters, covariance, budget, fit and findings of a solution; table `positions` (label, felt, predicted, measured,
+/// residual) with the axes named as given, for example {"I", "O", "S"}.
+Estimate estimate_of(const Solution& solution);
+Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes);
+
+}  // namespace tumble::linear
