@@ -171,20 +171,56 @@ std::string entry_name(const testing::TestParamInfo<const Descriptor*>& entry) {
 
 class Models : public testing::TestWithParam<const Model*> {};
 
-TEST_P(Models, TermsAreWhole) {
+TEST_P(Models, OutputsAndTermsAreWhole) {
   const Model& model = *GetParam();
   EXPECT_NE(std::string(model.source), "");
-  EXPECT_NO_THROW(Unit::parse(model.output_unit));
-  const auto terms = model.terms(defaults(model.constants()));
   EXPECT_EQ(&find_model(model.name), &model);
-  EXPECT_FALSE(terms.empty());
-  std::set<std::string> seen;
-  for (const auto& term : terms) {
-    EXPECT_TRUE(seen.insert(term.name).second) << term.name << " twice";
-    EXPECT_FALSE(term.symbol.empty() || term.description.empty()) << term.name;
-    EXPECT_NO_THROW(Unit::parse(term.unit)) << term.name;
-    EXPECT_TRUE(std::isfinite(term.regressor(Felt{}))) << term.name;
-    EXPECT_EQ(term.regressor(Felt{}), term.regressor(Felt{})) << term.name;
+  const auto outputs = model.outputs(defaults(model.constants()));
+  ASSERT_FALSE(outputs.empty());
+  std::set<std::string> seen, channels;
+  for (const auto& output : outputs) {
+    EXPECT_TRUE(channels.insert(output.channel).second) << output.channel << " twice";
+    EXPECT_EQ(kind_of(Unit::parse(output.unit)), output.kind) << output.channel;
+    EXPECT_FALSE(output.terms.empty()) << output.channel;
+    for (const auto& term : output.terms) {
+      EXPECT_TRUE(seen.insert(term.name).second) << term.name << " twice";
+      EXPECT_FALSE(term.symbol.empty() || term.description.empty()) << term.name;
+      EXPECT_NO_THROW(Unit::parse(term.unit)) << term.name;
+      EXPECT_TRUE(std::isfinite(term.regressor(Felt{}))) << term.name;
+      EXPECT_EQ(term.regressor(Felt{}), term.regressor(Felt{})) << term.name;
+    }
+  }
+}
+
+TEST_P(Models, PhysicsGivesCoefficientsOfItsOwnTerms) {
+  const Model& model = *GetParam();
+  EXPECT_EQ(model.physics == nullptr, model.coefficients == nullptr);
+  if (!model.physics) return;
+  const auto truth = defaults(truth_options(model));
+  std::set<std::string> terms;
+  for (const auto& output : model.outputs(truth)) {
+    for (const auto& term : output.terms) terms.insert(term.name);
+    for (const double coefficient : coefficients_of(model, output, truth)) EXPECT_TRUE(std::isfinite(coefficient));
+  }
+  for (const auto& [name, value] : model.coefficients(truth)) EXPECT_TRUE(terms.contains(name)) << name;
+}
+
+TEST_P(Models, RecordsEveryOutputTheSameWhateverTheBlocks) {
+  const Model& model = *GetParam();
+  if (!model.record) return;
+  const auto truth = defaults(truth_options(model));
+  for (std::size_t k = 0; k < model.outputs(truth).size(); ++k) {
+    const Recorded whole = model.record(truth, k, 0.01, RandomStream(3)),
+                   parts = model.record(truth, k, 0.01, RandomStream(3));
+    EXPECT_EQ(kind_of(Unit::parse(whole.unit)), whole.kind);
+    if (!whole.response) continue;
+    std::vector<double> once(100), twice;
+    for (std::size_t i = 0; i < once.size(); ++i) once[i] = 1e-3 * static_cast<double>(i % 7);
+    twice = once;
+    whole.response(once);
+    parts.response(std::span(twice).first(33));
+    parts.response(std::span(twice).subspan(33));
+    EXPECT_EQ(once, twice);
   }
 }
 

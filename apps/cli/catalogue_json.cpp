@@ -41,6 +41,8 @@ const char* word(Motion::Kind kind) {
       return "slew";
     case Motion::Kind::sine:
       return "sine";
+    case Motion::Kind::sweep:
+      return "sweep";
     case Motion::Kind::random:
       return "random";
     case Motion::Kind::ramp:
@@ -80,9 +82,15 @@ Json json(const Method& method) {
 }
 
 Json json(const Model& model) {
-  return {{"name", model.name},        {"summary", model.summary},
-          {"source", model.source},    {"output", std::string(name(model.output))},
-          {"unit", model.output_unit}, {"options", json(truth_options(model))}};
+  Json outputs = Json::array();
+  for (const auto& output : model.outputs(defaults(model.constants())))
+    outputs.push_back(
+        {{"channel", output.channel}, {"quantity", std::string(name(output.kind))}, {"unit", output.unit}});
+  return {{"name", model.name},
+          {"summary", model.summary},
+          {"source", model.source},
+          {"outputs", outputs},
+          {"options", json(truth_options(model))}};
 }
 
 Json json(const Rig& rig) {

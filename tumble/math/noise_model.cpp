@@ -1,7 +1,6 @@
 #include "tumble/math/noise_model.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -18,21 +17,30 @@ double square(double x) { return x * x; }
 /// The normal numbers of one stream in order, drawn in blocks.
 class Normals {
  public:
-  explicit Normals(const RandomStream& stream) : stream_(stream) {}
+  explicit Normals(const RandomStream& stream) : stream_(stream), buffer_(block) {}
   double next() {
-    if (at_ == block) {
-      stream_.normal(drawn_, buffer_);
-      drawn_ += block;
-      at_ = 0;
-    }
+    if (at_ == block) draw();
     return buffer_[at_++];
+  }
+  /// The next numbers, as many as are left of those drawn but no more than `wanted`; never empty.
+  std::span<const double> some(std::size_t wanted) {
+    if (at_ == block) draw();
+    const auto out = std::span<const double>(buffer_).subspan(at_, std::min(wanted, block - at_));
+    at_ += out.size();
+    return out;
   }
 
  private:
+  void draw() {
+    stream_.normal(drawn_, buffer_);
+    drawn_ += block;
+    at_ = 0;
+  }
+
   RandomStream stream_;
   std::uint64_t drawn_ = 0;
   std::size_t at_ = block;
-  std::array<double, block> buffer_{};
+  std::vector<double> buffer_;
 };
 
 /// Allan variance of a unit Gauss-Markov process over r = tau/T_c:
@@ -43,40 +51,63 @@ double markov_shape(double r) {
   return 2.0 / r * (1.0 - (3.0 - 4.0 * std::exp(-r) + std::exp(-2.0 * r)) / (2.0 * r));
 }
 
-void add_white(double sd, const RandomStream& stream, std::span<double> signal) {
-  std::array<double, block> normal;
-  for (std::size_t first = 0; first < signal.size(); first += block) {
-    const std::size_t size = std::min(block, signal.size() - first);
-    stream.normal(first, std::span(normal).first(size));
-    for (std::size_t i = 0; i < size; ++i) signal[first + i] += sd * normal[i];
+class White {
+ public:
+  White(double sd, const RandomStream& stream) : sd_(sd), normals_(stream) {}
+  void operator()(std::span<double> signal) {
+    while (!signal.empty()) {
+      const auto normals = normals_.some(signal.size());
+      for (std::size_t i = 0; i < normals.size(); ++i) signal[i] += sd_ * normals[i];
+      signal = signal.subspan(normals.size());
+    }
   }
-}
+
+ private:
+  double sd_;
+  Normals normals_;
+};
 
 /// White noise of the angle at the interval ends, sd Q: the rate is its difference quotient.
-void add_quantization(double q, double interval, const RandomStream& stream, std::span<double> signal) {
-  Normals normals(stream);
-  const double scale = q / interval;
-  double before = normals.next();
-  for (double& sample : signal) {
-    const double after = normals.next();
-    sample += scale * (after - before);
-    before = after;
+class Quantization {
+ public:
+  Quantization(double q, double interval, const RandomStream& stream)
+      : scale_(q / interval), normals_(stream), before_(normals_.next()) {}
+  void operator()(std::span<double> signal) {
+    for (double& sample : signal) {
+      const double after = normals_.next();
+      sample += scale_ * (after - before_);
+      before_ = after;
+    }
   }
-}
+
+ private:
+  double scale_;
+  Normals normals_;
+  double before_;
+};
 
 /// Random walk from zero at the start of the first interval. The mean over an interval is that of its ends plus the
 /// mean of a Brownian bridge, of variance K^2 T/12.
-void add_random_walk(double k, double interval, const RandomStream& stream, std::span<double> signal) {
-  Normals steps(stream.split("step"));
-  Normals bridges(stream.split("bridge"));
-  const double step = k * std::sqrt(interval), bridge = k * std::sqrt(interval / 12.0);
-  double begin = 0.0;
-  for (double& sample : signal) {
-    const double end = begin + step * steps.next();
-    sample += 0.5 * (begin + end) + bridge * bridges.next();
-    begin = end;
+class Walk {
+ public:
+  Walk(double k, double interval, const RandomStream& stream)
+      : step_(k * std::sqrt(interval)),
+        bridge_(k * std::sqrt(interval / 12.0)),
+        steps_(stream.split("step")),
+        bridges_(stream.split("bridge")) {}
+  void operator()(std::span<double> signal) {
+    for (double& sample : signal) {
+      const double end = begin_ + step_ * steps_.next();
+      sample += 0.5 * (begin_ + end) + bridge_ * bridges_.next();
+      begin_ = end;
+    }
   }
-}
+
+ private:
+  double step_, bridge_;
+  Normals steps_, bridges_;
+  double begin_ = 0.0;
+};
 
 /// A Gauss-Markov process at the ends of intervals T, r = T/T_c. Given both ends, its mean over an interval has
 ///   expectation (begin + end) tanh(r/2)/r   and   variance 2 sd^2 (r - 2 tanh(r/2))/r^2
@@ -94,38 +125,62 @@ struct MarkovStep {
 };
 
 /// Means over each interval without the part that is independent from one interval to the next (see bridge_variance).
-void add_markov_ends(const MarkovComponent& component, double interval, const RandomStream& stream,
-                     std::span<double> signal) {
-  const MarkovStep step(component, interval);
-  Normals normals(stream);
-  double begin = component.sd * normals.next();
-  for (double& sample : signal) {
-    const double end = step.keep * begin + step.step * normals.next();
-    sample += step.ends * (begin + end);
-    begin = end;
+class MarkovEnds {
+ public:
+  MarkovEnds(const MarkovComponent& component, double interval, const RandomStream& stream)
+      : step_(component, interval), normals_(stream), begin_(component.sd * normals_.next()) {}
+  void operator()(std::span<double> signal) {
+    for (double& sample : signal) {
+      const double end = step_.keep * begin_ + step_.step * normals_.next();
+      sample += step_.ends * (begin_ + end);
+      begin_ = end;
+    }
   }
-}
+
+ private:
+  MarkovStep step_;
+  Normals normals_;
+  double begin_;
+};
 
 /// The same for a component much slower than `stride` intervals: straight lines between every stride-th end.
-void add_slow_markov(const MarkovComponent& component, double interval, std::size_t stride, const RandomStream& stream,
-                     std::span<double> signal) {
-  const MarkovStep step(component, interval * static_cast<double>(stride));
-  Normals normals(stream);
-  double begin = component.sd * normals.next();
-  for (std::size_t first = 0; first < signal.size(); first += stride) {
-    const double end = step.keep * begin + step.step * normals.next();
-    const double slope = (end - begin) / static_cast<double>(stride);
-    const std::size_t size = std::min(stride, signal.size() - first);
-    for (std::size_t i = 0; i < size; ++i) signal[first + i] += begin + slope * (static_cast<double>(i) + 0.5);
-    begin = end;
+class SlowMarkov {
+ public:
+  SlowMarkov(const MarkovComponent& component, double interval, std::size_t stride, const RandomStream& stream)
+      : step_(component, interval * static_cast<double>(stride)),
+        stride_(stride),
+        at_(stride),
+        normals_(stream),
+        end_(component.sd * normals_.next()) {}
+  void operator()(std::span<double> signal) {
+    while (!signal.empty()) {
+      if (at_ == stride_) {
+        begin_ = end_;
+        end_ = step_.keep * begin_ + step_.step * normals_.next();
+        at_ = 0;
+      }
+      const double slope = (end_ - begin_) / static_cast<double>(stride_);
+      const std::size_t size = std::min(stride_ - at_, signal.size());
+      for (std::size_t i = 0; i < size; ++i) signal[i] += begin_ + slope * (static_cast<double>(at_ + i) + 0.5);
+      at_ += size;
+      signal = signal.subspan(size);
+    }
   }
-}
+
+ private:
+  MarkovStep step_;
+  std::size_t stride_, at_;
+  Normals normals_;
+  double begin_ = 0.0, end_;
+};
+
+using Parts = std::vector<std::function<void(std::span<double>)>>;
 
 /// Bias instability by the bank from T/4 to beyond four records. What is faster than the bank is white in the interval
 /// means; components of T_c >= 64 strides are drawn at every stride-th sample, which loses less than 0.5 % of the PSD
 /// at the frequencies that the stride cannot follow.
-void add_flicker(double b, double interval, const RandomStream& stream, std::span<double> signal) {
-  const double record = interval * static_cast<double>(signal.size());
+void append_flicker(double b, double interval, std::size_t count, const RandomStream& stream, Parts& parts) {
+  const double record = interval * static_cast<double>(count);
   const auto bank = flicker_bank(b, interval / 4.0, 4.0 * record);
   const double beyond = 2.0 * square(bank.front().sd) * bank.front().time / 3.0;  // sum of 2 sd^2 T_c below the bank
   double independent = beyond / interval;
@@ -134,19 +189,13 @@ void add_flicker(double b, double interval, const RandomStream& stream, std::spa
     while (64.0 * 4.0 * static_cast<double>(stride) * interval <= bank[i].time * (1.0 + 1e-9)) stride *= 4;
     const RandomStream own = stream.split(i);
     if (stride > 1) {
-      add_slow_markov(bank[i], interval, stride, own, signal);
+      parts.emplace_back(SlowMarkov(bank[i], interval, stride, own));
     } else {
-      add_markov_ends(bank[i], interval, own, signal);
+      parts.emplace_back(MarkovEnds(bank[i], interval, own));
       independent += MarkovStep(bank[i], interval).bridge_variance;
     }
   }
-  add_white(std::sqrt(independent), stream.split("independent"), signal);
-}
-
-void add_markov(const MarkovComponent& component, double interval, const RandomStream& stream,
-                std::span<double> signal) {
-  add_markov_ends(component, interval, stream.split("ends"), signal);
-  add_white(std::sqrt(MarkovStep(component, interval).bridge_variance), stream.split("bridge"), signal);
+  parts.emplace_back(White(std::sqrt(independent), stream.split("independent")));
 }
 
 }  // namespace
@@ -167,22 +216,36 @@ std::vector<MarkovComponent> flicker_bank(double bias_instability, double shorte
   return bank;
 }
 
-void add_noise(const NoiseModel& noise, double sample_rate, const RandomStream& random, std::span<double> signal) {
-  if (signal.empty()) return;
+NoiseSource::NoiseSource(const NoiseModel& noise, double sample_rate, std::size_t count, const RandomStream& random) {
   const double interval = 1.0 / sample_rate;
   if (noise.quantization_noise != 0.0)
-    add_quantization(noise.quantization_noise, interval, random.split("quantization_noise"), signal);
+    parts_.emplace_back(Quantization(noise.quantization_noise, interval, random.split("quantization_noise")));
   if (noise.angle_random_walk != 0.0)
-    add_white(noise.angle_random_walk / std::sqrt(interval), random.split("angle_random_walk"), signal);
+    parts_.emplace_back(White(noise.angle_random_walk / std::sqrt(interval), random.split("angle_random_walk")));
   if (noise.bias_instability != 0.0)
-    add_flicker(noise.bias_instability, interval, random.split("bias_instability"), signal);
+    append_flicker(noise.bias_instability, interval, count, random.split("bias_instability"), parts_);
   if (noise.rate_random_walk != 0.0)
-    add_random_walk(noise.rate_random_walk, interval, random.split("rate_random_walk"), signal);
-  if (noise.markov_sd != 0.0 && noise.markov_time > 0.0)
-    add_markov({noise.markov_sd, noise.markov_time}, interval, random.split("markov"), signal);
+    parts_.emplace_back(Walk(noise.rate_random_walk, interval, random.split("rate_random_walk")));
+  if (noise.markov_sd != 0.0 && noise.markov_time > 0.0) {
+    const MarkovComponent component{noise.markov_sd, noise.markov_time};
+    const RandomStream stream = random.split("markov");
+    parts_.emplace_back(MarkovEnds(component, interval, stream.split("ends")));
+    parts_.emplace_back(White(std::sqrt(MarkovStep(component, interval).bridge_variance), stream.split("bridge")));
+  }
   if (noise.rate_ramp != 0.0)
-    for (std::size_t i = 0; i < signal.size(); ++i)
-      signal[i] += noise.rate_ramp * interval * (static_cast<double>(i) + 0.5);
+    parts_.emplace_back([step = noise.rate_ramp * interval, at = std::size_t{0}](std::span<double> signal) mutable {
+      for (double& sample : signal) sample += step * (static_cast<double>(at++) + 0.5);
+    });
+}
+
+void NoiseSource::add(std::span<double> signal) {
+  // Small enough that the block stays in the first cache while the parts pass over it.
+  for (std::size_t first = 0; first < signal.size(); first += block / 2)
+    for (auto& part : parts_) part(signal.subspan(first, std::min(block / 2, signal.size() - first)));
+}
+
+void add_noise(const NoiseModel& noise, double sample_rate, const RandomStream& random, std::span<double> signal) {
+  if (!signal.empty()) NoiseSource(noise, sample_rate, signal.size(), random).add(signal);
 }
 
 }  // namespace tumble

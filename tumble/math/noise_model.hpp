@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -37,8 +39,20 @@ struct MarkovComponent {
 /// `longest` [s]: sd^2 = B^2 ln(4)/pi each, which gives the PSD B^2/(2 pi f) between.
 std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest);
 
-/// Adds to `signal` (samples first, first+1, ... of a rate signal, each the mean over its interval 1/sample_rate) one
-/// realisation of the noise. The whole record must be asked for at once.
+/// Adds one realisation of the noise to a rate signal of `count` samples, each the mean over its interval 1/sample_rate,
+/// block after block: the sum is the same whatever the blocks are.
+class NoiseSource {
+ public:
+  /// count  samples of the whole record: bias instability is simulated as slow as four records
+  NoiseSource(const NoiseModel& noise, double sample_rate, std::size_t count, const RandomStream& random);
+  /// To the next samples.
+  void add(std::span<double> block);
+
+ private:
+  std::vector<std::function<void(std::span<double>)>> parts_;
+};
+
+/// The same for the whole record at once.
 void add_noise(const NoiseModel& noise, double sample_rate, const RandomStream& random, std::span<double> signal);
 
 }  // namespace tumble

@@ -105,7 +105,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   refuse_impossible(evidence);
   const Settings& settings = evidence.plan.settings;
   const Model& model = find_model("fiber_optic_gyro");
-  const auto terms = model.terms(constants_of(settings));
+  const auto terms = model.outputs(constants_of(settings))[0].terms;
   report(progress, 0.0, "averaging the runs");
   const Answer answer = solve(evidence, terms, settings.number("sensor_lag"), progress);
   Estimate estimate = describe(evidence, terms, answer);

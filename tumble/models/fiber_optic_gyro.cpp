@@ -88,6 +88,14 @@ std::vector<Term> terms(const Settings& constants) {
   return table;
 }
 
+std::vector<Output> outputs(const Settings& constants) {
+  return {{.channel = "gyro",
+           .kind = QuantityKind::angular_rate,
+           .unit = "deg/h",
+           .input = [](const Felt& felt) { return felt.rate.x; },
+           .terms = terms(constants)}};
+}
+
 }  // namespace
 
 extern const Model fiber_optic_gyro;
@@ -95,9 +103,7 @@ const Model fiber_optic_gyro{
     .name = "fiber_optic_gyro",
     .summary = "fibre-optic gyro: bias over temperature, its gradient and rate, with start-up transient and noise",
     .source = "Zhou Haiyuan et al., published 2018-04-04, eq. (5.1)-(5.3); IEEE Std 528 names",
-    .output = QuantityKind::angular_rate,
-    .output_unit = "deg/h",
     .constants = constants,
-    .terms = terms};
+    .outputs = outputs};
 
 }  // namespace tumble::models

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <span>
 
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
@@ -164,39 +166,74 @@ Channel sensor(const std::string& name, const std::vector<double>& spot, double 
   return channel;
 }
 
-Reference reference(const Schedule& run, double begin, const Settings& options, const std::optional<Site>&,
-                    double sample_rate, const RandomStream& random) {
-  const auto set_point = set_points(run, options.number("ramp_limit"), sample_rate);
+/// One power-up, sample by sample.
+struct History {
+  double rate;
+  std::vector<Felt> felt;
+  Channel top, side;
+};
+
+History history_of(const RigRun& run) {
+  const Settings& options = run.options;
+  const auto set_point = set_points(run.segments, options.number("ramp_limit"), run.rate);
   const std::size_t count = set_point.size();
   const auto unrest =
-      markov(count, options.number("stability_sd"), 1200.0, sample_rate, random.split("chamber stability"));
-  const auto draught =
-      markov(count, options.number("draught_sd"), options.number("draught_time"), sample_rate, random.split("draught"));
+      markov(count, options.number("stability_sd"), 1200.0, run.rate, run.random.split("chamber stability"));
+  const auto draught = markov(count, options.number("draught_sd"), options.number("draught_time"), run.rate,
+                              run.random.split("draught"));
   std::vector<double> at_top(count), at_side(count);
   for (std::size_t k = 0; k < count; ++k) {
     at_top[k] = set_point[k] + unrest[k] + 0.5 * draught[k];
     at_side[k] = set_point[k] + unrest[k] - 0.5 * draught[k];
   }
   const double soaked = count ? set_point[0] : 0.0;
-  const Spot top = follow(at_top, soaked, options.number("top_time"), options.number("top_self_heating"), sample_rate);
-  const Spot side =
-      follow(at_side, soaked, options.number("side_time"), options.number("side_self_heating"), sample_rate);
-  Reference out{begin, sample_rate, std::vector<Felt>(count), {}};
+  const Spot top = follow(at_top, soaked, options.number("top_time"), options.number("top_self_heating"), run.rate);
+  const Spot side = follow(at_side, soaked, options.number("side_time"), options.number("side_self_heating"), run.rate);
+  History out{run.rate, std::vector<Felt>(count), {}, {}};
   for (std::size_t k = 0; k < count; ++k) {
     Felt& felt = out.felt[k];
     felt.temperature = 0.5 * (top.temperature[k] + side.temperature[k]);
     felt.temperature_gradient = top.temperature[k] - side.temperature[k];
     felt.temperature_rate = 0.5 * (top.rate[k] + side.rate[k]);
-    felt.since_power_on = static_cast<double>(k) / sample_rate;
+    felt.since_power_on = static_cast<double>(k) / run.rate;
   }
   // The start temperature is the mean over the first two minutes.
-  const auto window = std::min(count, static_cast<std::size_t>(std::llround(120.0 * sample_rate)));
+  const auto window = std::min(count, static_cast<std::size_t>(std::llround(120.0 * run.rate)));
   double start = 0.0;
   for (std::size_t k = 0; k < window; ++k) start += out.felt[k].temperature / static_cast<double>(window);
   for (auto& felt : out.felt) felt.start_temperature = start;
-  out.sensors = {
-      sensor("temperature_top", top.temperature, begin, sample_rate, options, random.split("top sensor")),
-      sensor("temperature_side", side.temperature, begin, sample_rate, options, random.split("side sensor"))};
+  out.top = sensor("temperature_top", top.temperature, 0.0, run.rate, options, run.random.split("top sensor"));
+  out.side = sensor("temperature_side", side.temperature, 0.0, run.rate, options, run.random.split("side sensor"));
+  return out;
+}
+
+/// Values of a history at first, first + step, ...: those of the interval that each instant lies in.
+template <class Value>
+void look_up(const std::vector<Value>& history, double rate, double first, double step, std::span<Value> out) {
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const double at = std::floor((first + static_cast<double>(k) * step) * rate);
+    out[k] = history[std::min(history.size() - 1, static_cast<std::size_t>(std::max(0.0, at)))];
+  }
+}
+
+Reference reference(const RigRun& run) {
+  const auto history = std::make_shared<const History>(history_of(run));
+  const auto reader = [history](const Channel& channel) {
+    Channel header{channel.name, channel.kind, channel.unit, channel.timeline, {}};
+    return Sensor{header, [history, &channel](double first, double step, std::span<double> out) {
+                    look_up(channel.values, history->rate, first, step, out);
+                  }};
+  };
+  Reference out;
+  out.felt = [history](double first, double step, std::span<Felt> felt) {
+    look_up(history->felt, history->rate, first, step, felt);
+  };
+  out.steady_until = [](double time) { return time; };
+  for (double end = 0.0; const auto& segment : run.segments) {
+    out.settled.push_back(end);
+    end += segment.duration;
+  }
+  out.sensors = {reader(history->top), reader(history->side)};
   return out;
 }
 
@@ -208,6 +245,7 @@ const Rig thermal_chamber{
     .summary = "thermal chamber: set points, ramps and dwells; the instrument follows at its top and side",
     .axes = axes,
     .options = options,
+    .errors = [](const Settings&) { return std::vector<RigError>{}; },
     .reference = reference,
     .refusals = refusals};
 

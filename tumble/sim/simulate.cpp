@@ -2,32 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "tumble/math/parallel.hpp"
-#include "tumble/models/model.hpp"
-#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-/// The segments of one power-up.
-struct PowerUp {
-  int run;
-  double begin;  ///< [s]
-  Schedule segments;
-};
+using sim::PowerUp;
+using sim::Source;
 
-std::vector<PowerUp> power_ups(const Schedule& schedule) {
-  std::vector<PowerUp> out;
-  double now = 0.0;
-  for (const auto& segment : schedule) {
-    if (out.empty() || out.back().run != segment.run) out.push_back({segment.run, now, {}});
-    out.back().segments.push_back(segment);
-    now += segment.duration;
-  }
-  return out;
+void append_noise_problems(const Plan& plan, const std::string& prefix, std::vector<std::string>& problems) {
+  for (const char* name : {"quantization_noise", "angle_random_walk", "bias_instability", "rate_random_walk",
+                           "markov_sd", "turn_on_repeatability"})
+    if (plan.truth.number(prefix + name) < 0.0)
+      problems.push_back(fmt::format("[truth] {}{} must not be negative", prefix, name));
+  if (plan.truth.number(prefix + "markov_sd") > 0.0 && !(plan.truth.number(prefix + "markov_time") > 0.0))
+    problems.push_back(fmt::format("[truth] {0}markov_time must be positive where {0}markov_sd is given", prefix));
 }
 
 void refuse_incomplete(const Plan& plan) {
@@ -38,76 +31,109 @@ void refuse_incomplete(const Plan& plan) {
     problems.push_back("to simulate, the plan needs [instrument] rate = \"1 Hz\" or the like");
   if (plan.schedule.empty()) problems.push_back("to simulate, the plan needs at least one [[schedule]]");
   if (problems.empty() && plan.truth.texts().empty()) problems.push_back("to simulate, the plan needs [truth]");
-  if (problems.empty())
-    for (const char* name : {"quantization_noise", "angle_random_walk", "bias_instability", "rate_random_walk",
-                             "markov_sd", "turn_on_repeatability"})
-      if (plan.truth.number(name) < 0.0) problems.push_back(fmt::format("[truth] {} must not be negative", name));
-  if (problems.empty() && plan.truth.number("markov_sd") > 0.0 && !(plan.truth.number("markov_time") > 0.0))
-    problems.push_back("[truth] markov_time must be positive where markov_sd is given");
+  if (problems.empty()) {
+    std::string last = "none yet";  // outputs of one kind stand together and share their noise
+    for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
+      if (output.noise_prefix != last) append_noise_problems(plan, last = output.noise_prefix, problems);
+    if (plan.truth.integer("oversampling") < 1) problems.push_back("[truth] oversampling must be 1 or more");
+  }
   if (!problems.empty()) {
     for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
     throw Error(Error::Kind::bad_input, problems);
   }
 }
 
-/// Output of the instrument in one power-up: terms, turn-on bias, noise.
-std::vector<double> output_of(const std::vector<Felt>& felt, const std::vector<Term>& terms, const Plan& plan,
-                              const RandomStream& random) {
-  std::vector<double> output(felt.size(),
-                             plan.truth.number("turn_on_repeatability") * random.split("turn-on").normal(0));
-  for (const auto& term : terms) {
-    const double coefficient = plan.truth.number(term.name);
-    if (coefficient == 0.0) continue;
-    for (std::size_t k = 0; k < felt.size(); ++k) output[k] += coefficient * term.regressor(felt[k]);
-  }
-  add_noise(noise_of(plan.truth), plan.sample_rate, random.split("noise"), output);
-  return output;
+/// All that a power-up records, the instrument's outputs first.
+std::vector<Source> sources_of(const Plan& plan, const PowerUp& run, const RandomStream& random) {
+  const Reference reference = sim::reference_of(plan, run, random);
+  auto sources = sim::outputs_of(plan, reference, run, random);
+  for (auto& sensor : sim::sensors_of(plan, reference, run)) sources.push_back(std::move(sensor));
+  return sources;
 }
 
-/// Channels of the parts joined end to end.
-std::vector<Channel> joined(std::vector<std::vector<Channel>> parts) {
-  std::vector<Channel> whole = std::move(parts.front());
-  for (std::size_t p = 1; p < parts.size(); ++p)
-    for (std::size_t c = 0; c < whole.size(); ++c)
-      whole[c].values.insert(whole[c].values.end(), parts[p][c].values.begin(), parts[p][c].values.end());
-  return whole;
-}
-
-}  // namespace
-
-Recording simulate(const Plan& plan, std::uint64_t seed, const Progress& progress) {
-  refuse_incomplete(plan);
-  const Model& model = find_model(plan.instrument_model);
-  const Rig& rig = find_rig(plan.rig_kind);
-  const auto terms = model.terms(plan.truth);
-  const auto runs = power_ups(plan.schedule);
-  const RandomStream random(seed);
-  report(progress, 0.0, "simulating");
-
-  std::vector<std::vector<Channel>> parts(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) {
-    const auto stream = random.split("run").split(static_cast<std::uint64_t>(runs[r].run));
-    auto felt =
-        rig.reference(runs[r].segments, runs[r].begin, plan.rig, plan.site, plan.sample_rate, stream.split("rig"));
-    Channel output{
-        "gyro", model.output, Unit::parse(model.output_unit), {runs[r].begin, plan.sample_rate, nullptr}, {}};
-    if (model.output == QuantityKind::specific_force) output.name = "accelerometer";
-    output.values = output_of(felt.felt, terms, plan, stream.split("instrument"));
-    parts[r].push_back(std::move(output));
-    for (auto& sensor : felt.sensors) parts[r].push_back(std::move(sensor));
-  });
-
+/// What the recording says of itself; no channels.
+Recording frame_of(const Plan& plan, std::uint64_t seed) {
   Recording recording;
   recording.instrument = plan.instrument_model + (plan.instrument_serial.empty() ? "" : " " + plan.instrument_serial);
-  recording.channels = joined(std::move(parts));
   double now = 0.0;
   for (const auto& segment : plan.schedule) {
     recording.marks.push_back({segment.label, now, segment.run});
     now += segment.duration;
   }
   recording.meta = {{"title", plan.title}, {"simulated", "yes"}, {"seed", std::to_string(seed)}};
+  return recording;
+}
+
+std::size_t samples_of(const std::vector<PowerUp>& runs) {
+  std::size_t samples = 0;
+  for (const auto& run : runs) samples += run.samples;
+  return samples;
+}
+
+}  // namespace
+
+Recording simulate(const Plan& plan, std::uint64_t seed, const Progress& progress) {
+  refuse_incomplete(plan);
+  const auto runs = sim::power_ups(plan.schedule, plan.sample_rate);
+  const RandomStream random(seed);
+  report(progress, 0.0, "simulating");
+
+  // One job a power-up and channel.
+  std::vector<std::vector<Source>> sources(runs.size());
+  parallel_for(runs.size(), [&](std::size_t r) { sources[r] = sources_of(plan, runs[r], random); });
+  Recording recording = frame_of(plan, seed);
+  for (const auto& source : sources.front()) {
+    recording.channels.push_back(source.channel);
+    recording.channels.back().values.resize(samples_of(runs));
+  }
+  const std::size_t channels = recording.channels.size();
+  std::vector<std::size_t> first(runs.size(), 0);
+  for (std::size_t r = 1; r < runs.size(); ++r) first[r] = first[r - 1] + runs[r - 1].samples;
+  parallel_for(runs.size() * channels, [&](std::size_t job) {
+    const std::size_t r = job / channels, c = job % channels;
+    sources[r][c].next(std::span(recording.channels[c].values).subspan(first[r], runs[r].samples));
+  });
   report(progress, 1.0, "simulating");
   return recording;
+}
+
+void simulate(const Plan& plan, std::uint64_t seed, std::size_t samples,
+              const std::function<void(const Recording& block)>& sink, const Progress& progress) {
+  refuse_incomplete(plan);
+  const auto runs = sim::power_ups(plan.schedule, plan.sample_rate);
+  const RandomStream random(seed);
+  const auto all = static_cast<double>(samples_of(runs));
+  std::size_t done = 0;
+  for (const auto& run : runs) {
+    auto sources = sources_of(plan, run, random);
+    for (std::size_t first = 0; first < run.samples; first += samples) {
+      report(progress, static_cast<double>(done) / all, "simulating");
+      Recording block = frame_of(plan, seed);
+      const std::size_t size = std::min(samples, run.samples - first);
+      for (const auto& source : sources) {
+        block.channels.push_back(source.channel);
+        block.channels.back().timeline.start = runs.front().begin + static_cast<double>(done) / plan.sample_rate;
+        block.channels.back().values.resize(size);
+      }
+      parallel_for(sources.size(), [&](std::size_t c) { sources[c].next(block.channels[c].values); });
+      sink(block);
+      done += size;
+    }
+  }
+  report(progress, 1.0, "simulating");
+}
+
+std::size_t simulated_size(const Plan& plan) {
+  refuse_incomplete(plan);
+  const auto runs = sim::power_ups(plan.schedule, plan.sample_rate);
+  const Rig& rig = find_rig(plan.rig_kind);
+  PowerUp probe = runs.front();  // the first segment is enough to see which sensors there are
+  probe.segments.resize(1);
+  probe.segments.front().duration = 1.0 / plan.sample_rate;
+  const auto sensors =
+      rig.reference({probe.segments, plan.rig, plan.site, plan.sample_rate, {}, RandomStream(0)}).sensors;
+  const auto outputs = find_model(plan.instrument_model).outputs(plan.truth);
+  return samples_of(runs) * (sensors.size() + outputs.size()) * sizeof(double);
 }
 
 }  // namespace tumble

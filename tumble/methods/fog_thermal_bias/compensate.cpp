@@ -47,7 +47,7 @@ std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<T
 Drift drift_of(const Estimate& estimate, const Settings& settings) {
   Drift drift;
   std::vector<std::size_t> used;
-  const auto terms = find_model("fiber_optic_gyro").terms(constants_of(settings));
+  const auto terms = find_model("fiber_optic_gyro").outputs(constants_of(settings))[0].terms;
   if (const auto faults = faults_of(estimate, terms); !faults.empty()) throw Error(Error::Kind::bad_file, faults);
   for (const auto& term : terms) {
     if (term.name.starts_with("bias_")) continue;  // the level stays

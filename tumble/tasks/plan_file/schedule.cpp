@@ -16,6 +16,7 @@ using Kind = Motion::Kind;
 
 constexpr std::pair<const char*, Kind> kinds[] = {{"hold", Kind::hold},    {"dwell", Kind::dwell}, {"rate", Kind::rate},
                                                   {"ramp", Kind::ramp},    {"slew", Kind::slew},   {"sine", Kind::sine},
+                                                  {"sweep", Kind::sweep},
                                                   {"random", Kind::random}};
 
 const char* word(Kind kind) {
@@ -45,6 +46,20 @@ void read_sine(Section& sine, const AxisUnits& units, Motion& motion) {
   motion.amplitude = amplitude.value_or(0.0);
   motion.frequency = frequency.value_or(1.0);
   sine.close();
+}
+
+void read_sweep(Section& sweep, const AxisUnits& units, Motion& motion) {
+  const auto amplitude = sweep.quantity("amplitude", units.interval);
+  const auto from = sweep.quantity("from", Unit::parse("Hz")), to = sweep.quantity("to", Unit::parse("Hz"));
+  if (!sweep.find("amplitude")) sweep.missing("amplitude", "\"1 " + units.interval.text() + "\"");
+  if (!sweep.find("from")) sweep.missing("from", "\"10 Hz\"");
+  if (!sweep.find("to")) sweep.missing("to", "\"1 kHz\"");
+  if (from && *from <= 0.0) sweep.problem_at("from", "must be above zero");
+  if (to && *to <= 0.0) sweep.problem_at("to", "must be above zero");
+  motion.amplitude = amplitude.value_or(0.0);
+  motion.frequency = from.value_or(1.0);
+  motion.to_frequency = to.value_or(1.0);
+  sweep.close();
 }
 
 void read_random(Section& random, const AxisUnits& units, Motion& motion) {
@@ -81,10 +96,12 @@ void read_values(Section& section, Kind kind, const AxisUnits& units, Problems& 
       break;
     }
     case Kind::sine:
+    case Kind::sweep:
     case Kind::random:
       if (const auto* table = section.table(key)) {
         Section inner(*table, section.name() + " " + key, problems);
-        kind == Kind::sine ? read_sine(inner, units, motion) : read_random(inner, units, motion);
+        const auto read = kind == Kind::sine ? read_sine : kind == Kind::sweep ? read_sweep : read_random;
+        read(inner, units, motion);
       }
       break;
   }
@@ -216,6 +233,7 @@ void advance(Positions& positions, const Segment& segment) {
         if (at != positions.end()) at->second += motion.value * segment.duration;
         break;
       case Kind::sine:
+      case Kind::sweep:
       case Kind::random:
         break;
     }

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tumble/core/plan.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::sim {
+
+/// The segments between one switching-on and the next.
+struct PowerUp {
+  int run = 1;
+  double begin = 0.0;       ///< [s] on the recording's clock
+  std::size_t samples = 0;  ///< recorded
+  Schedule segments;
+};
+
+std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate);
+
+/// One value of every error of the rig (row) in every segment (column), drawn from their standard deviations: those of
+/// the whole test from `test`, those of each segment from `run`. Empty where the rig has none.
+Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, const RandomStream& test,
+                    const RandomStream& run);
+
+/// What the rig does with this plan in this power-up, at the rate of the simulation's steps.
+Reference reference_of(const Plan& plan, const PowerUp& run, const RandomStream& random);
+
+/// One channel of one power-up, sample after sample.
+struct Source {
+  Channel channel;  ///< without values; its timeline begins at the power-up
+  std::function<void(std::span<double>)> next;
+};
+
+/// The instrument's outputs.
+std::vector<Source> outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run,
+                               const RandomStream& random);
+/// The rig's sensors.
+std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PowerUp& run);
+
+}  // namespace tumble::sim
