@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <charconv>
 #include <cstdint>
@@ -16,6 +17,11 @@ struct Arguments {
   std::vector<std::string> sets;
 };
 
+/// Bytes that no one uses at the moment.
+std::size_t free_memory() {
+  return static_cast<std::size_t>(sysconf(_SC_AVPHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   const auto output =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
@@ -23,7 +29,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const auto plan = tasks::load_plan(arguments.plan, parse_sets(arguments.sets));
   {
     ProgressLine line(terminal);
-    write_recording(tasks::simulate(plan, arguments.seed, line.progress()), output);
+    tasks::simulate_to(output, plan, arguments.seed, free_memory() / 2, line.progress());
   }
   note(terminal, fmt::format("wrote {} (seed {})", output, arguments.seed));
   return 0;

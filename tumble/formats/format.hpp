@@ -56,6 +56,8 @@ const Format& format_of(const std::string& path);
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress);
 /// By extension. Throws Error::bad_input for an unknown one (with those accepted), Error::bad_file when it cannot.
 void write_recording(const Recording& recording, const std::string& path);
+/// A writer of the format that the extension names. Throws as write_recording().
+RecordingWriter recording_writer(const std::string& path);
 /// From one file to another, block after block, so that neither has to fit into memory. Throws as the two above.
 void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress);
 

@@ -41,6 +41,11 @@ Estimate identify(const Evidence& evidence, const Progress& progress);
 /// The plan carried out on a simulated rig and instrument of known truth.
 using tumble::simulate;
 
+/// The same into a file: at once where the samples take less than `memory` bytes, else block after block, so that the
+/// recording may be larger than memory. Either way the file holds the same samples.
+void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
+                 const Progress& progress);
+
 /// The uncertainty that the plan's method will reach. Throws Error::unsupported where the method cannot tell.
 Estimate predict(const Plan& plan);
 

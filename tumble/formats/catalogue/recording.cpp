@@ -50,15 +50,17 @@ Recording read_recording(const std::string& path, const ReadOptions& options, co
   return format_of(path).read(path, options, progress);
 }
 
+RecordingWriter recording_writer(const std::string& path) { return format_for(path).writer(path); }
+
 void write_recording(const Recording& recording, const std::string& path) {
-  const RecordingWriter writer = format_for(path).writer(path);
+  const RecordingWriter writer = recording_writer(path);
   writer.append(recording);
   writer.commit();
 }
 
 void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress) {
   const Format& source = format_of(from);
-  const RecordingWriter writer = format_for(to).writer(to);
+  const RecordingWriter writer = recording_writer(to);
   source.stream(from, options, block_samples, writer.append, progress);
   writer.commit();
 }
