@@ -1,0 +1,47 @@
+#include "tumble/models/electronics/stages.hpp"
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::electronics {
+
+std::vector<Option> loop_options() {
+  using Type = Option::Type;
+  return {{"natural_frequency",
+           Type::quantity,
+           "Hz",
+           "",
+           {},
+           "of the loop that holds the pick-off at null; without it the output follows at once"},
+          {"damping_ratio", Type::quantity, "1", "0.7", {}, "of that loop"}};
+}
+
+Response loop(const Settings& truth, double step) {
+  if (!truth.has("natural_frequency")) return nullptr;
+  return second_order_loop(truth.number("natural_frequency"), truth.number("damping_ratio"), step);
+}
+
+std::vector<Option> limit_options(const std::string& unit) {
+  using Type = Option::Type;
+  return {{"range", Type::quantity, unit, "", {}, "largest output; without it there is no limit"},
+          {"range_negative", Type::quantity, unit, "", {}, "largest negative output, as a magnitude (default: range)"},
+          {"dead_zone", Type::quantity, unit, "", {}, "outputs up to this magnitude are recorded as zero"},
+          {"resolution", Type::quantity, unit, "", {}, "the output is rounded to whole multiples of this"}};
+}
+
+Response limits(const Settings& truth) {
+  std::vector<std::string> problems;
+  for (const char* name : {"range", "range_negative", "resolution"})
+    if (truth.has(name) && !(truth.number(name) > 0.0)) problems.push_back(std::string(name) + " must be positive");
+  if (truth.has("dead_zone") && truth.number("dead_zone") < 0.0) problems.push_back("dead_zone must not be negative");
+  if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  std::vector<Response> stages;
+  if (truth.has("range"))
+    stages.push_back(
+        clip(-truth.number(truth.has("range_negative") ? "range_negative" : "range"), truth.number("range")));
+  if (truth.has("dead_zone")) stages.push_back(dead_zone(-truth.number("dead_zone"), truth.number("dead_zone")));
+  if (truth.has("resolution")) stages.push_back(quantiser(truth.number("resolution")));
+  return in_series(std::move(stages));
+}
+
+}  // namespace tumble::electronics
