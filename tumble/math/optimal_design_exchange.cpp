@@ -1,0 +1,412 @@
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/math/optimal_design.hpp"
+#include "tumble/math/parallel.hpp"
+#include "tumble/math/random.hpp"
+#include "tumble/units/error.hpp"
+
+// Symbols: M information of a design, C = M^-1, U a square root of a visit's information (U U' = I(d), p x k),
+// W the weights of criterion A. A visit added to a design changes the criteria by
+//   A:  tr(W C) falls by tr[(I + U'CU)^-1 U'C W C U]        D:  log det C falls by log det(I + U'CU)
+// (matrix inversion and determinant lemmas), less, where parameters of no interest are in M, the same for their block.
+
+namespace tumble {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double ridge = 1e-10;    ///< share of what effort spread over all points would tell, added to start from
+constexpr double worth_it = 1e-7;  ///< smallest relative (A) or absolute (D) gain that counts
+constexpr double rounding = 1e-10;
+constexpr int most_passes = 60;
+
+struct Visit {
+  std::size_t point;
+  long quanta;
+};
+using Visits = std::vector<Visit>;
+
+/// What a design is worth, and what is needed to see what one more visit would change.
+struct State {
+  double value = std::numeric_limits<double>::infinity();
+  MatrixXd covariance;
+  MatrixXd middle;   ///< A: C W C
+  MatrixXd nothing;  ///< D: inverse of the block of no interest; empty without
+};
+
+class Search {
+ public:
+  explicit Search(const DesignProblem& problem) : problem_(problem), quantum_(problem.quantum) {
+    scale();
+    for (std::size_t i = 0; i < problem.weights.size(); ++i)
+      if (!(problem.weights[i] > 0.0)) nuisance_.push_back(static_cast<Index>(i));
+  }
+
+  Visits greedy(const RandomStream& random, int start) const;
+  Visits quantised(const Design& design) const;
+  void improve(Visits& visits) const;
+  double value(const Visits& visits) const { return state(visits).value; }
+  bool possible() const {
+    for (std::size_t j = 0; j < rows_.size(); ++j)
+      if (affordable(problem_.effort, j) > 0) return true;
+    return false;
+  }
+
+ private:
+  void scale();
+  MatrixXd root(std::size_t point, long quanta) const;
+  State state(const Visits& visits) const;
+  State state(MatrixXd information) const;
+  double gain(const State& state, const MatrixXd& u) const;
+  bool better(double now, double before) const {
+    const double least = problem_.criterion == DesignCriterion::A ? worth_it * std::abs(before) : worth_it;
+    return now < before - least;
+  }
+  double cost(const Visit& visit) const {
+    return problem_.points[visit.point].setup + quantum_ * static_cast<double>(visit.quanta);
+  }
+  double left(const Visits& visits) const {
+    double effort = problem_.effort;
+    for (const auto& visit : visits) effort -= cost(visit);
+    return effort;
+  }
+  /// Quanta that `effort` pays for at a point, its setup taken off; none: 0.
+  long affordable(double effort, std::size_t point) const {
+    return std::max(0L, static_cast<long>(std::floor((effort - problem_.points[point].setup) / quantum_ + 1e-9)));
+  }
+
+  bool replace(Visits& visits, double& now) const;
+  bool drop(Visits& visits, double& now) const;
+  bool split(Visits& visits, double& now) const;
+  bool balance(Visits& visits, double& now) const;
+  Visit best_addition(const State& base, double effort, double& value) const;
+
+  const DesignProblem& problem_;
+  double quantum_;
+  std::vector<MatrixXd> rows_;         ///< X in scaled parameters
+  std::vector<MatrixXd> disturbance_;  ///< N N'
+  MatrixXd prior_;                     ///< with the ridge
+  VectorXd weights_;                   ///< in scaled parameters
+  std::vector<Index> nuisance_;
+};
+
+/// Parameters are scaled so that effort spread over all points would tell as much about each.
+void Search::scale() {
+  const auto p = static_cast<Index>(problem_.parameters);
+  VectorXd told = VectorXd::Zero(p);
+  for (const auto& point : problem_.points) {
+    const Eigen::Map<const MatrixXd> x(point.rows.values.data(), static_cast<Index>(point.rows.rows), p);
+    told += x.colwise().squaredNorm().transpose();
+  }
+  told *= problem_.effort / static_cast<double>(std::max<std::size_t>(1, problem_.points.size()));
+  prior_ = MatrixXd::Zero(p, p);
+  if (!problem_.prior.empty()) prior_ = Eigen::Map<const MatrixXd>(problem_.prior.values.data(), p, p);
+  told += prior_.diagonal();
+  for (Index i = 0; i < p; ++i)
+    if (!(told[i] > 0.0)) told[i] = 1.0;
+  const VectorXd unit = told.cwiseSqrt().cwiseInverse();
+  prior_ = (unit.asDiagonal() * prior_ * unit.asDiagonal()).eval();
+  prior_.diagonal().array() += ridge;
+  weights_ = Eigen::Map<const VectorXd>(problem_.weights.data(), p).cwiseProduct(unit.cwiseAbs2());
+  for (const auto& point : problem_.points) {
+    const auto k = static_cast<Index>(point.rows.rows);
+    rows_.push_back(Eigen::Map<const MatrixXd>(point.rows.values.data(), k, p) * unit.asDiagonal());
+    const Eigen::Map<const MatrixXd> n(point.disturbance.values.data(), k,
+                                       static_cast<Index>(point.disturbance.columns));
+    disturbance_.push_back(point.disturbance.empty() ? MatrixXd() : MatrixXd(n * n.transpose()));
+  }
+}
+
+MatrixXd Search::root(std::size_t point, long quanta) const {
+  const double effort = quantum_ * static_cast<double>(quanta);
+  const MatrixXd& x = rows_[point];
+  if (disturbance_[point].size() == 0) return std::sqrt(effort) * x.transpose();
+  if (x.rows() == 1) return x.transpose() / std::sqrt(1.0 / effort + disturbance_[point](0, 0));
+  MatrixXd noise = disturbance_[point];
+  noise.diagonal().array() += 1.0 / effort;
+  return noise.llt().matrixL().solve(x).transpose();
+}
+
+State Search::state(MatrixXd information) const {
+  State out;
+  const Eigen::LLT<MatrixXd> llt(information);
+  if (llt.info() != Eigen::Success) return out;
+  out.covariance = llt.solve(MatrixXd::Identity(information.rows(), information.cols()));
+  if (problem_.criterion == DesignCriterion::A) {
+    out.middle = out.covariance * weights_.asDiagonal() * out.covariance;
+    out.value = weights_.dot(out.covariance.diagonal());
+    return out;
+  }
+  const MatrixXd lower = llt.matrixL();
+  out.value = -2.0 * lower.diagonal().array().log().sum();
+  if (!nuisance_.empty()) {
+    const Eigen::LLT<MatrixXd> block(MatrixXd(information(nuisance_, nuisance_)));
+    const MatrixXd half = block.matrixL();
+    out.value += 2.0 * half.diagonal().array().log().sum();
+    out.nothing = block.solve(MatrixXd::Identity(half.rows(), half.cols()));
+  }
+  return out;
+}
+
+State Search::state(const Visits& visits) const {
+  MatrixXd information = prior_;
+  for (const auto& visit : visits) {
+    const MatrixXd u = root(visit.point, visit.quanta);
+    information.noalias() += u * u.transpose();
+  }
+  return state(std::move(information));
+}
+
+double Search::gain(const State& state, const MatrixXd& u) const {
+  const MatrixXd g = state.covariance * u;
+  if (u.cols() == 1) {
+    const double s = 1.0 + u.col(0).dot(g.col(0));
+    if (problem_.criterion == DesignCriterion::A) return g.col(0).dot(weights_.cwiseProduct(g.col(0))) / s;
+  }
+  MatrixXd s = u.transpose() * g;
+  s.diagonal().array() += 1.0;
+  const Eigen::LLT<MatrixXd> llt(s);
+  if (problem_.criterion == DesignCriterion::A) return llt.solve(g.transpose() * weights_.asDiagonal() * g).trace();
+  const auto log_det = [](const Eigen::LLT<MatrixXd>& l) {
+    return 2.0 * MatrixXd(l.matrixL()).diagonal().array().log().sum();
+  };
+  double out = log_det(llt);
+  if (!nuisance_.empty()) {
+    const MatrixXd part = u(nuisance_, Eigen::all);
+    MatrixXd t = part.transpose() * state.nothing * part;
+    t.diagonal().array() += 1.0;
+    out -= log_det(Eigen::LLT<MatrixXd>(t));
+  }
+  return out;
+}
+
+/// The visit that is worth most of all that cost up to `effort`; quanta 0: there is none. `value` is what it leads to.
+Visit Search::best_addition(const State& base, double effort, double& value) const {
+  Visit best{0, 0};
+  value = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < rows_.size(); ++j) {
+    const long quanta = affordable(effort, j);
+    if (quanta < 1) continue;
+    const double then = base.value - gain(base, root(j, quanta));
+    if (then < value) value = then, best = {j, quanta};
+  }
+  return best;
+}
+
+/// The most telling visit for its cost, time and again. Every search sees all points (the first) or a random half of
+/// them, and begins with visits of another length.
+Visits Search::greedy(const RandomStream& random, int start) const {
+  double setup = 0.0;
+  for (const auto& point : problem_.points) setup += point.setup / static_cast<double>(problem_.points.size());
+  const double interest = static_cast<double>(problem_.parameters - nuisance_.size());
+  const double wanted = interest * (1.0 + start % 4);
+  const long quanta = std::max(1L, std::lround((problem_.effort / wanted - setup) / quantum_));
+  Visits visits;
+  for (;;) {
+    const State base = state(visits);
+    const double effort = left(visits);
+    double most = 0.0;
+    Visit best{0, 0};
+    for (std::size_t j = 0; j < rows_.size(); ++j) {
+      if (start > 0 && random.uniform(j) < 0.5) continue;
+      const Visit visit{j, std::min(quanta, affordable(effort, j))};
+      if (visit.quanta < 1) continue;
+      const double worth = gain(base, root(j, visit.quanta)) / cost(visit);
+      if (worth > most) most = worth, best = visit;
+    }
+    if (best.quanta < 1) return visits;
+    visits.push_back(best);
+  }
+}
+
+/// The visits of a design as far as the effort goes.
+Visits Search::quantised(const Design& design) const {
+  Visits visits;
+  for (const auto& visit : design) {
+    const long wanted = std::max(1L, static_cast<long>(std::floor(visit.effort / quantum_ + 1e-9)));
+    const long quanta = std::min(wanted, affordable(left(visits), visit.point));
+    if (quanta > 0) visits.push_back({visit.point, quanta});
+  }
+  return visits;
+}
+
+/// Each visit for the best other one of the same cost.
+bool Search::replace(Visits& visits, double& now) const {
+  bool changed = false;
+  for (std::size_t v = 0; v < visits.size(); ++v) {
+    const double effort = left(visits) + cost(visits[v]);
+    Visits others = visits;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
+    double then = 0.0;
+    const Visit best = best_addition(state(others), effort, then);
+    if (best.quanta < 1 || !better(then, now)) continue;
+    visits[v] = best;
+    now = value(visits);
+    changed = true;
+  }
+  return changed;
+}
+
+/// A visit given up for the sake of another.
+bool Search::drop(Visits& visits, double& now) const {
+  bool changed = false;
+  for (std::size_t v = 0; v < visits.size() && visits.size() > 1;) {
+    Visits others = visits;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
+    const long freed = static_cast<long>(std::floor(left(others) / quantum_ + 1e-9));
+    Visits best;
+    double least = now + rounding * std::abs(now);  // as good with a visit less is better
+    for (std::size_t u = 0; u < others.size(); ++u) {
+      Visits trial = others;
+      trial[u].quanta += freed;
+      const double then = value(trial);
+      if (then < least) least = then, best = trial;
+    }
+    if (best.empty()) {
+      ++v;
+      continue;
+    }
+    visits = best;
+    now = least;
+    changed = true;
+  }
+  return changed;
+}
+
+/// A part of a visit's effort for a new visit elsewhere: half of it, or as little as there can be.
+bool Search::split(Visits& visits, double& now) const {
+  bool changed = false;
+  for (std::size_t v = 0; v < visits.size(); ++v)
+    for (const bool half : {true, false}) {
+      const long had = visits[v].quanta;
+      double setup = 0.0;
+      for (const auto& point : problem_.points) setup = std::max(setup, point.setup);
+      const long part = half ? had / 2 : static_cast<long>(std::ceil(setup / quantum_)) + 1;
+      if (part < 1 || part >= had) continue;
+      Visits others = visits;
+      others[v].quanta -= part;
+      double then = 0.0;
+      const Visit best = best_addition(state(others), left(others), then);
+      if (best.quanta < 1 || !better(then, now)) continue;
+      visits = std::move(others);
+      visits.push_back(best);
+      now = value(visits);
+      changed = true;
+    }
+  return changed;
+}
+
+/// Effort from where it is missed least to where it helps most; and what is left over.
+bool Search::balance(Visits& visits, double& now) const {
+  bool changed = false;
+  const auto best_receiver = [&](const Visits& from, long quanta, double& least) {
+    Visits best;
+    for (std::size_t u = 0; u < from.size(); ++u) {
+      Visits trial = from;
+      trial[u].quanta += quanta;
+      const double then = value(trial);
+      if (then < least) least = then, best = trial;
+    }
+    return best;
+  };
+  if (const long spare = static_cast<long>(std::floor(left(visits) / quantum_ + 1e-9)); spare > 0) {
+    double least = std::numeric_limits<double>::infinity();
+    if (auto best = best_receiver(visits, spare, least); !best.empty()) visits = std::move(best);
+    now = value(visits);
+    changed = true;
+  }
+  long largest = 1;
+  for (const auto& visit : visits) largest = std::max(largest, visit.quanta);
+  for (long quanta = largest / 2; quanta >= 1;) {
+    std::size_t giver = visits.size();
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t v = 0; v < visits.size(); ++v) {
+      if (visits[v].quanta <= quanta) continue;
+      Visits trial = visits;
+      trial[v].quanta -= quanta;
+      const double then = value(trial);
+      if (then < least) least = then, giver = v;
+    }
+    Visits best;
+    double then = now;
+    if (giver < visits.size()) {
+      Visits trial = visits;
+      trial[giver].quanta -= quanta;
+      best = best_receiver(trial, quanta, then);
+    }
+    if (best.empty() || !better(then, now)) {
+      quanta /= 2;
+      continue;
+    }
+    visits = std::move(best);
+    now = then;
+    changed = true;
+  }
+  return changed;
+}
+
+void Search::improve(Visits& visits) const {
+  double now = value(visits);
+  for (int pass = 0; pass < most_passes; ++pass) {
+    bool changed = replace(visits, now);
+    changed = balance(visits, now) || changed;
+    changed = drop(visits, now) || changed;
+    changed = split(visits, now) || changed;
+    if (!changed) return;
+  }
+}
+
+void refuse_misfits(const DesignProblem& problem) {
+  std::vector<std::string> problems;
+  const auto p = problem.parameters;
+  if (p == 0 || problem.weights.size() != p)
+    problems.push_back(fmt::format("a design needs a weight for each of its {} parameters", p));
+  else if (std::ranges::none_of(problem.weights, [](double w) { return w > 0.0; }))
+    problems.push_back("a design needs a parameter of interest: one weight above zero");
+  if (!(problem.quantum > 0.0)) problems.push_back("the quantum of a design must be above zero");
+  if (!problem.prior.empty() && (problem.prior.rows != p || problem.prior.columns != p))
+    problems.push_back(fmt::format("the prior of a design must be {0} x {0}", p));
+  for (std::size_t j = 0; j < problem.points.size(); ++j) {
+    const auto& point = problem.points[j];
+    if (point.rows.columns != p)
+      problems.push_back(fmt::format("design point {} has {} columns, not {}", j, point.rows.columns, p));
+    if (!point.disturbance.empty() && point.disturbance.rows != point.rows.rows)
+      problems.push_back(fmt::format("design point {}: rows and disturbance differ in length", j));
+    if (!(point.setup >= 0.0)) problems.push_back(fmt::format("design point {}: setup must not be negative", j));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+}  // namespace
+
+Design exchange(const DesignProblem& problem, std::uint64_t seed, int starts, const std::vector<Design>& from) {
+  refuse_misfits(problem);
+  const Search search(problem);
+  if (!search.possible()) return {};
+  const RandomStream random(seed);
+  const auto drawn = static_cast<std::size_t>(std::max(1, starts));
+  std::vector<Visits> found(drawn + from.size());
+  parallel_for(found.size(), [&](std::size_t s) {
+    found[s] = s < drawn ? search.greedy(random.split(s), static_cast<int>(s)) : search.quantised(from[s - drawn]);
+    search.improve(found[s]);
+  });
+  std::size_t best = 0;
+  std::vector<double> values;
+  for (const auto& visits : found) values.push_back(search.value(visits));
+  for (std::size_t s = 1; s < values.size(); ++s)
+    if (!found[s].empty() && values[s] < values[best]) best = s;
+  std::ranges::stable_sort(found[best], {}, &Visit::point);
+  Design design;
+  for (const auto& visit : found[best])
+    design.push_back({visit.point, problem.quantum * static_cast<double>(visit.quanta)});
+  return design;
+}
+
+}  // namespace tumble
