@@ -28,16 +28,31 @@ std::vector<Option> noise_options(QuantityKind output, const std::string& prefix
           zero("turn_on_repeatability", u, "standard deviation of the bias from power-up to power-up")};
 }
 
+/// The outputs under every choice of each word among the constants: a choice may bring outputs with terms of its own.
+std::vector<Output> all_outputs(const Model& model) {
+  const auto constants = model.constants();
+  auto outputs = model.outputs(defaults(constants));
+  for (const auto& option : constants)
+    for (const auto& word : option.words) {
+      auto chosen = defaults(constants);
+      chosen.set_word(option.name, word);
+      for (auto& output : model.outputs(chosen)) outputs.push_back(std::move(output));
+    }
+  return outputs;
+}
+
 }  // namespace
 
 std::vector<Option> truth_options(const Model& model) {
   auto options = model.constants();
-  const auto outputs = model.outputs(defaults(options));
+  const auto outputs = all_outputs(model);
   if (model.physics)
     for (auto& option : model.physics()) options.push_back(std::move(option));
+  std::set<std::string> names;
   for (const auto& output : outputs)
     for (const auto& term : output.terms)  // without a physics that could say otherwise an absent coefficient is 0
-      options.push_back(quantity(term.name, term.unit, term.description, model.physics ? "" : "0 " + term.unit));
+      if (names.insert(term.name).second)
+        options.push_back(quantity(term.name, term.unit, term.description, model.physics ? "" : "0 " + term.unit));
   std::set<std::string> prefixes;
   for (const auto& output : outputs)
     if (prefixes.insert(output.noise_prefix).second)
