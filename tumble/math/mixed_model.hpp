@@ -76,20 +76,23 @@ MixedFit predict_mixed_model(const MixedData& data, double white_variance);
 /// variance of v from that of the estimated components (Satterthwaite, Biometrics Bull. 2 (1946) 110).
 double degrees_of_freedom(const MixedFit& fit, const std::vector<double>& function);
 
-/// A combination of columns that the design does not show: column `dropped` = sum_k weight_k column_k.
+/// A column that the design cannot tell from others: column `dropped` = sum_k weight_k column_k.
 struct Dropped {
   std::size_t column = 0;
   std::vector<double> weights;  ///< one a column of the design, 0 at the dropped ones; all 0: the column is empty
 };
 
-/// Which columns must be left out so that the rest has full rank: those that take part in a null vector, in the order
-/// of preference given, until none is left.
+/// Which columns must be left out so that the rest can be told apart: the empty ones, then those that take part in a
+/// null vector, in the order of preference given, until none is left.
 ///
-/// Given     design            N x p
-///           weights           N, as in MixedData
-///           preference        columns, the one to leave out first in front; those not named follow from the last
-///           condition_limit   of the design with unit columns
+/// Given     design      X, N x p
+///           weights     N, as in MixedData
+///           natural     size of each column's entries if the test showed it well (p, or empty): a column whose rms
+///                       is smaller by more than `limit` is empty
+///           preference  columns, the one to leave out first in front; those not named follow, the last first
+///           limit       greatest condition of the design with unit columns
 std::vector<Dropped> unobservable_columns(const Matrix& design, const std::vector<double>& weights,
-                                          const std::vector<std::size_t>& preference, double condition_limit = 1e6);
+                                          const std::vector<double>& natural,
+                                          const std::vector<std::size_t>& preference, double limit = 1e6);
 
 }  // namespace tumble
