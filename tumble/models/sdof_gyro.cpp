@@ -49,7 +49,8 @@ std::vector<Term> drift_terms() {
            [](const Felt& felt) { return felt.specific_force.z * felt.specific_force.z; }}};
 }
 
-/// eq. (4.11); w in the axes I, O, S
+/// eq. (4.11); w in the axes I, O, S. The last term is of the order of K_III: angular acceleration about O tilts the
+/// gimbal by -I_O w_O'/k, and the momentum with it.
 std::vector<Term> motion_terms() {
   const std::string acceleration = "s", product = "s/rad", cube = "s^2/rad^2";
   return {{"K_I", "K_I", acceleration, "per angular acceleration about I",
@@ -68,7 +69,9 @@ std::vector<Term> motion_terms() {
           {"K_III", "K_III", cube, "per w_I^3 (and third-order non-linearity of the torquer)",
            [](const Felt& felt) { return felt.rate.x * felt.rate.x * felt.rate.x; }},
           {"K_ISS", "K_ISS", cube, "per w_I w_S^2",
-           [](const Felt& felt) { return felt.rate.x * felt.rate.z * felt.rate.z; }}};
+           [](const Felt& felt) { return felt.rate.x * felt.rate.z * felt.rate.z; }},
+          {"tilt_coupling", "K_O'S", "s^2/rad", "per angular acceleration about O times w_S (not in the lecture)",
+           [](const Felt& felt) { return felt.angular_acceleration.y * felt.rate.z; }}};
 }
 
 /// scale factor and axis of the mounted instrument

@@ -55,7 +55,7 @@ void static_coefficients(const Settings& truth, double H, std::map<std::string, 
   of["D_SS"] = -m * m * value("compliance_IS") / H;
 }
 
-/// eq. (4.11), K_III and K_ISS exact to second order in 1/k
+/// eq. (4.11), K_III and K_ISS exact to second order in 1/k, and what -I_O w_O' adds by way of the tilt
 void dynamic_coefficients(const Settings& truth, double H, std::map<std::string, double>& of) {
   const auto value = [&](const char* name) { return number_or(truth, name, 0.0); };
   const double k = loop_stiffness(truth), per_k = k > 0.0 ? 1.0 / k : 0.0;
@@ -70,6 +70,7 @@ void dynamic_coefficients(const Settings& truth, double H, std::map<std::string,
   of["K_SS"] = value("gimbal_product_IS") / H;
   of["K_III"] = difference * per_k - 0.5 * tilt * tilt;
   of["K_ISS"] = -2.0 * difference * per_k + tilt * tilt;
+  of["tilt_coupling"] = value("gimbal_inertia_O") * per_k;
 }
 
 }  // namespace

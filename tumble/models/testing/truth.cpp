@@ -1,0 +1,25 @@
+#include "tumble/models/testing/truth.hpp"
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::models {
+
+Settings truth_of(const Model& model, const std::vector<std::pair<std::string, std::string>>& written) {
+  std::vector<Given> given;
+  for (const auto& [key, text] : written) given.push_back({key, text, "test", true, false});
+  std::vector<std::string> problems;
+  auto truth = resolve(truth_options(model), given, model.name, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return truth;
+}
+
+double indicated(const Model& model, const Settings& truth, const Felt& felt, std::size_t output) {
+  const auto outputs = model.outputs(truth);
+  const auto& of = outputs.at(output);
+  const auto coefficients = coefficients_of(model, of, truth);
+  double sum = of.input ? of.input(felt) : 0.0;
+  for (std::size_t t = 0; t < of.terms.size(); ++t) sum += coefficients[t] * of.terms[t].regressor(felt);
+  return sum;
+}
+
+}  // namespace tumble::models
