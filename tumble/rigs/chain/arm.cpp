@@ -1,0 +1,44 @@
+#include "tumble/rigs/chain/arm.hpp"
+
+#include <numbers>
+
+namespace tumble::rigs {
+
+MachineAxis arm_axis() {
+  using Kind = Motion::Kind;
+  return {"arm",
+          "angle of the arm, counter-clockwise seen from above",
+          {Kind::hold, Kind::slew, Kind::rate},
+          "1200 deg/s",
+          "30 deg/s^2",
+          false};
+}
+
+std::vector<Option> arm_geometry(const std::string& end) {
+  return {
+      quantity("radius", "m", "1 m", "from the arm's axis to " + end + ", arm at rest"),
+      quantity("stretch", "um/(rad/s)^2", "0 um/(rad/s)^2", "known growth of the radius per squared rate of the arm"),
+      quantity("arm_azimuth", "deg", "90 deg", "of the arm at angle 0, from north to the east")};
+}
+
+std::vector<Imperfection> arm_imperfections() {
+  return {
+      {quantity("radius_sd", "um", "20 um", "radius at rest"), {"radius"}},
+      {quantity("stretch_sd", "um/(rad/s)^2", "0.2 um/(rad/s)^2", "growth of the radius per squared rate of the arm"),
+       {"stretch of the radius"}}};
+}
+
+void check_arm(const Settings& options, std::vector<std::string>& problems) {
+  check_bounds(options, {"radius"}, {"stretch"}, problems);
+}
+
+Joint arm_joint(const Settings& options) {
+  return {.fixed = about_z(std::numbers::pi / 2.0 - options.number("arm_azimuth")), .axis = 0, .about = About::z};
+}
+
+Joint end_joint(const Settings& options, const ErrorValues& errors) {
+  return {.offset = {options.number("radius") + errors("radius"), 0.0, 0.0},
+          .stretch = options.number("stretch") + errors("stretch of the radius")};
+}
+
+}  // namespace tumble::rigs

@@ -1,0 +1,191 @@
+// What the rigs that carry an instrument on a fixture have in common.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/earth/earth.hpp"
+#include "tumble/rigs/chain/machine.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr const char* mounts[] = {"mount_roll", "mount_pitch", "mount_yaw"};
+
+const char* word(Kind kind) {
+  switch (kind) {
+    case Kind::hold:
+      return "hold";
+    case Kind::rate:
+      return "rate";
+    case Kind::slew:
+      return "slew";
+    case Kind::sine:
+      return "sine";
+    case Kind::sweep:
+      return "sweep";
+    case Kind::random:
+      return "random";
+    case Kind::ramp:
+      return "ramp";
+    case Kind::dwell:
+      return "dwell";
+  }
+  return "";
+}
+
+std::vector<std::string> names(const std::vector<std::string>& axes, const char* before,
+                               const std::vector<std::string>& after = {""}) {
+  std::vector<std::string> out;
+  for (const auto& axis : axes)
+    for (const auto& part : after) out.push_back(before + axis + part);
+  return out;
+}
+
+bool finite(const Motion& m) {
+  return std::isfinite(m.value) && std::isfinite(m.to) && std::isfinite(m.amplitude) && std::isfinite(m.frequency) &&
+         std::isfinite(m.to_frequency) && std::isfinite(m.phase);
+}
+
+}  // namespace
+
+Option quantity(std::string name, std::string unit, std::string fallback, std::string description) {
+  return {std::move(name), Option::Type::quantity, std::move(unit), std::move(fallback), {}, std::move(description)};
+}
+
+double ErrorValues::operator()(std::string_view name, std::size_t segment) const {
+  if (values_.empty()) return 0.0;
+  const auto found = std::find_if(list_.begin(), list_.end(), [&](const RigError& e) { return e.name == name; });
+  if (found == list_.end()) return 0.0;
+  const auto row = static_cast<std::size_t>(found - list_.begin());
+  return values_(row, std::min(segment, values_.columns - 1));
+}
+
+std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists) {
+  std::vector<Imperfection> all;
+  for (auto& list : lists)
+    for (auto& one : list) all.push_back(std::move(one));
+  return all;
+}
+
+std::vector<Imperfection> common_imperfections() {
+  return {{quantity("level_sd", "arcsec", "2 arcsec", "level of the base, about east and about north"),
+           {"level of the base about east", "level of the base about north"}},
+          {quantity("azimuth_sd", "arcsec", "10 arcsec", "azimuth of the base"), {"azimuth of the base"}},
+          {quantity("gravity_sd", "ug", "5 ug", "gravity at the rig"), {"gravity"}},
+          {quantity("lever_sd", "mm", "0.2 mm", "each of lever_x, lever_y, lever_z"),
+           {"lever arm x", "lever arm y", "lever arm z"}},
+          {quantity("mount_sd", "arcsec", "20 arcsec", "instrument against the fixture, about each of its axes"),
+           {"mounting about x", "mounting about y", "mounting about z"}}};
+}
+
+std::vector<Imperfection> axis_imperfections(const std::vector<std::string>& axes) {
+  const auto phases = [&](const char* per_turn) {
+    return names(axes, "wobble of ", {std::string(per_turn) + ", cosine", std::string(per_turn) + ", sine"});
+  };
+  return {{quantity("index_zero_sd", "arcsec", "3 arcsec", "zero of each angle scale"), names(axes, "index zero of ")},
+          {quantity("repeatability_sd", "arcsec", "1 arcsec", "each angle that is gone to"),
+           names(axes, "positioning of "), true},
+          {quantity("wobble_once_sd", "arcsec", "1 arcsec", "direction of each axis, going round once per turn"),
+           phases(" once per turn")},
+          {quantity("wobble_twice_sd", "arcsec", "0.5 arcsec", "the same, twice per turn"), phases(" twice per turn")}};
+}
+
+std::vector<Imperfection> drive_imperfections(const std::vector<std::string>& axes) {
+  return {{quantity("rate_error_sd", "ppm", "1 ppm", "relative, of commanded rates"), names(axes, "rate error of ")},
+          {quantity("rate_ripple_sd", "ppm", "10 ppm", "relative amplitude of the rate's ripple over the turn"),
+           names(axes, "rate ripple of ", {", cosine", ", sine"})}};
+}
+
+std::vector<Imperfection> oscillation_imperfections(const std::vector<std::string>& axes) {
+  return {{quantity("amplitude_sd", "ppm", "500 ppm", "relative, of the amplitude of oscillations"),
+           names(axes, "oscillation amplitude of ")}};
+}
+
+std::vector<Axis> mount_axes() {
+  return {
+      {mounts[0], "deg", {Kind::hold}, "turn of the instrument on the fixture about its x axis, after pitch and yaw"},
+      {mounts[1], "deg", {Kind::hold}, "about its y axis, after yaw"},
+      {mounts[2], "deg", {Kind::hold}, "about the fixture's z axis, first"}};
+}
+
+Kinematics ground_of(const std::optional<Site>& site, double gravity_error) {
+  return {site ? earth_rate_in_level(*site) : Vector3{},
+          {},
+          {0.0, 0.0, (site ? gravity(*site) : standard_gravity) + gravity_error}};
+}
+
+Rotation base_from_level(const ErrorValues& errors) {
+  return about_x(errors("level of the base about east")) * about_y(errors("level of the base about north")) *
+         about_z(errors("azimuth of the base"));
+}
+
+std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors) {
+  const Rotation misalignment =
+      about_x(errors("mounting about x")) * about_y(errors("mounting about y")) * about_z(errors("mounting about z"));
+  std::vector<Pose> poses;
+  double angles[3] = {0.0, 0.0, 0.0}, begin = 0.0;
+  for (const auto& segment : run) {
+    bool changed = poses.empty();
+    for (int i = 0; i < 3; ++i) {
+      const auto found = segment.axes.find(mounts[i]);
+      if (found == segment.axes.end() || found->second.value == angles[i]) continue;
+      angles[i] = found->second.value;
+      changed = true;
+    }
+    if (changed) poses.push_back({begin, misalignment * about_x(angles[0]) * about_y(angles[1]) * about_z(angles[2])});
+    begin += segment.duration;
+  }
+  if (poses.empty()) poses.push_back({0.0, misalignment});
+  return poses;
+}
+
+void check_bounds(const Settings& options, const std::vector<std::string>& positive,
+                  const std::vector<std::string>& not_negative, std::vector<std::string>& problems) {
+  for (const auto& name : positive)
+    if (!(options.number(name) > 0.0) || !std::isfinite(options.number(name)))
+      problems.push_back(fmt::format("[rig] {} must be above zero", name));
+  for (const auto& name : not_negative)
+    if (!(options.number(name) >= 0.0) || !std::isfinite(options.number(name)))
+      problems.push_back(fmt::format("[rig] {} must not be negative", name));
+}
+
+bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::vector<std::string>& problems) {
+  const std::size_t before = problems.size();
+  std::vector<std::string> known;
+  for (const auto& axis : axes) known.push_back(axis.name);
+  for (const auto& segment : schedule) {
+    for (const auto& [name, motion] : segment.axes) {
+      const auto axis = std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == name; });
+      if (axis == axes.end()) {
+        problems.push_back(fmt::format("segment '{}': there is no axis '{}'; the rig has {}", segment.label, name,
+                                       fmt::join(known, ", ")));
+        continue;
+      }
+      std::vector<std::string> words;
+      for (const auto kind : axis->motions) words.emplace_back(word(kind));
+      if (std::find(axis->motions.begin(), axis->motions.end(), motion.kind) == axis->motions.end())
+        problems.push_back(fmt::format("segment '{}': {} cannot {}: this axis accepts {}", segment.label, name,
+                                       word(motion.kind), fmt::join(words, ", ")));
+      else if (!finite(motion))
+        problems.push_back(fmt::format("segment '{}': the motion of {} is not a finite number", segment.label, name));
+    }
+  }
+  return problems.size() == before;
+}
+
+std::vector<Schedule> runs_of(const Schedule& schedule) {
+  std::vector<Schedule> runs;
+  int run = 0;
+  for (const auto& segment : schedule) {
+    if (runs.empty() || segment.run != run) runs.emplace_back();
+    run = segment.run;
+    runs.back().push_back(segment);
+  }
+  return runs;
+}
+
+}  // namespace tumble::rigs

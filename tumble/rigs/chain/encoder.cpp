@@ -1,0 +1,42 @@
+#include "tumble/rigs/chain/encoder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tumble::rigs {
+
+void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
+                       std::span<double> readings) {
+  if (sd == 0.0) return;
+  // Readings in the middle of their intervals: a rounding does not move them to the next.
+  const auto begin = static_cast<std::uint64_t>(std::max(0.0, std::floor(first * rate)));
+  const auto stride = static_cast<std::uint64_t>(std::max(1.0, std::round(step * rate)));
+  std::array<double, 256> batch;
+  for (std::size_t done = 0; done < readings.size();) {
+    const std::size_t count = std::min(batch.size(), readings.size() - done);
+    if (stride == 1) {
+      random.normal(begin + done, std::span(batch.data(), count));
+    } else {
+      for (std::size_t i = 0; i < count; ++i) batch[i] = random.normal(begin + (done + i) * stride);
+    }
+    for (std::size_t i = 0; i < count; ++i) readings[done + i] += sd * batch[i];
+    done += count;
+  }
+}
+
+Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std::size_t axis, double noise,
+               double quantum, double rate, const RandomStream& random) {
+  Sensor sensor{{name, QuantityKind::angle, Unit::parse("deg"), {0.0, rate, nullptr}, {}}, nullptr};
+  sensor.read = [=, stream = random.split(name)](double first, double step, std::span<double> readings) {
+    std::size_t piece = 0;
+    for (std::size_t i = 0; i < readings.size(); ++i)
+      readings[i] = at(chain->axes[axis], first + static_cast<double>(i) * step, piece).angle;
+    add_reading_noise(noise, rate, stream, first, step, readings);
+    if (quantum > 0.0)
+      for (double& reading : readings) reading = std::round(reading / quantum) * quantum;
+  };
+  return sensor;
+}
+
+}  // namespace tumble::rigs

@@ -1,0 +1,196 @@
+#include "tumble/rigs/chain/machine.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/rigs/chain/encoder.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+/// "max_rate" on a rig with one axis, "outer_max_rate" on one with several.
+std::string option_of(const Machine& machine, const MachineAxis& axis, const char* what) {
+  return machine.axes.size() == 1 ? what : axis.name + "_" + what;
+}
+
+std::vector<Imperfection> present(const Machine& machine) {
+  return joined({common_imperfections(), machine.imperfections});
+}
+
+bool ideal(const Settings& options) { return options.flag("ideal"); }
+
+AxisLimits limits_of(const Machine& machine, const MachineAxis& axis, const Settings& options) {
+  AxisLimits limits{axis.name, options.number(option_of(machine, axis, "max_rate")),
+                    options.number(option_of(machine, axis, "max_acceleration"))};
+  const auto low = option_of(machine, axis, "lowest"), high = option_of(machine, axis, "highest");
+  if (options.has(low)) limits.lowest = options.number(low);
+  if (options.has(high)) limits.highest = options.number(high);
+  return limits;
+}
+
+Profile driven(const RigRun& run, const AxisLimits& limits, const ErrorValues& errors) {
+  DriveErrors drive{.rate = errors("rate error of " + limits.axis),
+                    .amplitude = errors("oscillation amplitude of " + limits.axis)};
+  for (std::size_t s = 0; s < run.segments.size(); ++s)
+    drive.positioning.push_back(errors("positioning of " + limits.axis, s));
+  return profile_of(run.segments, limits, drive, nullptr);
+}
+
+/// The two small turns by which the direction of an axis goes round, in the frame in which it would stand still.
+std::vector<Joint> wobble(const Joint& joint, const std::string& axis, const ErrorValues& errors) {
+  const std::string name = "wobble of " + axis;
+  std::vector<Harmonic> first, second;
+  for (const int order : {1, 2}) {
+    const std::string per_turn = order == 1 ? " once per turn, " : " twice per turn, ";
+    const double c = errors(name + per_turn + "cosine"), s = errors(name + per_turn + "sine");
+    if (c == 0.0 && s == 0.0) continue;
+    first.push_back({order, c, s});
+    second.push_back({order, -s, c});
+  }
+  if (first.empty()) return {};
+  const auto next = [](About about) { return about == About::x ? About::y : about == About::y ? About::z : About::x; };
+  Joint a{.axis = joint.axis, .about = next(joint.about), .share = 0.0, .harmonics = first};
+  Joint b{.axis = joint.axis, .about = next(a.about), .share = 0.0, .harmonics = second};
+  return {a, b};
+}
+
+/// The joint of an axis with the errors of its scale, behind its wobble.
+std::vector<Joint> with_axis_errors(Joint joint, const std::string& axis, int ripple_order, const ErrorValues& errors) {
+  joint.zero = errors("index zero of " + axis);
+  const auto add = [&](int order, double cosine, double sine) {
+    if (cosine != 0.0 || sine != 0.0) joint.harmonics.push_back({order, cosine, sine});
+  };
+  for (const int order : {1, 2}) {
+    const std::string name = "angle error of " + axis + (order == 1 ? " once per turn, " : " twice per turn, ");
+    add(order, errors(name + "cosine"), errors(name + "sine"));
+  }
+  // d(th')/th' = c cos(n th) + s sin(n th) is an angle of (c sin(n th) - s cos(n th))/n
+  const double c = errors("rate ripple of " + axis + ", cosine"), s = errors("rate ripple of " + axis + ", sine");
+  add(ripple_order, -s / ripple_order, c / ripple_order);
+  std::vector<Joint> out = wobble(joint, axis, errors);
+  if (!out.empty()) {
+    std::swap(out.front().offset, joint.offset);
+    std::swap(out.front().stretch, joint.stretch);
+    std::swap(out.front().fixed, joint.fixed);
+  }
+  out.push_back(joint);
+  return out;
+}
+
+Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& errors) {
+  Chain chain;
+  chain.ground = seen_in(base_from_level(errors), ground_of(run.site, errors("gravity")));
+  for (const auto& axis : machine.axes)
+    chain.axes.push_back(driven(run, limits_of(machine, axis, run.options), errors));
+  const int ripple_order = run.options.has("ripple_order") ? run.options.integer("ripple_order") : 1;
+  for (const auto& joint : machine.joints(run.options, errors)) {
+    if (joint.axis < 0) {
+      chain.joints.push_back(joint);
+      continue;
+    }
+    const auto& axis = machine.axes[static_cast<std::size_t>(joint.axis)].name;
+    for (const auto& part : with_axis_errors(joint, axis, ripple_order, errors)) chain.joints.push_back(part);
+  }
+  // The first joint's constant part belongs to the ground.
+  chain.ground = seen_in(chain.joints.front().fixed, chain.ground);
+  chain.joints.front().fixed = {};
+  chain.lever = {run.options.number("lever_x") + errors("lever arm x"),
+                 run.options.number("lever_y") + errors("lever arm y"),
+                 run.options.number("lever_z") + errors("lever arm z")};
+  chain.poses = poses_of(run.segments, errors);
+  chain.temperature = run.options.number("temperature");
+  return chain;
+}
+
+void check_options(const Machine& machine, const Settings& options, std::vector<std::string>& problems) {
+  std::vector<std::string> positive, not_negative{"encoder_noise", "encoder_quantum"};
+  for (const auto& imperfection : present(machine)) not_negative.push_back(imperfection.option.name);
+  for (const auto& axis : machine.axes) {
+    positive.push_back(option_of(machine, axis, "max_rate"));
+    positive.push_back(option_of(machine, axis, "max_acceleration"));
+  }
+  check_bounds(options, positive, not_negative, problems);
+  for (const auto& axis : machine.axes) {
+    const auto low = option_of(machine, axis, "lowest"), high = option_of(machine, axis, "highest");
+    if (options.has(low) && options.has(high) && !(options.number(low) < options.number(high)))
+      problems.push_back("[rig] " + low + " must lie below " + high);
+  }
+  if (options.has("ripple_order") && (options.integer("ripple_order") < 1 || options.integer("ripple_order") > 10000))
+    problems.push_back("[rig] ripple_order must be from 1 to 10000");
+  if (machine.check) machine.check(options, problems);
+}
+
+}  // namespace
+
+std::vector<Axis> axes_of(const Machine& machine) {
+  std::vector<Axis> axes;
+  for (const auto& axis : machine.axes) axes.push_back({axis.name, "deg", axis.motions, axis.description});
+  for (auto& axis : mount_axes()) axes.push_back(std::move(axis));
+  return axes;
+}
+
+std::vector<Option> options_of(const Machine& machine) {
+  std::vector<Option> options = machine.geometry;
+  for (const auto& axis : machine.axes) {
+    const auto named = [&](const char* what) { return option_of(machine, axis, what); };
+    options.push_back(quantity(named("max_rate"), "deg/s", axis.max_rate, "fastest turn of " + axis.name));
+    options.push_back(quantity(named("max_acceleration"), "deg/s^2", axis.max_acceleration,
+                               "with which " + axis.name + " changes its rate"));
+    if (!axis.stops) continue;
+    options.push_back(quantity(named("lowest"), "deg", "", "stop of " + axis.name + "; absent: none"));
+    options.push_back(quantity(named("highest"), "deg", "", "stop of " + axis.name + "; absent: none"));
+  }
+  for (const char* name : {"lever_x", "lever_y", "lever_z"})
+    options.push_back(quantity(name, "mm", "0 mm", "reference point of the instrument in the fixture's axes"));
+  options.push_back(quantity("temperature", "degC", "20 degC", "of the laboratory and the instrument"));
+  options.push_back({"ideal", Option::Type::flag, "1", "false", {}, "true: without any error or encoder noise"});
+  for (const auto& imperfection : present(machine)) options.push_back(imperfection.option);
+  if (std::any_of(options.begin(), options.end(), [](const Option& o) { return o.name == "rate_ripple_sd"; }))
+    options.push_back({"ripple_order", Option::Type::integer, "1", "12", {}, "periods of the rate ripple in one turn"});
+  options.push_back(quantity("encoder_noise", "arcsec", "0.1 arcsec", "standard deviation of one reading"));
+  options.push_back(quantity("encoder_quantum", "deg", "0.0001 deg", "step of the readings; 0: none"));
+  return options;
+}
+
+std::vector<RigError> errors_of(const Machine& machine, const Settings& options) {
+  std::vector<RigError> errors;
+  for (const auto& imperfection : present(machine))
+    for (const auto& name : imperfection.errors)
+      errors.push_back(
+          {name, ideal(options) ? 0.0 : options.number(imperfection.option.name), imperfection.each_segment});
+  return errors;
+}
+
+std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options) {
+  std::vector<std::string> problems;
+  check_options(machine, options, problems);
+  const bool bounded = problems.empty();
+  if (!check_axes(axes_of(machine), schedule, problems) || !bounded) return problems;
+  for (const auto& run : runs_of(schedule))
+    for (const auto& axis : machine.axes) profile_of(run, limits_of(machine, axis, options), {}, &problems);
+  return problems;
+}
+
+Reference reference_of(const Machine& machine, const RigRun& run) {
+  const auto list = errors_of(machine, run.options);
+  const ErrorValues errors(list, run.errors);
+  const auto chain = std::make_shared<const Chain>(chain_of(machine, run, errors));
+  Reference out;
+  out.felt = [chain](double first, double step, std::span<Felt> samples) { felt(*chain, first, step, samples); };
+  out.steady_until = [chain](double time) { return steady_until(*chain, time); };
+  for (std::size_t s = 0; s < run.segments.size(); ++s) {
+    double settled = 0.0;
+    for (const auto& axis : chain->axes) settled = std::max(settled, axis.settled[s]);
+    out.settled.push_back(settled);
+  }
+  const bool perfect = ideal(run.options);
+  for (std::size_t a = 0; a < machine.axes.size(); ++a)
+    out.sensors.push_back(encoder(machine.axes[a].name + "_angle", chain, a,
+                                  perfect ? 0.0 : run.options.number("encoder_noise"),
+                                  perfect ? 0.0 : run.options.number("encoder_quantum"), run.rate, run.random));
+  return out;
+}
+
+}  // namespace tumble::rigs

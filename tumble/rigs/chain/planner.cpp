@@ -1,0 +1,233 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/rigs/chain/profile.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double turn = 2.0 * std::numbers::pi;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a rounding of the units
+
+std::string shown(double value, const char* unit) {
+  return fmt::format("{:.6g} {}", Unit::parse(unit).from_si(value), unit);
+}
+
+/// Lays the pieces of one axis segment after segment.
+class Planner {
+ public:
+  Planner(const AxisLimits& limits, const DriveErrors& errors, std::vector<std::string>* problems)
+      : limits_(limits), errors_(errors), problems_(problems) {}
+
+  void start(const Motion* first) {
+    if (first && first->kind == Kind::hold) {
+      held_ = first->value;
+      actual_ = held_ + positioning(0);
+    }
+    profile_.pieces.push_back({.begin = 0.0, .start = {actual_, 0.0, 0.0}});
+  }
+
+  void segment(const Segment& segment, std::size_t number, double begin, const Motion* motion) {
+    segment_ = &segment;
+    number_ = number;
+    begin_ = now_ = begin;
+    const double end = begin + segment.duration;
+    std::size_t piece = profile_.pieces.size() - 1;
+    at_ = at(profile_, begin, piece);
+    const std::size_t before = profile_.pieces.size();
+    motion ? command(*motion) : rest();
+    if (motion && motion->kind != Kind::slew && now_ > end * slack)
+      problem(fmt::format("{} needs {:.4g} s to do as commanded, and the segment lasts {:.4g} s", limits_.axis,
+                          now_ - begin, segment.duration));
+    auto& pieces = profile_.pieces;
+    while (pieces.size() > before && pieces.back().begin >= end) pieces.pop_back();
+    check_travel(before, end);
+    profile_.settled.push_back(std::min(now_, end));
+  }
+
+  Profile take() { return std::move(profile_); }
+
+ private:
+  double positioning(std::size_t number) const {
+    return number < errors_.positioning.size() ? errors_.positioning[number] : 0.0;
+  }
+  bool endless() const { return limits_.lowest == -infinity && limits_.highest == infinity; }
+  void problem(const std::string& text) {
+    if (problems_) problems_->push_back(fmt::format("segment '{}': {}", segment_->label, text));
+  }
+
+  void command(const Motion& motion) {
+    switch (motion.kind) {
+      case Kind::hold:
+        return hold(motion.value, limits_.max_rate, true);
+      case Kind::slew:
+        check_rate(motion.value);
+        return hold(motion.to, std::min(motion.value, limits_.max_rate), false);
+      case Kind::rate:
+        check_rate(motion.value);
+        kind_ = Kind::rate;
+        return change_rate(motion.value * (1.0 + errors_.rate));
+      case Kind::sine:
+      case Kind::sweep:
+        return oscillate(motion);
+      default:
+        problem(fmt::format("{} cannot do this motion", limits_.axis));
+    }
+  }
+
+  /// What was to be held stays so; what turned or oscillated comes to rest.
+  void rest() {
+    if (kind_ == Kind::rate) {
+      change_rate(0.0);
+      turns_ = endless() ? turn * std::round(at_.angle / turn) : 0.0;
+      held_ = actual_ = at_.angle;
+    } else {
+      go_to(actual_, speed_);
+    }
+    kind_ = Kind::hold;
+  }
+
+  void hold(double target, double speed, bool nearest) {
+    if (kind_ == Kind::rate && endless()) {
+      const double stop = at_.angle + at_.rate * std::abs(at_.rate) / (2.0 * limits_.max_acceleration);
+      turns_ = turn * std::round((nearest ? stop - target : stop) / turn);
+    }
+    if (target + turns_ != held_ || kind_ == Kind::rate) actual_ = target + turns_ + positioning(number_);
+    held_ = target + turns_;
+    speed_ = speed;
+    kind_ = Kind::hold;
+    go_to(actual_, speed);
+  }
+
+  void oscillate(const Motion& motion) {
+    const bool sweep = motion.kind == Kind::sweep;
+    const double highest = sweep ? std::max(motion.frequency, motion.to_frequency) : motion.frequency;
+    if (!(motion.frequency > 0.0) || (sweep && !(motion.to_frequency > 0.0)))
+      return problem(fmt::format("{} needs a frequency above zero", limits_.axis));
+    check_oscillation(std::abs(motion.amplitude), turn * highest);
+    rest();
+    Piece piece{.begin = now_, .start = {actual_, 0.0, 0.0}};
+    piece.amplitude = motion.amplitude * (1.0 + errors_.amplitude);
+    piece.origin = begin_;
+    piece.phase = motion.phase;
+    piece.frequency = turn * motion.frequency;
+    if (sweep) piece.growth = std::log(motion.to_frequency / motion.frequency) / segment_->duration;
+    piece.fade = 2.0 / (motion.frequency * std::exp(piece.growth * (now_ - begin_)));
+    profile_.pieces.push_back(piece);
+    now_ += piece.fade;
+    kind_ = motion.kind;
+  }
+
+  void check_oscillation(double amplitude, double w) {
+    if (amplitude * w > limits_.max_rate * slack)
+      problem(fmt::format("{} would oscillate at up to {}, above its max_rate of {}", limits_.axis,
+                          shown(amplitude * w, "deg/s"), shown(limits_.max_rate, "deg/s")));
+    if (amplitude * w * w > limits_.max_acceleration * slack)
+      problem(fmt::format("{} would need {}, above its max_acceleration of {}", limits_.axis,
+                          shown(amplitude * w * w, "deg/s^2"), shown(limits_.max_acceleration, "deg/s^2")));
+  }
+
+  void check_rate(double rate) {
+    if (std::abs(rate) > limits_.max_rate * slack)
+      problem(fmt::format("{} at {} is above its max_rate of {}", limits_.axis, shown(std::abs(rate), "deg/s"),
+                          shown(limits_.max_rate, "deg/s")));
+  }
+
+  void lay(double acceleration, double duration) {
+    if (!(duration > 0.0)) return;
+    profile_.pieces.push_back({.begin = now_, .start = {at_.angle, at_.rate, acceleration}});
+    at_.angle += duration * (at_.rate + 0.5 * duration * acceleration);
+    at_.rate += duration * acceleration;
+    now_ += duration;
+  }
+
+  void keep(double angle, double rate) {
+    at_ = {angle, rate, 0.0};
+    profile_.pieces.push_back({.begin = now_, .start = at_});
+  }
+
+  void change_rate(double rate) {
+    const double by = rate - at_.rate;
+    lay(std::copysign(limits_.max_acceleration, by), std::abs(by) / limits_.max_acceleration);
+    keep(at_.angle, rate);
+  }
+
+  /// The fastest move to rest at `target`: speed up (or slow down), run on at `speed`, brake.
+  void go_to(double target, double speed) {
+    const double a = limits_.max_acceleration;
+    const double beyond_stop = target - at_.angle - at_.rate * std::abs(at_.rate) / (2.0 * a);
+    const double sense = beyond_stop < 0.0 ? -1.0 : 1.0;
+    const double way = sense * (target - at_.angle), initial = sense * at_.rate;
+    const double peak = std::min(speed, std::sqrt(std::max(0.0, a * way + 0.5 * initial * initial)));
+    const double change = std::abs(peak - initial) / a, brake = peak / a;
+    const double cruise = way - 0.5 * (initial + peak) * change - 0.5 * peak * brake;
+    lay(sense * std::copysign(a, peak - initial), change);
+    at_.rate = sense * peak;
+    if (peak > 0.0) lay(0.0, cruise / peak);
+    lay(-sense * a, brake);
+    keep(target, 0.0);
+  }
+
+  /// Least and greatest angle from the segment's beginning to its end.
+  void check_travel(std::size_t first, double end) {
+    if (endless() || !problems_) return;
+    double low = infinity, high = -infinity;
+    const auto& pieces = profile_.pieces;
+    for (std::size_t p = first > 0 ? first - 1 : 0; p < pieces.size(); ++p) {
+      const Turn& start = pieces[p].start;
+      const double from = std::max(begin_, pieces[p].begin), to = p + 1 < pieces.size() ? pieces[p + 1].begin : end;
+      const double swing = p < first ? 0.0 : std::abs(pieces[p].amplitude);
+      const double vertex = start.acceleration == 0.0 ? from : pieces[p].begin - start.rate / start.acceleration;
+      for (const double time : {from, std::max(from, to), std::clamp(vertex, from, std::max(from, to))}) {
+        const double s = time - pieces[p].begin, angle = start.angle + s * (start.rate + 0.5 * s * start.acceleration);
+        low = std::min(low, angle - swing);
+        high = std::max(high, angle + swing);
+      }
+    }
+    const double tolerance = 1e-9;  // [rad], rounding of the units
+    if (low < limits_.lowest - tolerance || high > limits_.highest + tolerance)
+      problem(fmt::format("{} would go from {} to {}, beyond its stops at {} and {}", limits_.axis, shown(low, "deg"),
+                          shown(high, "deg"), shown(limits_.lowest, "deg"), shown(limits_.highest, "deg")));
+  }
+
+  const AxisLimits& limits_;
+  const DriveErrors& errors_;
+  std::vector<std::string>* problems_;
+  Profile profile_;
+  const Segment* segment_ = nullptr;
+  std::size_t number_ = 0;
+  double begin_ = 0.0;  ///< of the segment [s]
+  double now_ = 0.0;    ///< until where the pieces are laid [s]
+  Turn at_{};           ///< state at now_
+  Kind kind_ = Kind::hold;
+  double turns_ = 0.0;                ///< whole turns made by rate motions [rad]
+  double held_ = 0.0, actual_ = 0.0;  ///< angle to be held, and with its positioning error [rad]
+  double speed_ = infinity;           ///< at which it goes there
+};
+
+}  // namespace
+
+Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErrors& errors,
+                   std::vector<std::string>* problems) {
+  const auto motion_in = [&](const Segment& segment) -> const Motion* {
+    const auto found = segment.axes.find(limits.axis);
+    return found == segment.axes.end() ? nullptr : &found->second;
+  };
+  Planner planner(limits, errors, problems);
+  planner.start(run.empty() ? nullptr : motion_in(run.front()));
+  double begin = 0.0;
+  for (std::size_t s = 0; s < run.size(); ++s) {
+    planner.segment(run[s], s, begin, motion_in(run[s]));
+    begin += run[s].duration;
+  }
+  return planner.take();
+}
+
+}  // namespace tumble::rigs

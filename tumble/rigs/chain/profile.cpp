@@ -1,0 +1,74 @@
+#include "tumble/rigs/chain/profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tumble::rigs {
+namespace {
+
+/// Smooth step from 0 to 1 with two continuous derivatives, s in [0, 1].
+Turn step(double s, double duration) {
+  const double r = 1.0 - s;
+  return {s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * s * s * r * r / duration,
+          60.0 * s * r * (1.0 - 2.0 * s) / (duration * duration)};
+}
+
+Turn oscillation(const Piece& piece, double time) {
+  const double u = time - piece.origin, k = piece.growth;
+  const double grown = k == 0.0 ? u : std::expm1(k * u) / k;
+  const double w = piece.frequency * (k == 0.0 ? 1.0 : std::exp(k * u));
+  const double s = std::sin(piece.phase + piece.frequency * grown), c = std::cos(piece.phase + piece.frequency * grown);
+  const double a = piece.amplitude;
+  const Turn y{a * s, a * w * c, a * (k * w * c - w * w * s)};
+  const double since = time - piece.begin;
+  if (since >= piece.fade) return y;
+  const Turn e = step(std::max(since, 0.0) / piece.fade, piece.fade);
+  return {e.angle * y.angle, e.rate * y.angle + e.angle * y.rate,
+          e.acceleration * y.angle + 2.0 * e.rate * y.rate + e.angle * y.acceleration};
+}
+
+Turn state(const Piece& piece, double time) {
+  const double s = time - piece.begin;
+  Turn now{piece.start.angle + s * (piece.start.rate + 0.5 * s * piece.start.acceleration),
+           piece.start.rate + s * piece.start.acceleration, piece.start.acceleration};
+  if (piece.amplitude == 0.0) return now;
+  const Turn y = oscillation(piece, time);
+  return {now.angle + y.angle, now.rate + y.rate, now.acceleration + y.acceleration};
+}
+
+bool stands(const Piece& piece) {
+  return piece.start.rate == 0.0 && piece.start.acceleration == 0.0 && piece.amplitude == 0.0;
+}
+
+/// The piece in force at `time`, looked for from `piece` on.
+std::size_t found(const Profile& profile, double time, std::size_t piece) {
+  const auto& pieces = profile.pieces;
+  piece = std::min(piece, pieces.size() - 1);
+  const auto covers = [&](std::size_t p) {
+    return pieces[p].begin <= time && (p + 1 == pieces.size() || time < pieces[p + 1].begin);
+  };
+  if (covers(piece)) return piece;
+  if (piece + 1 < pieces.size() && covers(piece + 1)) return piece + 1;
+  const auto after =
+      std::upper_bound(pieces.begin(), pieces.end(), time, [](double t, const Piece& p) { return t < p.begin; });
+  return after == pieces.begin() ? 0 : static_cast<std::size_t>(after - pieces.begin()) - 1;
+}
+
+}  // namespace
+
+Turn at(const Profile& profile, double time, std::size_t& piece) {
+  piece = found(profile, time, piece);
+  return state(profile.pieces[piece], time);
+}
+
+double steady_until(const Profile& profile, double time) {
+  std::size_t piece = found(profile, time, 0);
+  const double angle = profile.pieces[piece].start.angle;
+  if (!stands(profile.pieces[piece])) return time;
+  while (++piece < profile.pieces.size())
+    if (!stands(profile.pieces[piece]) || profile.pieces[piece].start.angle != angle)
+      return profile.pieces[piece].begin;
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace tumble::rigs

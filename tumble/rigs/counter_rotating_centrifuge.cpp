@@ -1,0 +1,58 @@
+#include "tumble/rigs/chain/arm.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+/// The angle of the table counts from the arm; at angle 0 the fixture's x points radially outwards.
+std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
+  Joint table = end_joint(options, errors);
+  table.fixed = about_x(errors("tilt of the table axis about the arm")) *
+                about_y(errors("tilt of the table axis across the arm"));
+  table.axis = 1;
+  return {arm_joint(options), table};
+}
+
+const Machine& machine() {
+  static const Machine machine{
+      .axes = {arm_axis(),
+               {"table",
+                "angle of the table against the arm, counter-clockwise seen from above",
+                {Kind::hold, Kind::slew, Kind::rate},
+                "1200 deg/s",
+                "30 deg/s^2",
+                false}},
+      .geometry = arm_geometry("the table's axis"),
+      .imperfections = joined(
+          {axis_imperfections({"arm", "table"}),
+           drive_imperfections({"arm", "table"}),
+           arm_imperfections(),
+           {{quantity("table_tilt_sd", "arcsec", "10 arcsec", "table's axis against the arm's, each of two directions"),
+             {"tilt of the table axis about the arm", "tilt of the table axis across the arm"}}}}),
+      .joints = joints,
+      .check = check_arm};
+  return machine;
+}
+
+std::vector<Axis> axes() { return axes_of(machine()); }
+std::vector<Option> options() { return options_of(machine()); }
+std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
+Reference reference(const RigRun& run) { return reference_of(machine(), run); }
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  return refusals_of(machine(), schedule, options);
+}
+
+}  // namespace
+
+extern const Rig counter_rotating_centrifuge;
+const Rig counter_rotating_centrifuge{
+    .name = "counter_rotating_centrifuge",
+    .summary = "precision centrifuge with a table at the end of its arm that turns against it",
+    .axes = axes,
+    .options = options,
+    .errors = errors,
+    .reference = reference,
+    .refusals = refusals};
+
+}  // namespace tumble::rigs

@@ -1,0 +1,64 @@
+#include <numbers>
+
+#include "tumble/rigs/chain/machine.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double quarter = std::numbers::pi / 2.0;
+
+/// The axis of the head is z, pointing to the given azimuth and elevation. At angle 0, y is up as far as it can be and
+/// x horizontal, so that with a level axis f = (g sin th, g cos th, 0).
+std::vector<Joint> joints(const Settings& options, const ErrorValues&) {
+  return {{.fixed = about_z(2.0 * quarter) * about_x(options.number("axis_elevation") - quarter) *
+                    about_z(-options.number("axis_azimuth")),
+           .axis = 0,
+           .about = About::z}};
+}
+
+/// Errors of the divided circle.
+std::vector<Imperfection> scale_imperfections() {
+  return {{quantity("angle_once_sd", "arcsec", "0.5 arcsec", "error of the divided circle, once per turn"),
+           {"angle error of head once per turn, cosine", "angle error of head once per turn, sine"}},
+          {quantity("angle_twice_sd", "arcsec", "0.3 arcsec", "the same, twice per turn"),
+           {"angle error of head twice per turn, cosine", "angle error of head twice per turn, sine"}}};
+}
+
+const Machine& machine() {
+  static const Machine machine{
+      .axes = {{"head",
+                "angle of the head about its axis, right-handed",
+                {Kind::hold, Kind::slew},
+                "10 deg/s",
+                "20 deg/s^2"}},
+      .geometry = {quantity("axis_elevation", "deg", "0 deg", "of the head's axis; 0 deg: level"),
+                   quantity("axis_azimuth", "deg", "0 deg", "of the head's axis, from north to the east")},
+      .imperfections = joined({axis_imperfections({"head"}), scale_imperfections()}),
+      .joints = joints,
+      .check = nullptr};
+  return machine;
+}
+
+std::vector<Axis> axes() { return axes_of(machine()); }
+std::vector<Option> options() { return options_of(machine()); }
+std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
+Reference reference(const RigRun& run) { return reference_of(machine(), run); }
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  return refusals_of(machine(), schedule, options);
+}
+
+}  // namespace
+
+extern const Rig dividing_head;
+const Rig dividing_head{
+    .name = "dividing_head",
+    .summary = "dividing head: an instrument turned about a horizontal axis from position to position",
+    .axes = axes,
+    .options = options,
+    .errors = errors,
+    .reference = reference,
+    .refusals = refusals};
+
+}  // namespace tumble::rigs

@@ -1,0 +1,55 @@
+#include <numbers>
+
+#include "tumble/rigs/chain/machine.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double quarter = std::numbers::pi / 2.0;
+
+/// The axis of the table is z, pointing to the given azimuth and elevation. At angle 0, x is horizontal and to the
+/// right of that azimuth: a vertical axis and azimuth 0 give x east, y north.
+std::vector<Joint> joints(const Settings& options, const ErrorValues&) {
+  return {{.fixed = about_x(options.number("axis_elevation") - quarter) * about_z(-options.number("axis_azimuth")),
+           .axis = 0,
+           .about = About::z}};
+}
+
+const Machine& machine() {
+  static const Machine machine{
+      .axes = {{"table",
+                "angle of the table about its axis, right-handed",
+                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                "1000 deg/s",
+                "500 deg/s^2"}},
+      .geometry = {quantity("axis_elevation", "deg", "90 deg", "of the table's axis; 90 deg: upwards"),
+                   quantity("axis_azimuth", "deg", "0 deg", "of the table's axis, from north to the east")},
+      .imperfections =
+          joined({axis_imperfections({"table"}), drive_imperfections({"table"}), oscillation_imperfections({"table"})}),
+      .joints = joints,
+      .check = nullptr};
+  return machine;
+}
+
+std::vector<Axis> axes() { return axes_of(machine()); }
+std::vector<Option> options() { return options_of(machine()); }
+std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
+Reference reference(const RigRun& run) { return reference_of(machine(), run); }
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  return refusals_of(machine(), schedule, options);
+}
+
+}  // namespace
+
+extern const Rig rate_table;
+const Rig rate_table{.name = "rate_table",
+                     .summary = "single-axis rate table; its axis may be tilted, for example parallel to the Earth's",
+                     .axes = axes,
+                     .options = options,
+                     .errors = errors,
+                     .reference = reference,
+                     .refusals = refusals};
+
+}  // namespace tumble::rigs

@@ -1,0 +1,68 @@
+#include <numbers>
+
+#include "tumble/rigs/chain/machine.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double quarter = std::numbers::pi / 2.0;
+
+/// Outer axis z, middle axis y, inner axis x: the fixture is turned from the level axes by yaw, pitch and roll.
+std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
+  return {{.fixed = about_z(quarter - options.number("inner_azimuth")), .axis = 0, .about = About::z},
+          {.fixed = about_x(errors("orthogonality of middle to outer")), .axis = 1, .about = About::y},
+          {.fixed = about_z(errors("orthogonality of inner to middle")), .axis = 2, .about = About::x}};
+}
+
+const Machine& machine() {
+  static const Machine machine{
+      .axes = {{"outer",
+                "angle of the outer axis, right-handed about z (upwards)",
+                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                "200 deg/s",
+                "100 deg/s^2"},
+               {"middle",
+                "angle of the middle axis, right-handed about y",
+                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                "300 deg/s",
+                "200 deg/s^2"},
+               {"inner",
+                "angle of the inner axis, right-handed about x",
+                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                "500 deg/s",
+                "500 deg/s^2"}},
+      .geometry = {quantity("inner_azimuth", "deg", "90 deg",
+                            "of the inner axis when all angles are 0, from north to the east")},
+      .imperfections =
+          joined({axis_imperfections({"outer", "middle", "inner"}),
+                  drive_imperfections({"outer", "middle", "inner"}),
+                  oscillation_imperfections({"outer", "middle", "inner"}),
+                  {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between neighbouring axes less 90 deg"),
+                    {"orthogonality of middle to outer", "orthogonality of inner to middle"}}}}),
+      .joints = joints,
+      .check = nullptr};
+  return machine;
+}
+
+std::vector<Axis> axes() { return axes_of(machine()); }
+std::vector<Option> options() { return options_of(machine()); }
+std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
+Reference reference(const RigRun& run) { return reference_of(machine(), run); }
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  return refusals_of(machine(), schedule, options);
+}
+
+}  // namespace
+
+extern const Rig three_axis_table;
+const Rig three_axis_table{.name = "three_axis_table",
+                           .summary = "three-axis table: outer axis upwards, then a middle and an inner one",
+                           .axes = axes,
+                           .options = options,
+                           .errors = errors,
+                           .reference = reference,
+                           .refusals = refusals};
+
+}  // namespace tumble::rigs

@@ -1,0 +1,64 @@
+#include <numbers>
+
+#include "tumble/rigs/chain/machine.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double quarter = std::numbers::pi / 2.0;
+
+/// x along the outer axis, z along the inner one at angle 0. The defaults give x east, y north, z up.
+std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
+  const Rotation base =
+      about_y(-options.number("outer_elevation")) * about_z(quarter - options.number("outer_azimuth"));
+  return {{.fixed = base, .axis = 0, .about = About::x},
+          {.fixed = about_y(errors("orthogonality of inner to outer")), .axis = 1, .about = About::z}};
+}
+
+const Machine& machine() {
+  static const Machine machine{
+      .axes = {{"outer",
+                "angle of the outer axis, right-handed about x",
+                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                "200 deg/s",
+                "200 deg/s^2"},
+               {"inner",
+                "angle of the inner axis, right-handed about z",
+                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                "500 deg/s",
+                "500 deg/s^2"}},
+      .geometry = {quantity("outer_elevation", "deg", "0 deg", "of the outer axis; 0 deg: level, 90 deg: upwards"),
+                   quantity("outer_azimuth", "deg", "90 deg", "of the outer axis, from north to the east")},
+      .imperfections =
+          joined({axis_imperfections({"outer", "inner"}),
+                  drive_imperfections({"outer", "inner"}),
+                  oscillation_imperfections({"outer", "inner"}),
+                  {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between the axes less 90 deg"),
+                    {"orthogonality of inner to outer"}}}}),
+      .joints = joints,
+      .check = nullptr};
+  return machine;
+}
+
+std::vector<Axis> axes() { return axes_of(machine()); }
+std::vector<Option> options() { return options_of(machine()); }
+std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
+Reference reference(const RigRun& run) { return reference_of(machine(), run); }
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  return refusals_of(machine(), schedule, options);
+}
+
+}  // namespace
+
+extern const Rig two_axis_table;
+const Rig two_axis_table{.name = "two_axis_table",
+                         .summary = "two-axis table: an outer axis that carries an inner one at right angles",
+                         .axes = axes,
+                         .options = options,
+                         .errors = errors,
+                         .reference = reference,
+                         .refusals = refusals};
+
+}  // namespace tumble::rigs
