@@ -9,16 +9,18 @@ namespace tumble::rigs {
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
                        std::span<double> readings) {
   if (sd == 0.0) return;
-  // Readings in the middle of their intervals: a rounding does not move them to the next.
-  const auto begin = static_cast<std::uint64_t>(std::max(0.0, std::floor(first * rate)));
-  const auto stride = static_cast<std::uint64_t>(std::max(1.0, std::round(step * rate)));
+  // Just above the beginning of an interval, so that a rounding of the time does not fall into the one before.
+  const auto number = [&](std::size_t i) {
+    return static_cast<std::uint64_t>(std::max(0.0, std::floor((first + static_cast<double>(i) * step) * rate + 1e-6)));
+  };
+  const bool one_by_one = std::abs(step * rate - 1.0) > 1e-12;
   std::array<double, 256> batch;
   for (std::size_t done = 0; done < readings.size();) {
     const std::size_t count = std::min(batch.size(), readings.size() - done);
-    if (stride == 1) {
-      random.normal(begin + done, std::span(batch.data(), count));
+    if (one_by_one) {
+      for (std::size_t i = 0; i < count; ++i) batch[i] = random.normal(number(done + i));
     } else {
-      for (std::size_t i = 0; i < count; ++i) batch[i] = random.normal(begin + (done + i) * stride);
+      random.normal(number(done), std::span(batch.data(), count));
     }
     for (std::size_t i = 0; i < count; ++i) readings[done + i] += sd * batch[i];
     done += count;

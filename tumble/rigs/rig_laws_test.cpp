@@ -1,0 +1,410 @@
+// What holds for every rig that carries an instrument.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "tumble/earth/earth.hpp"
+#include "tumble/math/rotation.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+const Site site{34.0 * degree, 108.0 * degree, 400.0, 9.7966};
+
+Settings with(const Rig& rig, std::vector<Given> given) {
+  std::vector<std::string> problems;
+  auto options = resolve(rig.options(), given, rig.name, problems);
+  EXPECT_TRUE(problems.empty()) << problems.front();
+  return options;
+}
+
+RigRun run_of(const Rig& rig, const Schedule& schedule, const Settings& options, double rate = 100.0) {
+  RigRun run{schedule, options, site, rate, {}, RandomStream(7)};
+  (void)rig;
+  return run;
+}
+
+bool accepts(const Axis& axis, Kind kind) {
+  return std::find(axis.motions.begin(), axis.motions.end(), kind) != axis.motions.end();
+}
+
+Motion gentle(const Axis& axis, Kind kind, double size) {
+  const double unit = axis.unit == "deg" ? degree : 1.0;
+  switch (kind) {
+    case Kind::rate:
+      return {.kind = kind, .value = 30.0 * unit * size};
+    case Kind::slew:
+      return {.kind = kind, .value = 5.0 * unit, .to = 20.0 * unit * size};
+    case Kind::sine:
+    case Kind::sweep:
+      return {.kind = kind, .amplitude = 2.0 * unit * size, .frequency = 0.5, .to_frequency = 1.0};
+    default:
+      return {.kind = Kind::hold, .value = axis.unit == "deg" ? 25.0 * unit * size : 0.0};
+  }
+}
+
+/// Every motion that each axis can do, one segment each, some segments silent.
+Schedule exercise(const Rig& rig) {
+  Schedule schedule;
+  double size = 1.0;
+  for (const Kind kind : {Kind::hold, Kind::slew, Kind::hold, Kind::rate, Kind::sine, Kind::sweep, Kind::hold}) {
+    Segment segment{"segment " + std::to_string(schedule.size() + 1), 20.0, 1, {}};
+    for (const auto& axis : rig.axes()) {
+      if (accepts(axis, kind)) segment.axes[axis.name] = gentle(axis, kind, size);
+      size = 0.3 + std::fmod(size * 1.7, 1.0);
+    }
+    schedule.push_back(segment);
+  }
+  return schedule;
+}
+
+std::vector<const Rig*> carriers() {
+  std::vector<const Rig*> all;
+  for (const auto* rig : rigs::catalogue())
+    if (std::string(rig->name) != "thermal_chamber") all.push_back(rig);
+  return all;
+}
+
+std::vector<Felt> felt(const Reference& reference, double first, double step, std::size_t count) {
+  std::vector<Felt> out(count);
+  reference.felt(first, step, out);
+  return out;
+}
+
+double distance(const Felt& a, const Felt& b) {
+  return norm(a.rate - b.rate) + norm(a.angular_acceleration - b.angular_acceleration) +
+         norm(a.specific_force - b.specific_force);
+}
+
+class RigLaws : public testing::TestWithParam<const Rig*> {};
+
+TEST_P(RigLaws, ExerciseIsAccepted) {
+  const Rig& rig = *GetParam();
+  const auto refusals = rig.refusals(exercise(rig), defaults(rig.options()));
+  EXPECT_TRUE(refusals.empty()) << refusals.front();
+}
+
+// At rest the instrument feels gravity and the Earth's rate, whatever its orientation, with every error of the rig
+// except the one of gravity. The place within the rig acts by w^2 R < 5e-9 m/s^2 per metre.
+TEST_P(RigLaws, GravityAndEarthRateAtRestAnywhere) {
+  const Rig& rig = *GetParam();
+  const RandomStream random(11);
+  const auto options = with(rig, {{"gravity_sd", "0 ug", "test"}});
+  Schedule schedule;
+  for (std::size_t s = 0; s < 20; ++s) {
+    Segment segment{"rest", 200.0, 1, {}};
+    std::size_t a = 0;
+    for (const auto& axis : rig.axes()) {
+      ++a;
+      if (axis.unit == "deg")
+        segment.axes[axis.name] = {.kind = Kind::hold, .value = 2.0 * std::numbers::pi * random.uniform(10 * s + a)};
+    }
+    schedule.push_back(segment);
+  }
+  RigRun run = run_of(rig, schedule, options);
+  const auto errors = rig.errors(options);
+  run.errors = Matrix(errors.size(), schedule.size());
+  for (std::size_t e = 0; e < errors.size(); ++e)
+    for (std::size_t s = 0; s < schedule.size(); ++s)
+      run.errors(e, s) = errors[e].sd * random.split("e").normal(e * 100 + (errors[e].each_segment ? s : 0));
+  const auto reference = rig.reference(run);
+  std::set<long> seen;
+  for (std::size_t s = 0; s < schedule.size(); ++s) {
+    const double begin = 200.0 * static_cast<double>(s);
+    ASSERT_GE(reference.settled[s], begin);
+    ASSERT_LT(reference.settled[s], begin + 190.0);
+    const auto at = felt(reference, reference.settled[s] + 1e-6, 1.0, 1).front();
+    EXPECT_NEAR(norm(at.specific_force), 9.7966, 1e-8);
+    EXPECT_NEAR(norm(at.rate), earth_rate, 1e-17 + 1e-13 * earth_rate);
+    EXPECT_EQ(norm(at.angular_acceleration), 0.0);
+    EXPECT_EQ(at.temperature, 293.15);
+    seen.insert(std::lround(1e6 * at.specific_force.x));
+  }
+  EXPECT_GT(seen.size(), 15u) << "the orientation does not change";
+}
+
+TEST_P(RigLaws, WithoutASiteStandardGravityAndNoEarth) {
+  const Rig& rig = *GetParam();
+  RigRun run = run_of(rig, {{"rest", 10.0, 1, {}}}, defaults(rig.options()));
+  run.site.reset();
+  const auto at = felt(rig.reference(run), 5.0, 1.0, 1).front();
+  EXPECT_NEAR(norm(at.specific_force), standard_gravity, 1e-12);
+  EXPECT_EQ(norm(at.rate), 0.0);
+}
+
+// Whole samples are the same in whatever blocks they are asked for.
+TEST_P(RigLaws, BlocksDoNotMatter) {
+  const Rig& rig = *GetParam();
+  const auto reference = rig.reference(run_of(rig, exercise(rig), defaults(rig.options())));
+  const double step = 0.0625;
+  const auto whole = felt(reference, 0.5 * step, step, 2240);
+  std::vector<double> readings(whole.size());
+  for (const std::size_t size : {1u, 7u, 640u}) {
+    for (std::size_t first = 0; first < whole.size(); first += size) {
+      const auto count = std::min(size, whole.size() - first);
+      const auto part = felt(reference, (static_cast<double>(first) + 0.5) * step, step, count);
+      for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(distance(part[i], whole[first + i]), 0.0) << first + i;
+    }
+    for (const auto& sensor : reference.sensors) {
+      sensor.read(0.5 * step, step, readings);
+      for (std::size_t first = 0; first < whole.size(); first += size) {
+        std::vector<double> part(std::min(size, whole.size() - first));
+        sensor.read((static_cast<double>(first) + 0.5) * step, step, part);
+        for (std::size_t i = 0; i < part.size(); ++i) ASSERT_EQ(part[i], readings[first + i]) << sensor.channel.name;
+      }
+    }
+  }
+}
+
+TEST_P(RigLaws, SteadyMeansThatNothingChanges) {
+  const Rig& rig = *GetParam();
+  const auto reference = rig.reference(run_of(rig, exercise(rig), defaults(rig.options())));
+  ASSERT_TRUE(reference.steady_until);
+  int steady = 0;
+  for (double time = 0.0; time < 150.0; time += 0.173) {
+    const double until = reference.steady_until(time);
+    ASSERT_GE(until, time);
+    if (until == time) continue;
+    ++steady;
+    const double last = std::min(until, 200.0) - 1e-9;
+    for (const double share : {0.3, 0.9, 1.0}) {
+      const double later = time + share * (last - time);
+      EXPECT_EQ(distance(felt(reference, time, 1.0, 1)[0], felt(reference, later, 1.0, 1)[0]), 0.0) << time << later;
+    }
+  }
+  EXPECT_GT(steady, 20);
+  EXPECT_EQ(reference.steady_until(1e6), std::numeric_limits<double>::infinity());
+}
+
+// Every error moves something: a budget can difference it. (A lever along an upward axis acts through the Earth alone,
+// by 1e-11 m/s^2.) Names are unique.
+TEST_P(RigLaws, EveryErrorMovesSomething) {
+  const Rig& rig = *GetParam();
+  const auto options = defaults(rig.options());
+  const auto schedule = exercise(rig);
+  const auto errors = rig.errors(options);
+  RigRun run = run_of(rig, schedule, options);
+  const auto nominal = felt(rig.reference(run), 0.005, 0.01, 14000);
+  std::vector<std::vector<double>> nominal_readings;
+  for (const auto& sensor : rig.reference(run).sensors) {
+    nominal_readings.emplace_back(14000);
+    sensor.read(0.005, 0.01, nominal_readings.back());
+  }
+  std::set<std::string> names;
+  for (std::size_t e = 0; e < errors.size(); ++e) {
+    EXPECT_TRUE(names.insert(errors[e].name).second) << errors[e].name;
+    EXPECT_GT(errors[e].sd, 0.0) << errors[e].name << ": a default of 0 is not realistic";
+    run.errors = Matrix(errors.size(), schedule.size());
+    for (std::size_t s = 0; s < schedule.size(); ++s) run.errors(e, s) = 10.0 * errors[e].sd;
+    const auto reference = rig.reference(run);
+    const auto moved = felt(reference, 0.005, 0.01, 14000);
+    double most = 0.0;
+    for (std::size_t i = 0; i < moved.size(); ++i) most = std::max(most, distance(moved[i], nominal[i]));
+    for (std::size_t n = 0; n < reference.sensors.size(); ++n) {
+      std::vector<double> readings(14000);
+      reference.sensors[n].read(0.005, 0.01, readings);
+      for (std::size_t i = 0; i < readings.size(); ++i)
+        most = std::max(most, std::abs(readings[i] - nominal_readings[n][i]));
+    }
+    EXPECT_GT(most, 1e-13) << errors[e].name;
+  }
+}
+
+TEST_P(RigLaws, IdealRigHasNoErrors) {
+  const Rig& rig = *GetParam();
+  for (const auto& error : rig.errors(with(rig, {{"ideal", "true", "test", false}}))) EXPECT_EQ(error.sd, 0.0);
+}
+
+// Out of bounds options, foreign axes and motions: everything at once.
+TEST_P(RigLaws, RefusalsComeAllAtOnce) {
+  const Rig& rig = *GetParam();
+  const auto options = with(rig, {{"level_sd", "-1 arcsec", "test"}, {"mount_sd", "-1 arcsec", "test"}});
+  Schedule schedule = exercise(rig);
+  schedule[0].axes["no_such_axis"] = {};
+  schedule[1].axes[rig.axes().front().name] = {.kind = Kind::ramp, .value = 1.0, .to = 2.0};
+  schedule[2].axes["mount_roll"] = {.kind = Kind::rate, .value = 1.0};
+  std::string all;
+  for (const auto& problem : rig.refusals(schedule, options)) all += problem + "\n";
+  for (const char* part : {"level_sd", "mount_sd", "no_such_axis", "cannot ramp", "mount_roll cannot rate"})
+    EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
+}
+
+TEST_P(RigLaws, MotionsThatAreNotFiniteAreRefused) {
+  const Rig& rig = *GetParam();
+  for (const double odd : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    Schedule schedule{{"odd", 10.0, 1, {{"mount_yaw", {.kind = Kind::hold, .value = odd}}}}};
+    EXPECT_EQ(rig.refusals(schedule, defaults(rig.options())).size(), 1u);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RigLaws, testing::ValuesIn(carriers()),
+                         [](const auto& rig) { return std::string(rig.param->name); });
+
+/// What is felt after everything has settled in a single segment.
+Felt settled(const Rig& rig, std::map<std::string, Motion> axes, const Settings& options, double time = 90.0) {
+  return felt(rig.reference(run_of(rig, {{"s", 100.0, 1, std::move(axes)}}, options)), time, 1.0, 1).front();
+}
+
+Motion held(double degrees) { return {.kind = Kind::hold, .value = degrees * degree}; }
+Motion turning(double degrees) { return {.kind = Kind::rate, .value = degrees * degree}; }
+
+void expect_near(Vector3 a, Vector3 b, double tolerance) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(a.z, b.z, tolerance);
+}
+
+TEST(DividingHead, TurnsGravityThroughXAndY) {
+  const Rig& rig = find_rig("dividing_head");
+  for (const double angle : {0.0, 30.0, 90.0, 225.0}) {
+    const auto at = settled(rig, {{"head", held(angle)}}, defaults(rig.options()));
+    expect_near(at.specific_force, {9.7966 * std::sin(angle * degree), 9.7966 * std::cos(angle * degree), 0.0}, 1e-12);
+  }
+  // the axis points north: z sees the Earth's horizontal rate, y at 0 the vertical one
+  const auto at = settled(rig, {{"head", held(0.0)}}, defaults(rig.options()));
+  expect_near(at.rate, {0.0, earth_rate * std::sin(34.0 * degree), earth_rate * std::cos(34.0 * degree)}, 1e-18);
+}
+
+// Axis parallel to the Earth's: no Earth rate across it, f = g (cos phi sin th, cos phi cos th, sin phi) but for the
+// choice of zero.
+TEST(RateTable, PolarAxisTumble) {
+  const Rig& rig = find_rig("rate_table");
+  const auto options = with(rig, {{"axis_elevation", "34 deg", "test"}});
+  for (const double angle : {0.0, 40.0, 200.0}) {
+    const auto at = settled(rig, {{"table", held(angle)}}, options);
+    expect_near(at.rate, {0.0, 0.0, earth_rate}, 1e-18);
+    EXPECT_NEAR(at.specific_force.z, 9.7966 * std::sin(34.0 * degree), 1e-12);
+    EXPECT_NEAR(at.specific_force.x, -9.7966 * std::cos(34.0 * degree) * std::sin(angle * degree), 1e-12);
+    EXPECT_NEAR(at.specific_force.y, -9.7966 * std::cos(34.0 * degree) * std::cos(angle * degree), 1e-12);
+  }
+}
+
+TEST(RateTable, UpwardAxisAddsItsRateToTheVerticalEarthRate) {
+  const Rig& rig = find_rig("rate_table");
+  const auto at = settled(rig, {{"table", turning(-20.0)}}, defaults(rig.options()));
+  EXPECT_NEAR(at.rate.z, -20.0 * degree + earth_rate * std::sin(34.0 * degree), 1e-16);
+  EXPECT_NEAR(std::hypot(at.rate.x, at.rate.y), earth_rate * std::cos(34.0 * degree), 1e-17);
+}
+
+TEST(TwoAxisTable, AttitudeIsInnerAfterOuter) {
+  const Rig& rig = find_rig("two_axis_table");
+  const auto at = settled(rig, {{"outer", held(90.0)}, {"inner", held(30.0)}}, defaults(rig.options()));
+  // outer 90 deg about east: the table's y is up, its z south
+  const double s = 0.5, c = std::sqrt(0.75), g = 9.7966;
+  expect_near(at.specific_force, {g * s, g * c, 0.0}, 1e-12);
+  const double up = earth_rate * std::sin(34.0 * degree), north = earth_rate * std::cos(34.0 * degree);
+  expect_near(at.rate, {s * up, c * up, -north}, 1e-18);
+}
+
+TEST(ThreeAxisTable, YawPitchRoll) {
+  const Rig& rig = find_rig("three_axis_table");
+  const auto at =
+      settled(rig, {{"outer", held(20.0)}, {"middle", held(-40.0)}, {"inner", held(70.0)}}, defaults(rig.options()));
+  const Rotation r = about_x(70.0 * degree) * about_y(-40.0 * degree) * about_z(20.0 * degree);
+  expect_near(at.specific_force, r * Vector3{0.0, 0.0, 9.7966}, 1e-12);
+  expect_near(at.rate, r * earth_rate_in_level(site), 1e-18);
+  const auto mounted = settled(find_rig("rate_table"),
+                               {{"mount_yaw", held(20.0)}, {"mount_pitch", held(-40.0)}, {"mount_roll", held(70.0)}},
+                               defaults(find_rig("rate_table").options()));
+  expect_near(mounted.specific_force, at.specific_force, 1e-12);
+}
+
+TEST(Centrifuge, CentripetalForceAndTheRateNeededForIt) {
+  const Rig& rig = find_rig("centrifuge");
+  // R = 1 m: 1, 10, 20 g at 179.43, 567.39, 802.41 deg/s (rounded to 0.005 deg/s: 6e-5 of 1 g, 2e-5, 1.3e-5)
+  for (const auto& [g, rate] : {std::pair{1.0, 179.43}, {10.0, 567.39}, {20.0, 802.41}}) {
+    const auto at = settled(rig, {{"arm", turning(rate)}}, defaults(rig.options()));
+    EXPECT_NEAR(at.specific_force.x / -standard_gravity, g, 6e-4);
+    const double up = rate * degree + earth_rate * std::sin(34.0 * degree);
+    EXPECT_NEAR(at.specific_force.x, -up * up, 1e-3 * earth_rate + 1e-7);
+    EXPECT_NEAR(at.specific_force.z, 9.7966, 2e-3);  // Coriolis: 2 w_e cos(latitude) w R = 1.7e-3 m/s^2
+  }
+  // while it speeds up the instrument is pushed along its motion: R times the angular acceleration
+  const auto at = settled(rig, {{"arm", turning(1000.0)}}, defaults(rig.options()), 5.0);
+  EXPECT_NEAR(at.specific_force.y, 30.0 * degree, 1e-3);
+}
+
+// Counter-rotating table, (1.1) to (1.3) of the DTG centrifuge test: f_X = -a cos(w_s t - psi_0),
+// f_Y = -a sin(w_s t - psi_0), net rate 40 deg/s.
+TEST(CounterRotatingCentrifuge, InstrumentSeesTheArmTurnBackwards) {
+  const Rig& rig = find_rig("counter_rotating_centrifuge");
+  const auto options = with(rig, {{"radius", "2.5 m", "test"}});
+  const Schedule schedule{{"spin", 100.0, 1, {{"arm", turning(254.0)}, {"table", turning(-214.0)}}}};
+  const auto reference = rig.reference(run_of(rig, schedule, options));
+  EXPECT_NEAR(reference.settled[0], 254.0 / 30.0, 1e-9);
+  const auto samples = felt(reference, 50.0, 0.01, 1000);
+  std::vector<double> angle(samples.size());
+  const auto table = std::find_if(reference.sensors.begin(), reference.sensors.end(),
+                                  [](const Sensor& sensor) { return sensor.channel.name == "table_angle"; });
+  ASSERT_NE(table, reference.sensors.end());
+  table->read(50.0, 0.01, angle);
+  const double up = 254.0 * degree + earth_rate * std::sin(34.0 * degree);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    // the encoder counts to 1e-4 deg and has 0.1 arcsec of noise; the Earth's other component adds 2 w w_e R < 1e-3
+    EXPECT_NEAR(samples[i].specific_force.x, -2.5 * up * up * std::cos(angle[i]), 1.5e-4);
+    EXPECT_NEAR(samples[i].specific_force.y, 2.5 * up * up * std::sin(angle[i]), 1.5e-4);
+    EXPECT_NEAR(samples[i].rate.z, 40.0 * degree + earth_rate * std::sin(34.0 * degree), 1e-12);
+    EXPECT_NEAR(std::hypot(samples[i].rate.x, samples[i].rate.y), earth_rate * std::cos(34.0 * degree), 1e-12);
+  }
+}
+
+// Table of worked numbers: R = 2.5 m, standard gravity.
+TEST(CounterRotatingCentrifuge, WorkedAccelerations) {
+  const Rig& rig = find_rig("counter_rotating_centrifuge");
+  const auto options = with(rig, {{"radius", "2.5 m", "test"}});
+  for (const auto& [rate, g] :
+       {std::pair{114.0, 1.009}, {160.0, 1.988}, {254.0, 5.010}, {359.0, 10.008}, {508.0, 20.040}}) {
+    RigRun run = run_of(rig, {{"s", 100.0, 1, {{"arm", turning(rate)}, {"table", turning(40.0 - rate)}}}}, options);
+    run.site.reset();
+    const auto at = felt(rig.reference(run), 90.0, 1.0, 1).front();
+    EXPECT_NEAR(std::hypot(at.specific_force.x, at.specific_force.y) / standard_gravity, g, 5e-4);
+    EXPECT_NEAR(at.rate.z, 40.0 * degree, 1e-12);
+  }
+}
+
+// The table's axis leaning 10 arcsec against the arm's at 340 deg/s: a true rate of 59.341 deg/h at the table's rate.
+TEST(CounterRotatingCentrifuge, TiltOfTheTableAxisIsATrueRateAtTheTablesRate) {
+  const Rig& rig = find_rig("counter_rotating_centrifuge");
+  const auto options = defaults(rig.options());
+  const Schedule schedule{{"spin", 100.0, 1, {{"arm", turning(340.0)}, {"table", turning(-300.0)}}}};
+  RigRun run = run_of(rig, schedule, options);
+  run.site.reset();
+  const auto errors = rig.errors(options);
+  run.errors = Matrix(errors.size(), 1);
+  for (std::size_t e = 0; e < errors.size(); ++e)
+    if (errors[e].name == "tilt of the table axis about the arm") run.errors(e, 0) = si(10.0, "arcsec");
+  // 300 deg/s: 1.2 s are one turn of the table
+  const auto samples = felt(rig.reference(run), 50.0, 0.01, 120);
+  double c = 0.0, s = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / 120.0;
+    c += samples[i].rate.x * std::cos(angle) / 60.0;
+    s += samples[i].rate.x * std::sin(angle) / 60.0;
+    largest = std::max(largest, std::hypot(samples[i].rate.x, samples[i].rate.y));
+  }
+  EXPECT_NEAR(std::hypot(c, s), si(59.341, "deg/h"), si(0.001, "deg/h"));
+  EXPECT_NEAR(largest, si(59.341, "deg/h"), si(0.001, "deg/h"));
+}
+
+TEST(Centrifuge, RadiusGrowsWithTheSquareOfTheRate) {
+  const Rig& rig = find_rig("centrifuge");
+  const auto options = with(rig, {{"stretch", "3 um/(rad/s)^2", "test"}});
+  const double w = 500.0 * degree;
+  RigRun run = run_of(rig, {{"s", 100.0, 1, {{"arm", turning(500.0)}}}}, options);
+  run.site.reset();
+  const auto at = felt(rig.reference(run), 90.0, 1.0, 1).front();
+  EXPECT_NEAR(at.specific_force.x, -w * w * (1.0 + 3e-6 * w * w), 1e-11 * w * w);
+}
+
+}  // namespace
+}  // namespace tumble
