@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <numbers>
 
+#include "tumble/math/circle.hpp"
+
 namespace tumble {
 
 namespace {
@@ -37,14 +39,6 @@ inline double open_uniform(std::uint64_t bits) {
   return std::bit_cast<double>(bits >> 12 | 0x3FF0'0000'0000'0000u) - 1.0 + 0x1p-53;
 }
 
-/// The polynomial in q with these coefficients, the highest power first.
-template <class... Coefficient>
-inline double polynomial(double q, Coefficient... coefficients) {
-  double sum = 0.0;
-  ((sum = sum * q + coefficients), ...);
-  return sum;
-}
-
 /// -2 ln(u) for u in (0, 1): u = m 2^e with m near 1, ln(m) = 2 artanh((m - 1)/(m + 1)) as its series, relative error
 /// below 1e-15.
 inline double minus_two_log(double u) {
@@ -57,27 +51,6 @@ inline double minus_two_log(double u) {
   const double series = polynomial(q, 1.0 / 21, 1.0 / 19, 1.0 / 17, 1.0 / 15, 1.0 / 13, 1.0 / 11, 1.0 / 9, 1.0 / 7,
                                    1.0 / 5, 1.0 / 3, 1.0);
   return -2.0 * (e * std::numbers::ln2 + 2.0 * s * series);
-}
-
-struct Point {
-  double cosine, sine;
-};
-
-/// The point at the fraction v of a full turn, v in (0, 1): Taylor series on the eighth of a turn to either side of the
-/// nearest axis, absolute error below 3e-16.
-inline Point on_circle(double v) {
-  const double turned = 4.0 * v + 0x1.8p52;  // rounds to the nearest quarter
-  const auto quarter = std::bit_cast<std::uint64_t>(turned);
-  const double x = (4.0 * v - (turned - 0x1.8p52)) * (std::numbers::pi / 2), q = x * x;
-  const double sine = x * polynomial(q, -1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800, 1.0 / 362880,
-                                     -1.0 / 5040, 1.0 / 120, -1.0 / 6, 1.0);
-  const double cosine = polynomial(q, 1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800,
-                                   1.0 / 40320, -1.0 / 720, 1.0 / 24, -1.0 / 2, 1.0);
-  const std::uint64_t odd = 0 - (quarter & 1), a = std::bit_cast<std::uint64_t>(cosine),
-                      b = std::bit_cast<std::uint64_t>(sine);
-  const std::uint64_t swap = (a ^ b) & odd;
-  const std::uint64_t flip_cosine = ((quarter + 1) & 2) << 62, flip_sine = (quarter & 2) << 62;
-  return {std::bit_cast<double>((a ^ swap) ^ flip_cosine), std::bit_cast<double>((b ^ swap) ^ flip_sine)};
 }
 
 constexpr std::size_t batch = 128;
@@ -97,7 +70,7 @@ void normal_blocks(std::uint64_t key, std::uint64_t block, std::size_t count, do
   }
   for (std::size_t i = 0; i < count; ++i) {
     const double r = std::sqrt(minus_two_log(open_uniform(radius[i])));
-    const Point point = on_circle(open_uniform(turn[i]));
+    const CirclePoint point = on_circle(open_uniform(turn[i]));
     out[2 * i] = r * point.cosine;
     out[2 * i + 1] = r * point.sine;
   }

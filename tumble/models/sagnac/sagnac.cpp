@@ -1,0 +1,26 @@
+#include "tumble/models/sagnac/sagnac.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace tumble {
+
+double sagnac_path_difference(double area, double rate) { return 4.0 * area * rate / speed_of_light; }
+
+double ring_laser_scale_factor(double area, double perimeter, double wavelength) {
+  return 4.0 * area / (wavelength * perimeter);
+}
+
+double ring_laser_scale_factor(int corners, double side, double wavelength) {
+  return side / (wavelength * std::tan(std::numbers::pi / corners));
+}
+
+double coil_path_difference(double length, double diameter, double rate) {
+  return length * diameter * rate / speed_of_light;
+}
+
+double coil_phase_difference(double length, double diameter, double wavelength, double rate) {
+  return 2.0 * std::numbers::pi / wavelength * coil_path_difference(length, diameter, rate);
+}
+
+}  // namespace tumble
