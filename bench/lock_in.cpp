@@ -1,7 +1,7 @@
 // The lock-in equation of the ring laser gyro: how fast, how exact, and what it says of the formulas (4.26) and (4.27).
 // Prints bench/results/lock_in.md. usage: bench_lock_in [a number > 1 makes the random walks that much longer]
 
-#include "tumble/models/ring_laser_gyro/lock_in.hpp"
+#include "tumble/models/lock_in.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/models/ring_laser_gyro/lock_zones.hpp"
+#include "tumble/models/lock_zones.hpp"
 #include "tumble/models/ring_laser_gyro/testing/beat_reference.hpp"
 #include "tumble/units/unit.hpp"
 

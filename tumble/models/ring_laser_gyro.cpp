@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
+#include "tumble/models/lock_in.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/models/ring_laser_gyro/lock_in.hpp"
-#include "tumble/models/sagnac/sagnac.hpp"
+#include "tumble/models/sagnac.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::models {

@@ -1,4 +1,4 @@
-#include "tumble/models/ring_laser_gyro/lock_in.hpp"
+#include "tumble/models/lock_in.hpp"
 
 #include <algorithm>
 #include <cmath>

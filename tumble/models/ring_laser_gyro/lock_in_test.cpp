@@ -1,4 +1,4 @@
-#include "tumble/models/ring_laser_gyro/lock_in.hpp"
+#include "tumble/models/lock_in.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tumble/models/ring_laser_gyro/lock_zones.hpp"
+#include "tumble/models/lock_zones.hpp"
 #include "tumble/models/ring_laser_gyro/testing/beat_reference.hpp"
 #include "tumble/units/unit.hpp"
 

@@ -1,4 +1,4 @@
-#include "tumble/models/ring_laser_gyro/lock_zones.hpp"
+#include "tumble/models/lock_zones.hpp"
 
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tumble/models/sagnac/sagnac.hpp"
+#include "tumble/models/sagnac.hpp"
 
 #include <cmath>
 #include <numbers>

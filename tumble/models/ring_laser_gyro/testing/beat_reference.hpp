@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tumble/models/ring_laser_gyro/lock_in.hpp"
+#include "tumble/models/lock_in.hpp"
 
 namespace tumble::testing {
 

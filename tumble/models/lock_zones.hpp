@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tumble/models/ring_laser_gyro/lock_in.hpp"
+#include "tumble/models/lock_in.hpp"
 
 namespace tumble {
 
