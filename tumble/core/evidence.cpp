@@ -27,6 +27,11 @@ std::vector<Run> marked_runs(const Recording& recording, std::size_t index) {
 
 }  // namespace
 
+const Plan& plan_of(const Evidence& evidence, std::size_t recording) {
+  const bool own = recording < evidence.plans.size() && evidence.plans[recording] != nullptr;
+  return own ? *evidence.plans[recording] : evidence.plan;
+}
+
 const Channel* channel_for(const Evidence& evidence, const Recording& recording, const std::string& role) {
   return find_channel(recording, channel_name(evidence, role));
 }

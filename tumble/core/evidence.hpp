@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,12 @@ namespace tumble {
 struct Evidence {
   Plan plan;
   std::vector<Recording> recordings;
+  /// The plan of each recording that has its own (another rig, another schedule); null or missing: `plan`.
+  std::vector<std::shared_ptr<const Plan>> plans = {};
 };
+
+/// The plan that says how the rig moved in that recording.
+const Plan& plan_of(const Evidence& evidence, std::size_t recording);
 
 /// The channel that plays `role`: the one the plan's [channels] names, else the one called like the role.
 /// Null when the recording has none.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,11 +26,14 @@ struct ChannelChoice {
   std::optional<Unit> unit;
 };
 
+struct Plan;
+
 /// A file that belongs to the test.
 struct RecordingEntry {
   std::string file;     ///< resolved against the plan's folder
   std::string segment;  ///< label of the schedule's segment it holds; empty: the whole schedule
   int run = 0;          ///< which power-up; 0: as the schedule or the file says
+  std::shared_ptr<const Plan> plan = {};  ///< its own rig, site and schedule; null: those of the plan that names it
 };
 
 /// A limit on a parameter. The bounds are as written; the unit is checked against the parameter when judged.

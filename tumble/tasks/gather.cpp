@@ -159,7 +159,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles, sets);
   auto entries = plan.recordings;
-  for (const auto& file : recordings) entries.push_back({file, "", 0});
+  for (const auto& file : recordings) entries.push_back({file, "", 0, nullptr});
   if (entries.empty())
     throw Error(Error::Kind::bad_input, plan.file.empty()
                                             ? "no recording to identify from: name one or more after the method"
@@ -171,8 +171,12 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
       const auto part = [&](double done, std::string_view what) {
         report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
       };
-      evidence.recordings.push_back(read(entries[i].file, options, part));
-      mark_from_schedule(evidence.plan, entries[i], evidence.recordings.back());
+      evidence.plans.push_back(entries[i].plan);
+      auto own = options;
+      if (entries[i].plan && entries[i].plan->sample_rate > 0.0 && !sorted(sets, true).reading.rate)
+        own.rate = entries[i].plan->sample_rate;
+      evidence.recordings.push_back(read(entries[i].file, own, part));
+      mark_from_schedule(plan_of(evidence, i), entries[i], evidence.recordings.back());
     } catch (const Error& error) {
       kind = error.kind;
       problems.insert(problems.end(), error.problems.begin(), error.problems.end());

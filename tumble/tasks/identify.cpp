@@ -12,9 +12,10 @@ namespace {
 
 /// What the readers and the checks noticed, with the file where there are several.
 void add_data_findings(const Evidence& evidence, Findings& findings) {
-  for (const auto& recording : evidence.recordings) {
+  for (std::size_t i = 0; i < evidence.recordings.size(); ++i) {
+    const auto& recording = evidence.recordings[i];
     auto found = recording.findings;
-    const auto checked = run_checks(recording, &evidence.plan);
+    const auto checked = run_checks(recording, &plan_of(evidence, i));
     found.insert(found.end(), checked.begin(), checked.end());
     for (auto& finding : found) {
       if (evidence.recordings.size() > 1)

@@ -50,7 +50,10 @@ struct Reading {
   const Method* method = nullptr;
   const Model* model = nullptr;
   const Rig* rig = nullptr;
+  bool part = false;  ///< of another plan, which says the method
 };
+
+Plan load(const std::string& path, const Sets& sets, bool part);
 
 void read_instrument(Reading& reading, const toml::table& table) {
   Section section(table, "[instrument]", reading.problems);
@@ -134,9 +137,31 @@ void read_truth(Reading& reading, const toml::table& table) {
     section.problem("needs the instrument's model: [instrument] model = \"...\"");
 }
 
-void read_recordings(Reading& reading, const toml::array& tables) {
+/// The plan of a recording that was made on another rig, or by another schedule, with the same instrument.
+std::shared_ptr<const Plan> plan_of_recording(Reading& reading, Section& section, const std::string& file) {
+  if (reading.part) {
+    section.problem_at("plan", "the plan of a recording cannot name further plans");
+    return nullptr;
+  }
+  const auto& model = reading.plan.instrument_model;
+  try {
+    auto plan = load(file, {}, true);
+    if (plan.instrument_model == model) return std::make_shared<const Plan>(std::move(plan));
+    section.problem_at("plan", fmt::format("{} is of a '{}', this plan of a '{}': one instrument is identified", file,
+                                           plan.instrument_model, model));
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) reading.problems.all.push_back(problem);
+  }
+  return nullptr;
+}
+
+std::vector<std::string> labels_of(const Schedule& schedule) {
   std::vector<std::string> labels;
-  for (const auto& segment : reading.plan.schedule) labels.push_back(segment.label);
+  for (const auto& segment : schedule) labels.push_back(segment.label);
+  return labels;
+}
+
+void read_recordings(Reading& reading, const toml::array& tables) {
   const auto folder = std::filesystem::path(reading.plan.file).parent_path();
   for (const auto& node : tables) {
     Section section(*node.as_table(), "[[recording]]", reading.problems);
@@ -146,7 +171,10 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.file = (folder / file.value_or("")).lexically_normal().string();
     entry.segment = section.text("segment").value_or("");
     entry.run = section.integer("run").value_or(0);
+    if (const auto plan = section.text("plan"))
+      entry.plan = plan_of_recording(reading, section, (folder / *plan).lexically_normal().string());
     if (entry.run == 0 && node.as_table()->contains("run")) section.problem_at("run", "power-ups count from 1");
+    const auto labels = labels_of(entry.plan ? entry.plan->schedule : reading.plan.schedule);
     if (!entry.segment.empty() && std::find(labels.begin(), labels.end(), entry.segment) == labels.end()) {
       section.problem_at("segment", fmt::format("the schedule has no segment '{}'{}", entry.segment,
                                                 did_you_mean(entry.segment, labels)));
@@ -261,8 +289,11 @@ void read_sections(Reading& reading, const toml::table& document) {
 
 }  // namespace
 
-Plan load_plan(const std::string& path, const Sets& sets) {
+namespace {
+
+Plan load(const std::string& path, const Sets& sets, bool part) {
   Reading reading;
+  reading.part = part;
   reading.plan.file = reading.problems.file = path;
   const auto document = parse(path);
   const auto* method = document.get_as<std::string>("method");
@@ -274,6 +305,10 @@ Plan load_plan(const std::string& path, const Sets& sets) {
   if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.sorted());
   return reading.plan;
 }
+
+}  // namespace
+
+Plan load_plan(const std::string& path, const Sets& sets) { return load(path, sets, false); }
 
 Plan plan_for_method(const std::string& name, const Sets& sets) {
   const auto& method = find_method(name);

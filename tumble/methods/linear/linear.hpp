@@ -76,27 +76,39 @@ void set_options(const Settings& settings, Problem& problem);
 /// Throws Error::bad_data, bad_input with all that the plan or the recordings lack.
 Solution identify(const Evidence& evidence, const Problem& problem);
 
-/// The same rows without data. `coefficients` by column name [SI] (absent: 0) and the noise say around what the test is
-/// predicted: at the plan's truth.
-Solution predict(const Plan& plan, const Problem& problem, const std::map<std::string, double>& coefficients,
-                 const NoiseModel& noise);
+/// Around what a test is predicted.
+struct Truth {
+  std::map<std::string, double> coefficients;  ///< by column name [SI]; absent: 0
+  NoiseModel noise;
+  double turn_on_sd = 0.0;  ///< of the bias, from power-up to power-up [SI]
+};
+
+/// What the plan's [truth] says of the output called `channel` of the plan's model.
+/// Throws Error::bad_input where the plan lacks model or truth.
+Truth truth_of(const Plan& plan, const std::string& channel);
+
+/// The same rows without data, of the plan and of the plans that its recordings name: white noise, slow noise of the
+/// segments (flicker, random walk and Markov noise, correlated between them in closed form), turn-on and rig.
+Solution predict(const Plan& plan, const Problem& problem, const Truth& truth);
 
 /// Fisher information of single segments, additive: of the columns and of the errors common to all segments.
 struct Information {
   std::size_t columns = 0;          ///< of Problem; the first rows of each matrix
   std::vector<std::string> errors;  ///< common errors, in units of their sd: the rows that follow; prior information 1
-  std::vector<Matrix> of_segment;   ///< one a segment of the schedule, [SI]
+  std::vector<Matrix> of_segment;   ///< one a segment of the schedule, [SI]; zero where a segment gives no samples
 };
 
 /// What each segment of the plan's schedule gives on its own: A' V^-1 A with A = [X | common errors], V white noise,
-/// slow noise within and independent between segments, and the errors drawn anew for each. Add those of the segments
-/// chosen, and 1 on the diagonal of the errors; the inverse's first block is the covariance of the coefficients.
-Information information(const Plan& plan, const Problem& problem, const std::map<std::string, double>& coefficients,
-                        const NoiseModel& noise);
+/// slow noise independent between segments, and the errors drawn anew for each. Add those of the segments chosen, and 1
+/// on the diagonal of the errors; the inverse's first block is the covariance of the coefficients.
+Information information(const Plan& plan, const Problem& problem, const Truth& truth);
 
-/// Parameters, covariance, budget, fit and findings of a solution; table `positions` (label, felt, predicted, measured,
-/// residual) with the axes named as given, for example {"I", "O", "S"}.
+/// Parameters, covariance, budget, fit and findings of a solution.
 Estimate estimate_of(const Solution& solution);
-Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes);
+
+/// Table `positions`: label, specific force along the axes named (x, y, z of Felt), with `rate_unit` also the rates,
+/// predicted and measured output, residual.
+Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
+                const std::string& rate_unit = "");
 
 }  // namespace tumble::linear

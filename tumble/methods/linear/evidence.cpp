@@ -1,0 +1,238 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/methods/linear/rows.hpp"
+#include "tumble/sim/power_up.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::linear {
+namespace {
+
+void require(const Plan& plan, double rate, std::vector<std::string>& problems) {
+  const std::string where = plan.file.empty() ? "" : plan.file + ": ";
+  if (plan.rig_kind.empty()) problems.push_back(where + "the plan needs [rig] kind = \"...\" that says what was felt");
+  if (plan.schedule.empty()) problems.push_back(where + "the plan needs at least one [[schedule]]");
+  if (!(rate > 0.0)) problems.push_back(where + "the plan needs [instrument] rate = \"1 Hz\" or the like");
+}
+
+/// Adds the power-ups of a plan; returns the index of the first.
+std::size_t add_power_ups(const Plan& plan, double rate, const Problem& problem, Evidences& out) {
+  const std::size_t first = out.power_ups.size();
+  const std::size_t number = first == 0 ? 0 : out.power_ups.back().plan_number + 1;
+  const Rig& rig = find_rig(plan.rig_kind);
+  for (auto& run : sim::power_ups(plan.schedule, rate)) {
+    PowerUp one;
+    one.plan = &plan;
+    one.plan_number = number;
+    one.step = 1.0 / (rate * problem.oversampling);
+    one.begins = {0.0};
+    for (const auto& segment : run.segments) one.begins.push_back(one.begins.back() + segment.duration);
+    one.rig = {std::move(run.segments), plan.rig, plan.site, 1.0 / one.step, {}, RandomStream(0)};
+    one.reference = rig.reference(one.rig);
+    out.power_ups.push_back(std::move(one));
+  }
+  return first;
+}
+
+/// Greatest frequency [Hz] at which what is felt repeats: oscillations, and turns of the axes in gravity.
+double quickest(const Segment& segment) {
+  double quickest = 0.0;
+  for (const auto& [name, motion] : segment.axes) {
+    quickest = std::max({quickest, motion.frequency, motion.to_frequency});
+    if (motion.kind == Motion::Kind::rate || motion.kind == Motion::Kind::slew)
+      quickest = std::max(quickest, std::abs(motion.value) / (2.0 * M_PI));
+    for (const double f : motion.psd_frequency) quickest = std::max(quickest, f);
+  }
+  return quickest;
+}
+
+/// From when the segment's samples are used.
+double use_from(const PowerUp& power_up, std::size_t segment, double settling) {
+  const auto& settled = power_up.reference.settled;
+  const double begin = power_up.begins[segment];
+  return (segment < settled.size() ? std::max(begin, settled[segment]) : begin) + settling;
+}
+
+/// Whether the rig stands still or turns evenly over these samples, and how many samples make a block.
+void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretch) {
+  const double from = stretch.first + 0.5 * power_up.step;
+  const double last = stretch.first + (static_cast<double>(stretch.samples) - 0.5) * stretch.step;
+  const auto& until = power_up.reference.steady_until;
+  stretch.steady = !until || until(from) >= last;
+  double length = problem.averaging;
+  if (!stretch.steady)
+    if (const double f = quickest(power_up.rig.segments[stretch.segment]); f > 0.0) length = std::min(length, 0.1 / f);
+  const auto wanted = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(length / stretch.step)));
+  const std::size_t blocks = std::max<std::size_t>(1, stretch.samples / wanted);
+  stretch.per_block = (stretch.samples + blocks - 1) / blocks;
+}
+
+Finding unused(const std::string& label, int run, const std::string& why) {
+  return {Finding::Severity::warning, fmt::format("segment '{}' is not used: {}", label, why),
+          fmt::format("run {}", run)};
+}
+
+/// Where each mark of a recording stands in the schedule of its plan: power-up and segment. A label that occurs several
+/// times in a power-up is taken in order.
+struct Place {
+  std::size_t power_up = 0, segment = 0;
+  bool found = false;
+};
+
+Place place_of(const Evidences& out, std::size_t first, const Mark& mark,
+               std::set<std::pair<std::size_t, std::size_t>>& taken) {
+  Place elsewhere;
+  for (std::size_t u = first; u < out.power_ups.size(); ++u) {
+    const auto& segments = out.power_ups[u].rig.segments;
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      if (segments[s].label != mark.label || taken.contains({u, s})) continue;
+      if (segments[s].run == mark.run) {
+        taken.insert({u, s});
+        return {u, s, true};
+      }
+      if (!elsewhere.found) elsewhere = {u, s, true};
+    }
+  }
+  return elsewhere;  // a repetition of a power-up that the schedule states once
+}
+
+/// How the samples of a channel lie on its clock.
+struct Sampling {
+  double rate = 0.0;
+  double first = 0.0;
+};
+
+Sampling sampling_of(const Channel& channel) {
+  if (channel.values.empty()) return {};
+  return {channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate, channel.time(0)};
+}
+
+/// The samples whose interval lies from `begin` to `end` [s, recording's clock], on an even grid.
+void take_samples(const Channel& channel, double rate, double begin, double end, double scale, Stretch& stretch) {
+  const double step = 1.0 / rate, slack = 1e-6 * step;
+  std::size_t i = index_at(channel, begin - slack);
+  stretch.step = step;
+  stretch.samples = 0;
+  if (i >= channel.values.size() || channel.time(i) + step > end + slack) return;
+  const double first = channel.time(i);
+  stretch.first = first;
+  // index_at looks up stamps; the end of the last interval may stand for a sample that was not taken
+  stretch.samples = static_cast<std::size_t>(
+      std::floor((std::min(end, channel.time(channel.values.size() - 1) + step) - first + slack) * rate));
+  stretch.values.assign(stretch.samples, std::numeric_limits<double>::quiet_NaN());
+  for (const std::size_t origin = i; i < channel.values.size(); ++i) {
+    const double position =
+        channel.timeline.uniform() ? static_cast<double>(i - origin) : std::round((channel.time(i) - first) * rate);
+    if (position >= static_cast<double>(stretch.samples)) break;
+    if (position >= 0.0) stretch.values[static_cast<std::size_t>(position)] = scale * channel.values[i];
+  }
+}
+
+}  // namespace
+
+Evidences evidence_of(const Plan& plan, const Problem& problem) {
+  std::vector<const Plan*> plans{&plan};
+  for (const auto& entry : plan.recordings)
+    if (entry.plan && std::ranges::find(plans, entry.plan.get()) == plans.end()) plans.push_back(entry.plan.get());
+  std::vector<std::string> problems;
+  for (const Plan* one : plans) require(*one, one->sample_rate, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  Evidences out;
+  for (const Plan* one : plans) {
+    const std::size_t begin = add_power_ups(*one, one->sample_rate, problem, out);
+    for (std::size_t u = begin; u < out.power_ups.size(); ++u) {
+      const PowerUp& power_up = out.power_ups[u];
+      for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) {
+        const auto& segment = power_up.rig.segments[s];
+        Stretch stretch{.power_up = u, .segment = s, .label = segment.label, .run = segment.run};
+        stretch.step = 1.0 / one->sample_rate;
+        const double from = std::ceil(use_from(power_up, s, problem.settling) / stretch.step - 1e-6) * stretch.step;
+        const double length = power_up.begins[s + 1] - from + 1e-6 * stretch.step;
+        stretch.first = from;
+        stretch.samples = length > 0.0 ? static_cast<std::size_t>(length / stretch.step) : 0;
+        if (stretch.samples == 0) {
+          out.findings.push_back(unused(segment.label, segment.run, "no sample is left after settling"));
+          continue;
+        }
+        set_blocks(power_up, problem, stretch);
+        out.stretches.push_back(std::move(stretch));
+      }
+    }
+  }
+  if (out.stretches.empty()) throw Error(Error::Kind::bad_input, "no segment has samples left after settling");
+  return out;
+}
+
+namespace {
+
+/// The channel of one recording cut at its marks.
+void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_power_up, const Channel& channel,
+                   const Problem& problem, std::set<std::pair<std::size_t, std::size_t>>& taken, Evidences& out) {
+  const Recording& recording = evidence.recordings[r];
+  const Sampling sampling = sampling_of(channel);
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const Mark& mark = recording.marks[m];
+    const Place place = place_of(out, first_power_up, mark, taken);
+    if (!place.found) {
+      out.findings.push_back(unused(mark.label, mark.run, "the schedule has no segment of that name"));
+      continue;
+    }
+    const PowerUp& power_up = out.power_ups[place.power_up];
+    const double power_on = mark.begin - power_up.begins[place.segment];
+    const double next =
+        m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : std::numeric_limits<double>::infinity();
+    Stretch stretch{.power_up = place.power_up, .segment = place.segment, .label = mark.label, .run = mark.run};
+    take_samples(channel, sampling.rate, power_on + use_from(power_up, place.segment, problem.settling),
+                 std::min(next, power_on + power_up.begins[place.segment + 1]), problem.scale, stretch);
+    stretch.first -= power_on;
+    const auto present = std::ranges::count_if(stretch.values, [](double v) { return !std::isnan(v); });
+    if (present == 0) {
+      out.findings.push_back(unused(mark.label, mark.run, "no sample is left after settling"));
+      continue;
+    }
+    set_blocks(power_up, problem, stretch);
+    out.stretches.push_back(std::move(stretch));
+  }
+}
+
+}  // namespace
+
+Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
+  std::vector<std::string> problems;
+  Evidences out;
+  std::map<const Plan*, std::size_t> first;
+  std::set<std::pair<std::size_t, std::size_t>> taken;
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const Plan& plan = plan_of(evidence, r);
+    const Channel& channel = require_channel(evidence, evidence.recordings[r], problem.role);
+    const auto& name = evidence.recordings[r].origin.file;
+    const double rate = sampling_of(channel).rate;
+    const auto finite = [](double v) { return std::isfinite(v); };
+    if (!(rate > 0.0) || !std::isfinite(rate) || channel.values.size() < 2 ||
+        std::ranges::none_of(channel.values, finite))
+      throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds no evenly timed samples",
+                                                     name.empty() ? "" : name + ": ", channel.name));
+    require(plan, rate, problems);
+    if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+    if (!first.contains(&plan)) first[&plan] = add_power_ups(plan, rate, problem, out);
+    if (evidence.recordings[r].marks.empty())
+      throw Error(Error::Kind::bad_data,
+                  "the recording does not say when its segments begin, and the plan has no schedule");
+    add_recording(evidence, r, first[&plan], channel, problem, taken, out);
+  }
+  if (out.stretches.empty()) {
+    std::vector<std::string> why;
+    for (const auto& finding : out.findings) why.push_back(finding.message);
+    why.push_back("no segment of the schedule has usable samples");
+    throw Error(Error::Kind::bad_data, why);
+  }
+  return out;
+}
+
+}  // namespace tumble::linear

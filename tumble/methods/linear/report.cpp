@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tumble/methods/linear/linear.hpp"
+#include "tumble/methods/linear/words.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::linear {
+namespace {
+
+/// " + D_OO", " - 0.5 D_OO" for a weight in the units shown.
+std::string signed_term(double weight, const std::string& name) {
+  const double size = std::abs(weight);
+  const std::string factor = std::abs(size - 1.0) < 0.005 ? "" : fmt::format("{:.3g} ", size);
+  return (weight < 0.0 ? " - " : " + ") + factor + name;
+}
+
+double shown_weight(double weight, const Term& kept, const Term& dropped) {
+  return weight * Unit::parse(dropped.unit).factor() / Unit::parse(kept.unit).factor();
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  if (names.size() < 2) return names.empty() ? "" : names.front();
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+std::string with_advice(const std::string& text, const Problem& problem) {
+  return problem.advice.empty() ? text : text + "; " + problem.advice;
+}
+
+Finding combination(const Problem& problem, const Dropped& dropped, Solution& solution) {
+  const Term& out = problem.columns[dropped.column];
+  std::vector<std::string> others, meanings;
+  for (std::size_t k = 0; k < problem.columns.size(); ++k) {
+    if (dropped.weights[k] == 0.0) continue;
+    const Term& kept = problem.columns[k];
+    const auto term = signed_term(shown_weight(dropped.weights[k], kept, out), out.name);
+    solution.stands_for.try_emplace(kept.name, kept.name).first->second += term;
+    others.push_back(kept.name);
+    meanings.push_back(fmt::format("{0} stands for {0}{1}", kept.name, term));
+  }
+  return {Finding::Severity::warning,
+          with_advice(fmt::format("{} cannot be told apart from {} with this evidence: {} is set to zero, so {}",
+                                  out.name, listed(others), out.name, listed(meanings)),
+                      problem),
+          ""};
+}
+
+Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
+
+}  // namespace
+
+void describe_dropped(const Problem& problem, Solution& solution) {
+  std::vector<std::string> empty;
+  for (const auto& dropped : solution.dropped) {
+    if (std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; }))
+      empty.push_back(problem.columns[dropped.column].name);
+    else
+      solution.findings.push_back(combination(problem, dropped, solution));
+  }
+  if (!empty.empty()) {
+    std::ranges::sort(empty);
+    solution.findings.push_back({Finding::Severity::info,
+                                 fmt::format("nothing in this evidence shows {}: left out of the model", listed(empty)),
+                                 ""});
+  }
+}
+
+std::vector<Option> options(const std::string& settling, const std::string& averaging) {
+  using Type = Option::Type;
+  return {
+      {"settling", Type::quantity, "s", settling, {}, "time dropped in each segment after the rig has settled"},
+      {"averaging",
+       Type::quantity,
+       "s",
+       averaging,
+       {},
+       "length of the averages that are fitted; where the rig moves, at most a tenth of a period"},
+      {"oversampling", Type::integer, "1", "1", {}, "instants within each sample at which a moving rig is computed"}};
+}
+
+void set_options(const Settings& settings, Problem& problem) {
+  problem.settling = settings.number("settling");
+  problem.averaging = settings.number("averaging");
+  problem.oversampling = settings.integer("oversampling");
+  std::vector<std::string> problems;
+  if (problem.settling < 0.0) problems.push_back("[settings] settling must not be negative");
+  if (!(problem.averaging > 0.0)) problems.push_back("[settings] averaging must be above zero");
+  if (problem.oversampling < 1 || problem.oversampling > 1000)
+    problems.push_back("[settings] oversampling must be from 1 to 1000");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+Estimate estimate_of(const Solution& solution) {
+  Estimate estimate;
+  const auto& fit = solution.fit;
+  const std::size_t p = solution.columns.size();
+  for (std::size_t j = 0; j < p; ++j) {
+    const Term& term = solution.columns[j];
+    std::vector<double> unit(p, 0.0);
+    unit[j] = 1.0;
+    const auto meaning = solution.stands_for.find(term.name);
+    estimate.parameters.push_back(
+        {term.name, term.symbol, unit_of(term), fit.parameters[j],
+         term.description + (meaning == solution.stands_for.end() ? "" : "; stands for " + meaning->second),
+         degrees_of_freedom(fit, unit)});
+  }
+  estimate.covariance = fit.covariance;
+  for (const auto& source : fit.sources) {
+    auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
+    if (line == estimate.budget.end())
+      line = estimate.budget.insert(line, {source.source, std::vector<double>(p, 0.0)});
+    for (std::size_t j = 0; j < p; ++j) line->variance[j] += source.covariance(j, j);
+  }
+  estimate.fit = {solution.observations, fit.degrees_of_freedom, fit.chi_square, fit.condition};
+  estimate.findings = solution.findings;
+  return estimate;
+}
+
+Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
+                const std::string& rate_unit) {
+  const Unit unit = Unit::parse(channel_unit), g = Unit::parse("g"), seconds = Unit::parse("s");
+  Table table{
+      "positions", "what was felt, predicted and measured in each segment (means over the samples used)", {}, {}};
+  table.columns = {{"label", Unit()}, {"run", Unit()}, {"duration", seconds}};
+  for (const auto& axis : axes) table.columns.push_back({"f_" + axis, g});
+  if (!rate_unit.empty())
+    for (const auto& axis : axes) table.columns.push_back({"w_" + axis, Unit::parse(rate_unit)});
+  for (const char* name : {"predicted", "measured", "residual", "noise_sd"}) table.columns.push_back({name, unit});
+  for (const auto& segment : solution.segments) {
+    std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
+    const auto add = [&](Vector3 v) {
+      for (const double one : {v.x, v.y, v.z}) row.emplace_back(one);
+    };
+    add(segment.felt.specific_force);
+    if (!rate_unit.empty()) add(segment.felt.rate);
+    for (const double one : {segment.predicted, segment.measured, segment.measured - segment.predicted, segment.sd})
+      row.emplace_back(one);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+}  // namespace tumble::linear

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tumble/methods/linear/linear.hpp"
+#include "tumble/rigs/rig.hpp"
+
+/// From plans and recordings to the rows of a mixed model.
+namespace tumble::linear {
+
+/// One power-up of one plan and what its rig does then, without errors.
+struct PowerUp {
+  const Plan* plan = nullptr;
+  std::size_t plan_number = 0;  ///< counts the different plans
+  RigRun rig;
+  Reference reference;
+  double step = 0.0;           ///< [s] between points at which the rig is asked
+  std::vector<double> begins;  ///< [s] of each segment, and the end of the last
+};
+
+/// The samples of one segment that are used: evenly spaced, times [s] since power-on.
+struct Stretch {
+  std::size_t power_up = 0;
+  std::size_t segment = 0;  ///< in the power-up
+  std::string label;
+  int run = 1;
+  double first = 0.0;          ///< stamp of the first sample
+  double step = 0.0;           ///< between samples
+  std::size_t samples = 0;     ///< present or missing
+  std::vector<double> values;  ///< [SI of the output], NaN: missing; empty: predicted
+  bool steady = false;
+  std::size_t per_block = 1;
+};
+
+struct Evidences {
+  std::vector<PowerUp> power_ups;
+  std::vector<Stretch> stretches;
+  Findings findings;
+};
+
+Evidences evidence_of(const Evidence& evidence, const Problem& problem);
+Evidences evidence_of(const Plan& plan, const Problem& problem);
+
+/// Averages over blocks: the same samples in output, input and columns.
+struct Rows {
+  Matrix design;
+  std::vector<double> input, output;  ///< [SI]; output empty where predicted
+  std::vector<double> weights;        ///< [s] of samples present
+  std::vector<double> time;           ///< [s] since power-on, mean of the samples
+  std::vector<std::size_t> segment;   ///< index of the stretch
+  std::vector<SegmentSummary> segments;
+  std::vector<double> natural;  ///< size of each column were all that is felt along all axes at its greatest
+};
+
+Rows rows_of(const Evidences& evidence, const Problem& problem);
+
+/// Shift of every row by one standard deviation of each error of the rigs and of the reading, where the instrument has
+/// these coefficients (one a column).
+std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& problem, const Rows& rows,
+                                    const std::vector<double>& coefficients);
+
+}  // namespace tumble::linear
