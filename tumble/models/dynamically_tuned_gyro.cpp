@@ -115,16 +115,9 @@ std::map<std::string, double> coefficients(const Settings& truth) {
           {"y_D_yz", anisoelastic}};
 }
 
-Response capture_loop(const Settings& truth, double step) {
-  if (!truth.has("time_constant")) return electronics::loop(truth, step);
-  if (truth.has("natural_frequency"))
-    refuse("dynamically_tuned_gyro", {"give time_constant (first-order loop) or natural_frequency, not both"});
-  return electronics::first_order_loop(truth.number("time_constant"), step);
-}
-
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream&) {
   return {QuantityKind::angular_rate, "deg/h", false,
-          electronics::in_series({capture_loop(truth, step), electronics::limits(truth)})};
+          electronics::in_series({electronics::loop(truth, step), electronics::limits(truth)})};
 }
 
 }  // namespace

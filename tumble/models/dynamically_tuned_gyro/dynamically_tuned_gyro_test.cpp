@@ -104,6 +104,22 @@ TEST(DynamicallyTunedGyro, CaptureLoopOfEitherOrder) {
   EXPECT_FALSE(model().record(truth_of(model(), {}), 0, 1e-3, RandomStream(1)).response);
 }
 
+TEST(DynamicallyTunedGyro, ListsAllThatTheElectronicsCannotDo) {
+  const auto truth = truth_of(model(), {{"natural_frequency", "-1 Hz"},
+                                        {"time_constant", "2 ms"},
+                                        {"damping_ratio", "0"},
+                                        {"range_negative", "0 deg/s"},
+                                        {"resolution", "-1 deg/h"},
+                                        {"dead_zone", "-1 deg/h"}});
+  try {
+    model().record(truth, 0, 0.01, RandomStream(1));
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_EQ(error.problems.size(), 7u) << error.what();
+  }
+}
+
 TEST(DynamicallyTunedGyro, ListsAllThatThePhysicsLacks) {
   const auto truth = truth_of(model(), {{"mass_offset_Z", "4 nm"}});
   try {

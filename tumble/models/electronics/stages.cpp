@@ -1,8 +1,24 @@
 #include "tumble/models/electronics/stages.hpp"
 
-#include "tumble/units/error.hpp"
+#include "tumble/models/support/given.hpp"
 
 namespace tumble::electronics {
+namespace {
+
+/// Whatever is out of bounds among the options of this file.
+void refuse_unusable(const Settings& truth) {
+  std::vector<std::string> problems;
+  models::require_positive(
+      truth, {"natural_frequency", "damping_ratio", "time_constant", "range", "range_negative", "resolution"},
+      problems);
+  if (truth.has("time_constant") && truth.has("natural_frequency"))
+    problems.push_back("give time_constant (first-order loop) or natural_frequency (second-order), not both");
+  if (truth.has("dead_zone") && truth.number("dead_zone") < 0.0) problems.push_back("dead_zone must not be negative");
+  if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");
+  models::refuse("electronics of the instrument", std::move(problems));
+}
+
+}  // namespace
 
 std::vector<Option> loop_options() {
   using Type = Option::Type;
@@ -16,6 +32,8 @@ std::vector<Option> loop_options() {
 }
 
 Response loop(const Settings& truth, double step) {
+  refuse_unusable(truth);
+  if (truth.has("time_constant")) return first_order_loop(truth.number("time_constant"), step);
   if (!truth.has("natural_frequency")) return nullptr;
   return second_order_loop(truth.number("natural_frequency"), truth.number("damping_ratio"), step);
 }
@@ -29,12 +47,7 @@ std::vector<Option> limit_options(const std::string& unit) {
 }
 
 Response limits(const Settings& truth) {
-  std::vector<std::string> problems;
-  for (const char* name : {"range", "range_negative", "resolution"})
-    if (truth.has(name) && !(truth.number(name) > 0.0)) problems.push_back(std::string(name) + " must be positive");
-  if (truth.has("dead_zone") && truth.number("dead_zone") < 0.0) problems.push_back("dead_zone must not be negative");
-  if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  refuse_unusable(truth);
   std::vector<Response> stages;
   if (truth.has("range"))
     stages.push_back(

@@ -11,14 +11,15 @@ namespace tumble::electronics {
 /// `natural_frequency` [Hz] and `damping_ratio` of a second-order loop. Without the first there is no loop.
 std::vector<Option> loop_options();
 
-/// Null where `natural_frequency` is not given.
+/// Of second order where `natural_frequency` is given, of first order where an option `time_constant` is; null where
+/// neither is. Throws Error::bad_input that lists all that is out of bounds, of limits() too.
 Response loop(const Settings& truth, double step);
 
 /// `range`, `range_negative`, `dead_zone` and `resolution` of the output, shown in `unit`.
 std::vector<Option> limit_options(const std::string& unit);
 
-/// Range, dead zone, resolution in this order; null where none is given. Throws Error::bad_input that lists all that
-/// is out of bounds.
+/// Range, dead zone, resolution in this order; null where none is given. Throws Error::bad_input as
+/// loop().
 Response limits(const Settings& truth);
 
 }  // namespace tumble::electronics

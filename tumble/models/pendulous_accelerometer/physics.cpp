@@ -7,8 +7,9 @@ namespace {
 
 void refuse_incomplete(const Settings& truth) {
   std::vector<std::string> problems;
-  require_positive(truth, {"mass", "pendulum_inertia_I", "pendulum_inertia_O", "pendulum_inertia_P"}, problems);
-  require_positive(truth, {"torquer_constant"}, problems);
+  require_positive(
+      truth, {"mass", "pendulum_inertia_I", "pendulum_inertia_O", "pendulum_inertia_P", "damping", "torquer_constant"},
+      problems);
   require_with(truth,
                {"mass_offset_I", "compliance_II", "compliance_PP", "compliance_IP", "compliance_IO", "compliance_PO"},
                {"mass", "pendulosity"}, problems);
