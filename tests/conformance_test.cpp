@@ -112,11 +112,12 @@ TEST_P(Catalogue, MistypedOptionIsRefusedWithTheNearestName) {
   const auto& entry = GetParam();
   for (const auto& option : entry.options) {
     std::vector<std::string> problems;
-    resolve(entry.options, {{option.name + "x", "1", "plan.toml:7", true, false}}, entry.name, problems);
+    const auto mistyped = option.name + "q";  // with an x D_x would become D_xx, which some gyros have
+    resolve(entry.options, {{mistyped, "1", "plan.toml:7", true, false}}, entry.name, problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
-    EXPECT_NE(problems[0].find(option.name + "x"), std::string::npos) << problems[0];
+    EXPECT_NE(problems[0].find(mistyped), std::string::npos) << problems[0];
     EXPECT_NE(problems[0].find("plan.toml:7"), std::string::npos) << problems[0];
-    const auto rest = std::regex_replace(problems[0], std::regex(option.name + "x"), "");
+    const auto rest = std::regex_replace(problems[0], std::regex(mistyped), "");
     const auto suggested = std::any_of(entry.options.begin(), entry.options.end(),
                                        [&](const Option& o) { return rest.find(o.name) != std::string::npos; });
     EXPECT_TRUE(suggested) << "suggests nothing: " << problems[0];
