@@ -245,6 +245,15 @@ TEST(PendulousAccelerometer, CountsOfARunAreWithinOnePulseOfTheIntegral) {
   }
 }
 
+TEST(PendulousAccelerometer, FineStepsAddUpToTheCountsOfCoarseOnes) {
+  const auto truth = truth_of(model(), {{"output", "count"}, {"pulse_scale_factor", "2500 pulse/s/g"}});
+  std::vector<double> coarse(500, si(0.7312345, "g")), fine(5000, si(0.7312345, "g"));
+  model().record(truth, 0, 1e-2, RandomStream(8)).response(coarse);
+  model().record(truth, 0, 1e-3, RandomStream(8)).response(fine);
+  for (std::size_t n = 0; n < coarse.size(); ++n)
+    EXPECT_EQ(std::accumulate(fine.begin() + 10 * n, fine.begin() + 10 * (n + 1), 0.0), coarse[n]) << n;
+}
+
 TEST(PendulousAccelerometer, StartPhaseIsDrawnForEachPowerUp) {
   const auto truth = truth_of(model(), {{"output", "count"}, {"pulse_scale_factor", "100 pulse/s/g"}});
   const auto first_pulse = [&](std::uint64_t run) {
