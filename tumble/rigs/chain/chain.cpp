@@ -18,49 +18,78 @@ Vector3 seen(Vector3 v, double c, double s) {
   return {c * v.x + s * v.y, c * v.y - s * v.x, v.z};
 }
 
+struct Circle {
+  double cosine = 1.0, sine = 0.0;
+};
+
+/// Of an angle below 0.02 rad by its series: relative error below 1e-17.
+Circle circle_of_small(double angle) {
+  const double q = angle * angle;
+  return {1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0)),
+          angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0)))};
+}
+
+Circle circle_of(double angle) {
+  if (std::abs(angle) < 0.02) return circle_of_small(angle);
+  return {std::cos(angle), std::sin(angle)};
+}
+
+Circle sum(const Circle& a, const Circle& b) {
+  return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
+}
+
+/// Where an axis is, with the point on the circle at its angle.
+struct AxisState {
+  Turn turn;
+  Circle circle;
+};
+
 template <About about>
-Kinematics turned(const Kinematics& k, const Turn& turn) {
+Kinematics turned(const Kinematics& k, const Turn& turn, const Circle& at) {
   constexpr Vector3 n{about == About::x ? 1.0 : 0.0, about == About::y ? 1.0 : 0.0, about == About::z ? 1.0 : 0.0};
-  const double c = std::cos(turn.angle), s = std::sin(turn.angle);
-  const Vector3 w = seen<about>(k.rate, c, s);
-  return {w + turn.rate * n, seen<about>(k.acceleration, c, s) + turn.rate * cross(w, n) + turn.acceleration * n,
-          seen<about>(k.specific_force, c, s)};
+  const Vector3 w = seen<about>(k.rate, at.cosine, at.sine);
+  return {w + turn.rate * n,
+          seen<about>(k.acceleration, at.cosine, at.sine) + turn.rate * cross(w, n) + turn.acceleration * n,
+          seen<about>(k.specific_force, at.cosine, at.sine)};
 }
 
-Kinematics turned(const Kinematics& k, About about, const Turn& turn) {
-  if (about == About::x) return turned<About::x>(k, turn);
-  if (about == About::y) return turned<About::y>(k, turn);
-  return turned<About::z>(k, turn);
+Kinematics turned(const Kinematics& k, About about, const Turn& turn, const Circle& at) {
+  if (about == About::x) return turned<About::x>(k, turn, at);
+  if (about == About::y) return turned<About::y>(k, turn, at);
+  return turned<About::z>(k, turn, at);
 }
 
-/// Angle of a joint from that of its axis.
-Turn joint_turn(const Joint& joint, const Turn& axis) {
-  Turn out{joint.share * axis.angle + joint.zero, 0.0, 0.0};
-  double slope = joint.share, curvature = 0.0;
+/// Turn of a joint from that of its axis.
+Kinematics turned(const Kinematics& k, const Joint& joint, const AxisState& axis) {
+  double angle = joint.zero, slope = joint.share, curvature = 0.0;
   for (const auto& h : joint.harmonics) {
-    const double c = std::cos(h.order * axis.angle), s = std::sin(h.order * axis.angle);
-    out.angle += h.cosine * c + h.sine * s;
-    slope += h.order * (h.sine * c - h.cosine * s);
-    curvature -= h.order * h.order * (h.cosine * c + h.sine * s);
+    const Circle at = h.order == 1   ? axis.circle
+                      : h.order == 2 ? sum(axis.circle, axis.circle)
+                                     : circle_of(h.order * axis.turn.angle);
+    angle += h.cosine * at.cosine + h.sine * at.sine;
+    slope += h.order * (h.sine * at.cosine - h.cosine * at.sine);
+    curvature -= h.order * h.order * (h.cosine * at.cosine + h.sine * at.sine);
   }
-  out.rate = slope * axis.rate;
-  out.acceleration = slope * axis.acceleration + curvature * axis.rate * axis.rate;
-  return out;
+  const double rate = axis.turn.rate;
+  const Turn turn{0.0, slope * rate, slope * axis.turn.acceleration + curvature * rate * rate};
+  Circle at = joint.share == 1.0 ? axis.circle : Circle{};
+  if (angle != 0.0) at = sum(at, circle_of(angle));
+  return turned(k, joint.about, turn, at);
 }
 
 bool is_identity(const Rotation& r) { return r.x.x == 1.0 && r.y.y == 1.0 && r.z.z == 1.0; }
 
-Kinematics passed(const Kinematics& before, const Joint& joint, std::span<const Turn> axes) {
+Kinematics passed(const Kinematics& before, const Joint& joint, std::span<const AxisState> axes) {
   Kinematics k = before;
   if (joint.offset.x != 0.0 || joint.offset.y != 0.0 || joint.offset.z != 0.0) {
-    const double rate = axes[0].rate, acceleration = axes[0].acceleration, s = joint.stretch;
+    const double rate = axes[0].turn.rate, acceleration = axes[0].turn.acceleration, s = joint.stretch;
     const Vector3 offset{joint.offset.x + s * rate * rate, joint.offset.y, joint.offset.z};
     k = s == 0.0 ? moved(k, offset)
                  : moved(k, offset, {2.0 * s * rate * acceleration, 0.0, 0.0},
                          {2.0 * s * acceleration * acceleration, 0.0, 0.0});
   }
   if (!is_identity(joint.fixed)) k = seen_in(joint.fixed, k);
-  return joint.axis < 0 ? k : turned(k, joint.about, joint_turn(joint, axes[static_cast<std::size_t>(joint.axis)]));
+  return joint.axis < 0 ? k : turned(k, joint, axes[static_cast<std::size_t>(joint.axis)]);
 }
 
 }  // namespace
@@ -83,15 +112,18 @@ Kinematics moved(const Kinematics& k, Vector3 p, Vector3 velocity, Vector3 accel
 }
 
 void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
-  std::array<Turn, most_axes> turns{};
+  std::array<AxisState, most_axes> states{};
   std::array<std::size_t, most_axes> pieces{};
   const std::size_t axes = std::min(chain.axes.size(), most_axes);
   std::size_t pose = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const double time = first + static_cast<double>(i) * step;
-    for (std::size_t a = 0; a < axes; ++a) turns[a] = at(chain.axes[a], time, pieces[a]);
+    for (std::size_t a = 0; a < axes; ++a) {
+      states[a].turn = at(chain.axes[a], time, pieces[a]);
+      states[a].circle = circle_of(states[a].turn.angle);
+    }
     Kinematics k = chain.ground;
-    for (const auto& joint : chain.joints) k = passed(k, joint, turns);
+    for (const auto& joint : chain.joints) k = passed(k, joint, states);
     k = moved(k, chain.lever);
     while (pose + 1 < chain.poses.size() && chain.poses[pose + 1].begin <= time) ++pose;
     const Rotation& mounted = chain.poses[pose].instrument_from_fixture;

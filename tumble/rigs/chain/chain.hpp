@@ -45,7 +45,7 @@ struct Joint {
   Rotation fixed = {};   ///< at angle 0, from the frame before
   int axis = -1;         ///< which profile turns it; -1: none
   About about = About::z;
-  double share = 1.0;  ///< of the profile's angle: 1, or 0 for a wobble
+  double share = 1.0;  ///< of the profile's angle: 1, or 0 for a wobble (nothing between)
   double zero = 0.0;   ///< added to the angle [rad]
   std::vector<Harmonic> harmonics = {};
 };
