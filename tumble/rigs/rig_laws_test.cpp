@@ -39,6 +39,9 @@ bool accepts(const Axis& axis, Kind kind) {
 }
 
 Motion gentle(const Axis& axis, Kind kind, double size) {
+  if (axis.name == "shake" && (kind == Kind::sine || kind == Kind::sweep))
+    return {.kind = kind, .amplitude = 20.0 * size, .frequency = 20.0, .to_frequency = 40.0};
+  if (kind == Kind::random) return {.kind = kind, .psd_frequency = {20.0, 50.0, 200.0}, .psd = {0.1, 2.0, 0.5}};
   const double unit = axis.unit == "deg" ? degree : 1.0;
   switch (kind) {
     case Kind::rate:
@@ -57,7 +60,8 @@ Motion gentle(const Axis& axis, Kind kind, double size) {
 Schedule exercise(const Rig& rig) {
   Schedule schedule;
   double size = 1.0;
-  for (const Kind kind : {Kind::hold, Kind::slew, Kind::hold, Kind::rate, Kind::sine, Kind::sweep, Kind::hold}) {
+  for (const Kind kind :
+       {Kind::hold, Kind::slew, Kind::hold, Kind::rate, Kind::sine, Kind::sweep, Kind::random, Kind::hold}) {
     Segment segment{"segment " + std::to_string(schedule.size() + 1), 20.0, 1, {}};
     for (const auto& axis : rig.axes()) {
       if (accepts(axis, kind)) segment.axes[axis.name] = gentle(axis, kind, size);
@@ -228,15 +232,21 @@ TEST_P(RigLaws, IdealRigHasNoErrors) {
 // Out of bounds options, foreign axes and motions: everything at once.
 TEST_P(RigLaws, RefusalsComeAllAtOnce) {
   const Rig& rig = *GetParam();
-  const auto options = with(rig, {{"level_sd", "-1 arcsec", "test"}, {"mount_sd", "-1 arcsec", "test"}});
+  std::vector<Given> given;
+  std::vector<std::string> expected{"no_such_axis", "cannot ramp", "mount_roll cannot rate"};
+  for (const auto& option : rig.options()) {
+    if (!option.name.ends_with("_sd")) continue;
+    given.push_back({option.name, "-1 " + option.unit, "test"});
+    expected.push_back(option.name + " must not be negative");
+  }
+  const auto options = with(rig, given);
   Schedule schedule = exercise(rig);
   schedule[0].axes["no_such_axis"] = {};
   schedule[1].axes[rig.axes().front().name] = {.kind = Kind::ramp, .value = 1.0, .to = 2.0};
   schedule[2].axes["mount_roll"] = {.kind = Kind::rate, .value = 1.0};
   std::string all;
   for (const auto& problem : rig.refusals(schedule, options)) all += problem + "\n";
-  for (const char* part : {"level_sd", "mount_sd", "no_such_axis", "cannot ramp", "mount_roll cannot rate"})
-    EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
+  for (const auto& part : expected) EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
 }
 
 TEST_P(RigLaws, MotionsThatAreNotFiniteAreRefused) {
@@ -404,6 +414,153 @@ TEST(Centrifuge, RadiusGrowsWithTheSquareOfTheRate) {
   run.site.reset();
   const auto at = felt(rig.reference(run), 90.0, 1.0, 1).front();
   EXPECT_NEAR(at.specific_force.x, -w * w * (1.0 + 3e-6 * w * w), 1e-11 * w * w);
+}
+
+std::string refused(const Rig& rig, const Schedule& schedule, std::vector<Given> given = {}) {
+  std::string all;
+  for (const auto& problem : rig.refusals(schedule, with(rig, std::move(given)))) all += problem + "\n";
+  return all;
+}
+
+TEST(Tables, WhatAScheduleAsksBeyondTheLimitsIsRefusedAllAtOnce) {
+  const Rig& rig = find_rig("two_axis_table");
+  const auto all =
+      refused(rig,
+              {{"fast", 60.0, 1, {{"inner", turning(900.0)}, {"outer", held(120.0)}}},
+               {"short", 0.1, 1, {{"outer", held(0.0)}}},
+               {"shaken", 60.0, 1, {{"inner", {.kind = Kind::sine, .amplitude = 1.0, .frequency = 20.0}}}}},
+              {{"outer_highest", "90 deg", "test"}, {"outer_lowest", "-90 deg", "test"}});
+  for (const char* part :
+       {"segment 'fast': inner at 900 deg/s is above its max_rate of 500 deg/s",
+        "segment 'fast': outer would go from 120 deg to 120 deg, beyond its stops", "segment 'short': outer needs",
+        "segment 'shaken': inner would oscillate", "above its max_acceleration of 500 deg/s^2"})
+    EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
+}
+
+Motion sine(double g, double frequency) {
+  return {.kind = Kind::sine, .amplitude = g * standard_gravity, .frequency = frequency};
+}
+
+Motion random_vibration(double low, double high, double g2_per_hertz) {
+  const double density = g2_per_hertz * standard_gravity * standard_gravity;
+  return {.kind = Kind::random, .psd_frequency = {low, high}, .psd = {density, density}};
+}
+
+TEST(Shaker, SineAlongXOnTopOfGravity) {
+  const Rig& rig = find_rig("shaker");
+  const auto reference =
+      rig.reference(run_of(rig, {{"still", 10.0, 1, {}}, {"sine", 10.0, 1, {{"shake", sine(3.0, 80.0)}}}},
+                           with(rig, {{"reference_noise", "0 mg", "test"}})));
+  EXPECT_EQ(reference.settled[0], 0.0);
+  EXPECT_NEAR(reference.settled[1], 10.0 + 2.0 / 80.0, 1e-12);
+  EXPECT_EQ(reference.steady_until(1.0), 10.0);
+  EXPECT_EQ(reference.steady_until(11.0), 11.0);
+  const double step = 1.0 / 3777.0;
+  const auto samples = felt(reference, 11.0, step, 5000);
+  std::vector<double> readings(samples.size());
+  reference.sensors.front().read(11.0, step, readings);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double a =
+        3.0 * standard_gravity * std::sin(2.0 * std::numbers::pi * 80.0 * (1.0 + static_cast<double>(i) * step));
+    ASSERT_NEAR(samples[i].specific_force.x, 9.7966 + a, 1e-9);
+    ASSERT_NEAR(samples[i].specific_force.y, 0.0, 1e-12);
+    ASSERT_NEAR(readings[i], a, 1e-9);
+  }
+}
+
+// 0.1 g^2/Hz from 20 to 2000 Hz are sqrt(198) = 14.0712 g. T = 100 s of a band of 1980 Hz: the variance of the variance
+// estimate is S^2 B/T, relative sd of the rms 1/(2 sqrt(B T)) = 0.0011; 4 sigma.
+TEST(Shaker, RandomVibrationHasItsRms) {
+  const Rig& rig = find_rig("shaker");
+  const auto reference = rig.reference(run_of(rig,
+                                              {{"still", 10.0, 1, {}},
+                                               {"random", 100.0, 1, {{"shake", random_vibration(20.0, 2000.0, 0.1)}}},
+                                               {"still", 10.0, 1, {}}},
+                                              defaults(rig.options()), 10000.0));
+  const auto samples = felt(reference, 10.00005, 1e-4, 1000000);
+  double sum = 0.0;
+  for (const auto& sample : samples) sum += std::pow((sample.specific_force.x - 9.7966) / standard_gravity, 2);
+  EXPECT_NEAR(std::sqrt(sum / 1e6), 14.0712, 4.0 * 0.0011 * 14.0712);
+  EXPECT_EQ(felt(reference, 110.5, 1.0, 1)[0].specific_force.x, felt(reference, 5.0, 1.0, 1)[0].specific_force.x);
+}
+
+TEST(Shaker, WhatItCannotDoIsRefusedAllAtOnce) {
+  const Rig& rig = find_rig("shaker");
+  const auto all = refused(rig, {{"strong", 10.0, 1, {{"shake", sine(150.0, 100.0)}}},
+                                 {"wide", 10.0, 1, {{"shake", sine(10.0, 6.0)}}},
+                                 {"slow", 10.0, 1, {{"shake", sine(0.1, 2.0)}}},
+                                 {"short", 0.2, 1, {{"shake", sine(1.0, 8.0)}}},
+                                 {"loud", 10.0, 1, {{"shake", random_vibration(20.0, 2000.0, 1.0)}}},
+                                 {"broad", 10.0, 1, {{"shake", random_vibration(1.0, 5000.0, 0.001)}}},
+                                 {"empty", 10.0, 1, {{"shake", {.kind = Kind::random}}}},
+                                 {"pushed", 10.0, 1, {{"shake", {.kind = Kind::hold, .value = 1.0}}}}});
+  for (const char* part :
+       {"segment 'strong': an acceleration of 150 g", "segment 'wide': a way of", "segment 'wide': a velocity of",
+        "segment 'slow': 2 to 2 Hz are not within", "segment 'short': two periods",
+        "segment 'loud': a standard deviation of 44.5 g", "segment 'broad': 1 to 5000 Hz are not within",
+        "segment 'empty': shake needs two or more frequencies", "segment 'pushed': shake cannot hold"})
+    EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;
+}
+
+// The rates of a move, tremor included, turn the instrument from one rest to the next exactly: what is felt in the two
+// rests is the same gravity and Earth rate. 1e5 steps of the middle rate: h^2/12 |w x w'| < 1e-8 rad in all.
+TEST(ByHand, RatesOfAMoveAddUpToTheNewPose) {
+  const Rig& rig = find_rig("by_hand");
+  const Schedule schedule{{"rest 1", 10.0, 1, {{"mount_roll", held(10.0)}}},
+                          {"rest 2", 10.0, 1, {{"mount_roll", held(-150.0)}, {"mount_pitch", held(60.0)}}},
+                          {"rest 3", 10.0, 1, {}},
+                          {"rest 4", 10.0, 1, {{"mount_roll", held(30.0)}}}};
+  const auto reference = rig.reference(run_of(rig, schedule, defaults(rig.options())));
+  EXPECT_EQ(reference.settled, (std::vector<double>{0.0, 12.0, 20.0, 32.0}));
+  EXPECT_EQ(reference.steady_until(5.0), 10.0);
+  EXPECT_EQ(reference.steady_until(10.5), 10.5);
+  EXPECT_EQ(reference.steady_until(15.0), 30.0);
+  for (const double begin : {10.0, 30.0}) {
+    const double h = 2e-5;
+    const auto samples = felt(reference, begin + 0.5 * h, h, 100000);
+    Rotation turned;
+    double most = 0.0;
+    for (const auto& sample : samples) {
+      const double w = norm(sample.rate);
+      turned = about((1.0 / w) * sample.rate, w * h) * turned;
+      most = std::max(most, w);
+    }
+    EXPECT_GT(most, 1.0);
+    const auto before = felt(reference, begin - 1.0, 1.0, 1)[0], after = felt(reference, begin + 2.0, 1.0, 1)[0];
+    // the Earth turned on by 1.5e-4 rad during the move: gravity did not keep its place in inertial space
+    const Rotation earth = about((1.0 / earth_rate) * before.rate, -earth_rate * 2.0);
+    expect_near(turned * earth * before.specific_force, after.specific_force, 1e-6);
+    expect_near(turned * before.rate, after.rate, 1e-11);
+  }
+}
+
+// Away from the point about which the hand turns, the force is that of the trajectory: differentiated twice.
+TEST(ByHand, LeverArmFeelsTheMove) {
+  const Rig& rig = find_rig("by_hand");
+  const Schedule schedule{{"rest 1", 10.0, 1, {}}, {"rest 2", 10.0, 1, {{"mount_roll", held(90.0)}}}};
+  RigRun run = run_of(rig, schedule, with(rig, {{"tremor_sd", "0 deg", "test"}, {"lever_z", "200 mm", "test"}}));
+  run.site.reset();
+  const auto reference = rig.reference(run);
+  const auto angle = [](double time) {
+    const double s = 0.5 * (time - 10.0);
+    return 0.5 * std::numbers::pi * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+  };
+  for (const double time : {10.4, 11.0, 11.7}) {
+    const double h = 1e-4, a = angle(time), rate = (angle(time + h) - angle(time - h)) / (2.0 * h),
+                 acceleration = (angle(time + h) - 2.0 * a + angle(time - h)) / (h * h);
+    const auto at = felt(reference, time, 1.0, 1)[0];
+    EXPECT_NEAR(at.rate.x, rate, 1e-7);
+    EXPECT_NEAR(at.specific_force.y, standard_gravity * std::sin(a) - 0.2 * acceleration, 1e-6);
+    EXPECT_NEAR(at.specific_force.z, standard_gravity * std::cos(a) - 0.2 * rate * rate, 1e-6);
+  }
+}
+
+TEST(ByHand, RestTooShortForTheMoveIsRefused) {
+  const Rig& rig = find_rig("by_hand");
+  const auto all =
+      refused(rig, {{"first", 1.0, 1, {}}, {"short", 1.0, 1, {{"mount_roll", held(90.0)}}}, {"same", 1.0, 1, {}}});
+  EXPECT_NE(all.find("segment 'short' lasts 1 s"), std::string::npos) << all;
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 1) << all;
 }
 
 }  // namespace

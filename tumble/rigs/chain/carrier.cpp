@@ -1,4 +1,5 @@
-// What the rigs that carry an instrument on a fixture have in common.
+#include "tumble/rigs/chain/carrier.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -6,7 +7,6 @@
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/rigs/chain/machine.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -37,14 +37,6 @@ const char* word(Kind kind) {
   return "";
 }
 
-std::vector<std::string> names(const std::vector<std::string>& axes, const char* before,
-                               const std::vector<std::string>& after = {""}) {
-  std::vector<std::string> out;
-  for (const auto& axis : axes)
-    for (const auto& part : after) out.push_back(before + axis + part);
-  return out;
-}
-
 bool finite(const Motion& m) {
   return std::isfinite(m.value) && std::isfinite(m.to) && std::isfinite(m.amplitude) && std::isfinite(m.frequency) &&
          std::isfinite(m.to_frequency) && std::isfinite(m.phase);
@@ -71,38 +63,41 @@ std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists) {
   return all;
 }
 
-std::vector<Imperfection> common_imperfections() {
+std::vector<Imperfection> base_imperfections() {
   return {{quantity("level_sd", "arcsec", "2 arcsec", "level of the base, about east and about north"),
            {"level of the base about east", "level of the base about north"}},
           {quantity("azimuth_sd", "arcsec", "10 arcsec", "azimuth of the base"), {"azimuth of the base"}},
-          {quantity("gravity_sd", "ug", "5 ug", "gravity at the rig"), {"gravity"}},
-          {quantity("lever_sd", "mm", "0.2 mm", "each of lever_x, lever_y, lever_z"),
-           {"lever arm x", "lever arm y", "lever arm z"}},
-          {quantity("mount_sd", "arcsec", "20 arcsec", "instrument against the fixture, about each of its axes"),
+          {quantity("gravity_sd", "ug", "5 ug", "gravity at the rig"), {"gravity"}}};
+}
+
+std::vector<Imperfection> lever_imperfections(const char* sd) {
+  return {{quantity("lever_sd", "mm", sd, "each of lever_x, lever_y, lever_z"),
+           {"lever arm x", "lever arm y", "lever arm z"}}};
+}
+
+std::vector<Imperfection> mount_imperfections() {
+  return {{quantity("mount_sd", "arcsec", "20 arcsec", "instrument against the fixture, about each of its axes"),
            {"mounting about x", "mounting about y", "mounting about z"}}};
 }
 
-std::vector<Imperfection> axis_imperfections(const std::vector<std::string>& axes) {
-  const auto phases = [&](const char* per_turn) {
-    return names(axes, "wobble of ", {std::string(per_turn) + ", cosine", std::string(per_turn) + ", sine"});
-  };
-  return {{quantity("index_zero_sd", "arcsec", "3 arcsec", "zero of each angle scale"), names(axes, "index zero of ")},
-          {quantity("repeatability_sd", "arcsec", "1 arcsec", "each angle that is gone to"),
-           names(axes, "positioning of "), true},
-          {quantity("wobble_once_sd", "arcsec", "1 arcsec", "direction of each axis, going round once per turn"),
-           phases(" once per turn")},
-          {quantity("wobble_twice_sd", "arcsec", "0.5 arcsec", "the same, twice per turn"), phases(" twice per turn")}};
+std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options) {
+  const bool ideal = options.flag("ideal");
+  std::vector<RigError> errors;
+  for (const auto& imperfection : imperfections)
+    for (const auto& name : imperfection.errors)
+      errors.push_back({name, ideal ? 0.0 : options.number(imperfection.option.name), imperfection.each_segment});
+  return errors;
 }
 
-std::vector<Imperfection> drive_imperfections(const std::vector<std::string>& axes) {
-  return {{quantity("rate_error_sd", "ppm", "1 ppm", "relative, of commanded rates"), names(axes, "rate error of ")},
-          {quantity("rate_ripple_sd", "ppm", "10 ppm", "relative amplitude of the rate's ripple over the turn"),
-           names(axes, "rate ripple of ", {", cosine", ", sine"})}};
+std::vector<Option> lever_options(const char* x, const char* y, const char* z) {
+  return {quantity("lever_x", "mm", x, "place of the instrument's reference point, along x"),
+          quantity("lever_y", "mm", y, "along y"), quantity("lever_z", "mm", z, "along z")};
 }
 
-std::vector<Imperfection> oscillation_imperfections(const std::vector<std::string>& axes) {
-  return {{quantity("amplitude_sd", "ppm", "500 ppm", "relative, of the amplitude of oscillations"),
-           names(axes, "oscillation amplitude of ")}};
+std::vector<Option> laboratory_options() {
+  return {
+      quantity("temperature", "degC", "20 degC", "of the laboratory and the instrument"),
+      {"ideal", Option::Type::flag, "1", "false", {}, "true: without any error of the rig or noise of its sensors"}};
 }
 
 std::vector<Axis> mount_axes() {

@@ -16,10 +16,8 @@ std::string option_of(const Machine& machine, const MachineAxis& axis, const cha
 }
 
 std::vector<Imperfection> present(const Machine& machine) {
-  return joined({common_imperfections(), machine.imperfections});
+  return joined({base_imperfections(), lever_imperfections("0.2 mm"), mount_imperfections(), machine.imperfections});
 }
-
-bool ideal(const Settings& options) { return options.flag("ideal"); }
 
 AxisLimits limits_of(const Machine& machine, const MachineAxis& axis, const Settings& options) {
   AxisLimits limits{axis.name, options.number(option_of(machine, axis, "max_rate")),
@@ -142,10 +140,8 @@ std::vector<Option> options_of(const Machine& machine) {
     options.push_back(quantity(named("lowest"), "deg", "", "stop of " + axis.name + "; absent: none"));
     options.push_back(quantity(named("highest"), "deg", "", "stop of " + axis.name + "; absent: none"));
   }
-  for (const char* name : {"lever_x", "lever_y", "lever_z"})
-    options.push_back(quantity(name, "mm", "0 mm", "reference point of the instrument in the fixture's axes"));
-  options.push_back(quantity("temperature", "degC", "20 degC", "of the laboratory and the instrument"));
-  options.push_back({"ideal", Option::Type::flag, "1", "false", {}, "true: without any error or encoder noise"});
+  for (auto& option : lever_options("0 mm", "0 mm", "0 mm")) options.push_back(std::move(option));
+  for (auto& option : laboratory_options()) options.push_back(std::move(option));
   for (const auto& imperfection : present(machine)) options.push_back(imperfection.option);
   if (std::any_of(options.begin(), options.end(), [](const Option& o) { return o.name == "rate_ripple_sd"; }))
     options.push_back({"ripple_order", Option::Type::integer, "1", "12", {}, "periods of the rate ripple in one turn"});
@@ -155,12 +151,7 @@ std::vector<Option> options_of(const Machine& machine) {
 }
 
 std::vector<RigError> errors_of(const Machine& machine, const Settings& options) {
-  std::vector<RigError> errors;
-  for (const auto& imperfection : present(machine))
-    for (const auto& name : imperfection.errors)
-      errors.push_back(
-          {name, ideal(options) ? 0.0 : options.number(imperfection.option.name), imperfection.each_segment});
-  return errors;
+  return errors_of(present(machine), options);
 }
 
 std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options) {
@@ -185,11 +176,11 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
     for (const auto& axis : chain->axes) settled = std::max(settled, axis.settled[s]);
     out.settled.push_back(settled);
   }
-  const bool perfect = ideal(run.options);
+  const bool ideal = run.options.flag("ideal");
   for (std::size_t a = 0; a < machine.axes.size(); ++a)
     out.sensors.push_back(encoder(machine.axes[a].name + "_angle", chain, a,
-                                  perfect ? 0.0 : run.options.number("encoder_noise"),
-                                  perfect ? 0.0 : run.options.number("encoder_quantum"), run.rate, run.random));
+                                  ideal ? 0.0 : run.options.number("encoder_noise"),
+                                  ideal ? 0.0 : run.options.number("encoder_quantum"), run.rate, run.random));
   return out;
 }
 

@@ -6,13 +6,6 @@
 namespace tumble::rigs {
 namespace {
 
-/// Smooth step from 0 to 1 with two continuous derivatives, s in [0, 1].
-Turn step(double s, double duration) {
-  const double r = 1.0 - s;
-  return {s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * s * s * r * r / duration,
-          60.0 * s * r * (1.0 - 2.0 * s) / (duration * duration)};
-}
-
 Turn oscillation(const Piece& piece, double time) {
   const double u = time - piece.origin, k = piece.growth;
   const double grown = k == 0.0 ? u : std::expm1(k * u) / k;
@@ -22,7 +15,7 @@ Turn oscillation(const Piece& piece, double time) {
   const Turn y{a * s, a * w * c, a * (k * w * c - w * w * s)};
   const double since = time - piece.begin;
   if (since >= piece.fade) return y;
-  const Turn e = step(std::max(since, 0.0) / piece.fade, piece.fade);
+  const Turn e = smooth_step(std::max(since, 0.0) / piece.fade, piece.fade);
   return {e.angle * y.angle, e.rate * y.angle + e.angle * y.rate,
           e.acceleration * y.angle + 2.0 * e.rate * y.rate + e.angle * y.acceleration};
 }
@@ -55,6 +48,12 @@ std::size_t found(const Profile& profile, double time, std::size_t piece) {
 }
 
 }  // namespace
+
+Turn smooth_step(double s, double duration) {
+  const double r = 1.0 - s;
+  return {s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * s * s * r * r / duration,
+          60.0 * s * r * (1.0 - 2.0 * s) / (duration * duration)};
+}
 
 Turn at(const Profile& profile, double time, std::size_t& piece) {
   piece = found(profile, time, piece);

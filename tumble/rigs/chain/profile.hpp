@@ -16,6 +16,11 @@ struct Turn {
   double acceleration = 0.0;  ///< [rad/s^2]
 };
 
+/// From 0 at s = 0 to 1 at s = 1 with two continuous derivatives [1/s, 1/s^2 where it takes `duration`]:
+///
+///   s^3 (10 - 15 s + 6 s^2)
+Turn smooth_step(double s, double duration);
+
 /// What the drive of one axis can do.
 struct AxisLimits {
   std::string axis;

@@ -1,0 +1,209 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "tumble/math/shaped_noise.hpp"
+#include "tumble/rigs/chain/carrier.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+std::vector<Imperfection> imperfections() {
+  return joined(
+      {{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {"gravity"}}},
+       lever_imperfections("20 mm"),
+       {{quantity("pose_sd", "deg", "2 deg", "orientation in which the instrument is laid down, about each axis"),
+         {"pose about x", "pose about y", "pose about z"},
+         true}}});
+}
+
+std::vector<Option> options() {
+  std::vector<Option> options{
+      quantity("move_time", "s", "2 s", "from one rest to the next, at the beginning of a segment"),
+      quantity("tremor_sd", "deg", "0.3 deg", "shaking of the hand in the middle of a move, about each axis"),
+      quantity("tremor_lowest", "Hz", "2 Hz", "lowest frequency of the shaking"),
+      quantity("tremor_highest", "Hz", "10 Hz", "highest frequency of the shaking")};
+  for (auto& option : lever_options("0 mm", "0 mm", "100 mm")) {
+    option.description += ", from the point about which the hand turns it";
+    options.push_back(std::move(option));
+  }
+  for (auto& option : laboratory_options()) options.push_back(std::move(option));
+  for (const auto& imperfection : imperfections()) options.push_back(imperfection.option);
+  return options;
+}
+
+std::vector<RigError> errors(const Settings& options) { return errors_of(imperfections(), options); }
+
+/// One segment: a move from the pose before, and a rest.
+struct Rest {
+  double begin = 0.0;
+  Rotation from;       ///< instrument from level, before the move
+  Rotation pose;       ///< and after it
+  Vector3 axis;        ///< the move turns about it, by
+  double angle = 0.0;  ///< [rad]; 0: no move
+};
+
+struct Hand {
+  std::vector<Rest> rests;
+  Kinematics ground;
+  Vector3 lever;
+  double move_time = 1.0;
+  double temperature = 293.15;
+  std::vector<ShapedNoise> tremor;  ///< about x, y, z; empty: none
+};
+
+/// Angle and axis of a rotation, by its quaternion with the largest part first.
+void split(const Rotation& r, Vector3& axis, double& angle) {
+  const double trace = r.x.x + r.y.y + r.z.z;
+  // 4 times the products of the quaternion's parts (w, x, y, z) of a passive rotation
+  const double q[4][4] = {{1.0 + trace, r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x},
+                          {r.y.z - r.z.y, 1.0 + r.x.x - r.y.y - r.z.z, r.x.y + r.y.x, r.x.z + r.z.x},
+                          {r.z.x - r.x.z, r.x.y + r.y.x, 1.0 - r.x.x + r.y.y - r.z.z, r.y.z + r.z.y},
+                          {r.x.y - r.y.x, r.x.z + r.z.x, r.y.z + r.z.y, 1.0 - r.x.x - r.y.y + r.z.z}};
+  int best = 0;
+  for (int i = 1; i < 4; ++i)
+    if (q[i][i] > q[best][best]) best = i;
+  const double sign = q[best][0] < 0.0 ? -1.0 : 1.0;
+  const Vector3 v = sign * Vector3{q[best][1], q[best][2], q[best][3]};
+  const double length = norm(v);
+  axis = length > 0.0 ? (1.0 / length) * v : Vector3{1.0, 0.0, 0.0};
+  angle = 2.0 * std::atan2(length, sign * q[best][0]);
+}
+
+std::vector<Rest> rests_of(const Schedule& run, const ErrorValues& error) {
+  const auto poses = poses_of(run, error);  // the errors have no mounting: the poses as commanded
+  std::vector<Rest> rests;
+  double begin = 0.0;
+  std::size_t pose = 0;
+  for (std::size_t s = 0; s < run.size(); ++s) {
+    Rest rest{.begin = begin};
+    const bool moved = s == 0 || (pose + 1 < poses.size() && poses[pose + 1].begin <= begin);
+    if (s > 0 && moved) ++pose;
+    rest.from = rest.pose = s == 0 ? Rotation{} : rests.back().pose;
+    if (moved)
+      rest.pose = about_x(error("pose about x", s)) * about_y(error("pose about y", s)) *
+                  about_z(error("pose about z", s)) * poses[pose].instrument_from_fixture;
+    if (s == 0) rest.from = rest.pose;
+    if (s > 0 && moved) split(rest.pose * inverse(rest.from), rest.axis, rest.angle);
+    rests.push_back(rest);
+    begin += run[s].duration;
+  }
+  return rests;
+}
+
+Hand hand_of(const RigRun& run) {
+  const auto list = errors(run.options);
+  const ErrorValues error(list, run.errors);
+  const Settings& options = run.options;
+  Hand hand;
+  hand.rests = rests_of(run.segments, error);
+  hand.ground = ground_of(run.site, error("gravity"));
+  hand.lever = {options.number("lever_x") + error("lever arm x"), options.number("lever_y") + error("lever arm y"),
+                options.number("lever_z") + error("lever arm z")};
+  hand.move_time = options.number("move_time");
+  hand.temperature = options.number("temperature");
+  const double sd = options.flag("ideal") ? 0.0 : options.number("tremor_sd");
+  const double low = options.number("tremor_lowest"), high = options.number("tremor_highest");
+  const double density = sd * sd / (high - low);
+  if (sd > 0.0)
+    for (const char* axis : {"x", "y", "z"})
+      hand.tremor.emplace_back(SpectralDensity{{low, high}, {density, density}},
+                               run.random.split("tremor").split(axis));
+  return hand;
+}
+
+/// The shaking about one axis, (4 s (1 - s))^3 times a stationary process: still where the move begins and ends.
+Turn trembling(const ShapedNoise& tremor, double time, double s, double duration) {
+  const double b = 4.0 * s * (1.0 - s), b1 = 4.0 * (1.0 - 2.0 * s) / duration, b2 = -8.0 / (duration * duration);
+  const double e = b * b * b, e1 = 3.0 * b * b * b1, e2 = 6.0 * b * b1 * b1 + 3.0 * b * b * b2;
+  const auto y = tremor.at(time);
+  return {e * y.value, e1 * y.value + e * y.first_derivative,
+          e2 * y.value + 2.0 * e1 * y.first_derivative + e * y.second_derivative};
+}
+
+Kinematics state(const Hand& hand, const Rest& rest, double time) {
+  const double s = (time - rest.begin) / hand.move_time;
+  if (rest.angle == 0.0 || s >= 1.0) return seen_in(rest.pose, hand.ground);
+  Turn turn = smooth_step(std::max(s, 0.0), hand.move_time);
+  turn = {rest.angle * turn.angle, rest.angle * turn.rate, rest.angle * turn.acceleration};
+  Kinematics k = turned(seen_in(rest.from, hand.ground), rest.axis, turn);
+  constexpr Vector3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+  for (std::size_t i = 0; i < hand.tremor.size(); ++i)
+    k = turned(k, axes[i], trembling(hand.tremor[i], time, std::max(s, 0.0), hand.move_time));
+  return moved(k, hand.lever);
+}
+
+const Rest& rest_at(const Hand& hand, double time) {
+  const auto after = std::upper_bound(hand.rests.begin(), hand.rests.end(), time,
+                                      [](double t, const Rest& rest) { return t < rest.begin; });
+  return after == hand.rests.begin() ? hand.rests.front() : *(after - 1);
+}
+
+void felt_in(const Hand& hand, double first, double step, std::span<Felt> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double time = first + static_cast<double>(i) * step;
+    const Kinematics k = state(hand, rest_at(hand, time), time);
+    out[i] = {};
+    out[i].rate = k.rate;
+    out[i].angular_acceleration = k.acceleration;
+    out[i].specific_force = k.specific_force;
+    out[i].temperature = out[i].start_temperature = hand.temperature;
+    out[i].since_power_on = time;
+  }
+}
+
+double until(const Hand& hand, double time) {
+  for (const auto& rest : hand.rests) {
+    if (rest.angle == 0.0) continue;
+    if (rest.begin > time) return rest.begin;
+    if (time < rest.begin + hand.move_time) return time;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+Reference reference(const RigRun& run) {
+  const auto hand = std::make_shared<const Hand>(hand_of(run));
+  Reference out;
+  out.felt = [hand](double first, double step, std::span<Felt> samples) { felt_in(*hand, first, step, samples); };
+  out.steady_until = [hand](double time) { return until(*hand, time); };
+  for (std::size_t s = 0; s < run.segments.size(); ++s) {
+    const Rest& rest = hand->rests[s];
+    out.settled.push_back(rest.begin + (rest.angle == 0.0 ? 0.0 : std::min(hand->move_time, run.segments[s].duration)));
+  }
+  return out;
+}
+
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  std::vector<std::string> problems, not_negative{"tremor_sd"};
+  for (const auto& imperfection : imperfections()) not_negative.push_back(imperfection.option.name);
+  check_bounds(options, {"move_time", "tremor_lowest", "tremor_highest"}, not_negative, problems);
+  if (!(options.number("tremor_lowest") < options.number("tremor_highest")))
+    problems.push_back("[rig] tremor_lowest must lie below tremor_highest");
+  if (!check_axes(mount_axes(), schedule, problems)) return problems;
+  const std::vector<RigError> none;
+  const Matrix nothing;
+  for (const auto& run : runs_of(schedule)) {
+    const auto rests = rests_of(run, ErrorValues(none, nothing));
+    for (std::size_t s = 0; s < run.size(); ++s)
+      if (rests[s].angle != 0.0 && run[s].duration < options.number("move_time"))
+        problems.push_back(fmt::format("segment '{}' lasts {:.4g} s, and to lay the instrument down takes {:.4g} s",
+                                       run[s].label, run[s].duration, options.number("move_time")));
+  }
+  return problems;
+}
+
+}  // namespace
+
+extern const Rig by_hand;
+const Rig by_hand{.name = "by_hand",
+                  .summary = "no machine: the instrument is turned by hand from rest to rest",
+                  .axes = mount_axes,
+                  .options = options,
+                  .errors = errors,
+                  .reference = reference,
+                  .refusals = refusals};
+
+}  // namespace tumble::rigs

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tumble/rigs/chain/chain.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::rigs {
+
+/// An option that is a quantity.
+Option quantity(std::string name, std::string unit, std::string fallback, std::string description);
+
+/// An option that is a standard deviation, and the errors that are drawn with it.
+struct Imperfection {
+  Option option;
+  std::vector<std::string> errors;
+  bool each_segment = false;
+};
+
+/// The values of a rig's errors in one run.
+class ErrorValues {
+ public:
+  ErrorValues(const std::vector<RigError>& list, const Matrix& values) : list_(list), values_(values) {}
+  /// 0 when there is no error of this name, or none was drawn.
+  double operator()(std::string_view name, std::size_t segment = 0) const;
+
+ private:
+  const std::vector<RigError>& list_;
+  const Matrix& values_;
+};
+
+/// Level and azimuth of the base, gravity.
+std::vector<Imperfection> base_imperfections();
+/// Lever arm and mounting of the instrument.
+std::vector<Imperfection> lever_imperfections(const char* sd);
+std::vector<Imperfection> mount_imperfections();
+
+/// `lists` one after the other.
+std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists);
+
+/// The errors that are drawn with these; all 0 where the options say `ideal`.
+std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options);
+
+/// lever_x, lever_y, lever_z with these defaults.
+std::vector<Option> lever_options(const char* x, const char* y, const char* z);
+/// temperature, ideal.
+std::vector<Option> laboratory_options();
+
+/// How the instrument sits on the fixture.
+std::vector<Axis> mount_axes();
+
+/// The level frame at rest on the Earth.
+Kinematics ground_of(const std::optional<Site>& site, double gravity_error);
+
+/// Instrument from fixture for mount_roll, mount_pitch, mount_yaw in every segment, with the mounting errors.
+std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors);
+
+/// Base from level, as the level and azimuth errors turn it.
+Rotation base_from_level(const ErrorValues& errors);
+
+/// Options that must be above zero, or not below it; all must be finite.
+void check_bounds(const Settings& options, const std::vector<std::string>& positive,
+                  const std::vector<std::string>& not_negative, std::vector<std::string>& problems);
+
+/// Axes the rig lacks and motions that they cannot do. True when there is nothing of the kind.
+bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::vector<std::string>& problems);
+
+/// The segments of each power-up.
+std::vector<Schedule> runs_of(const Schedule& schedule);
+
+}  // namespace tumble::rigs

@@ -1,0 +1,275 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "tumble/math/shaped_noise.hpp"
+#include "tumble/rigs/chain/carrier.hpp"
+#include "tumble/rigs/chain/encoder.hpp"
+
+namespace tumble::rigs {
+namespace {
+
+using Kind = Motion::Kind;
+
+constexpr double turn = 2.0 * std::numbers::pi;
+constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a rounding of the units
+
+std::vector<Imperfection> imperfections() {
+  return joined(
+      {base_imperfections(),
+       mount_imperfections(),
+       {{quantity("amplitude_sd", "%", "1 %", "relative, of the commanded acceleration"), {"shake amplitude"}},
+        {quantity("cross_motion_sd", "%", "2 %", "motion across the shake over the shake, in each direction"),
+         {"cross motion y", "cross motion z"}},
+        {quantity("distortion_sd", "%", "1 %", "second and third harmonic over the fundamental"),
+         {"second harmonic", "third harmonic"}},
+        {quantity("reference_gain_sd", "%", "0.5 %", "relative, of the reference accelerometer's gain"),
+         {"gain of the reference"}}}});
+}
+
+std::vector<Axis> axes() {
+  std::vector<Axis> axes = mount_axes();
+  axes.insert(axes.begin(), {"shake",
+                             "m/s^2",
+                             {Kind::hold, Kind::sine, Kind::sweep, Kind::random},
+                             "acceleration along the fixture's x axis; hold only at 0"});
+  return axes;
+}
+
+std::vector<Option> options() {
+  std::vector<Option> options{
+      quantity("shake_elevation", "deg", "90 deg", "direction of the shake; 90 deg: upwards"),
+      quantity("shake_azimuth", "deg", "90 deg", "of the shake, from north to the east"),
+      quantity("max_acceleration", "g", "100 g", "greatest peak; of random vibration, 3 standard deviations"),
+      quantity("max_rms", "g", "40 g", "greatest standard deviation of random vibration"),
+      quantity("max_velocity", "m/s", "2 m/s", "greatest peak; of random vibration, 3 standard deviations"),
+      quantity("stroke", "mm", "50 mm", "greatest way from peak to peak; of random vibration, 6 standard deviations"),
+      quantity("lowest_frequency", "Hz", "5 Hz", "of what it can do"),
+      quantity("highest_frequency", "Hz", "3 kHz", "of what it can do"),
+      quantity("reference_noise", "mg", "1 mg", "standard deviation of one reading of the reference accelerometer")};
+  for (auto& option : laboratory_options()) options.push_back(std::move(option));
+  for (const auto& imperfection : imperfections()) options.push_back(imperfection.option);
+  return options;
+}
+
+std::vector<RigError> errors(const Settings& options) { return errors_of(imperfections(), options); }
+
+/// What a vibration needs of the shaker.
+struct Demand {
+  double acceleration, velocity, stroke;  ///< peaks, and peak to peak
+  double lowest, highest;                 ///< [Hz]
+};
+
+/// The density of the n-th integral.
+SpectralDensity integrated(SpectralDensity psd, int n) {
+  for (std::size_t i = 0; i < psd.frequency.size(); ++i) psd.density[i] /= std::pow(turn * psd.frequency[i], 2 * n);
+  return psd;
+}
+
+Demand demand_of(const Motion& motion) {
+  if (motion.kind == Kind::random) {
+    const SpectralDensity psd{motion.psd_frequency, motion.psd};
+    return {3.0 * std::sqrt(variance(psd)), 3.0 * std::sqrt(variance(integrated(psd, 1))),
+            6.0 * std::sqrt(variance(integrated(psd, 2))), psd.frequency.front(), psd.frequency.back()};
+  }
+  const bool sweep = motion.kind == Kind::sweep;
+  const double low = sweep ? std::min(motion.frequency, motion.to_frequency) : motion.frequency,
+               high = sweep ? std::max(motion.frequency, motion.to_frequency) : motion.frequency;
+  const double a = std::abs(motion.amplitude), w = turn * low;
+  return {a, a / w, 2.0 * a / (w * w), low, high};
+}
+
+bool spectrum_is_sound(const Motion& motion) {
+  const auto& f = motion.psd_frequency;
+  return f.size() >= 2 && f.size() == motion.psd.size() && f.front() > 0.0 && std::isfinite(f.back()) &&
+         std::adjacent_find(f.begin(), f.end(), std::greater_equal<>()) == f.end() &&
+         std::all_of(motion.psd.begin(), motion.psd.end(), [](double s) { return s > 0.0 && std::isfinite(s); });
+}
+
+/// What one segment asks beyond the shaker.
+void check(const Segment& segment, const Motion& motion, const Settings& options, std::vector<std::string>& problems) {
+  const auto refuse = [&](const std::string& text) {
+    problems.push_back(fmt::format("segment '{}': {}", segment.label, text));
+  };
+  if (motion.kind == Kind::hold) {
+    if (motion.value != 0.0) refuse("shake cannot hold an acceleration: only 0, at rest");
+    return;
+  }
+  if (motion.kind == Kind::random && !spectrum_is_sound(motion))
+    return refuse("shake needs two or more frequencies that rise, and as many densities above zero");
+  if (motion.kind != Kind::random &&
+      !(motion.frequency > 0.0 && (motion.kind == Kind::sine || motion.to_frequency > 0.0)))
+    return refuse("shake needs frequencies above zero");
+  const Demand needed = demand_of(motion);
+  const auto limit = [&](const char* option, const char* unit, double value, const char* what) {
+    if (value <= options.number(option) * slack) return;
+    const Unit shown = Unit::parse(unit);
+    refuse(fmt::format("{} {:.4g} {} is more than the shaker's {} of {:.4g} {}", what, shown.from_si(value), unit,
+                       option, shown.from_si(options.number(option)), unit));
+  };
+  limit("max_acceleration", "g", needed.acceleration, "an acceleration of");
+  if (motion.kind == Kind::random) limit("max_rms", "g", needed.acceleration / 3.0, "a standard deviation of");
+  limit("max_velocity", "m/s", needed.velocity, "a velocity of");
+  limit("stroke", "mm", needed.stroke, "a way of");
+  if (needed.lowest * slack < options.number("lowest_frequency") ||
+      needed.highest > options.number("highest_frequency") * slack)
+    refuse(fmt::format("{:.4g} to {:.4g} Hz are not within the shaker's {:.4g} to {:.4g} Hz", needed.lowest,
+                       needed.highest, options.number("lowest_frequency"), options.number("highest_frequency")));
+  if (motion.kind != Kind::random && 2.0 / motion.frequency > segment.duration)
+    refuse(fmt::format("two periods of {:.4g} Hz, in which the shake fades in, are longer than the segment",
+                       motion.frequency));
+}
+
+std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
+  std::vector<std::string> problems, not_negative{"reference_noise"};
+  for (const auto& imperfection : imperfections()) not_negative.push_back(imperfection.option.name);
+  check_bounds(options,
+               {"max_acceleration", "max_rms", "max_velocity", "stroke", "lowest_frequency", "highest_frequency"},
+               not_negative, problems);
+  if (!check_axes(axes(), schedule, problems)) return problems;
+  for (const auto& segment : schedule)
+    if (const auto shake = segment.axes.find("shake"); shake != segment.axes.end())
+      check(segment, shake->second, options, problems);
+  return problems;
+}
+
+/// The shake of one segment.
+struct Shaking {
+  double begin, end;  ///< [s]
+  Motion motion;      ///< hold: at rest
+  std::shared_ptr<const ShapedNoise> random;
+};
+
+/// Everything about one run that its samples need.
+struct Shaker {
+  std::vector<Shaking> segments;
+  double amplitude = 1.0;
+  Vector3 direction;  ///< of the shake, x being 1
+  double second = 0.0, third = 0.0;
+  Chain chain;  ///< the fixture at rest
+};
+
+double oscillation(const Shaker& shaker, const Shaking& s, double time) {
+  const double since = time - s.begin, f = s.motion.frequency;
+  double cycles = f * since;
+  if (s.motion.kind == Kind::sweep) {
+    const double growth = std::log(s.motion.to_frequency / f) / (s.end - s.begin);
+    if (growth != 0.0) cycles = f * std::expm1(growth * since) / growth;
+  }
+  const double psi = turn * cycles + s.motion.phase, fade = 0.5 * f * since;
+  const double shape = std::sin(psi) + shaker.second * std::sin(2.0 * psi) + shaker.third * std::sin(3.0 * psi);
+  return s.motion.amplitude * (fade < 1.0 ? smooth_step(fade, 1.0).angle : 1.0) * shape;
+}
+
+/// Acceleration along the shake at first, first + step, ...
+void shake(const Shaker& shaker, double first, double step, std::span<double> out) {
+  std::size_t segment = 0;
+  for (std::size_t i = 0; i < out.size();) {
+    const auto time = [&](std::size_t n) { return first + static_cast<double>(n) * step; };
+    while (segment + 1 < shaker.segments.size() && shaker.segments[segment].end <= time(i)) ++segment;
+    const Shaking& now = shaker.segments[segment];
+    std::size_t end = i + 1;
+    while (end < out.size() && time(end) < now.end) ++end;
+    const auto part = out.subspan(i, end - i);
+    if (now.motion.kind == Kind::hold || time(i) >= now.end)
+      std::fill(part.begin(), part.end(), 0.0);
+    else if (now.random)
+      now.random->values(time(i) - now.begin, step, part);
+    else
+      for (std::size_t n = 0; n < part.size(); ++n) part[n] = oscillation(shaker, now, time(i + n));
+    for (double& a : part) a *= shaker.amplitude;
+    i = end;
+  }
+}
+
+Shaker shaker_of(const RigRun& run) {
+  const auto list = errors(run.options);
+  const ErrorValues error(list, run.errors);
+  Shaker shaker;
+  double begin = 0.0;
+  for (std::size_t s = 0; s < run.segments.size(); ++s) {
+    const auto found = run.segments[s].axes.find("shake");
+    Shaking one{begin, begin + run.segments[s].duration, found == run.segments[s].axes.end() ? Motion{} : found->second,
+                nullptr};
+    if (one.motion.kind == Kind::random)
+      one.random = std::make_shared<const ShapedNoise>(SpectralDensity{one.motion.psd_frequency, one.motion.psd},
+                                                       run.random.split("random vibration").split(s));
+    begin = one.end;
+    shaker.segments.push_back(std::move(one));
+  }
+  shaker.amplitude = 1.0 + error("shake amplitude");
+  shaker.direction = {1.0, error("cross motion y"), error("cross motion z")};
+  shaker.second = error("second harmonic");
+  shaker.third = error("third harmonic");
+  const Rotation fixture =
+      about_y(-run.options.number("shake_elevation")) * about_z(turn / 4.0 - run.options.number("shake_azimuth"));
+  shaker.chain.ground = seen_in(fixture * base_from_level(error), ground_of(run.site, error("gravity")));
+  shaker.chain.poses = poses_of(run.segments, error);
+  shaker.chain.temperature = run.options.number("temperature");
+  return shaker;
+}
+
+double until(const Shaker& shaker, double time) {
+  double until = steady_until(shaker.chain, time);
+  for (const auto& segment : shaker.segments)
+    if (segment.end > time && segment.motion.kind != Kind::hold) until = std::min(until, std::max(time, segment.begin));
+  return until;
+}
+
+void felt_on(const Shaker& shaker, double first, double step, std::span<Felt> out) {
+  felt(shaker.chain, first, step, out);
+  std::array<double, 512> a;
+  std::size_t pose = 0;
+  const auto& poses = shaker.chain.poses;
+  for (std::size_t done = 0; done < out.size();) {
+    const auto part = std::span(a).first(std::min(a.size(), out.size() - done));
+    shake(shaker, first + static_cast<double>(done) * step, step, part);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      Felt& felt = out[done + i];
+      while (pose + 1 < poses.size() && poses[pose + 1].begin <= felt.since_power_on) ++pose;
+      felt.specific_force = felt.specific_force + poses[pose].instrument_from_fixture * (part[i] * shaker.direction);
+    }
+    done += part.size();
+  }
+}
+
+Reference reference(const RigRun& run) {
+  const auto shaker = std::make_shared<const Shaker>(shaker_of(run));
+  Reference out;
+  out.felt = [shaker](double first, double step, std::span<Felt> samples) { felt_on(*shaker, first, step, samples); };
+  out.steady_until = [shaker](double time) { return until(*shaker, time); };
+  for (const auto& segment : shaker->segments) {
+    const bool fades = segment.motion.kind == Kind::sine || segment.motion.kind == Kind::sweep;
+    out.settled.push_back(fades ? std::min(segment.end, segment.begin + 2.0 / segment.motion.frequency)
+                                : segment.begin);
+  }
+  const auto list = errors(run.options);
+  const double gain = 1.0 + ErrorValues(list, run.errors)("gain of the reference");
+  const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");
+  Sensor sensor{{"reference", QuantityKind::specific_force, Unit::parse("g"), {0.0, run.rate, nullptr}, {}}, nullptr};
+  sensor.read = [=, rate = run.rate, random = run.random.split("reference")](double first, double step,
+                                                                             std::span<double> readings) {
+    shake(*shaker, first, step, readings);
+    for (double& reading : readings) reading *= gain;
+    add_reading_noise(noise, rate, random, first, step, readings);
+  };
+  out.sensors.push_back(std::move(sensor));
+  return out;
+}
+
+}  // namespace
+
+extern const Rig shaker;
+const Rig shaker{.name = "shaker",
+                 .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
+                 .axes = axes,
+                 .options = options,
+                 .errors = errors,
+                 .reference = reference,
+                 .refusals = refusals};
+
+}  // namespace tumble::rigs
