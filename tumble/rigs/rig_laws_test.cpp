@@ -65,7 +65,7 @@ Schedule exercise(const Rig& rig) {
     Segment segment{"segment " + std::to_string(schedule.size() + 1), 20.0, 1, {}};
     for (const auto& axis : rig.axes()) {
       if (accepts(axis, kind)) segment.axes[axis.name] = gentle(axis, kind, size);
-      size = 0.3 + std::fmod(size * 1.7, 1.0);
+      size = 0.3 + std::fmod(size * 2.3, 1.0);
     }
     schedule.push_back(segment);
   }
