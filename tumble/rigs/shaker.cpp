@@ -117,8 +117,11 @@ void check(const Segment& segment, const Motion& motion, const Settings& options
   limit("stroke", "mm", needed.stroke, "a way of");
   if (needed.lowest * slack < options.number("lowest_frequency") ||
       needed.highest > options.number("highest_frequency") * slack)
-    refuse(fmt::format("{:.4g} to {:.4g} Hz are not within the shaker's {:.4g} to {:.4g} Hz", needed.lowest,
-                       needed.highest, options.number("lowest_frequency"), options.number("highest_frequency")));
+    refuse(fmt::format("{} not within the shaker's {:.4g} to {:.4g} Hz",
+                       needed.lowest == needed.highest
+                           ? fmt::format("{:.4g} Hz is", needed.lowest)
+                           : fmt::format("{:.4g} to {:.4g} Hz are", needed.lowest, needed.highest),
+                       options.number("lowest_frequency"), options.number("highest_frequency")));
   if (motion.kind != Kind::random && 2.0 / motion.frequency > segment.duration)
     refuse(fmt::format("two periods of {:.4g} Hz, in which the shake fades in, are longer than the segment",
                        motion.frequency));

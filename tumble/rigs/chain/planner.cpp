@@ -178,6 +178,9 @@ class Planner {
   /// Least and greatest angle from the segment's beginning to its end.
   void check_travel(std::size_t first, double end) {
     if (endless() || !problems_) return;
+    std::size_t hint = first;
+    const double before = begin_ > 0.0 ? at(profile_, begin_, hint).angle : 0.0;
+    if (begin_ > 0.0 && (before < limits_.lowest || before > limits_.highest)) return;  // it has been said
     double low = infinity, high = -infinity;
     const auto& pieces = profile_.pieces;
     for (std::size_t p = first > 0 ? first - 1 : 0; p < pieces.size(); ++p) {
@@ -191,10 +194,13 @@ class Planner {
         high = std::max(high, angle + swing);
       }
     }
+    const auto beyond = [&](double angle, double stop) {
+      problem(fmt::format("{} would reach {}, beyond its stop at {}", limits_.axis, shown(angle, "deg"),
+                          shown(stop, "deg")));
+    };
     const double tolerance = 1e-9;  // [rad], rounding of the units
-    if (low < limits_.lowest - tolerance || high > limits_.highest + tolerance)
-      problem(fmt::format("{} would go from {} to {}, beyond its stops at {} and {}", limits_.axis, shown(low, "deg"),
-                          shown(high, "deg"), shown(limits_.lowest, "deg"), shown(limits_.highest, "deg")));
+    if (low < limits_.lowest - tolerance) beyond(low, limits_.lowest);
+    if (high > limits_.highest + tolerance) beyond(high, limits_.highest);
   }
 
   const AxisLimits& limits_;
