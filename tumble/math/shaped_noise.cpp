@@ -155,7 +155,9 @@ ShapedNoise::ShapedNoise(const SpectralDensity& psd, const RandomStream& random)
 
 void ShapedNoise::values(double first, double step, std::span<double> out) const {
   const State& state = *state_;
-  const auto place = [&](std::size_t i) { return (first + static_cast<double>(i) * step) * state.rate + lead; };
+  const auto place = [&](std::size_t i) {
+    return std::max(0.0, first + static_cast<double>(i) * step) * state.rate + lead;
+  };
   State::Block block;
   std::uint64_t number = 0;
   for (std::size_t i = 0; i < out.size();) {
@@ -174,7 +176,7 @@ void ShapedNoise::values(double first, double step, std::span<double> out) const
 
 ShapedNoise::Value ShapedNoise::at(double time) const {
   const State& state = *state_;
-  const double place = time * state.rate + lead, floor = std::floor(place), x = place - floor;
+  const double place = std::max(0.0, time) * state.rate + lead, floor = std::floor(place), x = place - floor;
   const auto begin = static_cast<std::uint64_t>(floor) - 2;
   const auto block = state.block(begin / state.advance());
   const Piece p(block->data() + begin % state.advance());
