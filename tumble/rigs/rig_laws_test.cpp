@@ -468,6 +468,24 @@ TEST(Shaker, SineAlongXOnTopOfGravity) {
   }
 }
 
+// Remounted between segments: the shake, and gravity, move to another axis of the instrument.
+TEST(Shaker, ShakesTheAxisThatIsMountedAlongIt) {
+  const Rig& rig = find_rig("shaker");
+  const auto reference =
+      rig.reference(run_of(rig,
+                           {{"x", 1.0, 1, {{"shake", sine(3.0, 80.0)}}},
+                            {"z", 1.0, 1, {{"shake", sine(3.0, 80.0)}, {"mount_pitch", held(-90.0)}}},
+                            {"still", 1.0, 1, {}}},
+                           defaults(rig.options())));
+  const auto samples = felt(reference, 1.0 / 640.0, 1.0 / 320.0, 960);  // the quarters of 80 Hz: +-sqrt(1/2)
+  const double a = 3.0 * standard_gravity * std::sqrt(0.5);
+  for (const auto& [i, vibration] :
+       {std::pair<std::size_t, double>{240, a}, {242, -a}, {560, a}, {562, -a}, {700, 0.0}}) {
+    const double along = 9.7966 + vibration;
+    expect_near(samples[i].specific_force, i < 320 ? Vector3{along, 0.0, 0.0} : Vector3{0.0, 0.0, along}, 1e-9);
+  }
+}
+
 // 0.1 g^2/Hz from 20 to 2000 Hz are sqrt(198) = 14.0712 g. T = 100 s of a band of 1980 Hz: the variance of the variance
 // estimate is S^2 B/T, relative sd of the rms 1/(2 sqrt(B T)) = 0.0011; 4 sigma.
 TEST(Shaker, RandomVibrationHasItsRms) {

@@ -224,17 +224,29 @@ double until(const Shaker& shaker, double time) {
 }
 
 void felt_on(const Shaker& shaker, double first, double step, std::span<Felt> out) {
-  felt(shaker.chain, first, step, out);
   std::array<double, 512> a;
-  std::size_t pose = 0;
   const auto& poses = shaker.chain.poses;
+  std::size_t pose = 0;
+  Felt rest;
+  Vector3 direction;
+  const auto take_pose = [&] {
+    felt(shaker.chain, std::max(first, poses[pose].begin), step, std::span(&rest, 1));
+    direction = poses[pose].instrument_from_fixture * shaker.direction;
+  };
+  take_pose();
   for (std::size_t done = 0; done < out.size();) {
     const auto part = std::span(a).first(std::min(a.size(), out.size() - done));
     shake(shaker, first + static_cast<double>(done) * step, step, part);
     for (std::size_t i = 0; i < part.size(); ++i) {
+      const double time = first + static_cast<double>(done + i) * step;
+      while (pose + 1 < poses.size() && poses[pose + 1].begin <= time) {
+        ++pose;
+        take_pose();
+      }
       Felt& felt = out[done + i];
-      while (pose + 1 < poses.size() && poses[pose + 1].begin <= felt.since_power_on) ++pose;
-      felt.specific_force = felt.specific_force + poses[pose].instrument_from_fixture * (part[i] * shaker.direction);
+      felt = rest;
+      felt.since_power_on = time;
+      felt.specific_force = rest.specific_force + part[i] * direction;
     }
     done += part.size();
   }
