@@ -58,7 +58,7 @@ constexpr std::size_t batch = 128;
 /// The normal numbers of `count` blocks, two a block (Box and Muller 1958): 2 block is the cosine, 2 block + 1 the
 /// sine. Compiled for wider vectors as well, chosen when the program starts: the operations and so the bytes are the
 /// same.
-#if defined(__x86_64__) && defined(__ELF__)
+#if defined(__x86_64__) && defined(__ELF__) && !defined(__SANITIZE_THREAD__)  // it has to start first
 [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
 #endif
 void normal_blocks(std::uint64_t key, std::uint64_t block, std::size_t count, double* __restrict out) {
