@@ -1,27 +1,110 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/optimise.hpp"
+#include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string plan, output, criterion, total_time, step;
+  std::vector<std::string> sets, terms;
+  bool json = false, optimise = false;
+};
+
+/// What only --optimise understands.
+tasks::OptimiseOptions options_of(const Arguments& arguments) {
+  tasks::OptimiseOptions options;
+  options.terms = arguments.terms;
+  std::vector<std::string> problems;
+  const auto quantity = [&](const char* name, const std::string& text, const char* unit) -> std::optional<double> {
+    if (text.empty()) return std::nullopt;
+    try {
+      return parse_si(text, Unit::parse(unit));
+    } catch (const Error& error) {
+      for (const auto& problem : error.problems) problems.push_back(fmt::format("{} {}: {}", name, text, problem));
+      return std::nullopt;
+    }
+  };
+  options.total_time = quantity("--total-time", arguments.total_time, "h");
+  options.step = quantity("--step", arguments.step, "deg").value_or(options.step);
+  if (arguments.criterion == "D") options.criterion = DesignCriterion::D;
+  if (!arguments.optimise)
+    for (const auto& [name, given] : {std::pair{"--criterion", !arguments.criterion.empty()},
+                                      {"--total-time", !arguments.total_time.empty()},
+                                      {"--step", !arguments.step.empty()},
+                                      {"-o", !arguments.output.empty()}})
+      if (given) problems.push_back(fmt::format("{} needs --optimise", name));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return options;
+}
+
+/// The comment above a plan that was found, with what the command line said beyond the file.
+std::string heading(const Arguments& arguments) {
+  std::string text = "# Schedule found by: tumble predict " + arguments.plan + " --optimise";
+  if (!arguments.criterion.empty()) text += " --criterion " + arguments.criterion;
+  if (!arguments.total_time.empty()) text += " --total-time \"" + arguments.total_time + "\"";
+  if (!arguments.step.empty()) text += " --step \"" + arguments.step + "\"";
+  if (!arguments.terms.empty()) text += fmt::format(" --terms {}", fmt::join(arguments.terms, ","));
+  for (const auto& set : arguments.sets) text += " --set '" + set + "'";
+  return text + "\n";
+}
+
+int optimise(const Arguments& arguments, const tasks::OptimiseOptions& options, const Plan& plan,
+             const Terminal& terminal) {
+  const auto found = [&] {
+    ProgressLine line(terminal);
+    return tasks::optimise(plan, options, line.progress());
+  }();
+  print(arguments.json ? to_json(found.estimate) : to_text(found.estimate));
+  if (arguments.output.empty()) return 0;
+  write_file_atomically(arguments.output, heading(arguments) + tasks::plan_with_schedule(plan, found.schedule));
+  note(terminal, fmt::format("wrote {}", arguments.output));
+  return 0;
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const auto options = options_of(arguments);
+  if (!arguments.output.empty()) check_output(arguments.output, {arguments.plan}, {".toml"});
+  const auto plan = tasks::load_plan(arguments.plan, parse_sets(arguments.sets));
+  if (arguments.optimise) return optimise(arguments, options, plan, terminal);
+  const auto estimate = arguments.terms.empty() ? tasks::predict(plan) : tasks::predict_model(plan, arguments.terms);
+  print(arguments.json ? to_json(estimate) : to_text(estimate));
+  return 0;
+}
+
+}  // namespace
 
 Verb add_predict(CLI::App& program) {
-  struct Arguments {
-    std::string plan;
-    std::vector<std::string> sets;
-    bool json = false;
-  };
   auto* app = program.add_subcommand("predict", "The uncertainty of every parameter before the test is run");
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("PLAN", arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]")->required();
+  app->add_option("PLAN", arguments->plan, "plan file (.toml) with [instrument], [rig], [[schedule]] and [truth]")
+      ->required();
   app->add_flag("--json", arguments->json, "print JSON instead of a table");
+  app->add_flag("--optimise", arguments->optimise,
+                "find the positions, rates and dwell times that the rig allows with the smallest uncertainties");
+  app->add_option("--criterion", arguments->criterion, "A: mean variance (default); D: determinant of the covariance")
+      ->check(CLI::IsMember({"A", "D"}));
+  app->add_option("--total-time", arguments->total_time, "of all power-ups together (default: the plan's own)")
+      ->type_name("TIME");
+  app->add_option("--step", arguments->step, "of the grid of positions (default: 15 deg)")->type_name("ANGLE");
+  app->add_option("--terms", arguments->terms, "only these terms of the model, the others taken as known; repeatable")
+      ->type_name("TERM,...")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app->add_option("-o,--output", arguments->output, "plan to write with the schedule found (.toml)");
   add_sets(*app, arguments->sets, "in place of what the plan says: KEY, truth.KEY, rig.KEY; repeatable");
-  app->footer("Example:\n  tumble predict fog.toml\n");
-  return {app, [arguments](const Terminal&) {
-            const auto estimate = tasks::predict(tasks::load_plan(arguments->plan, parse_sets(arguments->sets)));
-            print(arguments->json ? to_json(estimate) : to_text(estimate));
-            return 0;
-          }};
+  app->footer(
+      "Examples:\n"
+      "  tumble predict gyro.toml\n"
+      "  tumble predict gyro.toml --optimise --total-time \"2 h\" -o best.toml\n");
+  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -19,6 +19,7 @@ struct DesignPoint {
   Matrix rows;         ///< X, k x p: observations of one unit of effort, divided by the sd of their noise
   Matrix disturbance;  ///< N, k x m: effect on them of what each visit draws anew with sd 1; empty: none
   double setup = 0.0;  ///< effort that a visit costs before it tells anything
+  double least = 0.0;  ///< smallest effort of a visit, without the setup
 };
 
 /// One visit to a point.

@@ -77,12 +77,17 @@ class Search {
     for (const auto& visit : visits) effort -= cost(visit);
     return effort;
   }
-  /// Quanta that `effort` pays for at a point, its setup taken off; none: 0.
+  long least(std::size_t point) const {
+    return std::max(1L, static_cast<long>(std::ceil(problem_.points[point].least / quantum_ - 1e-9)));
+  }
+  /// Quanta that `effort` pays for at a point, its setup taken off; 0 where that is too little for a visit.
   long affordable(double effort, std::size_t point) const {
-    return std::max(0L, static_cast<long>(std::floor((effort - problem_.points[point].setup) / quantum_ + 1e-9)));
+    const double quanta = std::floor((effort - problem_.points[point].setup) / quantum_ + 1e-9);
+    return quanta >= static_cast<double>(least(point)) ? static_cast<long>(quanta) : 0L;
   }
 
   bool replace(Visits& visits, double& now) const;
+  Visits with_more(const Visits& visits, long quanta, double& then) const;
   bool drop(Visits& visits, double& now) const;
   bool split(Visits& visits, double& now) const;
   bool balance(Visits& visits, double& now) const;
@@ -216,7 +221,7 @@ Visits Search::greedy(const RandomStream& random, int start) const {
     Visit best{0, 0};
     for (std::size_t j = 0; j < rows_.size(); ++j) {
       if (start > 0 && random.uniform(j) < 0.5) continue;
-      const Visit visit{j, std::min(quanta, affordable(effort, j))};
+      const Visit visit{j, std::min(std::max(quanta, least(j)), affordable(effort, j))};
       if (visit.quanta < 1) continue;
       const double worth = gain(base, root(j, visit.quanta)) / cost(visit);
       if (worth > most) most = worth, best = visit;
@@ -230,7 +235,7 @@ Visits Search::greedy(const RandomStream& random, int start) const {
 Visits Search::quantised(const Design& design) const {
   Visits visits;
   for (const auto& visit : design) {
-    const long wanted = std::max(1L, static_cast<long>(std::floor(visit.effort / quantum_ + 1e-9)));
+    const long wanted = std::max(least(visit.point), static_cast<long>(std::floor(visit.effort / quantum_ + 1e-9)));
     const long quanta = std::min(wanted, affordable(left(visits), visit.point));
     if (quanta > 0) visits.push_back({visit.point, quanta});
   }
@@ -254,27 +259,36 @@ bool Search::replace(Visits& visits, double& now) const {
   return changed;
 }
 
+/// The design with `quanta` more at the visit where they help most; the most promising few are tried.
+Visits Search::with_more(const Visits& visits, long quanta, double& then) const {
+  const State base = state(visits);
+  std::vector<std::pair<double, std::size_t>> promise;
+  for (std::size_t u = 0; u < visits.size(); ++u) promise.emplace_back(-gain(base, root(visits[u].point, quanta)), u);
+  std::ranges::sort(promise);
+  Visits best;
+  then = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, promise.size()); ++k) {
+    Visits trial = visits;
+    trial[promise[k].second].quanta += quanta;
+    if (const double now = value(trial); now < then) then = now, best = std::move(trial);
+  }
+  return best;
+}
+
 /// A visit given up for the sake of another.
 bool Search::drop(Visits& visits, double& now) const {
   bool changed = false;
   for (std::size_t v = 0; v < visits.size() && visits.size() > 1;) {
     Visits others = visits;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
-    const long freed = static_cast<long>(std::floor(left(others) / quantum_ + 1e-9));
-    Visits best;
-    double least = now + rounding * std::abs(now);  // as good with a visit less is better
-    for (std::size_t u = 0; u < others.size(); ++u) {
-      Visits trial = others;
-      trial[u].quanta += freed;
-      const double then = value(trial);
-      if (then < least) least = then, best = trial;
-    }
-    if (best.empty()) {
+    double then = 0.0;
+    Visits best = with_more(others, static_cast<long>(std::floor(left(others) / quantum_ + 1e-9)), then);
+    if (!(then < now + rounding * std::abs(now))) {  // as good with a visit less is better
       ++v;
       continue;
     }
-    visits = best;
-    now = least;
+    visits = std::move(best);
+    now = then;
     changed = true;
   }
   return changed;
@@ -289,7 +303,7 @@ bool Search::split(Visits& visits, double& now) const {
       double setup = 0.0;
       for (const auto& point : problem_.points) setup = std::max(setup, point.setup);
       const long part = half ? had / 2 : static_cast<long>(std::ceil(setup / quantum_)) + 1;
-      if (part < 1 || part >= had) continue;
+      if (part < 1 || had - part < least(visits[v].point)) continue;
       Visits others = visits;
       others[v].quanta -= part;
       double then = 0.0;
@@ -306,40 +320,28 @@ bool Search::split(Visits& visits, double& now) const {
 /// Effort from where it is missed least to where it helps most; and what is left over.
 bool Search::balance(Visits& visits, double& now) const {
   bool changed = false;
-  const auto best_receiver = [&](const Visits& from, long quanta, double& least) {
-    Visits best;
-    for (std::size_t u = 0; u < from.size(); ++u) {
-      Visits trial = from;
-      trial[u].quanta += quanta;
-      const double then = value(trial);
-      if (then < least) least = then, best = trial;
-    }
-    return best;
-  };
   if (const long spare = static_cast<long>(std::floor(left(visits) / quantum_ + 1e-9)); spare > 0) {
-    double least = std::numeric_limits<double>::infinity();
-    if (auto best = best_receiver(visits, spare, least); !best.empty()) visits = std::move(best);
-    now = value(visits);
+    visits = with_more(visits, spare, now);
     changed = true;
   }
   long largest = 1;
   for (const auto& visit : visits) largest = std::max(largest, visit.quanta);
   for (long quanta = largest / 2; quanta >= 1;) {
     std::size_t giver = visits.size();
-    double least = std::numeric_limits<double>::infinity();
+    double lowest = std::numeric_limits<double>::infinity();
     for (std::size_t v = 0; v < visits.size(); ++v) {
-      if (visits[v].quanta <= quanta) continue;
+      if (visits[v].quanta - quanta < least(visits[v].point)) continue;
       Visits trial = visits;
       trial[v].quanta -= quanta;
       const double then = value(trial);
-      if (then < least) least = then, giver = v;
+      if (then < lowest) lowest = then, giver = v;
     }
     Visits best;
     double then = now;
     if (giver < visits.size()) {
       Visits trial = visits;
       trial[giver].quanta -= quanta;
-      best = best_receiver(trial, quanta, then);
+      best = with_more(trial, quanta, then);
     }
     if (best.empty() || !better(then, now)) {
       quanta /= 2;
@@ -379,7 +381,8 @@ void refuse_misfits(const DesignProblem& problem) {
       problems.push_back(fmt::format("design point {} has {} columns, not {}", j, point.rows.columns, p));
     if (!point.disturbance.empty() && point.disturbance.rows != point.rows.rows)
       problems.push_back(fmt::format("design point {}: rows and disturbance differ in length", j));
-    if (!(point.setup >= 0.0)) problems.push_back(fmt::format("design point {}: setup must not be negative", j));
+    if (!(point.setup >= 0.0 && point.least >= 0.0))
+      problems.push_back(fmt::format("design point {}: setup and least effort must not be negative", j));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }

@@ -251,6 +251,15 @@ TEST(OptimalDesign, ColumnsOfAnyScaleGiveTheSameDesign) {
   }
 }
 
+TEST(OptimalDesign, VisitsAreNeverShorterThanTheirLeast) {
+  auto problem = polynomial(2, grid(10), 30.0, DesignCriterion::A);
+  for (auto& one : problem.points) one.least = 7.0;
+  const auto design = exchange(problem, 1, 4);
+  EXPECT_EQ(design.size(), 3u);
+  for (const auto& visit : design) EXPECT_GE(visit.effort, 7.0);
+  EXPECT_DOUBLE_EQ(total(problem, design), 30.0);
+}
+
 TEST(OptimalDesign, NothingCanBeVisitedWithTooLittleEffort) {
   auto problem = polynomial(1, grid(2), 3.0, DesignCriterion::D);
   for (auto& one : problem.points) one.setup = 2.5;

@@ -80,18 +80,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return estimate;
 }
 
-Estimate predict(const Plan& plan) {
-  if (plan.method.empty())
-    throw Error(Error::Kind::bad_input, plan.file + ": names no method: method = \"...\" at the top");
-  const auto& method = find_method(plan.method);
-  if (!method.predict)
-    throw Error(Error::Kind::unsupported, plan.method + " cannot predict its uncertainty before the test is run");
-  auto estimate = method.predict(plan);
-  describe(plan, estimate);
-  if (estimate.title.empty()) estimate.title = plan.title.empty() ? plan.method : plan.title;
-  return estimate;
-}
-
 Compensation compensate(const Estimate& estimate, const Recording& recording) {
   const auto& method = find_method(estimate.method);
   if (!method.compensate)

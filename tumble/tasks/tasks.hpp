@@ -46,8 +46,15 @@ using tumble::simulate;
 void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
                  const Progress& progress);
 
-/// The uncertainty that the plan's method will reach. Throws Error::unsupported where the method cannot tell.
+/// The uncertainties before a sample is taken, with the plan's truth as values: as the plan's method tells them, or
+/// where it does not (or there is none) those of the instrument's table of terms over the schedule. What cannot be told
+/// apart is a finding, with what would have to be added to the schedule.
+/// Throws Error::bad_input with all that the plan lacks.
 Estimate predict(const Plan& plan);
+
+/// The same from the table of terms, whatever the method; `terms` limits it to these, empty: all. `advise`: say what
+/// would tell apart what is not.
+Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise = true);
 
 /// Takes the estimate's error model off a recording. Throws Error::unsupported where the method has none.
 Compensation compensate(const Estimate& estimate, const Recording& recording);

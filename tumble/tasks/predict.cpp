@@ -1,0 +1,63 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "tumble/tasks/predict/advice.hpp"
+#include "tumble/tasks/predict/problem.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+void describe(const Plan& plan, Estimate& estimate) {
+  estimate.method = plan.method.empty() ? "predict" : plan.method;
+  estimate.instrument_model = plan.instrument_model;
+  estimate.instrument_serial = plan.instrument_serial;
+  for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
+  for (const auto& [role, choice] : plan.channels) estimate.provenance.settings["channels." + role] = choice.channel;
+  if (estimate.title.empty()) estimate.title = plan.title.empty() ? estimate.method : plan.title;
+}
+
+/// What to add where terms that the schedule excites cannot be told apart.
+void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputProblem& output, Findings& findings) {
+  const auto advice = advise(plan, felt, output.problem.columns, output.not_excited);
+  if (!advice.add.empty())
+    findings.push_back({Finding::Severity::info,
+                        fmt::format("to tell more terms apart add to the schedule: {}", fmt::join(advice.add, "; ")),
+                        output.problem.role});
+  if (!advice.out_of_reach.empty())
+    findings.push_back(
+        {Finding::Severity::info,
+         fmt::format("nothing that the rig {} can do here tells {} apart: another rig or field would have "
+                     "to (a centrifuge for terms that add up to one in 1 g)",
+                     plan.rig_kind, fmt::join(advice.out_of_reach, ", ")),
+         output.problem.role});
+}
+
+}  // namespace
+
+Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise) {
+  refuse_unpredictable(plan);
+  const auto felt = felt_over(plan);
+  const auto outputs = output_problems(plan, felt, terms);
+  if (std::ranges::all_of(outputs, [](const auto& output) { return output.problem.columns.empty(); }))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: the schedule excites no term of {}", plan.file, plan.instrument_model));
+  auto estimate = predict_outputs(plan, outputs);
+  for (const auto& output : outputs)
+    if (advise) add_advice(plan, felt, output, estimate.findings);
+  describe(plan, estimate);
+  return estimate;
+}
+
+Estimate predict(const Plan& plan) {
+  const auto* method = plan.method.empty() ? nullptr : &find_method(plan.method);
+  if (!method || !method->predict) return predict_model(plan, {});
+  auto estimate = method->predict(plan);
+  describe(plan, estimate);
+  return estimate;
+}
+
+}  // namespace tumble::tasks
