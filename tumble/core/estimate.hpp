@@ -66,6 +66,7 @@ struct Curve {
   std::string band;                  ///< what the band is, for example "95 % confidence"
   bool logarithmic = false;          ///< both axes
   bool points = false;               ///< markers instead of a line
+  bool logarithmic_x = false;        ///< the x axis alone
 };
 
 struct Verdict {

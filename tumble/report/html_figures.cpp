@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 struct Plot {
   std::string figure;
   std::vector<const Curve*> curves;
-  bool logarithmic = false;
+  bool logarithmic = false, logarithmic_x = false;
   std::string not_positive, shortened;  ///< which curves do not show every value, and how many
 
   const Curve::Axis& x() const { return curves.front()->x; }
@@ -33,9 +33,10 @@ std::vector<Plot> plots_of(const Estimate& estimate) {
              plot.y().unit.dimension() == curve.y.unit.dimension();
     };
     auto plot = std::find_if(plots.begin(), plots.end(), fits);
-    if (plot == plots.end()) plot = plots.insert(plots.end(), Plot{curve.figure, {}, false, {}, {}});
+    if (plot == plots.end()) plot = plots.insert(plots.end(), Plot{curve.figure, {}, false, false, {}, {}});
     plot->curves.push_back(&curve);
     plot->logarithmic = plot->logarithmic || curve.logarithmic;
+    plot->logarithmic_x = plot->logarithmic_x || curve.logarithmic || curve.logarithmic_x;
   }
   return plots;
 }
@@ -83,7 +84,7 @@ Json trace(const Curve& original, Plot& plot) {
   Curve curve = original;
   const auto dropped = plot.logarithmic ? keep_positive(curve) : 0;
   if (dropped > 0) add(plot.not_positive, curve, fmt::format("{} values", dropped));
-  const auto indices = points_to_draw(curve.x.values, curve.y.values, curve.lower, curve.upper, plot.logarithmic);
+  const auto indices = points_to_draw(curve.x.values, curve.y.values, curve.lower, curve.upper, plot.logarithmic_x);
   const auto count = curve.x.values.size();
   if (indices.size() < count) add(plot.shortened, curve, fmt::format("{} of {} points", indices.size(), count));
   Json result{{"name", escaped(curve.name)},
@@ -105,14 +106,18 @@ Json drawing(Plot& plot, std::size_t number) {
           {"x", name_and_unit(plot.x().name, plot.x().unit)},
           {"y", name_and_unit(plot.y().name, plot.y().unit)},
           {"logarithmic", plot.logarithmic},
+          {"logarithmic_x", plot.logarithmic_x},
           {"colours", palette()},
           {"traces", std::move(traces)}};
 }
 
 /// The figure in words, for readers who do not see it.
 std::string description(const Plot& plot) {
-  std::string text = fmt::format("Plot of {} over {}{}:", name_and_unit(plot.y().name, Unit{}),
-                                 name_and_unit(plot.x().name, Unit{}), plot.logarithmic ? ", logarithmic axes" : "");
+  std::string text =
+      fmt::format("Plot of {} over {}{}:", name_and_unit(plot.y().name, Unit{}), name_and_unit(plot.x().name, Unit{}),
+                  plot.logarithmic     ? ", logarithmic axes"
+                  : plot.logarithmic_x ? ", logarithmic x axis"
+                                       : "");
   for (const auto* curve : plot.curves) text += (curve == plot.curves.front() ? " " : ", ") + escaped(curve->name);
   return text;
 }

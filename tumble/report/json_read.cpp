@@ -132,6 +132,7 @@ Curve curve_of(const Node& node) {
   expect_size(node["y"].optional("values"), curve.y.values.size(), curve.x.values.size(), "one for each x");
   curve.logarithmic = node.optional("logarithmic").flag();
   curve.points = node.optional("points").flag();
+  curve.logarithmic_x = node.optional("logarithmic_x").flag();
   const auto band = node.optional("band");
   if (band.absent()) return curve;
   curve.band = band["name"].text();

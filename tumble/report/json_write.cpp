@@ -148,9 +148,11 @@ Json curve_json(const Curve& curve) {
             {"lower", values_in(curve.lower, curve.y.unit)},
             {"upper", values_in(curve.upper, curve.y.unit)}};
   }
-  return {{"name", curve.name},      {"figure", curve.figure},  {"x", axis_json(curve.x)},
-          {"y", axis_json(curve.y)}, {"band", std::move(band)}, {"logarithmic", curve.logarithmic},
-          {"points", curve.points}};
+  Json json{{"name", curve.name},      {"figure", curve.figure},  {"x", axis_json(curve.x)},
+            {"y", axis_json(curve.y)}, {"band", std::move(band)}, {"logarithmic", curve.logarithmic},
+            {"points", curve.points}};
+  if (curve.logarithmic_x) json["logarithmic_x"] = true;
+  return json;
 }
 
 template <class Item, class ToJson>

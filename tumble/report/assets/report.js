@@ -77,7 +77,7 @@
       font: { family: "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', Arial, sans-serif", size: 13, color: "#1b2733" },
       margin: { l: 70, r: 15, t: 15, b: 50 }, paper_bgcolor: "#fff", plot_bgcolor: "#fff", hovermode: "closest",
       showlegend: true, legend: { orientation: "h", x: 0, y: 1.02, xanchor: "left", yanchor: "bottom" },
-      xaxis: axis(drawing.x, drawing.logarithmic), yaxis: axis(drawing.y, drawing.logarithmic), autosize: true
+      xaxis: axis(drawing.x, drawing.logarithmic_x), yaxis: axis(drawing.y, drawing.logarithmic), autosize: true
     };
   }
 

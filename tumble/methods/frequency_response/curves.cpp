@@ -1,0 +1,125 @@
+#include "tumble/methods/frequency_response/curves.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "tumble/math/least_squares.hpp"
+#include "tumble/methods/frequency_response/describe.hpp"
+
+namespace tumble::response {
+namespace {
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+struct Deviation {
+  double sd = 0.0, half_width = 0.0;  ///< of 95 %
+};
+
+/// Of a parameter; zeros where there is none of that name (the gain that the others are relative to).
+Deviation deviation_of(const Estimate& estimate, const std::string& name) {
+  const Parameter* parameter = find_parameter(estimate, name);
+  if (parameter == nullptr) return {};
+  const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
+  return {sd, sd * student_quantile(0.975, parameter->degrees_of_freedom)};
+}
+
+double base(const Measured& m, const Data& data) { return data.scaling.relative ? m.log_gain.front() : 0.0; }
+
+std::complex<double> fitted(const LoopFit& fit, double f) {
+  const std::complex<double> i(0.0, 1.0);
+  std::complex<double> d = 1.0;
+  if (fit.kind == LoopKind::first_order) d += i * f / std::exp(fit.theta[2]);
+  if (fit.kind == LoopKind::second_order) {
+    const double r = f / std::exp(fit.theta[2]);
+    d += -r * r + 2.0 * i * fit.theta[3] * r;
+  }
+  return fit.theta[0] - i * two_pi * f * fit.theta[1] - std::log(d);
+}
+
+Curve curve_of(const char* name, const char* figure, const char* y, const char* unit) {
+  Curve curve;
+  curve.name = name;
+  curve.figure = figure;
+  curve.x = {"frequency", Unit::parse("Hz"), {}};
+  curve.y = {y, Unit::parse(unit), {}};
+  curve.logarithmic_x = true;
+  return curve;
+}
+
+double decibels(double log_gain) { return 20.0 / std::log(10.0) * log_gain; }
+
+}  // namespace
+
+Table bode_table(const std::vector<Point>& points, const Measured& m, const Data& data, const Estimate& estimate) {
+  const Unit one, hertz = Unit::parse("Hz"), degree = Unit::parse("deg");
+  Table table{"bode",
+              data.scaling.relative ? "gain relative to the lowest frequency, and phase" : "gain and phase",
+              {{"frequency", hertz},
+               {"gain", one},
+               {"gain_sd", one},
+               {"gain_dB", one},
+               {"phase", degree},
+               {"phase_sd", degree},
+               {"coherence", one},
+               {"cycles", one},
+               {"reference_amplitude", data.scaling.differentiate ? degree : data.reference_unit},
+               {"distortion", Unit::parse("%")},
+               {"aliased_to", hertz},
+               {"segment", one}},
+              {}};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& p = points[i];
+    const double log_gain = m.log_gain[i] - base(m, data);
+    const auto cell = [](double value, bool known) -> Table::Cell {
+      return known ? Table::Cell(value) : Table::Cell(std::string("-"));
+    };
+    table.rows.push_back({p.frequency, std::exp(log_gain), deviation_of(estimate, "gain_" + label_of(p.nominal)).sd,
+                          decibels(log_gain), m.phase[i], deviation_of(estimate, "phase_" + label_of(p.nominal)).sd,
+                          p.coherence, cell(p.cycles, p.cycles > 0.0), p.amplitude,
+                          cell(p.distortion, std::isfinite(p.distortion)), cell(p.aliased_to, p.aliased_to > 0.0),
+                          p.where});
+  }
+  return table;
+}
+
+std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured& m, const Data& data,
+                               const Estimate& estimate, const LoopFit* fit) {
+  Curve gain = curve_of("gain", "gain", "gain in dB", "1"), phase = curve_of("phase", "phase", "phase", "deg");
+  gain.points = phase.points = true;
+  gain.band = phase.band = "95 % confidence";
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double level = decibels(m.log_gain[i] - base(m, data));
+    const double ratio = std::exp(m.log_gain[i] - base(m, data));
+    const double half = decibels(deviation_of(estimate, "gain_" + label_of(points[i].nominal)).half_width / ratio);
+    const double turn = deviation_of(estimate, "phase_" + label_of(points[i].nominal)).half_width;
+    gain.x.values.push_back(m.frequency[i]);
+    gain.y.values.push_back(level);
+    gain.lower.push_back(level - half);
+    gain.upper.push_back(level + half);
+    phase.x.values.push_back(m.frequency[i]);
+    phase.y.values.push_back(m.phase[i]);
+    phase.lower.push_back(m.phase[i] - turn);
+    phase.upper.push_back(m.phase[i] + turn);
+  }
+  std::vector<Curve> curves{gain, phase};
+  if (fit == nullptr || points.size() < 2) return curves;
+  const std::string label = std::string(name(fit->kind)) + (fit->kind == LoopKind::delay ? "" : " with delay");
+  Curve model_gain = curve_of(label.c_str(), "gain", "gain in dB", "1");
+  Curve model_phase = curve_of(label.c_str(), "phase", "phase", "deg");
+  const double step = std::log(m.frequency.back() / m.frequency.front()) / 100.0;
+  for (int k = 0; k <= 100; ++k) {
+    const double f = m.frequency.front() * std::exp(k * step);
+    const auto value = fitted(*fit, f);
+    for (Curve* curve : {&model_gain, &model_phase}) curve->x.values.push_back(f);
+    model_gain.y.values.push_back(decibels(value.real() - base(m, data)));
+    model_phase.y.values.push_back(value.imag());
+  }
+  curves.push_back(std::move(model_gain));
+  curves.push_back(std::move(model_phase));
+  return curves;
+}
+
+}  // namespace tumble::response

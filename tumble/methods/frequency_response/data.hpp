@@ -1,0 +1,61 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/core/finding.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::response {
+
+/// How the numbers of the two channels become quantities of one kind, and what the taking of a sample did to them.
+struct Scaling {
+  double output = 1.0;            ///< output [SI of the reference, or its derivative] for one SI unit of the channel
+  double output_window = 0.0;     ///< [s] over which a sample of the output is the mean, from its stamp on
+  double reference_window = 0.0;  ///< [s]
+  bool differentiate = false;     ///< the reference is an angle, the output a rate
+  bool relative = false;          ///< of unlike kinds: gains are relative to the lowest frequency
+  double clock_offset = 0.0;      ///< [s] that stamps of the output are late by
+};
+
+/// Part of a recording in which the excitation may be one tone or one sweep.
+struct Stretch {
+  std::string label;
+  const Channel* output = nullptr;
+  const Channel* reference = nullptr;
+  double begin = 0.0, end = 0.0;  ///< [s]
+  std::optional<Motion> motion;   ///< sine or sweep that the plan commands there
+};
+
+struct Data {
+  std::vector<Stretch> stretches;
+  Scaling scaling;
+  std::string output_name;
+  Unit output_unit, reference_unit;
+  bool from_rig = false;     ///< no reference was recorded: it is what the plan's rig was told to do
+  std::deque<Channel> made;  ///< references from the rig
+  Findings findings;
+};
+
+/// Channels, parts and scaling. `errors` shifts the plan's rig where the reference comes from it: index of the error
+/// and segments it acts in (empty: all); null: nominal.
+struct RigShift {
+  std::size_t error = 0;
+};
+Data data_of(const Evidence& evidence, const RigShift* shift);
+
+/// Errors of the plan's rig with an sd above zero that the reference would come from; empty without a rig.
+std::vector<std::pair<std::size_t, RigError>> rig_errors(const Evidence& evidence);
+
+/// Samples of a channel in [begin, end), stamps moved by `shift` [s].
+struct Samples {
+  std::vector<double> time, value;
+  double rate = 0.0;
+  std::size_t missing = 0;
+};
+Samples samples_of(const Channel& channel, double begin, double end, double shift);
+
+}  // namespace tumble::response

@@ -1,0 +1,304 @@
+#include "tumble/methods/frequency_response/describe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/math/least_squares.hpp"
+#include "tumble/methods/frequency_response/curves.hpp"
+
+namespace tumble::response {
+namespace {
+
+using Severity = Finding::Severity;
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+/// Parameters with their gradients over (ln gain, phase).
+struct Builder {
+  Estimate estimate;
+  std::vector<std::vector<double>> gradients;
+  std::vector<double> interpolation_variance;
+
+  void add(const std::string& name, const std::string& symbol, const char* unit, double value,
+           std::vector<double> gradient, const std::string& description, double interpolation = 0.0) {
+    estimate.parameters.push_back({name, symbol, Unit::parse(unit), value, description});
+    gradients.push_back(std::move(gradient));
+    interpolation_variance.push_back(interpolation * interpolation);
+  }
+};
+
+std::vector<double> through(const std::vector<double>& over_theta, const Matrix& gain) {
+  std::vector<double> gradient(gain.columns, 0.0);
+  for (std::size_t j = 0; j < over_theta.size(); ++j)
+    for (std::size_t i = 0; i < gain.columns; ++i) gradient[i] += over_theta[j] * gain(j, i);
+  return gradient;
+}
+
+/// sd of a function of the fit under the noise it was weighted with.
+double noise_sd(const std::vector<double>& gradient, const Measured& m) {
+  double variance = 0.0;
+  const std::size_t n = m.frequency.size();
+  for (std::size_t i = 0; i < 2 * n; ++i)
+    variance += gradient[i] * gradient[i] * (i < n ? m.log_gain_variance[i] : m.phase_variance[i - n]);
+  return std::sqrt(variance);
+}
+
+void add_second_order(const LoopFit& fit, const Measured& m, Builder& builder) {
+  const double natural = std::exp(fit.theta[2]), zeta = fit.theta[3];
+  const auto by_natural = through({0.0, 0.0, natural, 0.0}, fit.gain);
+  const auto by_zeta = through({0.0, 0.0, 0.0, 1.0}, fit.gain);
+  const double sd = noise_sd(by_natural, m), zeta_sd = noise_sd(by_zeta, m);
+  if (sd > 0.25 * natural || zeta_sd > 0.5 * zeta) {
+    builder.estimate.findings.push_back(
+        {Severity::info,
+         fmt::format("a second-order response fits, but the frequencies do not reach far enough for its natural "
+                     "frequency (about {:.3g} Hz)",
+                     natural),
+         ""});
+    return;
+  }
+  builder.add("natural_frequency", "f_n", "Hz", natural, by_natural, "undamped natural frequency of the second order");
+  builder.add("damping_ratio", "zeta", "1", zeta, by_zeta, "its damping ratio");
+  if (zeta + 2.0 * zeta_sd > std::sqrt(0.5)) return;
+  const Derived peak = peaking_of(fit), where = resonance_frequency_of(fit);
+  if (where.value > m.frequency.back()) return;
+  builder.add("peaking", "M_p", "1", peak.value, through(peak.gradient, fit.gain),
+              "highest gain over the gain at rest");
+  builder.add("resonance_frequency", "f_p", "Hz", where.value, through(where.gradient, fit.gain), "where it is");
+}
+
+void add_crossing(const Measured& m, Builder& builder) {
+  const Crossing crossing = crossing_of(m.frequency, m.log_gain);
+  if (!crossing.found) {
+    builder.estimate.findings.push_back(
+        {Severity::warning,
+         fmt::format("no bandwidth: the gain does not fall by 3 dB up to {:.4g} Hz; go higher", m.frequency.back()),
+         ""});
+    return;
+  }
+  std::vector<double> gradient(2 * m.frequency.size(), 0.0);
+  const double h = 1e-6;
+  for (std::size_t i = 0; i < m.frequency.size(); ++i) {
+    auto up = m.log_gain, down = m.log_gain;
+    up[i] += h;
+    down[i] -= h;
+    const Crossing a = crossing_of(m.frequency, up), b = crossing_of(m.frequency, down);
+    if (a.found && b.found) gradient[i] = (a.frequency - b.frequency) / (2.0 * h);
+  }
+  builder.add("bandwidth", "f_3dB", "Hz", crossing.frequency, std::move(gradient),
+              "where the gain is 3 dB below that at the lowest frequency, between the points beside it",
+              crossing.interpolation_sd);
+}
+
+void add_loop(const LoopFit* fit, const Measured& m, Builder& builder) {
+  if (fit == nullptr) {
+    add_crossing(m, builder);
+    if (m.frequency.size() > 2)
+      builder.estimate.findings.push_back({Severity::info,
+                                           "neither a delay nor a first or second order with delay fits within the "
+                                           "uncertainties: no natural frequency, bandwidth between the points",
+                                           ""});
+    return;
+  }
+  if (fit->kind == LoopKind::delay) {
+    builder.estimate.findings.push_back(
+        {Severity::warning,
+         fmt::format("no bandwidth: up to {:.4g} Hz the response is a constant gain and a delay; go higher",
+                     m.frequency.back()),
+         ""});
+  } else {
+    const Derived bandwidth = bandwidth_of(*fit);
+    if (bandwidth.value <= m.frequency.back()) {
+      builder.add("bandwidth", "f_3dB", "Hz", bandwidth.value, through(bandwidth.gradient, fit->gain),
+                  fmt::format("where the gain is 3 dB below that at rest; {} with delay", name(fit->kind)));
+    } else {
+      builder.estimate.findings.push_back(
+          {Severity::warning,
+           fmt::format("no bandwidth: the gain does not fall by 3 dB up to {:.4g} Hz (the {} that fits would at about "
+                       "{:.3g} Hz); go higher",
+                       m.frequency.back(), name(fit->kind), bandwidth.value),
+           ""});
+    }
+  }
+  if (fit->kind == LoopKind::second_order) add_second_order(*fit, m, builder);
+  builder.add("delay", "tau", "ms", fit->theta[1], through({0.0, 1.0}, fit->gain),
+              fmt::format("delay besides the {}",
+                          fit->kind == LoopKind::delay ? "constant gain" : std::string(name(fit->kind))));
+}
+
+void add_points(const std::vector<Point>& points, const Measured& m, bool relative, Builder& builder) {
+  const std::size_t n = points.size();
+  for (std::size_t i = relative ? 1 : 0; i < n; ++i) {
+    std::vector<double> gradient(2 * n, 0.0);
+    const double gain = std::exp(m.log_gain[i] - (relative ? m.log_gain[0] : 0.0));
+    gradient[i] = gain;
+    if (relative) gradient[0] = -gain;
+    builder.add("gain_" + label_of(points[i].nominal), "|H|", "1", gain, std::move(gradient),
+                relative ? "gain over that at the lowest frequency" : "amplitude of the output over the reference's");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    std::vector<double> gradient(2 * n, 0.0);
+    gradient[n + i] = 1.0;
+    builder.add("phase_" + label_of(points[i].nominal), "arg H", "deg", m.phase[i], std::move(gradient),
+                "output ahead of the reference");
+  }
+}
+
+/// Covariance, budget and degrees of freedom from the gradients.
+void propagate(const std::vector<Source>& sources, Builder& builder) {
+  Estimate& estimate = builder.estimate;
+  const std::size_t p = estimate.parameters.size();
+  estimate.covariance = Matrix(p, p);
+  std::vector<double> fourth(p, 0.0);
+  for (const Source& source : sources) {
+    Matrix moved(p, source.shifts.columns);
+    for (std::size_t i = 0; i < p; ++i)
+      for (std::size_t c = 0; c < source.shifts.columns; ++c)
+        for (std::size_t r = 0; r < source.shifts.rows; ++r)
+          moved(i, c) += builder.gradients[i][r] * source.shifts(r, c);
+    Contribution line{source.name, std::vector<double>(p, 0.0)};
+    for (std::size_t c = 0; c < moved.columns; ++c)
+      for (std::size_t i = 0; i < p; ++i) {
+        for (std::size_t j = 0; j < p; ++j) estimate.covariance(i, j) += moved(i, c) * moved(j, c);
+        const double v = moved(i, c) * moved(i, c);
+        line.variance[i] += v;
+        if (!source.degrees_of_freedom.empty()) fourth[i] += v * v / source.degrees_of_freedom[c];
+      }
+    estimate.budget.push_back(std::move(line));
+  }
+  if (std::ranges::any_of(builder.interpolation_variance, [](double v) { return v > 0.0; })) {
+    for (std::size_t i = 0; i < p; ++i) estimate.covariance(i, i) += builder.interpolation_variance[i];
+    estimate.budget.push_back({"interpolation between frequencies", builder.interpolation_variance});
+  }
+  for (std::size_t i = 0; i < p; ++i) {
+    const double v = estimate.covariance(i, i);
+    if (fourth[i] > 0.0) estimate.parameters[i].degrees_of_freedom = v * v / fourth[i];
+  }
+}
+
+Table models_table(const std::vector<LoopFit>& fits, const LoopFit* chosen) {
+  Table table{"models",
+              "responses that were fitted to gains and phases together",
+              {{"model", Unit()}, {"chi-square", Unit()}, {"dof", Unit()}, {"AICc", Unit()}, {"chosen", Unit()}},
+              {}};
+  for (const LoopFit& fit : fits)
+    table.rows.push_back({std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay"),
+                          fit.chi_square, fit.degrees_of_freedom, fit.aicc,
+                          std::string(&fit == chosen   ? "yes"
+                                      : !fit.converged ? "no: did not converge"
+                                      : !fit.accepted  ? "no: does not fit"
+                                                       : "no")});
+  return table;
+}
+
+Point mean_of(const std::vector<Point>& repeats, Findings& findings) {
+  Point mean = repeats.front();
+  if (repeats.size() == 1) return mean;
+  double weights = 0.0, log_gain = 0.0, phase = 0.0;
+  for (const Point& p : repeats) {
+    const double w = 1.0 / (p.output_gain_variance + p.reference_gain_variance + 1e-30);
+    weights += w;
+    log_gain += w * std::log(std::abs(p.response));
+    phase += w * std::arg(p.response / repeats.front().response);
+  }
+  mean.response = std::polar(std::exp(log_gain / weights), std::arg(repeats.front().response) + phase / weights);
+  double chi = 0.0, output = 0.0, reference = 0.0;
+  for (const Point& p : repeats) {
+    const double w = 1.0 / (p.output_gain_variance + p.reference_gain_variance + 1e-30);
+    chi += w * std::norm(std::log(p.response / mean.response));
+    output += w * w * p.output_gain_variance;
+    reference += w * w * p.reference_gain_variance;
+  }
+  const double dof = 2.0 * static_cast<double>(repeats.size() - 1), wider = std::max(1.0, chi / dof);
+  if (chi > chi_square_quantile(0.999, dof)) {
+    findings.push_back({Severity::warning,
+                        fmt::format("{} measurements at {:.6g} Hz differ by more than their noise: the uncertainty is "
+                                    "that of their scatter",
+                                    repeats.size(), mean.nominal),
+                        ""});
+    mean.output_dof = dof;
+  }
+  mean.output_gain_variance = mean.output_phase_variance = wider * output / (weights * weights);
+  mean.reference_gain_variance = mean.reference_phase_variance = wider * reference / (weights * weights);
+  return mean;
+}
+
+}  // namespace
+
+std::string label_of(double frequency) {
+  std::string text = fmt::format("{:.6f}", frequency);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  std::replace(text.begin(), text.end(), '.', '_');
+  return text + "Hz";
+}
+
+std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
+  // Tones that three digits do not tell apart get more.
+  for (std::size_t i = 0; i + 1 < points.size(); ++i)
+    if (points[i].nominal == points[i + 1].nominal && points[i + 1].frequency > 1.001 * points[i].frequency)
+      for (Point* p : {&points[i], &points[i + 1]}) p->nominal = std::stod(fmt::format("{:.4e}", p->frequency));
+  std::vector<Point> found;
+  for (std::size_t i = 0; i < points.size();) {
+    std::size_t end = i + 1;
+    while (end < points.size() && points[end].nominal == points[i].nominal) ++end;
+    found.push_back(
+        mean_of({points.begin() + static_cast<std::ptrdiff_t>(i), points.begin() + static_cast<std::ptrdiff_t>(end)},
+                findings));
+    i = end;
+  }
+  return found;
+}
+
+Measured measured_of(const std::vector<Point>& points) {
+  Measured m;
+  for (const Point& p : points) {
+    // The phase goes on as it went between the two points before: a delay turns it without end.
+    double expected = 0.0;
+    const std::size_t n = m.frequency.size();
+    if (n == 1) expected = m.phase[0] * (m.phase[0] < 0.0 ? p.frequency / m.frequency[0] : 1.0);
+    if (n > 1)
+      expected = m.phase[n - 1] + (m.phase[n - 1] - m.phase[n - 2]) * (p.frequency - m.frequency[n - 1]) /
+                                      (m.frequency[n - 1] - m.frequency[n - 2]);
+    const double phase = std::arg(p.response);
+    m.frequency.push_back(p.frequency);
+    m.log_gain.push_back(std::log(std::abs(p.response)));
+    m.phase.push_back(phase + two_pi * std::round((expected - phase) / two_pi));
+    // A variance estimated with nu degrees of freedom: that of Student's t is nu/(nu - 2) of it.
+    const auto with_few = [](double variance, double nu) { return variance * (nu > 2.5 ? nu / (nu - 2.0) : 5.0); };
+    m.log_gain_variance.push_back(with_few(p.output_gain_variance, p.output_dof) +
+                                  with_few(p.reference_gain_variance, p.reference_dof));
+    m.phase_variance.push_back(with_few(p.output_phase_variance, p.output_dof) +
+                               with_few(p.reference_phase_variance, p.reference_dof));
+  }
+  return m;
+}
+
+Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources) {
+  Builder builder;
+  const Measured m = measured_of(points);
+  std::vector<LoopFit> fits;
+  for (const LoopKind kind : {LoopKind::delay, LoopKind::first_order, LoopKind::second_order})
+    if (const LoopFit fit = fit_loop(m, kind); !fit.theta.empty()) fits.push_back(fit);
+  const LoopFit* chosen = nullptr;
+  for (const LoopFit& fit : fits)
+    if (fit.accepted && (chosen == nullptr || fit.aicc < chosen->aicc)) chosen = &fit;
+  add_loop(chosen, m, builder);
+  add_points(points, m, data.scaling.relative, builder);
+  propagate(sources, builder);
+  Estimate& estimate = builder.estimate;
+  estimate.fit.observations = 2 * points.size();
+  estimate.fit.condition = 1.0;
+  if (chosen != nullptr) {
+    estimate.fit.degrees_of_freedom = chosen->degrees_of_freedom;
+    estimate.fit.chi_square = chosen->chi_square;
+  }
+  estimate.tables.push_back(bode_table(points, m, data, estimate));
+  if (!fits.empty()) estimate.tables.push_back(models_table(fits, chosen));
+  estimate.curves = bode_curves(points, m, data, estimate, chosen);
+  return std::move(builder.estimate);
+}
+
+}  // namespace tumble::response

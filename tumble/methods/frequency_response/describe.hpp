@@ -1,0 +1,27 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/frequency_response/loop.hpp"
+#include "tumble/methods/frequency_response/point.hpp"
+
+namespace tumble::response {
+
+/// Shifts of (ln gain 1..n, phase 1..n) by one standard deviation of a source: each column one independent error.
+struct Source {
+  std::string name;
+  Matrix shifts;                           ///< 2n x m
+  std::vector<double> degrees_of_freedom;  ///< m; empty: infinite
+};
+
+/// Points at one nominal frequency made one, ascending; repeats that differ by more than their noise widen it.
+std::vector<Point> combined(std::vector<Point> points, Findings& findings);
+
+Measured measured_of(const std::vector<Point>& points);
+
+/// Everything but the findings of the points themselves.
+Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources);
+
+/// "gain_12_5Hz" and the like: a point stands for a low line where it would be in the number.
+std::string label_of(double frequency);
+
+}  // namespace tumble::response

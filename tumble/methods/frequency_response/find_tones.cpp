@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/sine_fit.hpp"
+#include "tumble/methods/frequency_response/point.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::response {
+namespace {
+
+constexpr std::size_t blocks = 100;
+
+/// The strongest frequency of the reference in each block; 0 where it does not move.
+struct Blocks {
+  std::vector<double> frequency;
+  double length = 0.0, begin = 0.0;
+};
+
+Blocks blocks_of(const Samples& reference) {
+  Blocks b;
+  const std::size_t size = reference.value.size() / blocks;
+  b.begin = reference.time.front();
+  b.length = static_cast<double>(size) / reference.rate;
+  if (size < 16) return b;
+  std::vector<double> swing;
+  for (std::size_t k = 0; k < blocks; ++k) {
+    const std::span<const double> part(reference.value.data() + k * size, size);
+    double low = INFINITY, high = -INFINITY, frequency = 0.0;
+    for (const double v : part)
+      if (!std::isnan(v)) low = std::min(low, v), high = std::max(high, v);
+    try {
+      frequency = strongest_frequency(part, reference.rate);
+    } catch (const Error&) {
+    }
+    swing.push_back(high > low ? high - low : 0.0);
+    b.frequency.push_back(frequency);
+  }
+  const double greatest = *std::max_element(swing.begin(), swing.end());
+  for (std::size_t k = 0; k < blocks; ++k)
+    if (swing[k] < 0.05 * greatest) b.frequency[k] = 0.0;  // a pause
+  return b;
+}
+
+/// Runs of three blocks or more at one frequency, first and last block left off where the frequency changes.
+std::vector<std::pair<double, double>> steady_parts(const Blocks& b, std::size_t& covered) {
+  std::vector<std::pair<double, double>> found;
+  covered = 0;
+  for (std::size_t first = 0, k = 1; k <= b.frequency.size(); ++k) {
+    const bool same = k < b.frequency.size() && b.frequency[k] > 0.0 &&
+                      std::abs(b.frequency[k] - b.frequency[first]) < std::max(0.3 / b.length, 2e-3 * b.frequency[k]);
+    if (same) continue;
+    if (k - first >= 3 && b.frequency[first] > 0.0) {
+      covered += k - first;
+      const double from = static_cast<double>(first + (first > 0 ? 1 : 0)) * b.length;
+      const double to = static_cast<double>(k - (k < b.frequency.size() ? 1 : 0)) * b.length;
+      found.emplace_back(b.begin + from, b.begin + to);
+    }
+    first = k;
+  }
+  return found;
+}
+
+bool is_sweep(const Blocks& b) {
+  std::size_t up = 0, down = 0;
+  for (std::size_t k = 1; k < b.frequency.size(); ++k) {
+    up += b.frequency[k] > b.frequency[k - 1];
+    down += b.frequency[k] < b.frequency[k - 1];
+  }
+  return std::max(up, down) > 7 * b.frequency.size() / 10;
+}
+
+bool is_tone(const Samples& reference) {
+  try {
+    const double f = strongest_frequency(reference.value, reference.rate);
+    const SineFit fit = fit_sine(reference.time, reference.value, f, {.fit_frequency = true, .rate = reference.rate});
+    return fit.residual_rms < 0.35 * std::abs(fit.line[0]);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// A part of which the plan says nothing: one tone, several after one another, or a sweep.
+void explore(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
+  const Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, 0.5 * scaling.reference_window);
+  if (reference.time.size() < 32 || is_tone(reference)) {
+    add_tone(stretch, stretch.begin, stretch.end, scaling, settings, points);
+    return;
+  }
+  const Blocks b = blocks_of(reference);
+  std::size_t covered = 0;
+  const auto parts = steady_parts(b, covered);
+  if (covered > b.frequency.size() / 2) {
+    for (const auto& [begin, end] : parts) add_tone(stretch, begin, end, scaling, settings, points);
+  } else if (is_sweep(b)) {
+    add_sweep(stretch, scaling, settings, points);
+  } else {
+    points.findings.push_back({Finding::Severity::error,
+                               "left out: the reference is neither one tone, nor tones after one another, nor a sweep; "
+                               "say in the plan's [[schedule]] what it does, or mark the segments",
+                               stretch.label});
+  }
+}
+
+}  // namespace
+
+Points points_of(const Data& data, const Settings& settings, const Progress& progress) {
+  Points points;
+  double done = 0.0;
+  for (const Stretch& stretch : data.stretches) {
+    report(progress, done++ / static_cast<double>(data.stretches.size()), "tones");
+    if (!stretch.motion) {
+      explore(stretch, data.scaling, settings, points);
+    } else if (stretch.motion->kind == Motion::Kind::sweep) {
+      add_sweep(stretch, data.scaling, settings, points);
+    } else {
+      add_tone(stretch, stretch.begin, stretch.end, data.scaling, settings, points);
+    }
+  }
+  std::stable_sort(points.found.begin(), points.found.end(),
+                   [](const Point& a, const Point& b) { return a.frequency < b.frequency; });
+  return points;
+}
+
+}  // namespace tumble::response

@@ -1,0 +1,209 @@
+#include "tumble/methods/frequency_response/loop.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+
+#include "tumble/math/least_squares.hpp"
+
+namespace tumble::response {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double two_pi = 2.0 * std::numbers::pi;
+/// A response without noise keeps finite weights: rounding of ln H.
+constexpr double least_variance = 1e-22;
+
+std::size_t parameters(LoopKind kind) { return 2 + static_cast<std::size_t>(kind); }
+
+/// ln H and its derivatives by theta.
+Complex log_response(LoopKind kind, const Eigen::VectorXd& theta, double f, Complex* derivative) {
+  const Complex i(0.0, 1.0);
+  Complex value = theta[0] - i * two_pi * f * theta[1];
+  derivative[0] = 1.0;
+  derivative[1] = -i * two_pi * f;
+  if (kind == LoopKind::delay) return value;
+  const double r = f / std::exp(theta[2]);
+  if (kind == LoopKind::first_order) {
+    const Complex d = 1.0 + i * r;
+    derivative[2] = i * r / d;
+    return value - std::log(d);
+  }
+  const Complex d = 1.0 - r * r + 2.0 * i * theta[3] * r;
+  derivative[2] = -(2.0 * r * r - 2.0 * i * theta[3] * r) / d;
+  derivative[3] = -2.0 * i * r / d;
+  return value - std::log(d);  // zeta > 0: the argument runs from 0 to pi, no branch is crossed
+}
+
+struct Equations {
+  Eigen::MatrixXd jacobian;  // weighted
+  Eigen::VectorXd residual;  // weighted
+};
+
+Equations linearise(const Measured& m, LoopKind kind, const Eigen::VectorXd& theta) {
+  const auto n = static_cast<Eigen::Index>(m.frequency.size());
+  const Eigen::Index p = theta.size();
+  Equations e{Eigen::MatrixXd(2 * n, p), Eigen::VectorXd(2 * n)};
+  Complex derivative[4];
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const Complex value = log_response(kind, theta, m.frequency[at], derivative);
+    const double gain_weight = 1.0 / std::sqrt(std::max(m.log_gain_variance[at], least_variance));
+    const double phase_weight = 1.0 / std::sqrt(std::max(m.phase_variance[at], least_variance));
+    e.residual[k] = gain_weight * (m.log_gain[at] - value.real());
+    e.residual[n + k] = phase_weight * (m.phase[at] - value.imag());
+    for (Eigen::Index j = 0; j < p; ++j) {
+      e.jacobian(k, j) = gain_weight * derivative[j].real();
+      e.jacobian(n + k, j) = phase_weight * derivative[j].imag();
+    }
+  }
+  return e;
+}
+
+double cost(const Measured& m, LoopKind kind, const Eigen::VectorXd& theta) {
+  if (kind == LoopKind::second_order && !(theta[3] > 1e-4 && theta[3] < 50.0))
+    return std::numeric_limits<double>::infinity();
+  return linearise(m, kind, theta).residual.squaredNorm();
+}
+
+/// K and tau enter linearly: the best for given poles.
+void fill_linear(const Measured& m, LoopKind kind, Eigen::VectorXd& theta) {
+  theta.head(2).setZero();
+  const Equations e = linearise(m, kind, theta);
+  theta.head(2) = e.jacobian.leftCols(2).colPivHouseholderQr().solve(e.residual);
+}
+
+Eigen::VectorXd best_start(const Measured& m, LoopKind kind) {
+  const auto p = static_cast<Eigen::Index>(parameters(kind));
+  Eigen::VectorXd best = Eigen::VectorXd::Zero(p);
+  if (kind == LoopKind::delay) return best;
+  double least = std::numeric_limits<double>::infinity();
+  const double low = 0.3 * m.frequency.front(), high = 10.0 * m.frequency.back();
+  for (double f = low; f <= high; f *= 1.25) {
+    for (const double zeta : {0.05, 0.15, 0.3, 0.5, 0.7, 1.0, 2.0}) {
+      Eigen::VectorXd theta = Eigen::VectorXd::Zero(p);
+      theta[2] = std::log(f);
+      if (kind == LoopKind::second_order) theta[3] = zeta;
+      fill_linear(m, kind, theta);
+      const double now = cost(m, kind, theta);
+      if (now < least) {
+        least = now;
+        best = theta;
+      }
+      if (kind == LoopKind::first_order) break;
+    }
+  }
+  return best;
+}
+
+double value_at(const LoopFit& fit, Derived (*of)(const LoopFit&), std::size_t j, double change) {
+  LoopFit moved = fit;
+  moved.theta[j] += change;
+  return of(moved).value;
+}
+
+/// Gradient by central differences of a function that fills the value alone.
+Derived with_gradient(const LoopFit& fit, Derived (*of)(const LoopFit&)) {
+  Derived d = of(fit);
+  for (std::size_t j = 0; j < fit.theta.size(); ++j) {
+    const double h = 1e-6;
+    d.gradient.push_back(j < 2 ? 0.0 : (value_at(fit, of, j, h) - value_at(fit, of, j, -h)) / (2.0 * h));
+  }
+  return d;
+}
+
+Derived plain_bandwidth(const LoopFit& fit) {
+  const double f = std::exp(fit.theta[2]);
+  if (fit.kind == LoopKind::first_order) return {f, {}};
+  const double a = 1.0 - 2.0 * fit.theta[3] * fit.theta[3];
+  return {f * std::sqrt(a + std::sqrt(a * a + 1.0)), {}};
+}
+
+Derived plain_peaking(const LoopFit& fit) {
+  const double z = fit.theta[3];
+  return {1.0 / (2.0 * z * std::sqrt(1.0 - z * z)), {}};
+}
+
+Derived plain_resonance(const LoopFit& fit) {
+  const double z = fit.theta[3];
+  return {std::exp(fit.theta[2]) * std::sqrt(1.0 - 2.0 * z * z), {}};
+}
+
+}  // namespace
+
+const char* name(LoopKind kind) {
+  return kind == LoopKind::delay ? "delay alone" : kind == LoopKind::first_order ? "first order" : "second order";
+}
+
+LoopFit fit_loop(const Measured& m, LoopKind kind) {
+  const std::size_t n = m.frequency.size(), p = parameters(kind);
+  LoopFit fit;
+  fit.kind = kind;
+  if (2 * n < p + 2) return fit;
+  Eigen::VectorXd theta = best_start(m, kind);
+  if (kind == LoopKind::delay) fill_linear(m, kind, theta);
+  double now = cost(m, kind, theta);
+  for (int round = 0; round < 100 && !fit.converged; ++round) {
+    const Equations e = linearise(m, kind, theta);
+    const Eigen::VectorXd scale = e.jacobian.colwise().norm().cwiseMax(1e-300);
+    const Eigen::VectorXd step =
+        (e.jacobian * scale.cwiseInverse().asDiagonal()).colPivHouseholderQr().solve(e.residual).cwiseQuotient(scale);
+    double shorter = 1.0;
+    while (shorter > 1e-6 && !(cost(m, kind, theta + shorter * step) <= now)) shorter *= 0.5;
+    fit.converged = shorter <= 1e-6 || (step.cwiseProduct(scale) * shorter).norm() < 1e-7;
+    if (shorter <= 1e-6) break;
+    theta += shorter * step;
+    now = cost(m, kind, theta);
+  }
+  const Equations e = linearise(m, kind, theta);
+  fit.theta.assign(theta.data(), theta.data() + p);
+  fit.chi_square = e.residual.squaredNorm();
+  fit.degrees_of_freedom = static_cast<double>(2 * n - p);
+  const double k = static_cast<double>(p);
+  fit.aicc = fit.chi_square + 2.0 * k + 2.0 * k * (k + 1.0) / std::max(1.0, static_cast<double>(2 * n) - k - 1.0);
+  fit.accepted = fit.converged && fit.chi_square < chi_square_quantile(0.999, fit.degrees_of_freedom);
+  const Eigen::MatrixXd pseudo = e.jacobian.completeOrthogonalDecomposition().pseudoInverse();
+  fit.gain = Matrix(p, 2 * n);
+  for (std::size_t j = 0; j < p; ++j)
+    for (std::size_t i = 0; i < 2 * n; ++i) {
+      const double variance = i < n ? m.log_gain_variance[i] : m.phase_variance[i - n];
+      fit.gain(j, i) = pseudo(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) /
+                       std::sqrt(std::max(variance, least_variance));
+    }
+  return fit;
+}
+
+Derived bandwidth_of(const LoopFit& fit) { return with_gradient(fit, plain_bandwidth); }
+Derived peaking_of(const LoopFit& fit) { return with_gradient(fit, plain_peaking); }
+Derived resonance_frequency_of(const LoopFit& fit) { return with_gradient(fit, plain_resonance); }
+
+Crossing crossing_of(const std::vector<double>& frequency, const std::vector<double>& log_gain) {
+  const double level = log_gain.empty() ? 0.0 : log_gain.front() - 0.5 * std::log(2.0);
+  for (std::size_t k = 0; k + 1 < frequency.size(); ++k) {
+    if (!(log_gain[k] > level && log_gain[k + 1] <= level)) continue;
+    const double x0 = std::log(frequency[k]), x1 = std::log(frequency[k + 1]), h = x1 - x0;
+    const double y0 = log_gain[k], y1 = log_gain[k + 1];
+    const auto slope = [&](std::size_t a, std::size_t b) {
+      return (log_gain[b] - log_gain[a]) / (std::log(frequency[b]) - std::log(frequency[a]));
+    };
+    // Falling slopes, at most three times the chord's: the cubic then crosses once (Fritsch and Carlson, 1980).
+    const double chord = (y1 - y0) / h;
+    const double m0 = std::clamp(k > 0 ? slope(k - 1, k + 1) : chord, 3.0 * chord, 0.0);
+    const double m1 = std::clamp(k + 2 < frequency.size() ? slope(k, k + 2) : chord, 3.0 * chord, 0.0);
+    double low = 0.0, high = 1.0;
+    for (int step = 0; step < 60; ++step) {
+      const double s = 0.5 * (low + high), t = 1.0 - s;
+      const double y =
+          y0 * (1.0 + 2.0 * s) * t * t + h * m0 * s * t * t + y1 * s * s * (3.0 - 2.0 * s) - h * m1 * s * s * t;
+      (y > level ? low : high) = s;
+    }
+    const double cubic = std::exp(x0 + h * low), straight = std::exp(x0 + (level - y0) / chord);
+    return {true, cubic, std::abs(cubic - straight) / std::sqrt(3.0)};
+  }
+  return {};
+}
+
+}  // namespace tumble::response

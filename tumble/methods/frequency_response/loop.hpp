@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/math/matrix.hpp"
+
+namespace tumble::response {
+
+/// A response measured at some frequencies, in the form its models are linear in: ln H = ln gain + i phase.
+struct Measured {
+  std::vector<double> frequency;        ///< [Hz], ascending, n
+  std::vector<double> log_gain, phase;  ///< [1], [rad] unwrapped
+  std::vector<double> log_gain_variance, phase_variance;
+};
+
+/// ln H(f) = ln K - i 2 pi f tau - ln D(f):  D = 1 (delay), 1 + i f/f_c (first order),
+/// 1 - (f/f_n)^2 + 2 i zeta f/f_n (second order).
+enum class LoopKind { delay, first_order, second_order };
+const char* name(LoopKind kind);
+
+struct LoopFit {
+  LoopKind kind = LoopKind::delay;
+  std::vector<double> theta;  ///< ln K, tau [s], then ln f_c or ln f_n, zeta
+  Matrix gain;                ///< d theta / d (log_gain 1..n, phase 1..n)
+  double chi_square = 0.0, degrees_of_freedom = 0.0, aicc = 0.0;
+  bool converged = false;
+  bool accepted = false;  ///< chi-square below its 99.9 % quantile
+};
+
+/// Weighted least squares in ln gain and phase, by Gauss-Newton from a grid of starts. Not converged where there are
+/// fewer points than parameters or the data ask for a pole at zero or infinity.
+LoopFit fit_loop(const Measured& measured, LoopKind kind);
+
+/// The -3 dB frequency of the fit, against its own gain at rest [Hz], with gradient over theta.
+struct Derived {
+  double value = 0.0;
+  std::vector<double> gradient;
+};
+Derived bandwidth_of(const LoopFit& fit);
+Derived peaking_of(const LoopFit& fit);              ///< highest gain over gain at rest; zeta < 1/sqrt(2)
+Derived resonance_frequency_of(const LoopFit& fit);  ///< [Hz]
+
+/// First crossing of 1/sqrt(2) of the gain at the lowest frequency, by a monotone cubic in ln f through the
+/// points about it. `interpolation_sd`: difference to a straight line, over sqrt(3).
+struct Crossing {
+  bool found = false;
+  double frequency = 0.0;
+  double interpolation_sd = 0.0;
+};
+Crossing crossing_of(const std::vector<double>& frequency, const std::vector<double>& log_gain);
+
+}  // namespace tumble::response
