@@ -99,6 +99,10 @@ Source noise_source(const std::string& name, const std::vector<Point>& points, b
 void add_common(const std::vector<Point>& points, const Settings& settings, bool relative,
                 std::vector<Source>& sources) {
   const std::size_t n = points.size();
+  if (std::ranges::any_of(points, [](const Point& p) { return p.counting_variance > 0.0; })) {
+    sources.push_back({"rounding to whole pulses", Matrix(2 * n, 2 * n), {}});
+    for (std::size_t i = 0; i < 2 * n; ++i) sources.back().shifts(i, i) = std::sqrt(points[i % n].counting_variance);
+  }
   if (const double sd = settings.number("reference_gain_sd"); sd > 0.0 && !relative) {
     sources.push_back({"reference gain", Matrix(2 * n, 1), {}});
     for (std::size_t i = 0; i < n; ++i) sources.back().shifts(i, 0) = sd;

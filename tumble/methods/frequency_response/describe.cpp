@@ -269,9 +269,9 @@ Measured measured_of(const std::vector<Point>& points) {
     // A variance estimated with nu degrees of freedom: that of Student's t is nu/(nu - 2) of it.
     const auto with_few = [](double variance, double nu) { return variance * (nu > 2.5 ? nu / (nu - 2.0) : 5.0); };
     m.log_gain_variance.push_back(with_few(p.output_gain_variance, p.output_dof) +
-                                  with_few(p.reference_gain_variance, p.reference_dof));
+                                  with_few(p.reference_gain_variance, p.reference_dof) + p.counting_variance);
     m.phase_variance.push_back(with_few(p.output_phase_variance, p.output_dof) +
-                               with_few(p.reference_phase_variance, p.reference_dof));
+                               with_few(p.reference_phase_variance, p.reference_dof) + p.counting_variance);
   }
   return m;
 }

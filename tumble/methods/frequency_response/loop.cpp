@@ -15,7 +15,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double two_pi = 2.0 * std::numbers::pi;
 /// A response without noise keeps finite weights: rounding of ln H.
-constexpr double least_variance = 1e-22;
+constexpr double least_variance = 1e-18;
 
 std::size_t parameters(LoopKind kind) { return 2 + static_cast<std::size_t>(kind); }
 

@@ -17,6 +17,7 @@ struct Point {
   std::complex<double> response;  ///< corrected for windows, increments and clock
   double output_gain_variance = 0.0, output_phase_variance = 0.0, output_dof = 1.0;           ///< of ln H
   double reference_gain_variance = 0.0, reference_phase_variance = 0.0, reference_dof = 1.0;  ///< of ln H
+  double counting_variance = 0.0;  ///< of ln gain and phase: counts that repeat with the tone hide their rounding
   double coherence = 0.0;
   double amplitude = 0.0;            ///< of the reference [SI]
   double cycles = 0.0;               ///< in the samples used; 0: from a sweep

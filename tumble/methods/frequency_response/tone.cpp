@@ -140,6 +140,26 @@ double distortion_of(const SineFit& fit) {
   return std::sqrt(power / std::norm(fit.line[0]));
 }
 
+/// Samples after which a tone meets the sampling instants again, to less than one spacing of them over the record.
+double raster(double frequency, double rate, double samples) {
+  for (double p = 1.0; p < 0.25 * samples; ++p) {
+    const double turns = p * frequency / rate;
+    if (std::abs(turns - std::round(turns)) * samples < 1.0) return p;
+  }
+  return samples;
+}
+
+/// Rounding to whole pulses is that of the running total, 1/12 pulse^2, differenced: 4 sin^2(pi f/f_s) of it at f. On a
+/// raster of P instants it repeats with the tone, does not show in the residuals, and only P of it are independent:
+///   var = (2/P) (1/12) 4 sin^2(pi f/f_s)                    (3.14)
+double counting_variance(const Stretch& stretch, const SineFit& output, double rate) {
+  if (stretch.output->kind != QuantityKind::count) return 0.0;
+  const double p = raster(output.frequency, rate, static_cast<double>(output.samples));
+  if (p >= 0.25 * static_cast<double>(output.samples)) return 0.0;
+  return 2.0 / (3.0 * p) * std::pow(std::sin(std::numbers::pi * output.frequency / rate), 2) /
+         std::norm(output.line[0]);
+}
+
 Point point_of(const Stretch& stretch, const SineFit& output, const SineFit& reference, const Scaling& scaling,
                double rate) {
   Point p;
@@ -152,6 +172,7 @@ Point point_of(const Stretch& stretch, const SineFit& output, const SineFit& ref
   p.output_gain_variance = output.log_gain_variance();
   p.output_phase_variance = output.phase_variance();
   p.output_dof = output.degrees_of_freedom;
+  p.counting_variance = counting_variance(stretch, output, rate);
   p.reference_gain_variance = reference.log_gain_variance();
   p.reference_phase_variance = reference.phase_variance();
   p.reference_dof = reference.degrees_of_freedom;
