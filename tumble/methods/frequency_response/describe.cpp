@@ -20,12 +20,14 @@ struct Builder {
   Estimate estimate;
   std::vector<std::vector<double>> gradients;
   std::vector<double> interpolation_variance;
+  std::vector<double> noise_factor;
 
   void add(const std::string& name, const std::string& symbol, const char* unit, double value,
-           std::vector<double> gradient, const std::string& description, double interpolation = 0.0) {
+           std::vector<double> gradient, const std::string& description, double interpolation = -1.0) {
     estimate.parameters.push_back({name, symbol, Unit::parse(unit), value, description});
     gradients.push_back(std::move(gradient));
-    interpolation_variance.push_back(interpolation * interpolation);
+    interpolation_variance.push_back(interpolation > 0.0 ? interpolation * interpolation : 0.0);
+    noise_factor.push_back(1.0);
   }
 };
 
@@ -157,7 +159,8 @@ void propagate(const std::vector<Source>& sources, Builder& builder) {
     for (std::size_t i = 0; i < p; ++i)
       for (std::size_t c = 0; c < source.shifts.columns; ++c)
         for (std::size_t r = 0; r < source.shifts.rows; ++r)
-          moved(i, c) += builder.gradients[i][r] * source.shifts(r, c);
+          moved(i, c) += builder.gradients[i][r] * source.shifts(r, c) *
+                         (source.degrees_of_freedom.empty() ? 1.0 : builder.noise_factor[i]);
     Contribution line{source.name, std::vector<double>(p, 0.0)};
     for (std::size_t c = 0; c < moved.columns; ++c)
       for (std::size_t i = 0; i < p; ++i) {
@@ -254,6 +257,7 @@ std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
 
 Measured measured_of(const std::vector<Point>& points) {
   Measured m;
+  double inverse = 0.0;
   for (const Point& p : points) {
     // The phase goes on as it went between the two points before: a delay turns it without end.
     double expected = 0.0;
@@ -272,7 +276,10 @@ Measured measured_of(const std::vector<Point>& points) {
                                   with_few(p.reference_gain_variance, p.reference_dof) + p.counting_variance);
     m.phase_variance.push_back(with_few(p.output_phase_variance, p.output_dof) +
                                with_few(p.reference_phase_variance, p.reference_dof) + p.counting_variance);
+    const double output = p.output_gain_variance, reference = p.reference_gain_variance, all = output + reference;
+    if (all > 0.0) inverse += (output * output / p.output_dof + reference * reference / p.reference_dof) / (all * all);
   }
+  if (inverse > 0.0) m.degrees_of_freedom = static_cast<double>(points.size()) / inverse;
   return m;
 }
 
@@ -286,6 +293,10 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
   for (const LoopFit& fit : fits)
     if (fit.accepted && (chosen == nullptr || fit.aicc < chosen->aicc)) chosen = &fit;
   add_loop(chosen, m, builder);
+  // Weights that are themselves estimates, nu degrees of freedom each: the variance is 1 + 4/nu of that stated
+  // (Meier, Biometrics 9 (1953) 59).
+  if (chosen != nullptr)
+    std::ranges::fill(builder.noise_factor, std::sqrt(1.0 + 4.0 / std::max(4.0, m.degrees_of_freedom)));
   add_points(points, m, data.scaling.relative, builder);
   propagate(sources, builder);
   Estimate& estimate = builder.estimate;

@@ -164,7 +164,7 @@ LoopFit fit_loop(const Measured& m, LoopKind kind) {
   fit.degrees_of_freedom = static_cast<double>(2 * n - p);
   const double k = static_cast<double>(p);
   fit.aicc = fit.chi_square + 2.0 * k + 2.0 * k * (k + 1.0) / std::max(1.0, static_cast<double>(2 * n) - k - 1.0);
-  fit.accepted = fit.converged && fit.chi_square < chi_square_quantile(0.999, fit.degrees_of_freedom);
+  fit.accepted = fit.converged && fit.chi_square < chi_square_quantile(0.9999, fit.degrees_of_freedom);
   const Eigen::MatrixXd pseudo = e.jacobian.completeOrthogonalDecomposition().pseudoInverse();
   fit.gain = Matrix(p, 2 * n);
   for (std::size_t j = 0; j < p; ++j)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ struct Measured {
   std::vector<double> frequency;        ///< [Hz], ascending, n
   std::vector<double> log_gain, phase;  ///< [1], [rad] unwrapped
   std::vector<double> log_gain_variance, phase_variance;
+  double degrees_of_freedom = INFINITY;  ///< of these variances, harmonic mean
 };
 
 /// ln H(f) = ln K - i 2 pi f tau - ln D(f):  D = 1 (delay), 1 + i f/f_c (first order),
@@ -25,7 +27,7 @@ struct LoopFit {
   Matrix gain;                ///< d theta / d (log_gain 1..n, phase 1..n)
   double chi_square = 0.0, degrees_of_freedom = 0.0, aicc = 0.0;
   bool converged = false;
-  bool accepted = false;  ///< chi-square below its 99.9 % quantile
+  bool accepted = false;  ///< chi-square below its 99.99 % quantile
 };
 
 /// Weighted least squares in ln gain and phase, by Gauss-Newton from a grid of starts. Not converged where there are

@@ -1,0 +1,306 @@
+#include "tumble/methods/gyro_scale_factor/departures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "tumble/math/least_squares.hpp"
+#include "tumble/math/random.hpp"
+
+namespace tumble::scale {
+namespace {
+
+using linear::SegmentSummary;
+
+/// Offset and slope by least squares of segment means.
+std::pair<double, double> straight(const std::vector<const SegmentSummary*>& segments) {
+  double w = 0.0, y = 0.0, ww = 0.0, wy = 0.0;
+  const auto n = static_cast<double>(segments.size());
+  for (const auto* s : segments) w += s->felt.rate.x / n, y += s->measured / n;
+  for (const auto* s : segments) {
+    const double d = s->felt.rate.x - w;
+    ww += d * d;
+    wy += d * (s->measured - y);
+  }
+  const double slope = ww > 0.0 ? wy / ww : 0.0;
+  return {y - slope * w, slope};
+}
+
+std::vector<const SegmentSummary*> all_of(const linear::Solution& solution) {
+  std::vector<const SegmentSummary*> all;
+  for (const auto& segment : solution.segments)
+    if (!std::isnan(segment.measured)) all.push_back(&segment);
+  return all;
+}
+
+/// Segments at one rate, to a ten-thousandth of the range.
+std::vector<std::vector<const SegmentSummary*>> groups_of(std::vector<const SegmentSummary*> segments, double range) {
+  std::ranges::stable_sort(segments, {}, [](const SegmentSummary* s) { return s->felt.rate.x; });
+  std::vector<std::vector<const SegmentSummary*>> groups;
+  for (const auto* s : segments) {
+    if (groups.empty() || s->felt.rate.x - groups.back().back()->felt.rate.x > 1e-4 * range + 1e-12)
+      groups.emplace_back();
+    groups.back().push_back(s);
+  }
+  return groups;
+}
+
+double mean_of(const std::vector<const SegmentSummary*>& group) {
+  double sum = 0.0;
+  for (const auto* s : group) sum += s->measured;
+  return sum / static_cast<double>(group.size());
+}
+
+void find_scatter(const linear::Solution& solution, std::size_t parameters,
+                  const std::vector<std::vector<const SegmentSummary*>>& groups, Line& line) {
+  double squares = 0.0, dof = 0.0;
+  for (const auto& group : groups) {
+    for (const auto* s : group) squares += std::pow(s->measured - mean_of(group), 2);
+    dof += static_cast<double>(group.size()) - 1.0;
+  }
+  line.scatter_from = "repeated rates";
+  if (dof < 4.0) {
+    squares = 0.0;
+    dof = 0.0;
+    for (const auto& group : groups)
+      for (const auto* s : group) squares += std::pow(s->measured - s->predicted, 2), ++dof;
+    dof -= static_cast<double>(parameters);
+    line.scatter_from = "misfit of the model";
+  }
+  double white = 0.0;
+  for (const auto& segment : solution.segments)
+    white += segment.sd * segment.sd / static_cast<double>(solution.segments.size());
+  line.degrees_of_freedom = std::max(1.0, dof);
+  line.scatter = std::sqrt(dof >= 1.0 ? squares / dof : white);
+}
+
+/// The size `of` a set of deviations known with errors, for which `draw` makes new errors: what noise adds is taken
+/// off.
+Size size_of(const std::vector<double>& deviations, double (*of)(const std::vector<double>&), bool seen,
+             const std::function<std::vector<double>(const RandomStream&)>& draw) {
+  constexpr std::uint64_t draws = 1000;
+  Size size;
+  size.seen = seen;
+  const double plain = of(deviations);
+  double sum = 0.0, squares = 0.0;
+  for (std::uint64_t k = 0; k < draws; ++k) {
+    auto moved = draw(RandomStream(20150901).split(k));
+    for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += deviations[i];
+    const double change = of(moved) - plain;
+    sum += change / draws;
+    squares += change * change / draws;
+  }
+  size.value = std::max(0.0, plain - sum);
+  size.sd = std::sqrt(std::max(0.0, squares - sum * sum));
+  size.limit = plain + 2.0 * size.sd;
+  return size;
+}
+
+double greatest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double v : values) most = std::max(most, std::abs(v));
+  return most;
+}
+
+double rms(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v * v;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+/// Errors of the departures: of the group means, less the line through them.
+std::vector<double> drawn_departures(const std::vector<std::vector<const SegmentSummary*>>& groups, double scatter,
+                                     const RandomStream& random) {
+  std::vector<SegmentSummary> made;
+  std::vector<const SegmentSummary*> all;
+  for (const auto& group : groups)
+    for (const auto* s : group) made.push_back(*s);
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    made[i].measured = scatter * random.normal(i);
+    all.push_back(&made[i]);
+  }
+  const auto [offset, slope] = straight(all);
+  std::vector<double> errors;
+  std::size_t at = 0;
+  for (const auto& group : groups) {
+    double mean = 0.0;
+    for (std::size_t k = 0; k < group.size(); ++k, ++at)
+      mean += (made[at].measured - offset - slope * made[at].felt.rate.x) / static_cast<double>(group.size());
+    errors.push_back(mean);
+  }
+  return errors;
+}
+
+void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
+                     const std::vector<std::vector<const SegmentSummary*>>& groups, Line& line) {
+  std::set<const SegmentSummary*> from_below, from_above;
+  for (std::size_t i = 1; i < in_time.size(); ++i) {
+    if (in_time[i]->run != in_time[i - 1]->run) continue;
+    (in_time[i]->felt.rate.x > in_time[i - 1]->felt.rate.x ? from_below : from_above).insert(in_time[i]);
+  }
+  std::vector<double> differences, sds;
+  double chi = 0.0;
+  for (const auto& group : groups) {
+    double below = 0.0, above = 0.0, sum_below = 0.0, sum_above = 0.0;
+    for (const auto* s : group) {
+      if (from_below.contains(s)) ++below, sum_below += s->measured;
+      if (from_above.contains(s)) ++above, sum_above += s->measured;
+    }
+    if (below < 1.0 || above < 1.0) continue;
+    differences.push_back((sum_below / below - sum_above / above) / (line.slope * line.range));
+    sds.push_back(line.scatter * std::sqrt(1.0 / below + 1.0 / above) / std::abs(line.slope * line.range));
+    chi += std::pow(differences.back() / sds.back(), 2);
+  }
+  line.both_ways = differences.size();
+  // The scatter of repeats holds the hysteresis itself: only the misfit or more repeats than two tell it apart.
+  if (line.both_ways < 3) return;
+  const double limit = chi_square_quantile(0.99, static_cast<double>(sds.size()));
+  line.hysteresis = size_of(differences, greatest, chi > limit, [&](const RandomStream& random) {
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < sds.size(); ++i) errors.push_back(sds[i] * random.normal(i));
+    return errors;
+  });
+}
+
+/// Of pairs (input, share of the output due, its sd): where the share falls below a half.
+Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
+  Bracket bracket;
+  std::erase_if(tried, [](const auto& one) { return one.second.second > 0.2; });
+  bracket.tried = tried.size() >= 3;
+  if (!bracket.tried) return bracket;
+  bracket.smallest = tried.begin()->first;
+  double below = 0.0;
+  for (const auto& [input, share] : tried)
+    if (share.first < 0.5) below = input;
+  if (below == 0.0) return bracket;
+  const auto above = tried.upper_bound(below);
+  if (above == tried.end()) return bracket;
+  bracket.found = true;
+  bracket.value = 0.5 * (below + above->first);
+  bracket.sd = 0.5 * (above->first - below) / std::sqrt(3.0);
+  return bracket;
+}
+
+/// The same with the mean misfit of each power-up taken off: its turn-on bias is no departure from the line.
+linear::Solution without_turn_on(linear::Solution solution) {
+  const auto [offset, slope] = straight(all_of(solution));
+  std::map<int, std::pair<double, double>> sums;
+  for (const auto& s : solution.segments) {
+    if (std::isnan(s.measured)) continue;
+    sums[s.run].first += s.measured - offset - slope * s.felt.rate.x;
+    ++sums[s.run].second;
+  }
+  if (sums.size() < 2) return solution;
+  for (auto& s : solution.segments) s.measured -= sums[s.run].first / std::max(1.0, sums[s.run].second);
+  return solution;
+}
+
+}  // namespace
+
+Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
+  const linear::Solution solution = without_turn_on(as_measured);
+  const auto all = all_of(solution);
+  Line line;
+  std::tie(line.offset, line.slope) = straight(all);
+  for (const auto* s : all) line.range = std::max(line.range, std::abs(s->felt.rate.x));
+  const auto groups = groups_of(all, line.range);
+  find_scatter(solution, parameters, groups, line);
+  const double unit = line.slope * line.range;
+  std::vector<double> values;
+  double chi = 0.0;
+  for (const auto& group : groups) {
+    Departure d;
+    d.segments = group.size();
+    for (const auto* s : group) {
+      d.rate += s->felt.rate.x / static_cast<double>(group.size());
+      d.value += (s->measured - line.offset - line.slope * s->felt.rate.x) / unit / static_cast<double>(group.size());
+    }
+    d.sd = line.scatter / std::abs(unit) / std::sqrt(static_cast<double>(group.size()));
+    chi += std::pow(d.value / d.sd, 2);
+    line.departures.push_back(d);
+    values.push_back(d.value);
+  }
+  const double dof = static_cast<double>(groups.size()) - 2.0;
+  if (dof >= 1.0) {
+    // F of dof and nu degrees of freedom, by the chi-square it tends to, widened for few nu.
+    const double limit = chi_square_quantile(0.99, dof) * (1.0 + 4.0 / line.degrees_of_freedom);
+    const auto draw = [&](const RandomStream& random) {
+      auto errors = drawn_departures(groups, line.scatter, random);
+      for (double& e : errors) e /= unit;
+      return errors;
+    };
+    line.greatest = size_of(values, greatest, chi > limit, draw);
+    line.rms = size_of(values, rms, chi > limit, draw);
+  }
+  find_hysteresis(all, groups, line);
+  return line;
+}
+
+Bracket threshold_of(const linear::Solution& solution, const Line& line) {
+  std::map<double, std::pair<double, double>> tried;
+  for (const auto* s : all_of(solution)) {
+    const double w = s->felt.rate.x;
+    if (w == 0.0 || std::abs(w) > 0.01 * line.range) continue;
+    const double due = line.slope * w;
+    tried[std::abs(w)] = {(s->measured - line.offset) / due, line.scatter / std::abs(due)};
+  }
+  return bracket_of(std::move(tried));
+}
+
+Bracket resolution_of(const linear::Solution& solution, const Line& line) {
+  std::map<double, std::pair<double, double>> tried;
+  const auto all = all_of(solution);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const double step = all[i]->felt.rate.x - all[i - 1]->felt.rate.x;
+    if (all[i]->run != all[i - 1]->run || step == 0.0 || std::abs(all[i]->felt.rate.x) < 0.05 * line.range ||
+        std::abs(step) > 0.01 * line.range)
+      continue;
+    const double due = line.slope * step;
+    tried[std::abs(step)] = {(all[i]->measured - all[i - 1]->measured) / due,
+                             std::sqrt(2.0) * line.scatter / std::abs(due)};
+  }
+  return bracket_of(std::move(tried));
+}
+
+Repeatability repeatability_of(const linear::Solution& solution, const Line& line) {
+  std::map<int, std::vector<const SegmentSummary*>> runs;
+  for (const auto* s : all_of(solution)) runs[s->run].push_back(s);
+  std::vector<double> bias, slope;
+  double within_bias = 0.0, within_slope = 0.0;
+  for (const auto& [run, segments] : runs) {
+    double ww = 0.0, mean = 0.0, misfit = 0.0;
+    const auto n = static_cast<double>(segments.size());
+    for (const auto* s : segments) mean += s->felt.rate.x / n;
+    for (const auto* s : segments) ww += std::pow(s->felt.rate.x - mean, 2);
+    if (segments.size() < 3 || ww < 0.01 * n * line.range * line.range) continue;
+    const auto [c, k] = straight(segments);
+    for (const auto* s : segments) misfit += std::pow(s->measured - c - k * s->felt.rate.x, 2) / (n - 2.0);
+    bias.push_back(c / k);
+    slope.push_back(k / line.slope);
+    within_bias += misfit * (1.0 / n + mean * mean / ww) / (k * k);
+    within_slope += misfit / ww / (k * k);
+  }
+  Repeatability out;
+  out.runs = bias.size();
+  if (out.runs < 3) return out;
+  const double n = static_cast<double>(out.runs), dof = n - 1.0;
+  const auto spread = [&](const std::vector<double>& values, double within) {
+    double mean = 0.0, between = 0.0;
+    for (const double v : values) mean += v / n;
+    for (const double v : values) between += (v - mean) * (v - mean) / dof;
+    Size size;
+    const double left = between - within / n;
+    size.limit = std::sqrt(std::max(0.0, between * dof / chi_square_quantile(0.05, dof) - within / n));
+    size.seen = left > 0.0 && between > within / n * chi_square_quantile(0.95, dof) / dof;
+    if (size.seen) size.value = std::sqrt(left), size.sd = between * std::sqrt(2.0 / dof) / (2.0 * size.value);
+    return size;
+  };
+  out.bias = spread(bias, within_bias);
+  out.slope = spread(slope, within_slope);
+  return out;
+}
+
+}  // namespace tumble::scale

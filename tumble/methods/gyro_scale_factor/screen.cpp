@@ -1,0 +1,124 @@
+#include "tumble/methods/gyro_scale_factor/screen.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+
+namespace tumble::scale {
+namespace {
+
+/// Part of a channel between two marks.
+struct Part {
+  std::string label;
+  double rate = 0.0;  ///< commanded [rad/s]
+  std::size_t begin = 0, end = 0;
+  double median = 0.0;
+};
+
+double median_of(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return std::isnan(v); });
+  if (values.empty()) return std::nan("");
+  auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<Part> parts_of(const Plan& plan, const Recording& recording, const Channel& channel) {
+  std::vector<Part> parts;
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const Mark& mark = recording.marks[m];
+    Part part{mark.label, 0.0, index_at(channel, mark.begin), channel.values.size(), 0.0};
+    if (m + 1 < recording.marks.size()) part.end = index_at(channel, recording.marks[m + 1].begin);
+    for (const Segment& segment : plan.schedule)
+      if (segment.label == mark.label && segment.run == mark.run) part.rate = commanded_rate(segment);
+    part.median = median_of({channel.values.begin() + static_cast<std::ptrdiff_t>(part.begin),
+                             channel.values.begin() + static_cast<std::ptrdiff_t>(part.end)});
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+void remove_jumps(const std::vector<Part>& parts, Channel& channel, Findings& findings) {
+  double low = INFINITY, high = -INFINITY;
+  for (const Part& part : parts)
+    if (!std::isnan(part.median)) low = std::min(low, part.median), high = std::max(high, part.median);
+  if (!(high > low)) return;
+  std::size_t jumps = 0, first = 0;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    double& v = channel.values[i];
+    if (std::isnan(v) || (v > low - 3.0 * (high - low) && v < high + 3.0 * (high - low))) continue;
+    if (jumps++ == 0) first = i;
+    v = std::nan("");
+  }
+  if (jumps > 0)
+    findings.push_back({Finding::Severity::warning,
+                        fmt::format("{} far outside of the range of all rates, the first at {} (a counter that "
+                                    "overflowed?): left out",
+                                    say_count(jumps, "sample"), say_instant(channel.time(first))),
+                        channel.name});
+}
+
+/// How much of a part is exactly `value`.
+double share(const Channel& channel, const Part& part, double value) {
+  std::size_t equal = 0, all = 0;
+  for (std::size_t i = part.begin; i < part.end; ++i) {
+    all += !std::isnan(channel.values[i]);
+    equal += channel.values[i] == value;
+  }
+  return all == 0 ? 0.0 : static_cast<double>(equal) / static_cast<double>(all);
+}
+
+void remove_clipped(const std::vector<Part>& parts, Channel& channel, Findings& findings) {
+  for (const double sign : {1.0, -1.0}) {
+    double extreme = -INFINITY;
+    for (const double v : channel.values)
+      if (!std::isnan(v)) extreme = std::max(extreme, sign * v);
+    extreme *= sign;
+    std::vector<const Part*> at_extreme;
+    bool partly = false;
+    for (const Part& part : parts) {
+      const double s = share(channel, part, extreme);
+      if (s < 0.2) continue;
+      at_extreme.push_back(&part);
+      partly = partly || (s < 0.999 && channel.kind != QuantityKind::count);
+    }
+    if (at_extreme.empty()) continue;
+    const auto [least, most] =
+        std::ranges::minmax(at_extreme, {}, [](const Part* part) { return std::abs(part->rate); });
+    if (!partly && std::abs(most->rate) <= 1.01 * std::abs(least->rate)) continue;
+    for (const Part* part : at_extreme) {
+      findings.push_back({Finding::Severity::error,
+                          fmt::format("left out: {:.0f} % of the samples are exactly {}, the end of the output's range",
+                                      100.0 * share(channel, *part, extreme), say_value(extreme, channel.unit)),
+                          part->label});
+    }
+    for (const Part* part : at_extreme)
+      std::fill(channel.values.begin() + static_cast<std::ptrdiff_t>(part->begin),
+                channel.values.begin() + static_cast<std::ptrdiff_t>(part->end), std::nan(""));
+  }
+}
+
+}  // namespace
+
+double commanded_rate(const Segment& segment) {
+  for (const auto& [axis, motion] : segment.axes)
+    if (motion.kind == Motion::Kind::rate) return motion.value;
+  return 0.0;
+}
+
+Evidence screened(const Evidence& evidence, const std::string& role, Findings& findings) {
+  Evidence out = evidence;
+  for (Recording& recording : out.recordings) {
+    const Channel* found = channel_for(out, recording, role);
+    if (found == nullptr || recording.marks.empty() || found->values.size() < 2) continue;
+    Channel& channel = recording.channels[static_cast<std::size_t>(found - recording.channels.data())];
+    remove_jumps(parts_of(out.plan, recording, channel), channel, findings);
+    remove_clipped(parts_of(out.plan, recording, channel), channel, findings);
+  }
+  return out;
+}
+
+}  // namespace tumble::scale

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "tumble/methods/method.hpp"
+
+namespace tumble::scale {
+
+/// A gyro with a voltage output, an asymmetry and a cubic, on a rate table: 13 rates up and down again.
+Trial trial(std::uint64_t seed, const std::vector<Option>& options);
+
+}  // namespace tumble::scale
