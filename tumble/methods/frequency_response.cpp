@@ -45,6 +45,13 @@ std::vector<Option> options() {
        "time over which a sample of the output is the mean, from its stamp on; absent: one sampling interval for "
        "counts and increments, else 0 s"},
       {"reference_averaging", Type::quantity, "s", "", {}, "the same of the reference; absent: 0 s"},
+      {"stamps",
+       Type::word,
+       "1",
+       "instant",
+       {"instant", "begin"},
+       "a sample that is no mean is the value at its stamp, or in the middle of the interval that begins there, as "
+       "`tumble simulate` writes it"},
       {"clock_offset", Type::quantity, "s", "0 s", {}, "time by which stamps of the output are late"},
       {"clock_offset_sd", Type::quantity, "s", "0 s", {}, "its standard uncertainty"},
       {"reference_gain_sd", Type::quantity, "%", "0 %", {}, "standard uncertainty of the reference's scale"},

@@ -161,9 +161,14 @@ void propagate(const linear::Solution& solution, Answer& answer) {
     for (std::size_t j = 0; j < n; ++j)
       estimate.covariance(i, j) = product(answer.gradients[i], solution.fit.covariance, answer.gradients[j]);
   for (const auto& source : solution.fit.sources) {
-    auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
-    if (line == estimate.budget.end())
-      line = estimate.budget.insert(line, {source.source, std::vector<double>(n, 0.0)});
+    // A rig has many errors that do nothing here: those below a hundredth of every sd share one line.
+    bool small = true;
+    for (std::size_t i = 0; i < n; ++i)
+      small = small &&
+              product(answer.gradients[i], source.covariance, answer.gradients[i]) < 1e-4 * estimate.covariance(i, i);
+    const std::string name = small ? "all other sources" : source.source;
+    auto line = std::ranges::find(estimate.budget, name, &Contribution::source);
+    if (line == estimate.budget.end()) line = estimate.budget.insert(line, {name, std::vector<double>(n, 0.0)});
     for (std::size_t i = 0; i < n; ++i)
       line->variance[i] += std::max(0.0, product(answer.gradients[i], source.covariance, answer.gradients[i]));
   }
@@ -193,14 +198,16 @@ void say(Estimate& estimate, Severity severity, const std::string& message, cons
 }
 
 void add_size(Estimate& estimate, const Size& size, const char* name, const char* symbol, const char* unit, double dof,
-              const std::string& description) {
-  if (size.seen && size.value > 0.0 && size.sd > 0.0) {
-    add_from_scatter(estimate, name, symbol, unit, size.value, size.sd, dof, description);
-  } else {
+              const std::string& description, bool only_if_seen = false) {
+  const bool seen = size.seen && size.value > 0.0 && size.sd > 0.0;
+  if (!seen)
     say(estimate, Severity::info,
         fmt::format("{} is not seen: the scatter explains what there is; below {:.3g} {} (95 %)", name,
                     Unit::parse(unit).difference_from_si(size.limit), unit));
-  }
+  if (!seen && (only_if_seen || !(size.limit > 0.0))) return;
+  // What is not seen may still be as large as its limit.
+  add_from_scatter(estimate, name, symbol, unit, size.value, seen ? size.sd : 0.5 * (size.limit - size.value),
+                   seen ? dof : INFINITY, description);
 }
 
 void add_bracket(Estimate& estimate, const Bracket& bracket, const char* name, const char* symbol,
@@ -234,9 +241,9 @@ void add_shape(const linear::Solution& solution, const Line& line, Estimate& est
   if (repeat.runs < 3) return;
   const double runs_dof = static_cast<double>(repeat.runs) - 1.0;
   add_size(estimate, repeat.bias, "turn_on_repeatability", "s_B", "deg/h", runs_dof,
-           "standard deviation of the bias between power-ups, noise within them taken off");
+           "standard deviation of the bias between power-ups, noise within them taken off", true);
   add_size(estimate, repeat.slope, "scale_factor_repeatability", "s_K", "ppm", runs_dof,
-           "standard deviation of the scale factor between power-ups, noise within them taken off");
+           "standard deviation of the scale factor between power-ups, noise within them taken off", true);
 }
 
 /// Segments far from what the others lead to expect.

@@ -52,6 +52,12 @@ double window_of(const Settings& settings, const char* name, const Channel& chan
   return default_interval ? 1.0 / mean_rate(channel) : 0.0;
 }
 
+/// From the stamp to the instant that a sample stands for.
+double instant_of(const Settings& settings, double window, const Channel& channel) {
+  if (window > 0.0) return 0.5 * window;
+  return settings.word("stamps") == "begin" ? 0.5 / mean_rate(channel) : 0.0;
+}
+
 Scaling scaling_of(const Settings& settings, const Channel& output, const Channel& reference, bool from_rig,
                    Findings& findings) {
   Scaling s;
@@ -85,7 +91,8 @@ Scaling scaling_of(const Settings& settings, const Channel& output, const Channe
   }
   s.output_window = window_of(settings, "averaging", output, increments || from_rig);
   s.reference_window = window_of(settings, "reference_averaging", reference, false);
-  s.clock_offset = settings.number("clock_offset");
+  s.output_shift = instant_of(settings, s.output_window, output) - settings.number("clock_offset");
+  s.reference_shift = from_rig ? 0.0 : instant_of(settings, s.reference_window, reference);
   return s;
 }
 

@@ -16,9 +16,10 @@ struct Scaling {
   double output = 1.0;            ///< output [SI of the reference, or its derivative] for one SI unit of the channel
   double output_window = 0.0;     ///< [s] over which a sample of the output is the mean, from its stamp on
   double reference_window = 0.0;  ///< [s]
+  double output_shift = 0.0;      ///< [s] from the stamp to the instant a sample stands for, clock offset included
+  double reference_shift = 0.0;   ///< [s]
   bool differentiate = false;     ///< the reference is an angle, the output a rate
   bool relative = false;          ///< of unlike kinds: gains are relative to the lowest frequency
-  double clock_offset = 0.0;      ///< [s] that stamps of the output are late by
 };
 
 /// Part of a recording in which the excitation may be one tone or one sweep.

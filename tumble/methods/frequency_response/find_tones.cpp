@@ -83,7 +83,7 @@ bool is_tone(const Samples& reference) {
 
 /// A part of which the plan says nothing: one tone, several after one another, or a sweep.
 void explore(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
-  const Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, 0.5 * scaling.reference_window);
+  const Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, scaling.reference_shift);
   if (reference.time.size() < 32 || is_tone(reference)) {
     add_tone(stretch, stretch.begin, stretch.end, scaling, settings, points);
     return;

@@ -101,9 +101,8 @@ Range range_of(const Stretch& stretch, const Samples& reference, double output_r
 }
 
 void measure(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
-  Samples output =
-      samples_of(*stretch.output, stretch.begin, stretch.end, 0.5 * scaling.output_window - scaling.clock_offset);
-  Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, 0.5 * scaling.reference_window);
+  Samples output = samples_of(*stretch.output, stretch.begin, stretch.end, scaling.output_shift);
+  Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, scaling.reference_shift);
   require_even(*stretch.output, output);
   require_even(*stretch.reference, reference);
   if (output.time.size() < 64 || reference.time.size() < 64)

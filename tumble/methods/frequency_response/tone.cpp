@@ -33,8 +33,8 @@ void keep_between(Samples& s, double begin, double end) {
 }
 
 Pair pair_of(const Stretch& stretch, double begin, double end, const Scaling& scaling) {
-  return {samples_of(*stretch.output, begin, end, 0.5 * scaling.output_window - scaling.clock_offset),
-          samples_of(*stretch.reference, begin, end, 0.5 * scaling.reference_window)};
+  return {samples_of(*stretch.output, begin, end, scaling.output_shift),
+          samples_of(*stretch.reference, begin, end, scaling.reference_shift)};
 }
 
 void cut(Pair& pair, double frequency, const Settings& settings) {

@@ -245,7 +245,7 @@ Bracket threshold_of(const linear::Solution& solution, const Line& line) {
     const double w = s->felt.rate.x;
     if (w == 0.0 || std::abs(w) > 0.01 * line.range) continue;
     const double due = line.slope * w;
-    tried[std::abs(w)] = {(s->measured - line.offset) / due, line.scatter / std::abs(due)};
+    tried[std::abs(w)] = {(s->measured - line.offset) / due, s->sd / std::abs(due)};
   }
   return bracket_of(std::move(tried));
 }
@@ -260,7 +260,7 @@ Bracket resolution_of(const linear::Solution& solution, const Line& line) {
       continue;
     const double due = line.slope * step;
     tried[std::abs(step)] = {(all[i]->measured - all[i - 1]->measured) / due,
-                             std::sqrt(2.0) * line.scatter / std::abs(due)};
+                             std::hypot(all[i]->sd, all[i - 1]->sd) / std::abs(due)};
   }
   return bracket_of(std::move(tried));
 }

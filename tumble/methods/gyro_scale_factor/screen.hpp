@@ -9,7 +9,7 @@ namespace tumble::scale {
 /// overflowing counter become missing samples, each with a finding.
 ///
 /// Clipped: the greatest (or least) value of the whole channel makes up a fifth or more of two segments at different
-/// commanded rates, or of one whose other samples differ from it. A jump: a sample farther from all segments' medians
+/// commanded rates, or of one where the samples of most segments differ from one another. A jump: a sample farther from all segments' medians
 /// than three times their span.
 Evidence screened(const Evidence& evidence, const std::string& role, Findings& findings);
 

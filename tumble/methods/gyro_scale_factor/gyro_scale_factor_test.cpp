@@ -1,0 +1,201 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/random.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const Method& method() { return find_method("gyro_scale_factor"); }
+
+/// A gyro on an ideal vertical table at the equator, its input axis along the table's: no Earth rate along it.
+struct Bench {
+  std::vector<double> rates{-100, -50, -20, -5, 0, 5, 20, 50, 100};  ///< [deg/s]
+  double (*output)(double rate) = [](double rate) { return 2.0 * (rate + si(3.0, "deg/h")); };
+  double noise = 0.0;
+  int runs = 1;
+  std::string unit = "V";
+  double latitude = 0.0;
+
+  Evidence evidence(std::uint64_t seed = 1) const {
+    Evidence e;
+    e.plan.method = "gyro_scale_factor";
+    e.plan.settings = defaults(method().options());
+    e.plan.rig_kind = "rate_table";
+    e.plan.rig = defaults(find_rig("rate_table").options());
+    e.plan.rig.set_flag("ideal", true);
+    e.plan.site = Site{.latitude = latitude};
+    Channel gyro{"gyro", kind_of(Unit::parse(unit)), Unit::parse(unit), {0.0, 10.0, nullptr}, {}};
+    Recording recording;
+    const double vertical = 7.292115e-5 * std::sin(latitude);
+    double begin = 0.0;
+    for (int run = 1; run <= runs; ++run)
+      for (std::size_t k = 0; k < rates.size(); ++k, begin += 30.0) {
+        Segment segment{fmt::format("{}: {} deg/s", k + 1, rates[k]), 30.0, run, {}};
+        segment.axes["table"] = {.kind = Motion::Kind::rate, .value = si(rates[k], "deg/s")};
+        if (k == 0) segment.axes["mount_pitch"] = {.kind = Motion::Kind::hold, .value = si(-90.0, "deg")};
+        e.plan.schedule.push_back(segment);
+        recording.marks.push_back({segment.label, begin, run});
+        for (int i = 0; i < 300; ++i) gyro.values.push_back(output(si(rates[k], "deg/s") + vertical));
+      }
+    const RandomStream random(seed);
+    for (std::size_t i = 0; i < gyro.values.size(); ++i) gyro.values[i] += noise * random.normal(i);
+    recording.channels.push_back(std::move(gyro));
+    e.recordings.push_back(std::move(recording));
+    return e;
+  }
+};
+
+double value(const Estimate& estimate, const std::string& name) {
+  const Parameter* p = find_parameter(estimate, name);
+  if (p != nullptr) return p->value;
+  ADD_FAILURE() << "no " << name;
+  return std::nan("");
+}
+
+double sd_of(const Estimate& estimate, const std::string& name) {
+  const Parameter* p = find_parameter(estimate, name);
+  return p == nullptr ? std::nan("")
+                      : standard_uncertainty(estimate, static_cast<std::size_t>(p - estimate.parameters.data()));
+}
+
+bool says(const Findings& findings, const std::string& words) {
+  return std::ranges::any_of(findings, [&](const Finding& f) { return f.message.find(words) != std::string::npos; });
+}
+
+std::string refusal(const Evidence& evidence) {
+  try {
+    method().identify(evidence, {});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "not refused";
+  return "";
+}
+
+TEST(GyroScaleFactor, NoiseFreeTruthToRounding) {
+  Bench bench;
+  bench.latitude = 0.6;  // the Earth's rate along the axis is not part of the bias
+  bench.output = [](double w) { return 2.0 * (w + si(3.0, "deg/h") + 0.5 * 80e-6 * std::abs(w)); };
+  const Estimate estimate = method().identify(bench.evidence(), {});
+  EXPECT_NEAR(value(estimate, "scale_factor"), 2.0, 1e-12);
+  // Rounding of outputs up to 3.5 V is 4e-16; over 2: 1e-10 of the bias of 1.5e-5 rad/s.
+  EXPECT_NEAR(value(estimate, "bias") / si(3.0, "deg/h"), 1.0, 1e-8);
+  EXPECT_NEAR(value(estimate, "scale_factor_asymmetry"), 80e-6, 1e-11);
+  EXPECT_NEAR(value(estimate, "third_order_coefficient"), 0.0, 1e-11);
+  EXPECT_EQ(find_parameter(estimate, "scale_factor")->unit.text(), "V/(deg/s)");
+}
+
+TEST(GyroScaleFactor, CountsAndRatesHaveTheirUnits) {
+  Bench bench;
+  bench.unit = "pulse";
+  bench.output = [](double w) { return 0.1 * 0.5 / si(1.0, "arcsec") * w; };  // 0.5 pulse/arcsec, 0.1 s
+  const Estimate counts = method().identify(bench.evidence(), {});
+  EXPECT_EQ(find_parameter(counts, "scale_factor")->unit.text(), "pulse/arcsec");
+  EXPECT_NEAR(value(counts, "scale_factor") * si(1.0, "arcsec"), 0.5, 1e-12);
+  bench.unit = "deg/s";
+  bench.output = [](double w) { return 1.0002 * w; };
+  EXPECT_NEAR(value(method().identify(bench.evidence(), {}), "scale_factor"), 1.0002, 1e-12);
+}
+
+TEST(GyroScaleFactor, NonlinearityIsSeenOrLimited) {
+  Bench bench;
+  bench.noise = 2e-3;  // of a mean of 28 s: 1.2e-4 V, 34 ppm of 3.5 V
+  EXPECT_TRUE(says(method().identify(bench.evidence(), {}).findings, "nonlinearity is not seen"));
+  bench.noise = 2e-5;
+  bench.output = [](double w) { return 2.0 * w * (1.0 + 2e-4 * w * w); };
+  const Estimate estimate = method().identify(bench.evidence(), {});
+  // Departure of w^3 from its line over these rates, at 50 deg/s: -0.5 K 2e-4 W^3 ... as by hand below.
+  double fourth = 0.0, second = 0.0, most = 0.0;
+  for (const double r : bench.rates) second += r * r, fourth += r * r * r * r;
+  for (const double r : bench.rates)
+    most = std::max(
+        most, std::abs(std::pow(si(r, "deg/s"), 3) - fourth / second * std::pow(si(1.0, "deg/s"), 2) * si(r, "deg/s")));
+  const double expected = 2e-4 * most / si(100.0, "deg/s");
+  EXPECT_NEAR(value(estimate, "nonlinearity") / expected, 1.0, 0.02);
+  EXPECT_LT(value(estimate, "nonlinearity_rms"), value(estimate, "nonlinearity"));
+}
+
+TEST(GyroScaleFactor, HysteresisUpAndDown) {
+  Bench bench;
+  bench.rates = {-100, -50, -10, 0, 10, 50, 100, 50, 10, 0, -10, -50, -100};
+  bench.noise = 1e-4;
+  const Estimate none = method().identify(bench.evidence(), {});
+  EXPECT_TRUE(says(none.findings, "hysteresis is not seen"));
+}
+
+TEST(GyroScaleFactor, ThresholdBetweenTheRatesTried) {
+  Bench bench;
+  bench.rates = {-100, -50, -0.5, -0.2, -0.1, -0.05, -0.02, 0, 0.02, 0.05, 0.1, 0.2, 0.5, 50, 100};
+  bench.output = [](double w) { return std::abs(w) < si(0.07, "deg/s") ? 0.0 : 2.0 * w; };
+  const Estimate estimate = method().identify(bench.evidence(), {});
+  EXPECT_NEAR(value(estimate, "threshold"), si(0.075, "deg/s"), si(0.001, "deg/s"));
+  EXPECT_NEAR(sd_of(estimate, "threshold"), si(0.025, "deg/s") / std::sqrt(3.0), si(0.001, "deg/s"));
+}
+
+TEST(GyroScaleFactor, TurnOnOverRuns) {
+  Bench bench;
+  bench.runs = 6;
+  bench.noise = 1e-5;
+  Evidence evidence = bench.evidence();
+  const double offsets[]{1e-4, -2e-4, 1.5e-4, 0.0, -1e-4, 0.5e-4};
+  for (std::size_t i = 0; i < evidence.recordings[0].channels[0].values.size(); ++i)
+    evidence.recordings[0].channels[0].values[i] += offsets[i / 2700];
+  const Estimate estimate = method().identify(evidence, {});
+  EXPECT_NEAR(value(estimate, "turn_on_repeatability") / (1.2910e-4 / 2.0), 1.0, 0.05);  // sd of the offsets, over K
+  EXPECT_TRUE(says(estimate.findings, "scale_factor_repeatability is not seen"));
+}
+
+TEST(GyroScaleFactor, WhatCannotBeFoundIsSaid) {
+  Bench bench;
+  bench.noise = 1e-4;
+  bench.rates = {20, 20, 20};
+  EXPECT_NE(refusal(bench.evidence()).find("one rate only"), std::string::npos);
+  bench.rates = {5, 20, 50, 100};
+  const Estimate one_sign = method().identify(bench.evidence(), {});
+  EXPECT_EQ(find_parameter(one_sign, "scale_factor_asymmetry"), nullptr);
+  EXPECT_TRUE(says(one_sign.findings, "scale_factor_asymmetry cannot be told apart from scale_factor"));
+  bench.rates = {-100, 0, 100};
+  bench.output = [](double) { return 1.0; };
+  EXPECT_NE(refusal(bench.evidence()).find("does not follow the rate"), std::string::npos);
+}
+
+TEST(GyroScaleFactor, ClippedSegmentsAndJumpsAreLeftOut) {
+  Bench bench;
+  bench.noise = 1e-3;
+  Evidence evidence = bench.evidence();
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (double& v : values) v = std::min(v, 3.0);  // 100 deg/s is 3.49 V
+  values[1000] += 65536.0;
+  const Estimate estimate = method().identify(evidence, {});
+  EXPECT_TRUE(says(estimate.findings, "the end of the output's range"));
+  EXPECT_TRUE(says(estimate.findings, "overflowed"));
+  EXPECT_NEAR(value(estimate, "scale_factor"), 2.0, 5.0 * sd_of(estimate, "scale_factor"));
+}
+
+TEST(GyroScaleFactor, ATableThatDidNotReachItsRate) {
+  Bench bench;
+  bench.noise = 1e-3;
+  Evidence evidence = bench.evidence();
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (std::size_t i = 2100; i < 2400; ++i) values[i] *= 0.8;  // 50 deg/s
+  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "did the table reach its rate"));
+}
+
+TEST(GyroScaleFactor, PredictsWhatItThenFinds) {
+  const Trial trial = method().trial(3);
+  const Estimate predicted = method().predict(trial.evidence.plan), found = method().identify(trial.evidence, {});
+  // Relative: the prediction takes the output as a rate. The noise found scatters by about 1/sqrt(2 10) about the true.
+  EXPECT_NEAR(sd_of(predicted, "scale_factor") / (sd_of(found, "scale_factor") / value(found, "scale_factor")), 1.0,
+              0.7);
+  EXPECT_NEAR(sd_of(predicted, "bias") / sd_of(found, "bias"), 1.0, 0.7);
+}
+
+}  // namespace
+}  // namespace tumble
