@@ -247,8 +247,9 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
   refuse_impossible(plan, options);
   report(progress, 0.0, "looking at what the rig can do");
   Work work = prepare(plan, options);
-  const auto outputs =
+  auto outputs =
       output_problems(with(plan, schedule_of(plan, work.all, Visits(1), 0.0)), felt_of(work.all), work.terms);
+  std::erase_if(outputs, [](const OutputProblem& output) { return output.problem.columns.empty(); });
   const double dwell = std::max(10.0 / plan.sample_rate, 0.25 * work.time / static_cast<double>(work.terms.size()));
   const auto space = design_space(plan, work.all, outputs, work.time, dwell);
   const auto standard = standard_sets(work.all);

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/methods/linear.hpp"
+#include "tumble/methods/terms.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/optimise/points.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
@@ -156,11 +156,11 @@ TEST_F(Predict, AgreesWithTheScatterOfSimulatedTests) {
   const int seeds = 120;
   std::vector<double> sum(predicted.parameters.size()), squares(sum.size());
   for (int seed = 1; seed <= seeds; ++seed) {
-    const auto solution =
-        linear::identify({plan, {simulate(plan, static_cast<std::uint64_t>(seed), {})}}, outputs.front().problem);
-    ASSERT_EQ(solution.columns.size(), sum.size());
+    const auto estimate =
+        identify_terms({plan, {simulate(plan, static_cast<std::uint64_t>(seed), {})}}, outputs.front().problem);
+    ASSERT_EQ(estimate.parameters.size(), sum.size());
     for (std::size_t k = 0; k < sum.size(); ++k) {
-      const double error = solution.fit.parameters[k] - predicted.parameters[k].value;
+      const double error = estimate.parameters[k].value - predicted.parameters[k].value;
       sum[k] += error / seeds;
       squares[k] += error * error / seeds;
     }

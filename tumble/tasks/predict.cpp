@@ -26,14 +26,14 @@ void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputPro
   if (!advice.add.empty())
     findings.push_back({Finding::Severity::info,
                         fmt::format("to tell more terms apart add to the schedule: {}", fmt::join(advice.add, "; ")),
-                        output.problem.role});
+                        output.problem.channel});
   if (!advice.out_of_reach.empty())
     findings.push_back(
         {Finding::Severity::info,
          fmt::format("nothing that the rig {} can do here tells {} apart: another rig or field would have "
                      "to (a centrifuge for terms that add up to one in 1 g)",
                      plan.rig_kind, fmt::join(advice.out_of_reach, ", ")),
-         output.problem.role});
+         output.problem.channel});
 }
 
 }  // namespace

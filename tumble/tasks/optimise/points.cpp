@@ -47,21 +47,20 @@ Plan plan_of(const Plan& plan, const std::vector<Candidate>& all, double settlin
 }
 
 /// The outputs' information of one segment in one matrix: terms of all outputs, then the errors they share.
-void embed(const linear::Information& from, std::size_t segment, std::size_t first_term,
-           const std::vector<std::size_t>& error_at, MatrixXd& into) {
-  const Matrix& m = from.of_segment[segment];
+void embed(const Matrix& m, std::size_t first_term, const std::vector<std::size_t>& error_at, MatrixXd& into) {
+  const std::size_t columns = m.rows - error_at.size();
   const auto place = [&](std::size_t i) {
-    return static_cast<Index>(i < from.columns ? first_term + i : error_at[i - from.columns]);
+    return static_cast<Index>(i < columns ? first_term + i : error_at[i - columns]);
   };
   for (std::size_t i = 0; i < m.rows; ++i)
     for (std::size_t j = 0; j < m.columns; ++j) into(place(i), place(j)) += m(i, j);
 }
 
 std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<OutputProblem>& outputs, DesignSpace& space) {
-  std::vector<linear::Information> parts;
+  std::vector<TermInformation> parts;
   for (auto output : outputs) {
     output.problem.averaging = std::max(1.0 / plan.sample_rate, output.problem.averaging);
-    parts.push_back(linear::information(plan, output.problem, output.truth));
+    parts.push_back(information_of_terms(plan, output.problem));
   }
   space.terms.clear();
   for (const auto& output : outputs)
@@ -72,13 +71,13 @@ std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<OutputP
   const auto size = static_cast<Index>(space.terms.size() + space.errors.size());
   std::vector<MatrixXd> out(plan.schedule.size(), MatrixXd::Zero(size, size));
   std::size_t first = 0;
-  for (const auto& part : parts) {
+  for (std::size_t o = 0; o < parts.size(); ++o) {
     std::vector<std::size_t> error_at;
-    for (const auto& error : part.errors)
+    for (const auto& error : parts[o].errors)
       error_at.push_back(space.terms.size() +
                          static_cast<std::size_t>(std::ranges::find(space.errors, error) - space.errors.begin()));
-    for (std::size_t s = 0; s < out.size(); ++s) embed(part, s, first, error_at, out[s]);
-    first += part.columns;
+    for (std::size_t s = 0; s < out.size(); ++s) embed(parts[o].of_segment[s], first, error_at, out[s]);
+    first += outputs[o].problem.columns.size();
   }
   return out;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
@@ -65,7 +66,7 @@ void describe(const OutputProblem& output, Estimate& estimate) {
   std::string names;
   for (const auto& term : output.not_excited) names += (names.empty() ? "" : ", ") + term.name;
   estimate.findings.push_back(
-      {Finding::Severity::info, "not excited by this schedule, and taken as known: " + names, output.problem.role});
+      {Finding::Severity::info, "not excited by this schedule, and taken as known: " + names, output.problem.channel});
 }
 
 /// Block after block; contributions of one name are one line.
@@ -168,18 +169,20 @@ std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<F
   std::vector<OutputProblem> out;
   for (const auto& output : model.outputs(plan.truth)) {
     OutputProblem one;
-    one.problem.role = output.channel;
+    one.problem.channel = output.channel;
     one.problem.input = output.input;
-    one.truth = linear::truth_of(plan, output.channel);
+    std::map<std::string, double> truth;
+    const auto coefficients = coefficients_of(model, output, plan.truth);
+    for (std::size_t k = 0; k < coefficients.size(); ++k) truth[output.terms[k].name] = coefficients[k];
     for (const auto& term : output.terms) {
       if (!only.empty() && std::ranges::find(only, term.name) == only.end()) continue;
       (excited(term, felt) ? one.problem.columns : one.not_excited).push_back(term);
     }
-    one.problem.leave_out_first = dispensable(one.problem.columns, one.truth.coefficients);
+    one.problem.leave_out_first = dispensable(one.problem.columns, truth);
     one.problem.oversampling = std::max(1, plan.truth.integer("oversampling"));
     one.problem.averaging = std::max(1.0, 1.0 / plan.sample_rate);
     for (const auto& [name, member] :
-         {std::pair{"settling", &linear::Problem::settling}, std::pair{"averaging", &linear::Problem::averaging}})
+         {std::pair{"settling", &TermProblem::settling}, std::pair{"averaging", &TermProblem::averaging}})
       if (plan.settings.texts().contains(name)) one.problem.*member = plan.settings.number(name);
     out.push_back(std::move(one));
   }
@@ -190,7 +193,7 @@ Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& out
   Estimate whole;
   for (const auto& output : outputs) {
     if (output.problem.columns.empty()) continue;
-    auto part = estimate_of(linear::predict(plan, output.problem, output.truth));
+    auto part = predict_terms(plan, output.problem);
     describe(output, part);
     append(whole, part);
   }

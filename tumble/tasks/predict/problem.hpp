@@ -1,19 +1,17 @@
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/methods/linear.hpp"
+#include "tumble/methods/terms.hpp"
 
 namespace tumble::tasks {
 
 /// One output of a plan's instrument, to be predicted without a method: the terms of its table that the schedule
 /// excites.
 struct OutputProblem {
-  linear::Problem problem;
-  linear::Truth truth;
+  TermProblem problem;
   std::vector<Term> not_excited;
 };
 
