@@ -91,6 +91,12 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
   collect([&] { refuse_unpredictable(plan); });
   if (options.total_time && !(*options.total_time > 0.0)) problems.push_back("the total time must be above zero");
   if (!(options.step > 0.0)) problems.push_back("the step between positions must be above zero");
+  for (const auto& segment : plan.schedule)
+    for (const auto& [axis, motion] : segment.axes)
+      if (motion.kind == Motion::Kind::ramp || motion.kind == Motion::Kind::random)
+        problems.push_back(fmt::format("segment '{}': {} {}: only holds, rates and oscillations are optimised",
+                                       segment.label, axis,
+                                       motion.kind == Motion::Kind::ramp ? "is ramped" : "moves at random"));
   if (!plan.instrument_model.empty()) {
     std::vector<std::string> known;
     for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
