@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tumble/models/electronics/stages.hpp"
+#include "tumble/models/fiber_optic_gyro/coil.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/units/error.hpp"
 
@@ -14,19 +16,24 @@ constexpr int start_powers = 4;   ///< cubic in the start temperature, eq. (5.3)
 
 std::vector<Option> constants() {
   using Type = Option::Type;
-  return {{"start_temperature_reference",
-           Type::quantity,
-           "degC",
-           "20 degC",
-           {},
-           "the start temperature enters eq. (5.3) as its difference from this"},
-          {"form",
-           Type::word,
-           "1",
-           "from_start",
-           {"from_start", "raw"},
-           "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
-          {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"}};
+  std::vector<Option> options{
+      {"start_temperature_reference",
+       Type::quantity,
+       "degC",
+       "20 degC",
+       {},
+       "the start temperature enters eq. (5.3) as its difference from this"},
+      {"form",
+       Type::word,
+       "1",
+       "from_start",
+       {"from_start", "raw"},
+       "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
+      {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"},
+      {"time_constant", Type::quantity, "s", "", {}, "of a loop of first order; natural_frequency makes it second"}};
+  for (auto& part : {fog::coil_options(), electronics::loop_options(), electronics::limit_options("deg/s")})
+    options.insert(options.end(), part.begin(), part.end());
+  return options;
 }
 
 std::string symbol_of(char letter, int i, int j) { return fmt::format("{}_{}{}", letter, i, j); }
@@ -96,14 +103,28 @@ std::vector<Output> outputs(const Settings& constants) {
            .terms = terms(constants)}};
 }
 
+/// The closed loop, what limits its output, and the coil that heat goes through.
+Recorded record(const Settings& truth, std::size_t, double step, const RandomStream&) {
+  return {.kind = QuantityKind::angular_rate,
+          .unit = "deg/h",
+          .response = electronics::in_series({electronics::loop(truth, step), electronics::limits(truth)}),
+          .history = fog::coil_drift(truth, step)};
+}
+
 }  // namespace
 
 extern const Model fiber_optic_gyro;
 const Model fiber_optic_gyro{
     .name = "fiber_optic_gyro",
-    .summary = "fibre-optic gyro: bias over temperature, its gradient and rate, with start-up transient and noise",
-    .source = "Zhou Haiyuan et al., published 2018-04-04, eq. (5.1)-(5.3); IEEE Std 528 names",
+    .summary =
+        "fibre-optic gyro: bias over temperature, its gradient and rate, start-up, heat in the coil, closed loop",
+    .source =
+        "Zhou Haiyuan et al., published 2018-04-04, eq. (5.1)-(5.3); Yan Gongmin, lecture on modelling gyros and "
+        "accelerometers, NWPU, 2015, slides 57-58, eq. (4.28)-(4.29); IEEE Std 528 names",
     .constants = constants,
-    .outputs = outputs};
+    .outputs = outputs,
+    .physics = nullptr,
+    .coefficients = nullptr,
+    .record = record};
 
 }  // namespace tumble::models

@@ -54,12 +54,17 @@ struct Output {
 /// place. One object for one output and one power-up, called block after block.
 using Response = std::function<void(std::span<double> samples)>;
 
+/// Adds to the indicated quantity [SI] what depends on the past of what was felt: heat on its way into a coil, for
+/// example. Called as a Response is, with what is felt at the middle of every step.
+using History = std::function<void(std::span<const Felt> felt, std::span<double> samples)>;
+
 /// What a response records.
 struct Recorded {
   QuantityKind kind = QuantityKind::angular_rate;
   std::string unit;
   bool accumulates = false;  ///< counts, increments: fine steps add up to a sample; else their mean is the sample
   Response response;         ///< null: the indicated quantity as it is
+  History history = {};      ///< null: the terms say all; acts before the response
 };
 
 /// A catalogue entry of models/: an instrument as a table of terms, with the physics that gives the coefficients and

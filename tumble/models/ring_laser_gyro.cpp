@@ -36,13 +36,6 @@ std::vector<Option> constants() {
   };
 }
 
-double scale_factor_of(const Settings& truth) {
-  if (truth.has("scale_factor")) return truth.number("scale_factor");
-  const double wavelength = truth.number("wavelength");
-  if (truth.has("area")) return ring_laser_scale_factor(truth.number("area"), truth.number("perimeter"), wavelength);
-  return ring_laser_scale_factor(truth.word("shape") == "triangle" ? 3 : 4, truth.number("side"), wavelength);
-}
-
 void refuse(const Settings& truth) {
   std::vector<std::string> problems;
   const auto positive = [&](const char* name) {
@@ -84,7 +77,7 @@ std::vector<Output> outputs(const Settings& truth) {
 class Readout {
  public:
   Readout(const Settings& truth, double step, const RandomStream& random)
-      : scale_factor_(scale_factor_of(truth)),
+      : scale_factor_(ring_laser_scale_factor(truth)),
         beat_({scale_factor_, truth.number("lock_in_rate")},
               {truth.number("dither_rate"), truth.number("dither_frequency"), truth.number("dither_noise")},
               random.split("start").uniform(0), random.split("dither")),

@@ -77,7 +77,7 @@ class Producer {
     const double first = (static_cast<double>(done_) + 0.5) * step_;
     const double last = first + static_cast<double>(block.size() - 1) * step_;
     felt_.resize(std::max(felt_.size(), block.size()));
-    if (reference_.steady_until && reference_.steady_until(first) >= last) {
+    if (!recorded_.history && reference_.steady_until && reference_.steady_until(first) >= last) {
       Felt ends[2];
       reference_.felt(first, last - first, std::span(ends).first(1));
       ends[1] = ends[0];
@@ -91,6 +91,7 @@ class Producer {
     const auto felt = std::span(felt_).first(block.size());
     reference_.felt(first, step_, felt);
     for (std::size_t k = 0; k < block.size(); ++k) block[k] = sum_(felt[k]) + turn_on_;
+    if (recorded_.history) recorded_.history(felt, block);
   }
 
   void gather(std::span<double> samples) const {

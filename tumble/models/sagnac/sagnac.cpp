@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/core/settings.hpp"
+
 namespace tumble {
 
 double sagnac_path_difference(double area, double rate) { return 4.0 * area * rate / speed_of_light; }
@@ -13,6 +15,13 @@ double ring_laser_scale_factor(double area, double perimeter, double wavelength)
 
 double ring_laser_scale_factor(int corners, double side, double wavelength) {
   return side / (wavelength * std::tan(std::numbers::pi / corners));
+}
+
+double ring_laser_scale_factor(const Settings& truth) {
+  if (truth.has("scale_factor")) return truth.number("scale_factor");
+  const double wavelength = truth.number("wavelength");
+  if (truth.has("area")) return ring_laser_scale_factor(truth.number("area"), truth.number("perimeter"), wavelength);
+  return ring_laser_scale_factor(truth.word("shape") == "triangle" ? 3 : 4, truth.number("side"), wavelength);
 }
 
 double coil_path_difference(double length, double diameter, double rate) {
