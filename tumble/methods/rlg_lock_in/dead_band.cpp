@@ -1,0 +1,206 @@
+#include "tumble/methods/rlg_lock_in/dead_band.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/math/least_squares.hpp"
+#include "tumble/models/lock_in.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::rlg {
+namespace {
+
+[[noreturn]] void refuse(const std::string& why) { throw Error(Error::Kind::bad_data, why); }
+
+constexpr const char* no_dead_band =
+    "no dead band is seen: the beats are proportional to the rates; add rates nearer to it, or say that the dither was "
+    "on (dither = \"on\")";
+
+bool any_undithered(const Sweep& sweep) {
+  return std::ranges::any_of(sweep.points, [](const Point& point) { return !point.dithered; });
+}
+
+std::size_t least_points(bool locked) { return locked ? 5 : 4; }
+
+/// The points that the fit may look at: those without dither, or all.
+std::vector<std::size_t> candidates(const Sweep& sweep, bool locked) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < sweep.points.size(); ++i)
+    if (!locked || !sweep.points[i].dithered) out.push_back(i);
+  return out;
+}
+
+/// Both senses of rotation, and points enough.
+void refuse_too_few(const Sweep& sweep, const std::vector<std::size_t>& chosen, bool locked, double bias) {
+  std::size_t positive = 0;
+  for (const std::size_t i : chosen) positive += sweep.points[i].rate + bias > 0.0 ? 1 : 0;
+  if (chosen.size() >= least_points(locked) && positive >= 2 && chosen.size() - positive >= 2) return;
+  refuse(
+      fmt::format("{} rates that show the scale factor, {} of them positive: needed are {} or more{}, two or more of "
+                  "each sign",
+                  chosen.size(), positive, least_points(locked), locked ? " outside of the dead band" : ""));
+}
+
+/// K by the steepest of the beats at fast rates: outside of a dead band no beat is steeper than K.
+double steepest(const Sweep& sweep, const std::vector<std::size_t>& among) {
+  double fastest = 0.0, slope = 0.0, against = 0.0;
+  for (const std::size_t i : among) fastest = std::max(fastest, std::abs(sweep.points[i].rate));
+  for (const std::size_t i : among) {
+    const Point& point = sweep.points[i];
+    if (std::abs(point.rate) < 0.3 * fastest || point.rate == 0.0) continue;
+    slope = std::max(slope, point.beat / point.rate);
+    against = std::max(against, -point.beat / point.rate);
+  }
+  if (!std::isfinite(slope) || !std::isfinite(against)) refuse("the gyro's counts are not finite numbers");
+  if (against > slope)
+    refuse("the gyro counts against the rate of the rig: check how the plan mounts it, or the sign of the channel");
+  if (!(slope > 0.0)) refuse("the gyro does not count at any rate of the sweep");
+  return slope;
+}
+
+/// First values by w^2 = W_L^2 - b^2 + (f/K)^2 - 2 b w: (4.23) squared is linear.
+void start_values(const Sweep& sweep, bool locked, DeadBand& band) {
+  const auto among = candidates(sweep, locked);
+  band.scale_factor = steepest(sweep, among);
+  if (!locked) return;
+  std::vector<std::size_t> clear;
+  for (const std::size_t i : among)
+    if (std::abs(sweep.points[i].beat) > 0.3 * band.scale_factor * std::abs(sweep.points[i].rate)) clear.push_back(i);
+  refuse_too_few(sweep, clear, locked, 0.0);
+  Matrix design(clear.size(), 3);
+  std::vector<double> squares, weights;
+  for (std::size_t k = 0; k < clear.size(); ++k) {
+    const Point& point = sweep.points[clear[k]];
+    design(k, 0) = 1.0;
+    design(k, 1) = point.beat * point.beat;
+    design(k, 2) = point.rate;
+    squares.push_back(point.rate * point.rate);
+    weights.push_back(point.duration / (squares.back() + 1e-300));
+  }
+  const auto fit = least_squares(design, squares, weights, {.names = {"W_L^2", "1/K^2", "b"}});
+  const double b = -0.5 * fit.parameters[2], square = fit.parameters[0] + b * b;
+  if (!fit.unobservable.empty() || !(fit.parameters[1] > 0.0))
+    refuse("the beats of the sweep do not rise with the rate as f^2 = K^2 (W^2 - W_L^2) says");
+  if (!(square > 0.0)) refuse(no_dead_band);
+  band.scale_factor = 1.0 / std::sqrt(fit.parameters[1]);
+  band.bias = b;
+  band.lock_in_rate = std::sqrt(square);
+}
+
+/// Which points lie outside, by the nominal rate.
+void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, DeadBand& band) {
+  band.used.assign(sweep.points.size(), false);
+  band.why_not.assign(sweep.points.size(), "");
+  band.rows.clear();
+  for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+    const Point& point = sweep.points[i];
+    const double off = std::abs(point.rate + band.bias) - band.lock_in_rate;
+    if (locked && point.dithered)
+      band.why_not[i] = "dithered";
+    else if (locked && off < -options.margin * band.lock_in_rate)
+      band.why_not[i] = "in the dead band";
+    else if (locked && off < options.margin * band.lock_in_rate)
+      band.why_not[i] = "at the edge";
+    else if (locked && point.spread > 0.02 * off)
+      band.why_not[i] = "rate not constant";
+    else
+      band.used[i] = true;
+    if (band.used[i]) band.rows.push_back(i);
+  }
+}
+
+/// The rate by (4.23), linear about the values in `band`: columns 1/K, b, W_L. It is homogeneous of first order in
+/// them, so that the observations stay as they are.
+MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool locked, const DeadBand& band,
+                     const std::vector<double>& beats) {
+  const std::size_t n = band.rows.size();
+  const double g = 1.0 / band.scale_factor;
+  MixedData data;
+  data.design = Matrix(n, locked ? 3 : 2);
+  KnownEffect counts{"count quantisation", std::vector<double>(n), true};
+  for (std::size_t k = 0; k < n; ++k) {
+    const Point& point = sweep.points[band.rows[k]];
+    const double f = beats[band.rows[k]], root = std::hypot(g * f, band.lock_in_rate);
+    const double slope = root > 0.0 ? g * f / root : 1.0;  // d root/d(g |f|), with the sign of f
+    data.design(k, 0) = slope * std::abs(f);
+    data.design(k, 1) = -1.0;
+    if (locked) data.design(k, 2) = std::copysign(band.lock_in_rate / root, f);
+    data.observations.push_back(point.rate);
+    data.weights.push_back(point.duration);
+    data.segment.push_back(k);
+    // a difference of two counter readings: 1/6 count^2
+    counts.column[k] = std::abs(slope) * g * std::sqrt(1.0 / 6.0) / (options.edges * point.duration);
+  }
+  data.effects.push_back(std::move(counts));
+  for (std::size_t e = 0; e < sweep.effects.size(); ++e) {
+    KnownEffect effect{sweep.effects[e].source, {}, sweep.effects[e].each_segment};
+    for (const std::size_t i : band.rows) effect.column.push_back(sweep.points[i].effect[e]);
+    data.effects.push_back(std::move(effect));
+  }
+  return data;
+}
+
+void find_residuals(const Sweep& sweep, DeadBand& band) {
+  band.residual.assign(sweep.points.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+    const Point& point = sweep.points[i];
+    if (!band.used[i] && band.why_not[i] != "rate not constant") continue;
+    const double root = std::hypot(point.beat / band.scale_factor, band.lock_in_rate);
+    band.residual[i] = point.rate - (std::copysign(root, point.beat) - band.bias);
+  }
+}
+
+}  // namespace
+
+DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options) {
+  const bool locked = any_undithered(sweep);
+  DeadBand band;
+  start_values(sweep, locked, band);
+  std::vector<double> beats;
+  for (const auto& point : sweep.points) beats.push_back(point.beat);
+  constexpr int most = 30, choosing = 5;
+  for (int round = 0; round < most; ++round) {
+    if (round < choosing) choose(sweep, options, locked, band);
+    refuse_too_few(sweep, band.rows, locked, band.bias);
+    band.fit = fit_mixed_model(linearised(sweep, options, locked, band, beats));
+    const auto& found = band.fit.parameters;
+    const double scale = locked ? band.lock_in_rate : 1e-3;
+    const double moved = std::abs(found[0] * band.scale_factor - 1.0) + std::abs(found[1] - band.bias) / scale +
+                         (locked ? std::abs(found[2] - band.lock_in_rate) / scale : 0.0);
+    band.scale_factor = 1.0 / found[0];
+    band.bias = found[1];
+    if (locked) band.lock_in_rate = std::abs(found[2]);
+    if (!std::isfinite(moved) || !(band.scale_factor > 0.0))
+      refuse("the beats of the sweep do not follow f^2 = K^2 (W^2 - W_L^2)");
+    if (moved < 1e-10) break;
+  }
+  if (locked && band.lock_in_rate < 3.0 * std::sqrt(band.fit.covariance(2, 2))) refuse(no_dead_band);
+  find_residuals(sweep, band);
+  return band;
+}
+
+DeadBand predict_dead_band(const Sweep& sweep, const DeadBandOptions& options, double scale_factor, double bias,
+                           double lock_in_rate, double random_walk) {
+  const bool locked = any_undithered(sweep);
+  DeadBand band;
+  band.scale_factor = scale_factor;
+  band.bias = bias;
+  band.lock_in_rate = locked ? lock_in_rate : 0.0;
+  choose(sweep, options, locked, band);
+  refuse_too_few(sweep, band.rows, locked, bias);
+  std::vector<double> beats;
+  for (const auto& point : sweep.points) beats.push_back(beat_frequency(band, point.rate));
+  auto data = linearised(sweep, options, locked, band, beats);
+  data.observations.clear();
+  band.fit = predict_mixed_model(data, random_walk * random_walk);
+  return band;
+}
+
+double beat_frequency(const DeadBand& band, double rate) {
+  return band.scale_factor * mean_output_rate({band.scale_factor, band.lock_in_rate}, {}, rate + band.bias);
+}
+
+}  // namespace tumble::methods::rlg

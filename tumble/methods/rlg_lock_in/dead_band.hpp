@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/math/mixed_model.hpp"
+#include "tumble/methods/rlg_lock_in/sweep.hpp"
+
+namespace tumble::methods::rlg {
+
+struct DeadBandOptions {
+  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are left out
+  int edges = 1;         ///< counts a fringe
+};
+
+/// The beat over the rate, fitted outside of the dead band.
+struct DeadBand {
+  double scale_factor = 0.0;         ///< K [fringe/rad]
+  double bias = 0.0;                 ///< b [rad/s]
+  double lock_in_rate = 0.0;         ///< W_L [rad/s]; 0 where all points are dithered
+  MixedFit fit;                      ///< of (1/K, b, W_L), W_L left out where all points are dithered
+  std::vector<bool> used;            ///< a point each
+  std::vector<std::string> why_not;  ///< a point each
+  std::vector<double> residual;      ///< nominal less fitted rate [rad/s], a point each; NaN in the dead band
+  std::vector<std::size_t> rows;     ///< points in the order of the fit's rows
+};
+
+/// Fits the points without dither, or all where there are none.
+///
+///   w = sign(f) sqrt((f/K)^2 + W_L^2) - b                                                            from (4.23)
+///
+/// is the rate at which the gyro beats at f. The residuals are those of the rate: noise of the rate weighs alike at
+/// every point, and that of the count less and less toward the dead band, where the beat no longer tells the rate.
+/// A point counts as outside by its nominal rate, |w + b| > (1 + margin) W_L: were it chosen by its beat, those pushed
+/// out by noise would stay and those pushed in would not.
+///
+/// Throws  Error::bad_data where the points do not show K, b and W_L
+DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options);
+
+/// Uncertainties of the same fit before the test.
+///
+/// Given  random_walk  N of the rate noise [rad/sqrt(s)]
+DeadBand predict_dead_band(const Sweep& sweep, const DeadBandOptions& options, double scale_factor, double bias,
+                           double lock_in_rate, double random_walk);
+
+/// K sign(w + b) sqrt((w + b)^2 - W_L^2), 0 in the dead band [fringe/s].                                  (4.23)
+double beat_frequency(const DeadBand& band, double rate);
+
+}  // namespace tumble::methods::rlg

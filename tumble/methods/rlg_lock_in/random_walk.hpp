@@ -1,0 +1,23 @@
+#pragma once
+
+#include "tumble/methods/rlg_lock_in/sweep.hpp"
+
+namespace tumble::methods::rlg {
+
+/// White noise of the beat in the segments with dither.
+struct BeatWalk {
+  double squared = 0.0;             ///< (K N)^2 [fringe^2/s]; 0: not seen
+  double variance = 0.0;            ///< of `squared`
+  double degrees_of_freedom = 0.0;  ///< of its root
+  double upper_limit = 0.0;         ///< of `squared`, 95 %, where it is not seen
+  double seconds = 0.0;             ///< of all segments used
+  std::size_t observations = 0;     ///< Allan variances fitted
+};
+
+/// From the Allan variances of each dithered segment, those at rest where there are such (the rate of a table is not
+/// even); the count's quantisation, flicker and random walk of the rate are told apart by their slopes.
+///
+/// Throws  Error::bad_data where no dithered segment has 64 samples
+BeatWalk beat_walk(const Sweep& sweep);
+
+}  // namespace tumble::methods::rlg

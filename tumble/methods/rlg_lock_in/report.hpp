@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/rlg_lock_in/dead_band.hpp"
+#include "tumble/methods/rlg_lock_in/random_walk.hpp"
+
+namespace tumble::methods::rlg {
+
+/// What the parts of the test gave.
+struct Answer {
+  std::optional<DeadBand> band;
+  std::optional<BeatWalk> walk;
+  Findings findings;
+};
+
+/// Parameters with their covariance and budget; the random walk beside (4.27).
+Estimate estimate_of(const Answer& answer, const Settings& settings);
+
+/// Table `sweep` and the figure of the dead band.
+void append_curves(const Sweep& sweep, const DeadBand& band, Estimate& estimate);
+
+}  // namespace tumble::methods::rlg

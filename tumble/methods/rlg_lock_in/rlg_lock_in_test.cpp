@@ -1,0 +1,152 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/rlg_lock_in/dead_band.hpp"
+#include "tumble/methods/rlg_lock_in/trial.hpp"
+#include "tumble/models/lock_in.hpp"
+#include "tumble/models/lock_zones.hpp"
+#include "tumble/sim/simulate.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble::methods {
+namespace {
+
+using namespace rlg;
+
+constexpr double K = 91237.4003;  // [fringe/rad]
+
+const Method& method() { return find_method("rlg_lock_in"); }
+
+/// Points of an exact gyro: beats by (4.23) with rate noise of density N added to the true rate.
+Sweep exact_sweep(double lock_in, double bias, double walk, std::uint64_t seed) {
+  Sweep sweep;
+  const RandomStream random(seed);
+  for (const double ratio : {0.5, 0.97, 1.08, 1.2, 1.5, 2.0, 4.0, 10.0})
+    for (const double sign : {1.0, -1.0}) {
+      Point point{
+          .label = "rate", .moving = true, .rate = sign * ratio * lock_in, .duration = 50.0, .sample_step = 0.1};
+      const double true_rate =
+          point.rate + bias + walk / std::sqrt(point.duration) * random.normal(sweep.points.size());
+      point.beat = K * mean_output_rate({K, lock_in}, {}, true_rate);
+      sweep.points.push_back(point);
+    }
+  return sweep;
+}
+
+TEST(DeadBand, GivesBackAnExactSweep) {
+  const double lock_in = si(0.1, "deg/s"), bias = si(5.0, "deg/h");
+  const auto band = fit_dead_band(exact_sweep(lock_in, bias, 0.0, 1), {});
+  EXPECT_NEAR(band.lock_in_rate, lock_in, 1e-10 * lock_in);
+  EXPECT_NEAR(band.scale_factor, K, 1e-10 * K);
+  EXPECT_NEAR(band.bias, bias, 1e-8 * bias);
+  EXPECT_EQ(band.rows.size(), 12u);  // 0.5 in the dead band, 0.97 at its edge
+  EXPECT_NEAR(beat_frequency(band, 2.0 * lock_in - bias), K * lock_in * std::sqrt(3.0), 1e-5);
+  EXPECT_EQ(beat_frequency(band, 0.5 * lock_in), 0.0);
+}
+
+// A large rate noise, 1 % of W_L in a point: the mean of 400 fits departs from the truth by less than 4 standard
+// errors, although a rate at 1.08 W_L comes within 8 of its standard deviations of the edge.
+TEST(DeadBand, IsNotBiasedByTheNoiseOfTheRate) {
+  const double lock_in = si(0.1, "deg/s"), walk = 0.01 * lock_in * std::sqrt(50.0);
+  double sum = 0.0, squares = 0.0, stated = 0.0;
+  const int runs = 400;
+  for (int r = 0; r < runs; ++r) {
+    const auto band = fit_dead_band(exact_sweep(lock_in, 0.0, walk, 100 + static_cast<std::uint64_t>(r)), {});
+    const double error = band.lock_in_rate - lock_in;
+    sum += error;
+    squares += error * error;
+    stated += band.fit.covariance(2, 2);
+  }
+  const double sd = std::sqrt(squares / runs);
+  EXPECT_LT(std::abs(sum / runs), 4.0 * sd / std::sqrt(runs));
+  EXPECT_NEAR(std::sqrt(stated / runs) / sd, 1.0, 4.0 / std::sqrt(2.0 * runs) + 0.02);  // and 0.02 of s^2's own spread
+}
+
+std::string why_refused(const Sweep& sweep) {
+  try {
+    fit_dead_band(sweep, {});
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_data);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(DeadBand, RefusesWhatShowsNone) {
+  const double lock_in = si(0.1, "deg/s");
+  Sweep reversed = exact_sweep(lock_in, 0.0, 0.0, 1), one_sided = reversed, linear = reversed;
+  for (auto& point : reversed.points) point.beat = -point.beat;
+  std::erase_if(one_sided.points, [](const Point& point) { return point.rate < 0.0; });
+  for (std::size_t i = 0; i < linear.points.size(); ++i)
+    linear.points[i].beat = K * linear.points[i].rate * (1.0 + 1e-6 * static_cast<double>(i % 4));
+  EXPECT_NE(why_refused(reversed).find("counts against the rate"), std::string::npos);
+  EXPECT_NE(why_refused(one_sided).find("two or more of each sign"), std::string::npos);
+  EXPECT_FALSE(why_refused(linear).empty());
+}
+
+// With dither in all segments: scale factor from rates, N from the record at rest, W_L from both. The record is drawn
+// with white noise of (4.27), which the model itself is tested to give.
+TEST(RlgLockIn, WithDitherInAllSegments) {
+  const LockIn lock{K, si(0.1, "deg/s")};
+  const Dither dither{si(100.0, "deg/s"), 400.0, 0.0};
+  Plan plan = trial(1).evidence.plan;
+  plan.truth.set_number("lock_in_rate", 0.0, Unit::parse("deg/s"));
+  plan.truth.set_number("angle_random_walk", angle_random_walk_from_lock_in(lock, dither), Unit::parse("deg/sqrt(h)"));
+  plan.settings.set_word("dither", "on");
+  plan.settings.set_number("dither_rate", dither.rate, Unit::parse("deg/s"));
+  plan.schedule.push_back({"at rest", 1200.0, 1, plan.schedule.front().axes});
+  plan.schedule.back().axes.erase("table");
+  const Estimate estimate = method().identify({plan, {simulate(plan, 4, {})}}, {});
+  const auto check = [&](const char* name, double truth) {
+    const Parameter* found = find_parameter(estimate, name);
+    ASSERT_NE(found, nullptr) << name;
+    const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(found - estimate.parameters.data()));
+    EXPECT_LT(std::abs(found->value - truth), 4.0 * sd) << name;
+    EXPECT_LT(sd, 0.2 * std::abs(truth)) << name;
+  };
+  check("scale_factor", K);
+  check("bias", si(3.0, "deg/h"));
+  check("angle_random_walk_from_lock_in", angle_random_walk_from_lock_in(lock, dither));
+  check("lock_in_rate", lock.rate);
+}
+
+TEST(RlgLockIn, SaysHowTheRandomWalkCompares) {
+  const Estimate estimate = method().identify(trial(3).evidence, {});
+  const auto said = [&](const Finding& f) { return f.message.find("of W_L/sqrt(2 pi K W_A)") != std::string::npos; };
+  EXPECT_EQ(std::ranges::count_if(estimate.findings, said), 1);
+  const Table* sweep = find_table(estimate, "sweep");
+  ASSERT_NE(sweep, nullptr);
+  EXPECT_EQ(sweep->rows.size(), 25u);
+}
+
+// What is predicted is what the trial then states: both sd of W_L and K are those of the same fit, with s^2 known or
+// estimated from 17 degrees of freedom (4 sigma: 4/sqrt(34) of a standard deviation).
+TEST(RlgLockIn, PredictsWhatItWillState) {
+  const Trial one = trial(2);
+  const Estimate predicted = method().predict(one.evidence.plan), found = method().identify(one.evidence, {});
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_EQ(predicted.parameters[i].name, found.parameters[i].name);
+    EXPECT_NEAR(standard_uncertainty(found, i) / standard_uncertainty(predicted, i), 1.0, 4.0 / std::sqrt(34.0));
+  }
+}
+
+TEST(RlgLockIn, RefusesAllOddSettingsAtOnce) {
+  Evidence evidence = trial(1).evidence;
+  evidence.plan.settings.set_integer("edges", 3);
+  evidence.plan.settings.set_number("edge_margin", 0.0, Unit::parse("%"));
+  evidence.plan.settings.set_number("dither_rate", -1.0, Unit::parse("deg/s"));
+  try {
+    method().identify(evidence, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_EQ(error.problems.size(), 3u);
+  }
+}
+
+}  // namespace
+}  // namespace tumble::methods

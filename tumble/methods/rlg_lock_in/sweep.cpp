@@ -1,0 +1,85 @@
+#include "tumble/methods/rlg_lock_in/sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/linear/rows.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::rlg {
+namespace {
+
+linear::Problem problem_of(const Settings& settings) {
+  linear::Problem problem;
+  problem.role = "gyro";
+  problem.input = [](const Felt& felt) { return felt.rate.x; };
+  problem.settling = settings.number("settling");
+  problem.averaging = 1e9;  // a segment is one count, a turning tilted axis apart
+  return problem;
+}
+
+bool has_dither(const Settings& settings, const std::string& label) {
+  const std::string& how = settings.word("dither");
+  return how == "on" || (how == "by_label" && label.starts_with("dither"));
+}
+
+bool turns(const Segment& segment) {
+  return std::ranges::any_of(segment.axes, [](const auto& axis) { return axis.second.kind != Motion::Kind::hold; });
+}
+
+/// The rows of one stretch, put together by their weights.
+Point point_of(const linear::Evidences& found, std::size_t stretch, const linear::Rows& rows) {
+  const auto& from = found.stretches[stretch];
+  Point point{.label = from.label, .run = from.run, .sample_step = from.step};
+  point.moving = turns(found.power_ups[from.power_up].rig.segments[from.segment]);
+  double squares = 0.0, counted = 0.0;
+  for (std::size_t i = 0; i < rows.segment.size(); ++i) {
+    if (rows.segment[i] != stretch) continue;
+    const double w = rows.weights[i];
+    point.duration += w;
+    point.rate += w * rows.input[i];
+    squares += w * rows.input[i] * rows.input[i];
+    if (!rows.output.empty()) counted += w * rows.output[i];
+  }
+  point.rate /= point.duration;
+  point.spread = std::sqrt(std::max(0.0, squares / point.duration - point.rate * point.rate));
+  point.beat = rows.output.empty() ? std::nan("") : counted / point.duration / from.step;
+  for (const double value : from.values) point.beats.push_back(value / from.step);
+  return point;
+}
+
+Sweep assemble(const linear::Evidences& found, const linear::Problem& problem, const Settings& settings) {
+  const auto rows = linear::rows_of(found, problem);
+  const auto effects = linear::effects_of(found, problem, rows, {});
+  Sweep sweep;
+  sweep.findings = found.findings;
+  for (std::size_t g = 0; g < found.stretches.size(); ++g) {
+    Point point = point_of(found, g, rows);
+    point.dithered = has_dither(settings, point.label);
+    for (const auto& effect : effects) {
+      double change = 0.0;
+      for (std::size_t i = 0; i < rows.segment.size(); ++i)
+        if (rows.segment[i] == g) change += rows.weights[i] * effect.column[i];
+      point.effect.push_back(change / point.duration);
+    }
+    sweep.points.push_back(std::move(point));
+  }
+  for (const auto& effect : effects) sweep.effects.push_back({effect.source, effect.each_segment});
+  return sweep;
+}
+
+}  // namespace
+
+Sweep sweep_of(const Evidence& evidence) {
+  linear::Problem problem = problem_of(evidence.plan.settings);
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "no recording of the test");
+  problem.scale = 1.0 / evidence.plan.settings.integer("edges");
+  return assemble(linear::evidence_of(evidence, problem), problem, evidence.plan.settings);
+}
+
+Sweep sweep_of(const Plan& plan) {
+  const linear::Problem problem = problem_of(plan.settings);
+  return assemble(linear::evidence_of(plan, problem), problem, plan.settings);
+}
+
+}  // namespace tumble::methods::rlg

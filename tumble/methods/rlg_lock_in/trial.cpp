@@ -1,0 +1,88 @@
+#include "tumble/methods/rlg_lock_in/trial.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "tumble/models/lock_in.hpp"
+#include "tumble/models/lock_zones.hpp"
+#include "tumble/models/sagnac.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble::methods::rlg {
+namespace {
+
+constexpr double lock_in = 0.1, dither = 15.0, frequency = 400.0, noise = 0.1;  // deg/s, deg/s, Hz, relative
+constexpr double bias = 3.0, random_walk = 0.003;                               // deg/h, deg/sqrt(h)
+constexpr int edges = 4;
+
+/// Input axis along the axis of the table.
+std::map<std::string, Motion> mounted() { return {{"mount_pitch", {.value = si(-90.0, "deg")}}}; }
+
+Plan plan_of(double rate) {
+  const Model& model = find_model("ring_laser_gyro");
+  Plan plan;
+  plan.method = "rlg_lock_in";
+  plan.title = "trial of rlg_lock_in";
+  plan.instrument_model = model.name;
+  plan.sample_rate = rate;
+  plan.site = Site{.latitude = si(34.25, "deg"), .gravity = 9.7966};
+  plan.rig_kind = "rate_table";
+  plan.rig = defaults(find_rig("rate_table").options());
+  plan.settings = defaults(find_method("rlg_lock_in").options());
+  plan.settings.set_word("dither", "by_label");
+  plan.settings.set_integer("edges", edges);
+  plan.settings.set_number("dither_rate", si(dither, "deg/s"), Unit::parse("deg/s"));
+  plan.truth = defaults(truth_options(model));
+  const auto set = [&](const char* name, double value, const char* unit) {
+    plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
+  };
+  plan.truth.set_integer("edges", edges);
+  set("lock_in_rate", lock_in, "deg/s");
+  set("bias", bias, "deg/h");
+  return plan;
+}
+
+Plan sweep_plan() {
+  Plan plan = plan_of(10.0);
+  plan.truth.set_number("angle_random_walk", si(random_walk, "deg/sqrt(h)"), Unit::parse("deg/sqrt(h)"));
+  for (const double ratio : {0.4, 0.9, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.5, 6.0, 12.0})
+    for (const double sign : {1.0, -1.0}) {
+      Segment segment{fmt::format("{:+.3f} deg/s", sign * ratio * lock_in), 15.0, 1, mounted()};
+      segment.axes["table"] = {.kind = Motion::Kind::rate, .value = si(sign * ratio * lock_in, "deg/s")};
+      plan.schedule.push_back(std::move(segment));
+    }
+  return plan;
+}
+
+Plan dithered_plan() {
+  Plan plan = plan_of(20.0);
+  const auto set = [&](const char* name, double value, const char* unit) {
+    plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
+  };
+  set("dither_rate", dither, "deg/s");
+  set("dither_frequency", frequency, "Hz");
+  set("dither_noise", noise, "1");
+  plan.schedule = {{"dithered, at rest", 20.0, 1, mounted()}};
+  return plan;
+}
+
+}  // namespace
+
+Trial trial(std::uint64_t seed) {
+  Trial trial;
+  const auto dithered = std::make_shared<const Plan>(dithered_plan());
+  trial.evidence.plan = sweep_plan();
+  trial.evidence.recordings = {simulate(trial.evidence.plan, seed, {}), simulate(*dithered, seed, {})};
+  trial.evidence.plans = {nullptr, dithered};
+  const LockIn lock{ring_laser_scale_factor(3, 0.1, 632.8e-9), si(lock_in, "deg/s")};
+  trial.truth = {{"lock_in_rate", lock.rate},
+                 {"scale_factor", lock.scale_factor},
+                 {"bias", si(bias, "deg/h")},
+                 {"angle_random_walk_from_lock_in",
+                  angle_random_walk_from_lock_in(lock, {si(dither, "deg/s"), frequency, noise})}};
+  return trial;
+}
+
+}  // namespace tumble::methods::rlg
