@@ -12,6 +12,8 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -265,6 +267,51 @@ TEST(FrequencyResponse, RefusesWithWords) {
   const std::string both = refusal(evidence);
   EXPECT_NE(both.find("averaging"), std::string::npos);
   EXPECT_NE(both.find("points_per_decade"), std::string::npos);
+}
+
+/// A servo accelerometer of 150 Hz, 0.6 on the shaker of the catalogue, read at 2 kHz.
+Plan shaken(Motion motion, double duration) {
+  Plan plan;
+  plan.instrument_model = "pendulous_accelerometer";
+  plan.sample_rate = 2000.0;
+  plan.site = Site{.latitude = 0.6};
+  plan.rig_kind = "shaker";
+  plan.rig = defaults(find_rig("shaker").options());
+  plan.truth = defaults(truth_options(find_model(plan.instrument_model)));
+  plan.truth.set_number("natural_frequency", 150.0, Unit::parse("Hz"));
+  plan.truth.set_number("damping_ratio", 0.6, Unit::parse("1"));
+  plan.truth.set_number("angle_random_walk", si(20.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
+  plan.truth.set_integer("oversampling", 32);
+  plan.settings = defaults(method().options());
+  plan.settings.set_number("averaging", 0.5e-3, Unit::parse("s"));
+  plan.settings.set_word("stamps", "begin");
+  Segment segment{"shake", duration, 1, {}};
+  segment.axes["shake"] = motion;
+  plan.schedule = {segment};
+  return plan;
+}
+
+TEST(FrequencyResponse, SweepOnTheShaker) {
+  Plan plan =
+      shaken({.kind = Motion::Kind::sweep, .amplitude = si(1.0, "g"), .frequency = 10.0, .to_frequency = 400.0}, 30.0);
+  const Estimate estimate = method().identify({plan, {simulate(plan, 1, {})}}, {});
+  // The gain of the reference (0.5 %) is common to all; the loop in steps of 1/64000 s is off by (f step)^2.
+  EXPECT_NEAR(value(estimate, "bandwidth"), 172.2366, 0.03);
+  EXPECT_NEAR(value(estimate, "natural_frequency"), 150.0, 0.03);
+  EXPECT_NEAR(value(estimate, "delay"), 0.0, 1e-6);
+}
+
+TEST(FrequencyResponse, WithoutAReferenceTheRigIsBelieved) {
+  Plan plan = shaken({.kind = Motion::Kind::sine, .amplitude = si(1.0, "g"), .frequency = 40.0}, 3.0);
+  Recording recording = simulate(plan, 1, {});
+  std::erase_if(recording.channels, [](const Channel& channel) { return channel.name == "reference"; });
+  const Estimate estimate = method().identify({plan, {recording}}, {});
+  const Parameter* gain = find_parameter(estimate, "gain_40Hz");
+  ASSERT_NE(gain, nullptr);
+  const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(gain - estimate.parameters.data()));
+  EXPECT_NEAR(sd, 0.01 * gain->value, 0.002);  // amplitude_sd of the rig is 1 %
+  EXPECT_NEAR(gain->value, 1.02438, 3.0 * sd);
+  EXPECT_TRUE(says(estimate.findings, "the motion the rig was told to make"));
 }
 
 /// Primary sine calibration of an MPU-9250 at PTB: ten loops over 17 frequencies. Its response as it was published is

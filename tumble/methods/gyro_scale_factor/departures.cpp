@@ -141,6 +141,18 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
     if (in_time[i]->run != in_time[i - 1]->run) continue;
     (in_time[i]->felt.rate.x > in_time[i - 1]->felt.rate.x ? from_below : from_above).insert(in_time[i]);
   }
+  // Repeats from one side show the scatter alone; without enough of them it holds the hysteresis too, which makes the
+  // judgement cautious.
+  double squares = 0.0, dof = 0.0;
+  for (const auto& group : groups)
+    for (const auto* side : {&from_below, &from_above}) {
+      std::vector<const SegmentSummary*> same;
+      for (const auto* s : group)
+        if (side->contains(s)) same.push_back(s);
+      for (const auto* s : same) squares += std::pow(s->measured - mean_of(same), 2);
+      dof += same.empty() ? 0.0 : static_cast<double>(same.size()) - 1.0;
+    }
+  const double scatter = dof >= 4.0 ? std::sqrt(squares / dof) : line.scatter;
   std::vector<double> differences, sds;
   double chi = 0.0;
   for (const auto& group : groups) {
@@ -151,11 +163,10 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
     }
     if (below < 1.0 || above < 1.0) continue;
     differences.push_back((sum_below / below - sum_above / above) / (line.slope * line.range));
-    sds.push_back(line.scatter * std::sqrt(1.0 / below + 1.0 / above) / std::abs(line.slope * line.range));
+    sds.push_back(scatter * std::sqrt(1.0 / below + 1.0 / above) / std::abs(line.slope * line.range));
     chi += std::pow(differences.back() / sds.back(), 2);
   }
   line.both_ways = differences.size();
-  // The scatter of repeats holds the hysteresis itself: only the misfit or more repeats than two tell it apart.
   if (line.both_ways < 3) return;
   const double limit = chi_square_quantile(0.99, static_cast<double>(sds.size()));
   line.hysteresis = size_of(differences, greatest, chi > limit, [&](const RandomStream& random) {
