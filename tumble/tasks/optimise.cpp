@@ -35,11 +35,12 @@ constexpr double shortest_dwell = 1.0;   ///< [s]
 /// A plan being optimised.
 struct Work {
   Plan plan;
-  bool from_terms = false;
-  std::vector<std::string> only;  ///< terms asked for
-  std::vector<int> runs;          ///< power-ups, each of which carries the same schedule out
-  double time = 0.0;              ///< [s] of one power-up
-  bool closing = false;           ///< the first position is repeated at the end
+  bool from_terms = false;         ///< predicted from the table of terms, not by the plan's method
+  bool instead_of_method = false;  ///< although the method could
+  std::vector<std::string> only;   ///< terms asked for
+  std::vector<int> runs;           ///< power-ups, each of which carries the same schedule out
+  double time = 0.0;               ///< [s] of one power-up
+  bool closing = false;            ///< the first position is repeated at the end
   double settling = 0.0;
   std::vector<Candidate> all;
   std::vector<std::string> terms;  ///< that can be told
@@ -118,12 +119,14 @@ Estimate everything(const Work& work) {
   return evaluate(work, with(work.plan, schedule_of(work.plan, work.all, visits, work.settling)));
 }
 
-std::vector<std::string> terms_told(const Work& work) {
+/// The terms that can be told; `others` becomes whether there are parameters that are no terms.
+std::vector<std::string> terms_told(const Work& work, bool& others) {
   std::vector<std::string> out;
   const auto estimate = everything(work);
   for (const auto& output : find_model(work.plan.instrument_model).outputs(work.plan.truth))
     for (const auto& term : output.terms)
       if (find_parameter(estimate, term.name)) out.push_back(term.name);
+  others = out.size() < estimate.parameters.size();
   return out;
 }
 
@@ -146,10 +149,11 @@ Work prepare(const Plan& plan, const OptimiseOptions& options) {
     throw Error(Error::Kind::bad_input,
                 fmt::format("{}: {} is too short for any two motions of the rig {} with its settling", plan.file,
                             say_seconds(work.time), plan.rig_kind));
-  work.terms = terms_told(work);
-  if (work.terms.empty() && !work.from_terms) {  // the method's parameters are no terms of the model
-    work.from_terms = true;
-    work.terms = terms_told(work);
+  bool others = false;
+  work.terms = terms_told(work, others);
+  if (others && !work.from_terms) {  // the method's parameters are not the terms of which the information is known
+    work.from_terms = work.instead_of_method = true;
+    work.terms = terms_told(work, others);
   }
   work.only = work.terms;
   return work;
@@ -292,7 +296,14 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
     throw Error(Error::Kind::bad_input,
                 fmt::format("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
   report(progress, 1.0, "done");
-  return {described(plan, chosen, rows, work.terms, reference), chosen.schedule, work.from_terms};
+  Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
+  if (work.instead_of_method)
+    out.estimate.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("not every parameter of {} is a term of {}: optimised, and predicted here, for the terms {}",
+                     plan.method, plan.instrument_model, fmt::join(work.terms, ", ")),
+         ""});
+  return out;
 }
 
 std::string plan_with_schedule(const Plan& plan, const Schedule& schedule) {

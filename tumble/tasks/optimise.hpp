@@ -21,7 +21,6 @@ struct OptimiseOptions {
 struct Optimised {
   Estimate estimate;  ///< predicted for the schedule found, with the tables `schedules`, `schedule_sd` and `schedule`
   Schedule schedule;
-  bool from_terms = false;  ///< predicted from the table of terms, not by the plan's method
 };
 
 /// The positions, rates and dwell times with the smallest uncertainties that the plan's rig allows in a given time,

@@ -279,6 +279,15 @@ TEST_F(Predict, OptimisesRatesWhereThePlanHasRates) {
   EXPECT_LE(fastest, si(20.0, "deg/s")) << "what the instrument measures";
 }
 
+TEST_F(Predict, RampsAreNotOptimised) {
+  const auto plan =
+      load(head("fiber_optic_gyro", "thermal_chamber") +
+           "[[schedule]]\nlabel = \"soak\"\nduration = \"1 h\"\nchamber = {dwell = \"0 degC\"}\n[[schedule]]"
+           "\nlabel = \"up\"\nchamber = {ramp = \"1 K/min\", to = \"60 degC\"}\n[truth]\n"
+           "angle_random_walk = \"0.005 deg/sqrt(h)\"\n");
+  EXPECT_THROW(optimise(plan, {}, {}), Error);
+}
+
 TEST_F(Predict, RefusesUnknownTermsAndTimesAllAtOnce) {
   const auto plan = load(head("sdof_gyro", "two_axis_table") + six_faces("5 min") + truth);
   OptimiseOptions options;

@@ -98,6 +98,10 @@ Estimate described(const Plan& plan, const ScheduleRow& chosen, const std::vecto
                    const std::vector<std::string>& terms, const std::vector<double>& reference) {
   Estimate out = *chosen.estimate;
   out.title = (out.title.empty() ? plan.method : out.title) + ": " + chosen.name + " schedule";
+  // Approaches are there to be left out.
+  std::erase_if(out.findings, [](const Finding& finding) {
+    return finding.message.find(" approach' is not used") != std::string::npos;
+  });
   out.tables.clear();
   out.curves.clear();
   out.tables = {criteria_table(rows, terms, reference), sd_table(rows, out, terms, reference),
