@@ -251,6 +251,34 @@ std::vector<double> reference_of(const Work& work, const ScheduleRow& plan, cons
   return own;
 }
 
+/// The usual schedules that fit into the time.
+std::vector<ScheduleRow> usual_rows(const Work& work, const std::vector<StandardSet>& standard) {
+  std::vector<ScheduleRow> rows;
+  for (const auto& set : standard) {
+    Visits visits;
+    for (const auto j : set.candidates) visits.push_back({j, work.time / static_cast<double>(set.candidates.size())});
+    auto schedule = fitted(work, std::move(visits));
+    if (!too_long(work, schedule)) rows.push_back(row(work, set.name, std::move(schedule)));
+  }
+  return rows;
+}
+
+/// What was found, or the best of the usual schedules where that is better still: the search counts slow noise as drawn
+/// anew at every visit, the prediction as it is.
+ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& usual, const Work& work,
+                   const std::vector<double>& reference, double Criteria::*criterion) {
+  const auto value = [&](const ScheduleRow& one) {
+    return one.estimate ? criteria_of(*one.estimate, work.terms, reference).*criterion
+                        : std::numeric_limits<double>::infinity();
+  };
+  for (const auto& one : usual)
+    if (value(one) < value(found)) {
+      found.schedule = one.schedule;
+      found.estimate = one.estimate;
+    }
+  return found;
+}
+
 }  // namespace
 
 Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progress& progress) {
@@ -265,12 +293,16 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
   const auto standard = standard_sets(work.all);
   auto problem = design_problem(work, space);
 
+  report(progress, 0.3, "usual schedules");
+  const auto own = row(work, "plan as it is", plan.schedule);
+  const auto usual = usual_rows(work, standard);
+
   report(progress, 0.4, "D-optimal exchange");
   std::fill_n(problem.weights.begin(), space.terms.size(), 1.0);
   problem.criterion = DesignCriterion::D;
-  const auto d = row(work, "D-optimal", searched(work, problem, standard));
-  const auto own = row(work, "plan as it is", plan.schedule);
+  auto d = row(work, "D-optimal", searched(work, problem, standard));
   const auto reference = reference_of(work, own, d);
+  d = better(std::move(d), usual, work, reference, &Criteria::determinant);
 
   report(progress, 0.6, "A-optimal exchange");
   problem.criterion = DesignCriterion::A;
@@ -279,16 +311,11 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
     const double unit = reference[static_cast<std::size_t>(term)];
     problem.weights[k] = std::isfinite(unit) && unit > 0.0 ? 1.0 / (unit * unit) : 0.0;
   }
-  const auto a = row(work, "A-optimal", searched(work, problem, standard));
+  const auto a =
+      better(row(work, "A-optimal", searched(work, problem, standard)), usual, work, reference, &Criteria::trace);
 
-  report(progress, 0.8, "usual schedules");
   std::vector<ScheduleRow> rows{own};
-  for (const auto& set : standard) {
-    Visits visits;
-    for (const auto j : set.candidates) visits.push_back({j, work.time / static_cast<double>(set.candidates.size())});
-    auto schedule = fitted(work, std::move(visits));
-    if (!too_long(work, schedule)) rows.push_back(row(work, set.name, std::move(schedule)));
-  }
+  rows.insert(rows.end(), usual.begin(), usual.end());
   rows.push_back(d);
   rows.push_back(a);
   const auto& chosen = options.criterion == DesignCriterion::D ? d : a;
