@@ -10,6 +10,7 @@
 #include <new>
 
 #include "tumble/core/settings.hpp"
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/version.hpp"
 #include "verbs.hpp"
@@ -114,7 +115,15 @@ extern "C" void last_words(int) {
       "error: internal: memory fault. A damaged HDF5 file can do this to the HDF5 library: check the recording with "
       "h5dump. If it is sound, this is a defect of the program, please report it. Nothing was written.\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, text, sizeof text - 1);
+  unlink_unfinished();
   _exit(internal);
+}
+
+/// Ctrl-C and the like: nothing half written stays behind, and the shell learns which signal it was.
+extern "C" void interrupted(int number) {
+  unlink_unfinished();
+  std::signal(number, SIG_DFL);
+  std::raise(number);
 }
 
 }  // namespace
@@ -123,6 +132,8 @@ extern "C" void last_words(int) {
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file too large for its limit is a failed write, with a message
   std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
+  for (const int end : {SIGINT, SIGTERM, SIGHUP})
+    if (std::signal(end, tumble::cli::interrupted) == SIG_IGN) std::signal(end, SIG_IGN);  // as under nohup
   for (const int fault : {SIGSEGV, SIGBUS, SIGFPE}) std::signal(fault, tumble::cli::last_words);
   return tumble::cli::run_and_catch(argc, argv);
 }

@@ -100,7 +100,7 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   require_with(truth, {"mass_offset_Z", "axial_compliance", "radial_compliance"}, {"mass"}, problems);
   names.erase(names.begin());
   require_with(truth, names, {"angular_momentum"}, problems);
-  refuse("dynamically_tuned_gyro", std::move(problems));
+  refuse(std::move(problems));
   const auto value = [&](const char* name) { return number_or(truth, name, 0.0); };
   const double H = value("angular_momentum"), m = value("mass");
   const double unbalance = -m * value("mass_offset_Z") / H, quadrature = value("quadrature_torque") / H;

@@ -105,12 +105,12 @@ std::vector<Output> outputs(const Settings& constants) {
 /// G = w_n^2/(s^2 + 2 zeta w_n s + w_n^2) from the constants, else from J_O, D and K + C
 Response servo_loop(const Settings& truth, double step) {
   if (truth.has("natural_frequency")) return electronics::loop(truth, step);
-  if (!truth.has("servo_stiffness") || !truth.has("pendulum_inertia_O") || !truth.has("damping")) return nullptr;
-  if (truth.flag("integrator")) return nullptr;
+  if (!truth.has("servo_stiffness") || truth.flag("integrator")) return nullptr;
   const double stiffness = truth.number("servo_stiffness") + truth.number("hinge_stiffness");
-  const double inertia = truth.number("pendulum_inertia_O");
+  const double inertia = number_or(truth, "pendulum_inertia_O", 0.0), damping = number_or(truth, "damping", 0.0);
+  if (!(stiffness > 0.0 && inertia > 0.0 && damping > 0.0)) return nullptr;
   return electronics::second_order_loop(std::sqrt(stiffness / inertia) / (2.0 * M_PI),
-                                        truth.number("damping") / (2.0 * std::sqrt(stiffness * inertia)), step);
+                                        damping / (2.0 * std::sqrt(stiffness * inertia)), step);
 }
 
 /// K_1 of the recorded word [SI], not zero
@@ -119,19 +119,22 @@ double scale_factor(const Settings& truth, const std::string& word) {
   double scale = number_or(truth, name, 0.0);
   if (!truth.has(name) && word == "current") scale = pendulum::current_scale_factor(truth);
   if (scale == 0.0)
-    refuse("pendulous_accelerometer", {"output = \"" + word + "\" needs " + name + ", not zero" +
-                                       (word == "current" ? ", or pendulosity and torquer_constant" : "")});
+    refuse({"output = \"" + word + "\" needs " + name + ", not zero" +
+            (word == "current" ? ", or pendulosity and torquer_constant" : "")});
   return scale;
 }
 
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream& random) {
   const std::string word = truth.word("output");
-  std::vector<Response> stages{servo_loop(truth, step), electronics::limits(truth)};
-  if (word == "specific_force")
-    return {QuantityKind::specific_force, "g", false, electronics::in_series(std::move(stages))};
-  stages.push_back(electronics::scaled(scale_factor(truth, word)));
+  std::vector<std::string> problems;
+  std::vector<Response> stages{attempt(problems, [&] { return servo_loop(truth, step); }),
+                               attempt(problems, [&] { return electronics::limits(truth); })};
+  if (word != "specific_force")
+    stages.push_back(attempt(problems, [&] { return electronics::scaled(scale_factor(truth, word)); }));
   if (word == "count") stages.push_back(electronics::pulse_counter(step, random.split("start phase").uniform(0)));
+  refuse(std::move(problems));
   const Response response = electronics::in_series(std::move(stages));
+  if (word == "specific_force") return {QuantityKind::specific_force, "g", false, response};
   if (word == "count") return {QuantityKind::count, "pulse", true, response};
   return {QuantityKind::other, word == "current" ? "mA" : "V", false, response};
 }

@@ -97,31 +97,36 @@ std::vector<Output> outputs(const Settings&) {
 Response rebalance_loop(const Settings& truth, double step) {
   if (truth.has("natural_frequency")) return electronics::loop(truth, step);
   const double k = sdof::loop_stiffness(truth);
-  if (!(k > 0.0) || !truth.has("gimbal_inertia_O") || !truth.has("damping")) return nullptr;
-  const double inertia = truth.number("gimbal_inertia_O");
-  return electronics::second_order_loop(std::sqrt(k / inertia) / (2.0 * M_PI),
-                                        truth.number("damping") / (2.0 * std::sqrt(k * inertia)), step);
+  const double inertia = number_or(truth, "gimbal_inertia_O", 0.0), damping = number_or(truth, "damping", 0.0);
+  if (!(k > 0.0 && inertia > 0.0 && damping > 0.0)) return nullptr;
+  return electronics::second_order_loop(std::sqrt(k / inertia) / (2.0 * M_PI), damping / (2.0 * std::sqrt(k * inertia)),
+                                        step);
 }
 
 /// S_g [(rad/s)/A]
 double torquer_scale_factor(const Settings& truth) {
   if (truth.has("torquer_scale_factor")) {
     const double scale = truth.number("torquer_scale_factor");
-    if (scale == 0.0) refuse("sdof_gyro", {"torquer_scale_factor must not be zero"});
+    if (scale == 0.0) refuse({"torquer_scale_factor must not be zero"});
     return scale;
   }
   const double momentum = sdof::angular_momentum(truth);
   if (!truth.has("torquer_constant") || !(momentum > 0.0))
-    refuse("sdof_gyro", {"output = \"current\" needs torquer_scale_factor, or torquer_constant and the momentum"});
+    refuse({"output = \"current\" needs torquer_scale_factor, or torquer_constant and the momentum"});
   return truth.number("torquer_constant") / momentum;
 }
 
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream&) {
-  std::vector<Response> stages{rebalance_loop(truth, step), electronics::limits(truth)};
-  if (truth.word("output") == "rate")
-    return {QuantityKind::angular_rate, "deg/h", false, electronics::in_series(std::move(stages))};
-  stages.push_back(electronics::scaled(1.0 / torquer_scale_factor(truth)));
-  return {QuantityKind::other, "mA", false, electronics::in_series(std::move(stages))};
+  std::vector<std::string> problems;
+  std::vector<Response> stages{attempt(problems, [&] { return rebalance_loop(truth, step); }),
+                               attempt(problems, [&] { return electronics::limits(truth); })};
+  const bool current = truth.word("output") == "current";
+  if (current)
+    stages.push_back(attempt(problems, [&] { return electronics::scaled(1.0 / torquer_scale_factor(truth)); }));
+  refuse(std::move(problems));
+  const Response response = electronics::in_series(std::move(stages));
+  if (current) return {QuantityKind::other, "mA", false, response};
+  return {QuantityKind::angular_rate, "deg/h", false, response};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
@@ -44,6 +45,7 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
     if (!(options.number(name) > 0.0)) problems.push_back(fmt::format("[rig] {} must be positive", name));
   for (const char* name : {"stability_sd", "draught_sd", "sensor_lag", "sensor_noise", "sensor_quantum"})
     if (options.number(name) < 0.0) problems.push_back(fmt::format("[rig] {} must not be negative", name));
+  if (!(options.number("lowest") > 0.0)) problems.push_back("[rig] lowest must be above absolute zero");
   if (options.number("lowest") >= options.number("highest")) problems.push_back("[rig] lowest must lie below highest");
   const double lowest = options.number("lowest"), highest = options.number("highest");
   const Unit celsius = Unit::parse("degC"), ramp_unit = Unit::parse("K/min");
@@ -190,8 +192,11 @@ History history_of(const RigRun& run) {
   const Spot top = follow(at_top, soaked, options.number("top_time"), options.number("top_self_heating"), run.rate);
   const Spot side = follow(at_side, soaked, options.number("side_time"), options.number("side_self_heating"), run.rate);
   History out{run.rate, std::vector<Felt>(count), {}, {}};
+  const Kinematics ground = ground_of(run.site, 0.0);  // x east, y north, z up
   for (std::size_t k = 0; k < count; ++k) {
     Felt& felt = out.felt[k];
+    felt.rate = ground.rate;
+    felt.specific_force = ground.specific_force;
     felt.temperature = 0.5 * (top.temperature[k] + side.temperature[k]);
     felt.temperature_gradient = top.temperature[k] - side.temperature[k];
     felt.temperature_rate = 0.5 * (top.rate[k] + side.rate[k]);

@@ -6,6 +6,7 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/sim/source.hpp"
 
 namespace tumble::sim {
 
@@ -27,16 +28,12 @@ Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, c
 /// What the rig does with this plan in this power-up, at the rate of the simulation's steps.
 Reference reference_of(const Plan& plan, const PowerUp& run, const RandomStream& random);
 
-/// One channel of one power-up, sample after sample.
-struct Source {
-  Channel channel;  ///< without values; its timeline begins at the power-up
-  std::function<void(std::span<double>)> next;
-};
-
-/// The instrument's outputs.
-std::vector<Source> outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run,
-                               const RandomStream& random);
+/// The instrument's outputs: one source, since all feel the same.
+Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run, const RandomStream& random);
 /// The rig's sensors.
 std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PowerUp& run);
+
+/// Steps of the simulation per recorded sample.
+int oversampling_of(const Plan& plan);
 
 }  // namespace tumble::sim

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/models/support/given.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
@@ -13,6 +14,9 @@ namespace {
 
 using sim::PowerUp;
 using sim::Source;
+
+constexpr double most_samples = 1e12;      ///< a channel: 8 TB
+constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
 
 void append_noise_problems(const Plan& plan, const std::string& prefix, std::vector<std::string>& problems) {
   for (const char* name : {"quantization_noise", "angle_random_walk", "bias_instability", "rate_random_walk",
@@ -23,6 +27,63 @@ void append_noise_problems(const Plan& plan, const std::string& prefix, std::vec
     problems.push_back(fmt::format("[truth] {0}markov_time must be positive where {0}markov_sd is given", prefix));
 }
 
+/// What the instrument's model finds wrong with its terms, physics and electronics, and the noise.
+void append_truth_problems(const Plan& plan, std::vector<std::string>& problems) {
+  const Model& model = find_model(plan.instrument_model);
+  const int oversampling = plan.truth.integer("oversampling");
+  if (oversampling < 1 || oversampling > most_oversampling)
+    problems.push_back(fmt::format("[truth] oversampling must be from 1 to {}", most_oversampling));
+  const auto outputs = models::attempt(problems, [&] { return model.outputs(plan.truth); });
+  std::string last = "none yet";  // outputs of one kind stand together and share their noise
+  for (const auto& output : outputs)
+    if (output.noise_prefix != last) append_noise_problems(plan, last = output.noise_prefix, problems);
+  if (model.coefficients) models::attempt(problems, [&] { return model.coefficients(plan.truth); });
+  const double step = 1.0 / (plan.sample_rate * std::max(1, oversampling));
+  for (std::size_t k = 0; model.record && k < outputs.size(); ++k)
+    models::attempt(problems, [&] { return model.record(plan.truth, k, step, RandomStream(0)); });
+  if (model.record && outputs.empty())  // even so: what it says does not depend on the terms
+    models::attempt(problems, [&] { return model.record(plan.truth, 0, step, RandomStream(0)); });
+}
+
+/// The fastest that a motion is [Hz]; 0: it does not oscillate.
+double highest_frequency(const Motion& motion) {
+  switch (motion.kind) {
+    case Motion::Kind::sine:
+      return motion.frequency;
+    case Motion::Kind::sweep:
+      return std::max(motion.frequency, motion.to_frequency);
+    case Motion::Kind::random:
+      return motion.psd_frequency.empty() ? 0.0 : motion.psd_frequency.back();
+    default:
+      return 0.0;
+  }
+}
+
+/// Motion that the steps of the simulation cannot follow, and more or fewer samples than can be.
+void append_rate_problems(const Plan& plan, std::vector<std::string>& problems) {
+  const double rate = plan.sample_rate * std::clamp(plan.truth.integer("oversampling"), 1, most_oversampling);
+  for (const auto& segment : plan.schedule)
+    for (const auto& [axis, motion] : segment.axes) {
+      const double highest = highest_frequency(motion);
+      const bool sine = motion.kind == Motion::Kind::sine;
+      if (sine ? 2.0 * highest >= rate : 2.0 * highest > rate)
+        problems.push_back(
+            fmt::format("segment '{}': {} at {:.6g} Hz needs more than {:.6g} steps a second, and the simulation takes "
+                        "{:.6g}: raise [truth] oversampling",
+                        segment.label, axis, highest, 2.0 * highest, rate));
+    }
+  double samples = 0.0;
+  for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;
+  if (!(samples <= most_samples)) {
+    problems.push_back(fmt::format("the schedule makes {:.3g} samples a channel at {:.6g} Hz; {:.0e} are possible",
+                                   samples, plan.sample_rate, most_samples));
+    return;
+  }
+  for (const auto& run : sim::power_ups(plan.schedule, plan.sample_rate))
+    if (run.samples == 0)
+      problems.push_back(fmt::format("run {} is shorter than a sample at {:.6g} Hz", run.run, plan.sample_rate));
+}
+
 void refuse_incomplete(const Plan& plan) {
   std::vector<std::string> problems;
   if (plan.instrument_model.empty()) problems.push_back("to simulate, the plan needs [instrument] model = \"...\"");
@@ -30,25 +91,41 @@ void refuse_incomplete(const Plan& plan) {
   if (!(plan.sample_rate > 0.0))
     problems.push_back("to simulate, the plan needs [instrument] rate = \"1 Hz\" or the like");
   if (plan.schedule.empty()) problems.push_back("to simulate, the plan needs at least one [[schedule]]");
-  if (problems.empty() && plan.truth.texts().empty()) problems.push_back("to simulate, the plan needs [truth]");
+  if (!plan.instrument_model.empty() && plan.truth.texts().empty())
+    problems.push_back("to simulate, the plan needs [truth]");
   if (problems.empty()) {
-    std::string last = "none yet";  // outputs of one kind stand together and share their noise
-    for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
-      if (output.noise_prefix != last) append_noise_problems(plan, last = output.noise_prefix, problems);
-    if (plan.truth.integer("oversampling") < 1) problems.push_back("[truth] oversampling must be 1 or more");
+    append_truth_problems(plan, problems);
+    append_rate_problems(plan, problems);
   }
-  if (!problems.empty()) {
-    for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
-    throw Error(Error::Kind::bad_input, problems);
-  }
+  for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
 /// All that a power-up records, the instrument's outputs first.
 std::vector<Source> sources_of(const Plan& plan, const PowerUp& run, const RandomStream& random) {
   const Reference reference = sim::reference_of(plan, run, random);
-  auto sources = sim::outputs_of(plan, reference, run, random);
+  std::vector<Source> sources{sim::outputs_of(plan, reference, run, random)};
   for (auto& sensor : sim::sensors_of(plan, reference, run)) sources.push_back(std::move(sensor));
   return sources;
+}
+
+/// The channels of all sources, in order, without values.
+std::vector<Channel> channels_of(const std::vector<Source>& sources) {
+  std::vector<Channel> channels;
+  for (const auto& source : sources)
+    channels.insert(channels.end(), source.channels().begin(), source.channels().end());
+  return channels;
+}
+
+/// The next `size` samples of source number s to where its channels stand, from sample `first` on.
+void fill(std::vector<Source>& sources, std::size_t s, std::vector<Channel>& channels, std::size_t first,
+          std::size_t size) {
+  std::size_t c = 0;
+  for (std::size_t before = 0; before < s; ++before) c += sources[before].channels().size();
+  sim::Samples out;
+  for (std::size_t k = 0; k < sources[s].channels().size(); ++k)
+    out.push_back(std::span(channels[c + k].values).subspan(first, size));
+  sources[s].next(std::move(out));
 }
 
 /// What the recording says of itself; no channels.
@@ -78,20 +155,18 @@ Recording simulate(const Plan& plan, std::uint64_t seed, const Progress& progres
   const RandomStream random(seed);
   report(progress, 0.0, "simulating");
 
-  // One job a power-up and channel.
+  // One job a power-up and source.
   std::vector<std::vector<Source>> sources(runs.size());
   parallel_for(runs.size(), [&](std::size_t r) { sources[r] = sources_of(plan, runs[r], random); });
   Recording recording = frame_of(plan, seed);
-  for (const auto& source : sources.front()) {
-    recording.channels.push_back(source.channel);
-    recording.channels.back().values.resize(samples_of(runs));
-  }
-  const std::size_t channels = recording.channels.size();
+  recording.channels = channels_of(sources.front());
+  for (auto& channel : recording.channels) channel.values.resize(samples_of(runs));
   std::vector<std::size_t> first(runs.size(), 0);
   for (std::size_t r = 1; r < runs.size(); ++r) first[r] = first[r - 1] + runs[r - 1].samples;
-  parallel_for(runs.size() * channels, [&](std::size_t job) {
-    const std::size_t r = job / channels, c = job % channels;
-    sources[r][c].next(std::span(recording.channels[c].values).subspan(first[r], runs[r].samples));
+  const std::size_t jobs = sources.front().size();
+  parallel_for(runs.size() * jobs, [&](std::size_t job) {
+    const std::size_t r = job / jobs, s = job % jobs;
+    fill(sources[r], s, recording.channels, first[r], runs[r].samples);
   });
   report(progress, 1.0, "simulating");
   return recording;
@@ -108,14 +183,14 @@ void simulate(const Plan& plan, std::uint64_t seed, std::size_t samples,
     auto sources = sources_of(plan, run, random);
     for (std::size_t first = 0; first < run.samples; first += samples) {
       report(progress, static_cast<double>(done) / all, "simulating");
-      Recording block = frame_of(plan, seed);
+      Recording block = done == 0 ? frame_of(plan, seed) : Recording{};
       const std::size_t size = std::min(samples, run.samples - first);
-      for (const auto& source : sources) {
-        block.channels.push_back(source.channel);
-        block.channels.back().timeline.start = runs.front().begin + static_cast<double>(done) / plan.sample_rate;
-        block.channels.back().values.resize(size);
+      block.channels = channels_of(sources);
+      for (auto& channel : block.channels) {
+        channel.timeline.start = runs.front().begin + static_cast<double>(done) / plan.sample_rate;
+        channel.values.resize(size);
       }
-      parallel_for(sources.size(), [&](std::size_t c) { sources[c].next(block.channels[c].values); });
+      parallel_for(sources.size(), [&](std::size_t s) { fill(sources, s, block.channels, 0, size); });
       sink(block);
       done += size;
     }

@@ -78,6 +78,8 @@ void read_site(Reading& reading, const toml::table& table) {
   if (!table.contains("latitude")) section.missing("latitude", "\"34.25 deg\"");
   if (std::abs(site.latitude) > std::numbers::pi / 2) section.problem_at("latitude", "must be from -90 to 90 deg");
   if (std::abs(site.longitude) > 2 * std::numbers::pi) section.problem_at("longitude", "must be from -360 to 360 deg");
+  if (std::abs(site.height) > 1e5) section.problem_at("height", "must be from -100 to 100 km");
+  if (site.gravity && !(*site.gravity > 0.0)) section.problem_at("gravity", "must be above zero");
   section.close();
   reading.plan.site = site;
 }
@@ -228,6 +230,21 @@ const toml::array* tables(Section& root, const char* key) {
   return good ? array : nullptr;
 }
 
+/// Where the refusal of a rig points: "[rig] option ..." or "segment 'label': ..." with its line, else the file.
+std::string place_of(const std::string& refusal, const Reading& reading, Section& root) {
+  if (refusal.starts_with("[rig] ")) {
+    const auto name = refusal.substr(6, refusal.find(' ', 6) - 6);
+    const auto* rig = root.table("rig");
+    if (const auto* node = rig ? rig->get(name) : nullptr) return reading.problems.place(node->source());
+  }
+  if (const auto* segments = root.find("schedule"); segments && segments->is_array())
+    for (const auto& node : *segments->as_array()) {
+      const auto* label = node.as_table() ? node.as_table()->get_as<std::string>("label") : nullptr;
+      if (label && refusal.starts_with("segment '" + label->get() + "'")) return reading.problems.place(node.source());
+    }
+  return reading.plan.file;
+}
+
 void read_schedule(Reading& reading, Section& root) {
   const auto before = reading.problems.all.size();
   if (const auto* array = tables(root, "schedule"))
@@ -235,7 +252,7 @@ void read_schedule(Reading& reading, Section& root) {
   const bool clean = reading.problems.all.size() == before && !reading.plan.rig.texts().empty();
   if (reading.rig && reading.rig->refusals && clean && !reading.plan.schedule.empty())
     for (const auto& refusal : reading.rig->refusals(reading.plan.schedule, reading.plan.rig))
-      reading.problems.all.push_back(reading.plan.file + ": " + refusal);
+      reading.problems.all.push_back(place_of(refusal, reading, root) + ": " + refusal);
 }
 
 void read_channel_sets(Reading& reading) {

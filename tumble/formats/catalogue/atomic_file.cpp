@@ -4,7 +4,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -42,6 +44,26 @@ int open_beside(const fs::path& target, std::string& name) {
   return -1;
 }
 
+/// Names of temporaries, for a signal handler. A file that finds no room, or whose name is too long, is left behind.
+constexpr int slots = 8;
+char unfinished[slots][4096];
+std::atomic<int> state[slots];  ///< 0: free, 1: being written, 2: a name
+
+int remember(const std::string& name) {
+  for (int slot = 0; slot < slots && name.size() < sizeof unfinished[0]; ++slot) {
+    int expected = 0;
+    if (!state[slot].compare_exchange_strong(expected, 1)) continue;
+    std::memcpy(unfinished[slot], name.c_str(), name.size() + 1);
+    state[slot] = 2;
+    return slot;
+  }
+  return -1;
+}
+
+void forget(int slot) {
+  if (slot >= 0) state[slot] = 0;
+}
+
 /// So that the new name survives a power cut. Some file systems refuse it; the file itself is safe already.
 void synchronise_folder(const fs::path& target) {
   const auto folder = target.has_parent_path() ? target.parent_path().string() : std::string(".");
@@ -64,18 +86,26 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolved(
     descriptor_ = open_beside(target_, temporary_);
   }
   if (descriptor_ < 0) fail(errno);
+  if (replaces()) slot_ = remember(temporary_);
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : path_(std::move(other.path_)),
       target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      slot_(std::exchange(other.slot_, -1)) {}
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   close(descriptor_);
   if (replaces()) unlink(temporary_.c_str());
+  forget(slot_);
+}
+
+void unlink_unfinished() noexcept {
+  for (int slot = 0; slot < slots; ++slot)
+    if (state[slot] == 2) unlink(unfinished[slot]);
 }
 
 void AtomicFile::fail(int code) const {
@@ -95,6 +125,7 @@ void AtomicFile::commit() {
   if (replaces()) {
     if (fsync(descriptor_) != 0) fail(errno);
     if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+    forget(std::exchange(slot_, -1));
   }
   if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
   if (replaces()) synchronise_folder(target_);

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "tumble/models/electronics/response.hpp"
-#include "tumble/units/error.hpp"
+#include "tumble/models/support/given.hpp"
 
 namespace tumble::axes {
 namespace {
@@ -97,6 +97,9 @@ std::vector<Option> options(bool gyros, bool accelerometers) {
 
 Recorded record(const Output& output, const Settings& truth, double step) {
   const std::string prefix = prefix_of(output.kind);
+  std::vector<std::string> problems;
+  models::require_positive(truth, {prefix + "range", prefix + "resolution"}, problems);
+  models::refuse(std::move(problems));
   std::vector<Response> stages;
   if (truth.has(prefix + "range")) {
     const double range = truth.number(prefix + "range");

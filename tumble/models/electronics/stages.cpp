@@ -15,7 +15,7 @@ void refuse_unusable(const Settings& truth) {
     problems.push_back("give time_constant (first-order loop) or natural_frequency (second-order), not both");
   if (truth.has("dead_zone") && truth.number("dead_zone") < 0.0) problems.push_back("dead_zone must not be negative");
   if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");
-  models::refuse("electronics of the instrument", std::move(problems));
+  models::refuse(std::move(problems));
 }
 
 }  // namespace

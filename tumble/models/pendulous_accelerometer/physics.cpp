@@ -19,7 +19,7 @@ void refuse_incomplete(const Settings& truth) {
       {"pendulosity"}, problems);
   require_with(truth, {"pendulum_inertia_I"}, {"pendulum_inertia_P", "pendulosity"}, problems);
   require_with(truth, {"pendulum_inertia_P"}, {"pendulum_inertia_I", "pendulosity"}, problems);
-  refuse("pendulous_accelerometer", std::move(problems));
+  refuse(std::move(problems));
 }
 
 /// K + C [N m/rad]; 0: the pendulum does not tilt
@@ -101,7 +101,7 @@ double tilt_per_specific_force(const Settings& constants) {
   require_positive(constants, {"pendulosity", "servo_stiffness"}, problems);
   if (constants.number("hinge_stiffness") < 0.0) problems.push_back("hinge_stiffness must not be negative");
   require_with(constants, {"servo_stiffness"}, {"pendulosity"}, problems);
-  refuse("pendulous_accelerometer", std::move(problems));
+  refuse(std::move(problems));
   const double stiffness = total_stiffness(constants);
   return stiffness > 0.0 ? constants.number("pendulosity") / stiffness : 0.0;
 }

@@ -38,7 +38,7 @@ void refuse_incomplete(const Settings& truth) {
                        ": needs angular_momentum, or rotor_inertia and spin_rate, as well");
   if (truth.has("loop_stiffness") && truth.has("pickoff_gain"))
     problems.push_back("give loop_stiffness, or pickoff_gain and amplifier_gain, not both");
-  refuse("sdof_gyro", std::move(problems));
+  refuse(std::move(problems));
 }
 
 /// eq. (4.4): the mass lags by C m f, the torque is (l - C m f) x (-m f)

@@ -41,8 +41,9 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
   if (!missing.empty()) problems.push_back(listed(given) + ": needs " + listed(missing) + " as well");
 }
 
-void refuse(const std::string& model, std::vector<std::string> problems) {
-  for (auto& problem : problems) problem = model + ": " + problem;
+void refuse(std::vector<std::string> problems) {
+  for (auto& problem : problems)
+    if (!problem.starts_with("[truth] ")) problem = "[truth] " + problem;
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

@@ -143,6 +143,8 @@ void check_bounds(const Settings& options, const std::vector<std::string>& posit
   for (const auto& name : positive)
     if (!(options.number(name) > 0.0) || !std::isfinite(options.number(name)))
       problems.push_back(fmt::format("[rig] {} must be above zero", name));
+  if (options.has("temperature") && !(options.number("temperature") > 0.0))
+    problems.push_back("[rig] temperature must be above absolute zero");
   for (const auto& name : not_negative)
     if (!(options.number(name) >= 0.0) || !std::isfinite(options.number(name)))
       problems.push_back(fmt::format("[rig] {} must not be negative", name));

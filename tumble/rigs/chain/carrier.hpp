@@ -61,7 +61,7 @@ std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors);
 /// Base from level, as the level and azimuth errors turn it.
 Rotation base_from_level(const ErrorValues& errors);
 
-/// Options that must be above zero, or not below it; all must be finite.
+/// Options that must be above zero, or not below it; all must be finite. The temperature is checked as well.
 void check_bounds(const Settings& options, const std::vector<std::string>& positive,
                   const std::vector<std::string>& not_negative, std::vector<std::string>& problems);
 

@@ -172,6 +172,8 @@ std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, Proble
     Draft draft{{}, {}, table};
     draft.segment.label = section.text("label").value_or("");
     if (!section.find("label")) section.missing("label", "\"static\"");
+    else if (draft.segment.label.empty() && table->get("label")->is_string())
+      section.problem_at("label", "must not be empty");
     draft.duration = section.quantity("duration", Unit::parse("s"));
     if (draft.duration && *draft.duration <= 0.0) section.problem_at("duration", "must be above zero");
     auto runs = section.integers("run");

@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "tumble/math/parallel.hpp"
+#include "tumble/sim/power_up.hpp"
+
+namespace tumble::sim {
+namespace {
+
+/// Steps that are simulated at once: of one output so few that they stay in the first caches; of several, which share
+/// what is felt, enough to be worth a thread each.
+constexpr std::size_t steps_of_one = 2048, steps_of_several = 16384;
+
+/// What one output indicates of what is felt: its input and those of its terms that are not zero.
+struct Sum {
+  std::function<double(const Felt&)> input;
+  std::vector<Term> terms;
+  std::vector<double> coefficients;
+
+  double operator()(const Felt& felt) const {
+    double value = input ? input(felt) : 0.0;
+    for (std::size_t t = 0; t < terms.size(); ++t) value += coefficients[t] * terms[t].regressor(felt);
+    return value;
+  }
+};
+
+Sum sum_of(const Model& model, const Output& output, const Settings& truth) {
+  Sum sum{output.input, {}, {}};
+  const auto coefficients = coefficients_of(model, output, truth);
+  for (std::size_t t = 0; t < output.terms.size(); ++t)
+    if (coefficients[t] != 0.0) {
+      sum.terms.push_back(output.terms[t]);
+      sum.coefficients.push_back(coefficients[t]);
+    }
+  return sum;
+}
+
+/// One output: what it indicates at every step, through its electronics into samples.
+struct Producer {
+  Sum sum;
+  double turn_on;
+  NoiseSource noise;
+  Recorded recorded;
+  std::vector<double> fine = {};  ///< steps, where a sample takes more than one
+
+  /// What it indicates at every step, noise apart, if that is one number from `begin` to `end`.
+  std::optional<double> constant(const Felt& begin, const Felt& end) const {
+    if (recorded.history) return std::nullopt;
+    const double value = sum(begin);
+    if (value != sum(end)) return std::nullopt;
+    return value;
+  }
+
+  /// `felt` is not looked at where `constant` has a value.
+  void fill(const std::optional<double>& constant, std::span<const Felt> felt, std::size_t oversampling,
+            std::span<double> samples) {
+    fine.resize(oversampling == 1 ? 0 : samples.size() * oversampling);
+    const auto steps = oversampling == 1 ? samples : std::span(fine);
+    for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = (constant ? *constant : sum(felt[k])) + turn_on;
+    if (recorded.history) recorded.history(felt, steps);
+    noise.add(steps);
+    if (recorded.response) recorded.response(steps);
+    if (oversampling > 1) gather(oversampling, samples);
+  }
+
+  void gather(std::size_t oversampling, std::span<double> samples) const {
+    const double scale = recorded.accumulates ? 1.0 : 1.0 / static_cast<double>(oversampling);
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      double total = 0.0;
+      for (std::size_t i = 0; i < oversampling; ++i) total += fine[k * oversampling + i];
+      samples[k] = scale * total;
+    }
+  }
+};
+
+/// All outputs of one power-up.
+struct Instrument {
+  std::vector<Producer> outputs;
+  Reference reference;
+  double step;  ///< [s]
+  std::size_t oversampling;
+  std::vector<Felt> felt = {};
+
+  void make(std::size_t first, const Samples& out) {
+    const std::size_t steps = out.front().size() * oversampling;
+    const double begin = (static_cast<double>(first * oversampling) + 0.5) * step;
+    const auto constants = constants_from(begin, begin + static_cast<double>(steps - 1) * step);
+    const bool several = outputs.size() > 1 && steps >= steps_of_one;
+    if (std::any_of(constants.begin(), constants.end(), [](const auto& constant) { return !constant; }))
+      feel(begin, steps, several);
+    const auto fill = [&](std::size_t k) { outputs[k].fill(constants[k], felt, oversampling, out[k]); };
+    if (several) return parallel_for(outputs.size(), fill);
+    for (std::size_t k = 0; k < outputs.size(); ++k) fill(k);
+  }
+
+  /// Where what is felt does not change and the terms do not either, one evaluation is enough.
+  std::vector<std::optional<double>> constants_from(double begin, double end) const {
+    std::vector<std::optional<double>> constants(outputs.size());
+    if (!reference.steady_until || reference.steady_until(begin) < end) return constants;
+    Felt at_begin;
+    reference.felt(begin, end - begin, std::span(&at_begin, 1));
+    Felt at_end = at_begin;
+    at_end.since_power_on += end - begin;
+    for (std::size_t k = 0; k < outputs.size(); ++k) constants[k] = outputs[k].constant(at_begin, at_end);
+    return constants;
+  }
+
+  void feel(double begin, std::size_t steps, bool several) {
+    felt.resize(steps);
+    const auto part = [&](std::size_t p) {
+      const std::size_t from = p * steps_of_one, size = std::min(steps_of_one, steps - from);
+      reference.felt(begin + static_cast<double>(from) * step, step, std::span(felt).subspan(from, size));
+    };
+    const std::size_t parts = (steps + steps_of_one - 1) / steps_of_one;
+    if (several) return parallel_for(parts, part);
+    for (std::size_t p = 0; p < parts; ++p) part(p);
+  }
+};
+
+}  // namespace
+
+Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run, const RandomStream& random) {
+  const Model& model = find_model(plan.instrument_model);
+  const auto outputs = model.outputs(plan.truth);
+  const auto oversampling = static_cast<std::size_t>(oversampling_of(plan));
+  const double rate = plan.sample_rate * static_cast<double>(oversampling);
+  const RandomStream own = random.split("run").split(static_cast<std::uint64_t>(run.run)).split("instrument");
+  const auto instrument = std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling});
+  std::vector<Channel> channels;
+  for (std::size_t k = 0; k < outputs.size(); ++k) {
+    const Output& output = outputs[k];
+    const RandomStream stream = outputs.size() == 1 ? own : own.split(output.channel);
+    Recorded recorded{output.kind, output.unit, false, nullptr};
+    if (model.record) recorded = model.record(plan.truth, k, 1.0 / rate, stream.split("electronics"));
+    channels.push_back(
+        {output.channel, recorded.kind, Unit::parse(recorded.unit), {run.begin, plan.sample_rate, nullptr}, {}});
+    instrument->outputs.push_back(
+        {sum_of(model, output, plan.truth),
+         plan.truth.number(output.noise_prefix + "turn_on_repeatability") * stream.split("turn-on").normal(0),
+         NoiseSource(noise_of(plan.truth, output.noise_prefix), rate, run.samples * oversampling,
+                     stream.split("noise")),
+         std::move(recorded)});
+  }
+  const std::size_t steps = outputs.size() == 1 ? steps_of_one : steps_of_several;
+  return {std::move(channels), run.samples, std::max<std::size_t>(1, steps / oversampling),
+          [instrument](std::size_t first, const Samples& out) { instrument->make(first, out); }};
+}
+
+}  // namespace tumble::sim
