@@ -156,11 +156,11 @@ void felt_in(const Hand& hand, double first, double step, std::span<Felt> out) {
 }
 
 double until(const Hand& hand, double time) {
-  for (const auto& rest : hand.rests) {
-    if (rest.angle == 0.0) continue;
-    if (rest.begin > time) return rest.begin;
-    if (time < rest.begin + hand.move_time) return time;
-  }
+  const Rest* rest = &rest_at(hand, time);
+  if (rest->angle != 0.0 && time < rest->begin + hand.move_time) return time;
+  const Rest* const end = hand.rests.data() + hand.rests.size();
+  while (++rest < end)
+    if (rest->angle != 0.0) return rest->begin;
   return std::numeric_limits<double>::infinity();
 }
 

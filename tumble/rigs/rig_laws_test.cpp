@@ -274,6 +274,27 @@ void expect_near(Vector3 a, Vector3 b, double tolerance) {
   EXPECT_NEAR(a.z, b.z, tolerance);
 }
 
+TEST(ThermalChamber, InstrumentLiesStillOnTheEarth) {
+  const Rig& rig = find_rig("thermal_chamber");
+  const auto felt = settled(rig, {{"chamber", {.kind = Kind::dwell, .value = 300.0}}}, with(rig, {}));
+  EXPECT_EQ(felt.specific_force.x, 0.0);
+  EXPECT_EQ(felt.specific_force.y, 0.0);
+  EXPECT_EQ(felt.specific_force.z, *site.gravity);
+  EXPECT_EQ(felt.rate.x, 0.0);
+  EXPECT_EQ(felt.rate.y, earth_rate_in_level(site).y);
+  EXPECT_EQ(felt.rate.z, earth_rate_in_level(site).z);
+}
+
+TEST(Rigs, NothingIsColderThanAbsoluteZero) {
+  for (const Rig* rig : rigs::catalogue()) {
+    const char* option = std::string(rig->name) == "thermal_chamber" ? "lowest" : "temperature";
+    const auto problems = rig->refusals({}, with(*rig, {{option, "-300 degC", "test"}}));
+    EXPECT_TRUE(std::any_of(problems.begin(), problems.end(), [&](const std::string& problem) {
+      return problem == "[rig] " + std::string(option) + " must be above absolute zero";
+    })) << rig->name;
+  }
+}
+
 TEST(DividingHead, TurnsGravityThroughXAndY) {
   const Rig& rig = find_rig("dividing_head");
   for (const double angle : {0.0, 30.0, 90.0, 225.0}) {

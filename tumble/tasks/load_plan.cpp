@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <numbers>
 
 #include "tumble/formats/atomic_file.hpp"
@@ -230,20 +231,32 @@ const toml::array* tables(Section& root, const char* key) {
   return good ? array : nullptr;
 }
 
-/// Where the refusal of a rig points: "[rig] option ..." or "segment 'label': ..." with its line, else the file.
-std::string place_of(const std::string& refusal, const Reading& reading, Section& root) {
-  if (refusal.starts_with("[rig] ")) {
-    const auto name = refusal.substr(6, refusal.find(' ', 6) - 6);
-    const auto* rig = root.table("rig");
-    if (const auto* node = rig ? rig->get(name) : nullptr) return reading.problems.place(node->source());
+/// Where the refusals of a rig point: "[rig] option ..." and "segment 'label' ..." to their lines, others to the file.
+class Places {
+ public:
+  Places(const Reading& reading, Section& root) : problems_(reading.problems), rig_(root.table("rig")) {
+    const auto* segments = root.find("schedule");
+    for (const auto& node : *segments->as_array())
+      if (const auto* label = node.as_table()->get_as<std::string>("label"))
+        segments_.emplace(label->get(), &node);  // the first of those that share it
   }
-  if (const auto* segments = root.find("schedule"); segments && segments->is_array())
-    for (const auto& node : *segments->as_array()) {
-      const auto* label = node.as_table() ? node.as_table()->get_as<std::string>("label") : nullptr;
-      if (label && refusal.starts_with("segment '" + label->get() + "'")) return reading.problems.place(node.source());
-    }
-  return reading.plan.file;
-}
+
+  std::string of(const std::string& refusal) const {
+    const auto quoted = [&](std::size_t from, char end) {
+      return refusal.substr(from, refusal.find(end, from) - from);
+    };
+    const toml::node* node = nullptr;
+    if (refusal.starts_with("[rig] ") && rig_) node = rig_->get(quoted(6, ' '));
+    if (refusal.starts_with("segment '"))
+      if (const auto found = segments_.find(quoted(9, '\'')); found != segments_.end()) node = found->second;
+    return node ? problems_.place(node->source()) : problems_.file;
+  }
+
+ private:
+  const Problems& problems_;
+  const toml::table* rig_;
+  std::map<std::string, const toml::node*> segments_;
+};
 
 void read_schedule(Reading& reading, Section& root) {
   const auto before = reading.problems.all.size();
@@ -251,8 +264,10 @@ void read_schedule(Reading& reading, Section& root) {
     reading.plan.schedule = plan_file::read_schedule(*array, reading.rig, reading.problems);
   const bool clean = reading.problems.all.size() == before && !reading.plan.rig.texts().empty();
   if (reading.rig && reading.rig->refusals && clean && !reading.plan.schedule.empty())
-    for (const auto& refusal : reading.rig->refusals(reading.plan.schedule, reading.plan.rig))
-      reading.problems.all.push_back(place_of(refusal, reading, root) + ": " + refusal);
+    if (const auto refusals = reading.rig->refusals(reading.plan.schedule, reading.plan.rig); !refusals.empty()) {
+      const Places places(reading, root);
+      for (const auto& refusal : refusals) reading.problems.all.push_back(places.of(refusal) + ": " + refusal);
+    }
 }
 
 void read_channel_sets(Reading& reading) {

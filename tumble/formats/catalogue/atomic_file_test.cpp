@@ -84,6 +84,15 @@ TEST_F(AtomicFileTest, FullDiskLeavesNothingBehind) {
   EXPECT_EQ(entries(), 1u);
 }
 
+TEST_F(AtomicFileTest, AnInterruptedProgramLeavesOnlyWhatWasCommitted) {
+  write_file_atomically(in("whole"), "x");
+  AtomicFile first(in("a")), moved(in("b"));
+  const AtomicFile second(std::move(moved));
+  EXPECT_EQ(entries(), 3u);
+  unlink_unfinished();
+  EXPECT_EQ(entries(), 1u);
+}
+
 TEST_F(AtomicFileTest, MissingFileIsSaid) { EXPECT_THROW(read_text_file(in("none")), Error); }
 
 }  // namespace

@@ -140,8 +140,9 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
 double steady_until(const Chain& chain, double time) {
   double until = std::numeric_limits<double>::infinity();
   for (const auto& axis : chain.axes) until = std::min(until, steady_until(axis, time));
-  for (const auto& pose : chain.poses)
-    if (pose.begin > time) until = std::min(until, pose.begin);
+  const auto next = std::upper_bound(chain.poses.begin(), chain.poses.end(), time,
+                                     [](double t, const Pose& pose) { return t < pose.begin; });
+  if (next != chain.poses.end()) until = std::min(until, next->begin);
   return std::max(until, time);
 }
 
