@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "tumble/core/attempt.hpp"
 #include "tumble/models/electronics/stages.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/pendulous_accelerometer/physics.hpp"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tumble/core/attempt.hpp"
 #include "tumble/models/electronics/stages.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sdof_gyro/physics.hpp"

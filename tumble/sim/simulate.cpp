@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "tumble/core/attempt.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/models/support/given.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
@@ -33,16 +33,16 @@ void append_truth_problems(const Plan& plan, std::vector<std::string>& problems)
   const int oversampling = plan.truth.integer("oversampling");
   if (oversampling < 1 || oversampling > most_oversampling)
     problems.push_back(fmt::format("[truth] oversampling must be from 1 to {}", most_oversampling));
-  const auto outputs = models::attempt(problems, [&] { return model.outputs(plan.truth); });
+  const auto outputs = attempt(problems, [&] { return model.outputs(plan.truth); });
   std::string last = "none yet";  // outputs of one kind stand together and share their noise
   for (const auto& output : outputs)
     if (output.noise_prefix != last) append_noise_problems(plan, last = output.noise_prefix, problems);
-  if (model.coefficients) models::attempt(problems, [&] { return model.coefficients(plan.truth); });
+  if (model.coefficients) attempt(problems, [&] { return model.coefficients(plan.truth); });
   const double step = 1.0 / (plan.sample_rate * std::max(1, oversampling));
   for (std::size_t k = 0; model.record && k < outputs.size(); ++k)
-    models::attempt(problems, [&] { return model.record(plan.truth, k, step, RandomStream(0)); });
+    attempt(problems, [&] { return model.record(plan.truth, k, step, RandomStream(0)); });
   if (model.record && outputs.empty())  // even so: what it says does not depend on the terms
-    models::attempt(problems, [&] { return model.record(plan.truth, 0, step, RandomStream(0)); });
+    attempt(problems, [&] { return model.record(plan.truth, 0, step, RandomStream(0)); });
 }
 
 /// The fastest that a motion is [Hz]; 0: it does not oscillate.

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "tumble/core/settings.hpp"
-#include "tumble/units/error.hpp"
 
 /// Physical constants that a [truth] may give or leave out.
 namespace tumble::models {
@@ -27,19 +25,6 @@ void require_positive(const Settings& truth, const std::vector<std::string>& nam
 /// A message if any of `names` is given while `needed` are not all there.
 void require_with(const Settings& truth, const std::vector<std::string>& names, const std::vector<std::string>& needed,
                   std::vector<std::string>& problems);
-
-/// What `make` returns. If it throws, what it complains of that is not among `problems` yet is appended, and an empty
-/// result returned: so that all parts of an instrument are tried before anything is said.
-template <class Make>
-auto attempt(std::vector<std::string>& problems, Make make) -> decltype(make()) {
-  try {
-    return make();
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems)
-      if (std::find(problems.begin(), problems.end(), problem) == problems.end()) problems.push_back(problem);
-    return {};
-  }
-}
 
 /// Throws Error::bad_input that lists the problems of [truth]; nothing if there is none.
 void refuse(std::vector<std::string> problems);
