@@ -46,13 +46,15 @@ struct Block {
   VectorXd observations;
 };
 
-/// Turns a segment's rows so that all but the first few vanish: pivoted Householder QR with columns in units of their
-/// norm over the whole test. Returns how many remain; what is below 1e-13 of the test is rounding.
+constexpr double rounding = 1e-13;
+
+/// Turns a segment's rows so that all but the first few vanish: pivoted Householder QR of the columns over `scale`.
+/// Returns how many remain; what is below `rounding` is left out.
 Index compress(Block& block, const VectorXd& scale) {
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(block.model * scale.cwiseInverse().asDiagonal());
   const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
   Index rank = 0;
-  while (rank < diagonal.size() && diagonal[rank] > 1e-13) ++rank;
+  while (rank < diagonal.size() && diagonal[rank] > rounding) ++rank;
   const Index n = block.model.rows();
   MatrixXd r = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
   block.model = r * qr.colsPermutation().transpose() * scale.asDiagonal();
@@ -60,7 +62,23 @@ Index compress(Block& block, const VectorXd& scale) {
   return rank;
 }
 
-Compressed compress(const MixedData& data) {
+/// Least scatter about the mean of any segment, per unit weight: white noise, where a segment is at rest.
+double scatter_within(const MixedData& data) {
+  double least = std::numeric_limits<double>::infinity();
+  const std::size_t n = data.segment.size();
+  for (std::size_t first = 0, last = 0; first < n; first = last) {
+    double weight = 0.0, sum = 0.0, squares = 0.0;
+    for (; last < n && data.segment[last] == data.segment[first]; ++last)
+      weight += data.weights[last], sum += data.weights[last] * data.observations[last];
+    if (last - first < 4) continue;
+    for (std::size_t i = first; i < last; ++i) squares += data.weights[i] * square(data.observations[i] - sum / weight);
+    least = std::min(least, squares / static_cast<double>(last - first - 1));
+  }
+  return std::isfinite(least) ? std::sqrt(least) : 0.0;
+}
+
+/// `white`: sd of unit weight, at least roughly.
+Compressed compress(const MixedData& data, double white) {
   const Index n = at(data.design.rows), p = at(data.design.columns), q = at(data.effects.size());
   MatrixXd model(n, p + q + 1);
   const VectorXd root = Eigen::Map<const VectorXd>(data.weights.data(), n).cwiseSqrt();
@@ -72,6 +90,8 @@ Compressed compress(const MixedData& data) {
   VectorXd scale = model.colwise().norm();
   for (auto& s : scale)
     if (!(s > 0.0)) s = 1.0;
+  // What a known effect does beyond the columns is of no account below a hundredth of the white noise of one row.
+  for (Index k = 0; k < q; ++k) scale[p + k] = std::max(scale[p + k], 0.01 * white / rounding);
   VectorXd y = VectorXd::Zero(n);
   if (!data.observations.empty()) y = root.cwiseProduct(Eigen::Map<const VectorXd>(data.observations.data(), n));
 
@@ -117,6 +137,25 @@ std::pair<VectorXd, VectorXd> ordinary(const Compressed& rows) {
   return {b, rows.observations - rows.design * b};
 }
 
+/// Columns whose outer products sum to the covariance of the known effects.
+MatrixXd known_factor(const Compressed& rows) {
+  const Index n = rows.design.rows();
+  std::vector<VectorXd> columns;
+  for (Index k = 0; k < rows.effects.cols(); ++k) {
+    if (!rows.each_segment[static_cast<std::size_t>(k)]) {
+      columns.emplace_back(rows.effects.col(k));
+      continue;
+    }
+    for (const auto& [first, count] : rows.parts) {
+      columns.emplace_back(VectorXd::Zero(n));
+      columns.back().segment(first, count) = rows.effects.col(k).segment(first, count);
+    }
+  }
+  MatrixXd factor(n, at(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) factor.col(at(c)) = columns[c];
+  return factor;
+}
+
 MatrixXd known_covariance(const Compressed& rows) {
   MatrixXd v = MatrixXd::Zero(rows.design.rows(), rows.design.rows());
   for (Index k = 0; k < rows.effects.cols(); ++k) {
@@ -154,7 +193,9 @@ class Restricted {
     };
     z_ = contrast(residuals);
     shifts_ = contrast(rows.incidence);
-    known_ = contrast(contrast(known_covariance(rows)).transpose());
+    MatrixXd factor = contrast(known_factor(rows));
+    keep_what_is_not_white(factor);
+    known_ = factor * factor.transpose();
     for (const auto& slow : data.slow) kernels_.push_back(map(slow.kernel));
   }
 
@@ -210,6 +251,23 @@ class Restricted {
   }
 
  private:
+  /// Turns the contrasts so that known effects and shifts fill the first few; the rest has white noise alone and goes
+  /// to the squares within the segments.
+  void keep_what_is_not_white(MatrixXd& factor) {
+    const Index m = z_.size(), used = factor.cols() + shifts_.cols();
+    if (used >= m) return;
+    MatrixXd both(m, used);
+    both << factor, shifts_;
+    const Eigen::HouseholderQR<MatrixXd> qr(both);
+    const MatrixXd r = qr.matrixQR().topRows(used).triangularView<Eigen::Upper>();
+    factor = r.leftCols(factor.cols());
+    shifts_ = MatrixXd(r.rightCols(shifts_.cols()));
+    z_.applyOnTheLeft(qr.householderQ().transpose());
+    within_squares_ += z_.tail(m - used).squaredNorm();
+    within_freedom_ += static_cast<double>(m - used);
+    z_ = VectorXd(z_.head(used));
+  }
+
   VectorXd z_;
   MatrixXd shifts_, known_;
   std::vector<MatrixXd> kernels_;
@@ -255,6 +313,7 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
     if (const double unit = likelihood.shift_mean(c); likelihood.contrasts() > 0 && unit > 0.0)
       now[c + 1] = std::max(mean, floor) / unit / static_cast<double>(now.size());
   auto point = likelihood.at_variances(now);
+  int still = 0;  // rounds that gained nothing
   for (int round = 0; round < 200; ++round) {
     VectorXd next = round < 4 ? sure_step(point, now) : scoring_step(point, now);
     next[0] = std::max(next[0], floor);
@@ -263,10 +322,10 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
       next = 0.5 * (next + now);
       there = likelihood.at_variances(next);
     }
-    const double change = ((next - now).cwiseAbs().array() / (next.array() + 1e-3 * now.array() + 1e-300)).maxCoeff();
+    still = point.value - there.value < 1e-9 ? still + 1 : 0;
     now = next;
     point = std::move(there);
-    if (round >= 4 && change < 1e-7) break;
+    if (round >= 4 && still == 2) break;
   }
   // A variance found to be zero is taken as known: counting its uncertainty as well would make the intervals wider
   // still where there is no slow noise.
@@ -365,7 +424,7 @@ MatrixXd covariance_of(const MixedData& data, const Compressed& rows, const Vect
 
 MixedFit fit_mixed_model(const MixedData& data) {
   refuse_unusable(data, true);
-  const Compressed rows = compress(data);
+  const Compressed rows = compress(data, scatter_within(data));
   const auto [start, residuals] = ordinary(rows);
   const Components found = restricted_likelihood(data, rows, residuals);
   const MatrixXd v = covariance_of(data, rows, found.variances);
@@ -391,7 +450,7 @@ MixedFit fit_mixed_model(const MixedData& data) {
 
 MixedFit predict_mixed_model(const MixedData& data, double white_variance) {
   refuse_unusable(data, false);
-  const Compressed rows = compress(data);
+  const Compressed rows = compress(data, std::sqrt(white_variance));
   ordinary(rows);
   VectorXd variances(at(data.slow.size()) + 1);
   variances[0] = white_variance;

@@ -62,7 +62,7 @@ std::vector<Dropped> unobservable_columns(const Matrix& design, const std::vecto
     if (d < empty || kept.empty()) continue;
     const VectorXd share = scaled(Eigen::all, kept).colPivHouseholderQr().solve(scaled.col(dropped[d]));
     for (std::size_t k = 0; k < kept.size(); ++k)
-      if (std::abs(share[at(k)]) > 1e-6)
+      if (std::abs(share[at(k)]) > 3.0 / limit)
         result.back().weights[static_cast<std::size_t>(kept[k])] = share[at(k)] * norms[dropped[d]] / norms[kept[k]];
   }
   return result;
