@@ -218,6 +218,10 @@ Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
         std::ranges::none_of(channel.values, finite))
       throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds no evenly timed samples",
                                                      name.empty() ? "" : name + ": ", channel.name));
+    const double some = *std::ranges::find_if(channel.values, finite);
+    if (std::ranges::all_of(channel.values, [&](double v) { return v == some || std::isnan(v); }))
+      throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds the same value throughout",
+                                                     name.empty() ? "" : name + ": ", channel.name));
     require(plan, rate, problems);
     if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
     if (!first.contains(&plan)) first[&plan] = add_power_ups(plan, rate, problem, out);

@@ -22,7 +22,7 @@ std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, So
   for (const auto& name : problem.leave_out_first)
     for (std::size_t j = 0; j < problem.columns.size(); ++j)
       if (problem.columns[j].name == name) preference.push_back(j);
-  solution.dropped = unobservable_columns(rows.design, rows.weights, rows.natural, preference);
+  solution.dropped = unobservable_columns(rows.design, rows.weights, rows.natural, preference, problem.condition_limit);
   for (std::size_t j = 0; j < problem.columns.size(); ++j)
     if (std::ranges::none_of(solution.dropped, [j](const Dropped& dropped) { return dropped.column == j; })) {
       kept.push_back(j);
@@ -131,7 +131,7 @@ Solution identify(const Evidence& evidence, const Problem& problem) {
   for (std::size_t i = 0; i < rows.input.size(); ++i) data.observations[i] -= rows.input[i];
   const auto look = first_look(data.design, data.observations, data.weights);
   data.effects = effects_of(found, problem, rows, spread(kept, look, problem.columns.size()));
-  data.slow = unknown_slow_noise(intervals_of(found), kept.size());
+  data.slow = unknown_slow_noise(intervals_of(found), kept.size(), found.stretches.front().step);
   solution.fit = fit_mixed_model(data);
   solution.observations = rows.weights.size();
   fill_segments(rows, sum(solution.fit.fitted, rows.input), solution.fit.white_variance, solution);

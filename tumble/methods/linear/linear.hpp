@@ -28,6 +28,12 @@ struct ReadingError {
   std::function<double(const Felt& felt, double predicted)> change;
 };
 
+/// An uncertainty of the response: the response as it would be, off by one standard deviation.
+struct ResponseError {
+  std::string source;
+  std::function<Response(double step)> response;
+};
+
 /// What is to be identified, and how the output is read.
 struct Problem {
   std::string role = "gyro";                 ///< the channel
@@ -38,9 +44,11 @@ struct Problem {
   /// What stands between the indicated quantity and the samples and is linear (the rebalance loop): input and columns
   /// pass through it, with a state of their own each. Null: nothing. See Response.
   std::function<Response(double step)> response;
+  std::vector<ResponseError> response_errors;
   int oversampling = 1;                      ///< points in each sample at which a moving rig is asked
   std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
   std::string advice;                        ///< what to add to the test so that it can: end of a sentence
+  double condition_limit = 1e6;              ///< beyond, the weakest combination is left out
   double settling = 0.0;                     ///< [s] dropped after the rig has settled in each segment
   double averaging = 1.0;                    ///< [s] of a block
 };
@@ -68,10 +76,18 @@ struct Solution {
   Findings findings;  ///< what was left out and what the rest then stands for
 };
 
+/// The terms of these names from the table of a model's output, in the order given.
+std::vector<Term> terms_of(const std::string& model, const Settings& constants, const std::vector<std::string>& names);
+
 /// The options every method on this engine has: `settling`, `averaging`, `oversampling`.
 std::vector<Option> options(const std::string& settling, const std::string& averaging);
 /// Puts them into a problem.
 void set_options(const Settings& settings, Problem& problem);
+
+/// `natural_frequency`, `damping_ratio` and `loop_lag_sd` of a rebalance or servo loop.
+std::vector<Option> loop_options();
+/// The loop as the problem's response, with the uncertainty of its lag, where `natural_frequency` is given.
+void set_loop(const Settings& settings, Problem& problem);
 
 /// Throws Error::bad_data, bad_input with all that the plan or the recordings lack.
 Solution identify(const Evidence& evidence, const Problem& problem);

@@ -70,6 +70,17 @@ void describe_dropped(const Problem& problem, Solution& solution) {
   }
 }
 
+std::vector<Term> terms_of(const std::string& model, const Settings& constants, const std::vector<std::string>& names) {
+  std::vector<Term> terms;
+  const auto outputs = find_model(model).outputs(constants);
+  for (const auto& name : names)
+    for (const auto& output : outputs)
+      for (const auto& term : output.terms)
+        if (term.name == name) terms.push_back(term);
+  if (terms.size() != names.size()) throw Error(Error::Kind::internal, "model " + model + " lacks a term asked for");
+  return terms;
+}
+
 std::vector<Option> options(const std::string& settling, const std::string& averaging) {
   using Type = Option::Type;
   return {
@@ -130,7 +141,10 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
   for (const auto& axis : axes) table.columns.push_back({"f_" + axis, g});
   if (!rate_unit.empty())
     for (const auto& axis : axes) table.columns.push_back({"w_" + axis, Unit::parse(rate_unit)});
-  for (const char* name : {"predicted", "measured", "residual", "noise_sd"}) table.columns.push_back({name, unit});
+  const bool measured = std::ranges::none_of(solution.segments, [](const auto& s) { return std::isnan(s.measured); });
+  for (const char* name : {"predicted", "noise_sd"}) table.columns.push_back({name, unit});
+  if (measured)
+    for (const char* name : {"measured", "residual"}) table.columns.push_back({name, unit});
   for (const auto& segment : solution.segments) {
     std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
     const auto add = [&](Vector3 v) {
@@ -138,8 +152,8 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
     };
     add(segment.felt.specific_force);
     if (!rate_unit.empty()) add(segment.felt.rate);
-    for (const double one : {segment.predicted, segment.measured, segment.measured - segment.predicted, segment.sd})
-      row.emplace_back(one);
+    row.insert(row.end(), {segment.predicted, segment.sd});
+    if (measured) row.insert(row.end(), {segment.measured, segment.measured - segment.predicted});
     table.rows.push_back(std::move(row));
   }
   return table;

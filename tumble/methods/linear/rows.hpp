@@ -50,6 +50,7 @@ struct Rows {
   std::vector<double> weights;        ///< [s] of samples present
   std::vector<double> time;           ///< [s] since power-on, mean of the samples
   std::vector<std::size_t> segment;   ///< index of the stretch
+  std::vector<std::size_t> block;     ///< counted in the stretch
   std::vector<SegmentSummary> segments;
   std::vector<double> natural;  ///< size of each column were all that is felt along all axes at its greatest
 };

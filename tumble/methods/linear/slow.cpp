@@ -45,27 +45,39 @@ std::size_t power_ups_in(const std::vector<Interval>& intervals) {
   return found.size();
 }
 
+double longest_of(const std::vector<Interval>& intervals) {
+  double longest = 0.0;
+  for (const auto& interval : intervals) longest = std::max(longest, interval.begin + interval.length);
+  return longest;
+}
+
 constexpr const char* drift = "drift between positions";
 constexpr const char* turn_on = "turn-on repeatability";
 
 }  // namespace
 
-std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters) {
+std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step) {
   std::vector<SlowNoise> slow;
   slow.push_back(
       {drift, kernel_of(intervals, [](const Interval&, const Interval&, bool same) { return same ? 1.0 : 0.0; })});
   // Two variances more than the parameters need some segments to be told apart.
-  if (intervals.size() >= parameters + 4) slow.push_back({drift, kernel_of(intervals, random_walk)});
+  if (intervals.size() >= parameters + 4) {
+    const auto bank = flicker_bank(1.0, step / 4.0, 4.0 * longest_of(intervals));
+    slow.push_back({drift, kernel_of(intervals, [&](const Interval& first, const Interval& second, bool same) {
+                      double sum = 0.0;
+                      for (const auto& component : bank) sum += markov(component, first, second, same);
+                      return sum;
+                    })});
+  }
   if (power_ups_in(intervals) > 1) slow.push_back({turn_on, same_power_up(intervals)});
   return slow;
 }
 
 std::vector<SlowNoise> known_slow_noise(const std::vector<Interval>& intervals, const NoiseModel& noise,
                                         double turn_on_sd, double step) {
-  double longest = 0.0;
-  for (const auto& interval : intervals) longest = std::max(longest, interval.begin + interval.length);
   std::vector<MarkovComponent> bank;
-  if (noise.bias_instability > 0.0) bank = flicker_bank(noise.bias_instability, step / 4.0, 4.0 * longest);
+  if (noise.bias_instability > 0.0)
+    bank = flicker_bank(noise.bias_instability, step / 4.0, 4.0 * longest_of(intervals));
   if (noise.markov_sd > 0.0) bank.push_back({noise.markov_sd, noise.markov_time});
   const double walk = noise.rate_random_walk * noise.rate_random_walk;
   const double quantization = noise.quantization_noise * noise.quantization_noise;

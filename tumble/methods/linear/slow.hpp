@@ -16,8 +16,8 @@ struct Interval {
 };
 
 /// What identify lets the likelihood find: shifts independent from segment to segment; where there are segments enough
-/// a random walk since power-on; and with several power-ups a bias of each.
-std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters);
+/// flicker, whose slowest part moves the whole test; and with several power-ups a bias of each.
+std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step);
 
 /// What a noise model says: the covariance of the means without the white noise, in the same lines of the budget.
 ///
