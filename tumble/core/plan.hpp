@@ -30,9 +30,9 @@ struct Plan;
 
 /// A file that belongs to the test.
 struct RecordingEntry {
-  std::string file;     ///< resolved against the plan's folder
-  std::string segment;  ///< label of the schedule's segment it holds; empty: the whole schedule
-  int run = 0;          ///< which power-up; 0: as the schedule or the file says
+  std::string file;                       ///< resolved against the plan's folder
+  std::string segment;                    ///< label of the schedule's segment it holds; empty: the whole schedule
+  int run = 0;                            ///< which power-up; 0: as the schedule or the file says
   std::shared_ptr<const Plan> plan = {};  ///< its own rig, site and schedule; null: those of the plan that names it
 };
 

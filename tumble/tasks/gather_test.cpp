@@ -68,6 +68,17 @@ TEST_F(Gather, MarksTheWholeScheduleFromTheFirstStamp) {
   EXPECT_EQ(marks_of(evidence.recordings[0]), (Marks{{"soak", 100, 1}, {"ramp", 101, 1}, {"soak", 103, 2}}));
 }
 
+TEST_F(Gather, MarksARecordingByThePlanItBrings) {
+  auto other = std::make_shared<Plan>();
+  other->schedule = {{"spin", 2.0, 1, {}}, {"rest", 2.0, 1, {}}};
+  const auto evidence =
+      gather(plan({{recording("a.csv"), "", 0, nullptr}, {recording("b.csv", 50), "", 0, other}}), {}, {}, {});
+  EXPECT_EQ(marks_of(evidence.recordings[0]).size(), 3u);
+  EXPECT_EQ(marks_of(evidence.recordings[1]), (Marks{{"spin", 50, 1}, {"rest", 52, 1}}));
+  EXPECT_EQ(&plan_of(evidence, 0), &evidence.plan);
+  EXPECT_EQ(&plan_of(evidence, 1), other.get());
+}
+
 TEST_F(Gather, MarksOneRunOrOneSegmentOfAFile) {
   const auto first = recording("a.csv", 5), second = recording("c.csv", 6), third = recording("d.csv", 7);
   const auto evidence =

@@ -129,6 +129,31 @@ chamber = {ramp = "0.5 K/min", to = "-20 degC"}
   EXPECT_NEAR(plan.schedule[4].duration, 80 * 60, 1e-9);   // 40 K: run 2 starts at 20 degC, not where run 1 ended
 }
 
+TEST_F(LoadPlan, ARecordingMayBringItsOwnPlan) {
+  const std::string schedule = "[[schedule]]\nlabel = \"soak\"\nduration = \"1 h\"\nchamber = {hold = \"20 degC\"}\n";
+  std::ofstream(folder_ / "other.toml") << chamber << schedule;
+  const auto plan = load(chamber +
+                         "[[recording]]\nfile = \"a.csv\"\n[[recording]]\nfile = \"b.csv\"\n"
+                         "segment = \"soak\"\nplan = \"other.toml\"\n");
+  ASSERT_EQ(plan.recordings.size(), 2u);
+  EXPECT_EQ(plan.recordings[0].plan, nullptr);
+  ASSERT_NE(plan.recordings[1].plan, nullptr);
+  EXPECT_EQ(plan.recordings[1].plan->schedule.at(0).label, "soak");
+}
+
+TEST_F(LoadPlan, RefusesAPlanOfARecordingThatDoesNotFit) {
+  const std::string with = "[[recording]]\nfile = \"a.csv\"\nplan = \"other.toml\"\n";
+  EXPECT_EQ(problems(chamber + with).size(), 1u);  // there is no such file
+  std::ofstream(folder_ / "other.toml") << chamber << with;
+  const auto deeper = problems(chamber + with);
+  ASSERT_EQ(deeper.size(), 1u);
+  EXPECT_NE(deeper[0].find("cannot name further plans"), std::string::npos) << deeper[0];
+  std::ofstream(folder_ / "other.toml") << "[instrument]\nmodel = \"sdof_gyro\"\n";
+  const auto stranger = problems(chamber + with);
+  ASSERT_EQ(stranger.size(), 1u);
+  EXPECT_NE(stranger[0].find("one instrument is identified"), std::string::npos) << stranger[0];
+}
+
 TEST_F(LoadPlan, FindsEveryProblemWithItsLine) {
   const auto found = problems(R"(titel = "x"
 [instrument]
