@@ -1,0 +1,174 @@
+#include "tumble/methods/polar_axis_tumble/harmonics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace tumble::methods::polar {
+namespace {
+
+using std::numbers::pi;
+
+/// One sense of the output axis: what it and the plane of I and S feel [m/s^2].
+struct Sense {
+  double along = 0.0, across = 0.0;
+  std::size_t segments = 0;
+};
+
+Felt at_angle(const Sense& sense, double angle) {
+  Felt felt;
+  felt.specific_force = {sense.across * std::sin(angle), sense.along, sense.across * std::cos(angle)};
+  return felt;
+}
+
+/// The senses in the order in which they come.
+std::vector<Sense> senses_of(const linear::Solution& solution) {
+  std::vector<Sense> senses;
+  for (const auto& segment : solution.segments) {
+    const Vector3 f = segment.felt.specific_force;
+    if (!segment.steady) continue;
+    auto found = std::ranges::find_if(senses, [&](const Sense& sense) { return sense.along * f.y > 0.0; });
+    if (found == senses.end()) found = senses.insert(found, Sense{});
+    const double n = static_cast<double>(found->segments++);
+    found->along += (f.y - found->along) / (n + 1.0);
+    found->across += (std::hypot(f.x, f.z) - found->across) / (n + 1.0);
+  }
+  return senses;
+}
+
+constexpr std::array<const char*, 5> names{"B0", "S1", "C1", "S2", "C2"};
+
+double shape(std::size_t harmonic, double angle) {
+  switch (harmonic) {
+    case 0:
+      return 1.0;
+    case 1:
+      return std::sin(angle);
+    case 2:
+      return std::cos(angle);
+    case 3:
+      return std::sin(2.0 * angle);
+    default:
+      return std::cos(2.0 * angle);
+  }
+}
+
+/// How much of each harmonic every column has: its projection at eight angles, exact up to the third harmonic.
+Matrix projections(const linear::Solution& solution, const Sense& sense) {
+  Matrix out(names.size(), solution.columns.size());
+  for (int k = 0; k < 8; ++k) {
+    const double angle = pi * k / 4.0;
+    const Felt felt = at_angle(sense, angle);
+    for (std::size_t j = 0; j < out.columns; ++j) {
+      const double value = solution.columns[j].regressor(felt);
+      for (std::size_t h = 0; h < out.rows; ++h) out(h, j) += value * shape(h, angle) * (h == 0 ? 0.125 : 0.25);
+    }
+  }
+  return out;
+}
+
+/// L C L' for the rows of L.
+Matrix transformed(const Matrix& l, const Matrix& c) {
+  Matrix half(l.rows, c.columns), out(l.rows, l.rows);
+  for (std::size_t i = 0; i < l.rows; ++i)
+    for (std::size_t k = 0; k < c.rows; ++k)
+      for (std::size_t j = 0; j < c.columns; ++j) half(i, j) += l(i, k) * c(k, j);
+  for (std::size_t i = 0; i < l.rows; ++i)
+    for (std::size_t k = 0; k < l.columns; ++k)
+      for (std::size_t j = 0; j < l.rows; ++j) out(i, j) += half(i, k) * l(j, k);
+  return out;
+}
+
+/// Replaces covariance and budget by those of the rows of `l`.
+void transform(const linear::Solution& solution, const Matrix& l, Estimate& estimate) {
+  estimate.covariance = transformed(l, solution.fit.covariance);
+  estimate.budget.clear();
+  for (const auto& source : solution.fit.sources) {
+    const Matrix part = transformed(l, source.covariance);
+    auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
+    if (line == estimate.budget.end())
+      line = estimate.budget.insert(line, {source.source, std::vector<double>(l.rows, 0.0)});
+    for (std::size_t i = 0; i < l.rows; ++i) line->variance[i] += part(i, i);
+  }
+}
+
+void add_curves(const linear::Solution& solution, const Sense& sense, const std::string& which, Estimate& estimate) {
+  const Unit degrees = Unit::parse("deg"), rate = Unit::parse("deg/h");
+  Curve model{"model, " + which, "drift over angle", {"angle", degrees, {}}, {"drift", rate, {}}, {}, {}, ""};
+  for (int k = 0; k <= 120; ++k) {
+    const double angle = 2.0 * pi * k / 120.0;
+    const Felt felt = at_angle(sense, angle);
+    double value = 0.0;
+    for (std::size_t j = 0; j < solution.columns.size(); ++j)
+      value += solution.fit.parameters[j] * solution.columns[j].regressor(felt);
+    model.x.values.push_back(angle);
+    model.y.values.push_back(value);
+  }
+  estimate.curves.push_back(std::move(model));
+  Curve points{"measured, " + which, "drift over angle", {"angle", degrees, {}}, {"drift", rate, {}}, {}, {}, ""};
+  points.points = true;
+  for (const auto& segment : solution.segments) {
+    const Vector3 f = segment.felt.specific_force;
+    if (!segment.steady || std::isnan(segment.measured) || f.y * sense.along <= 0.0) continue;
+    points.x.values.push_back(std::fmod(std::atan2(f.x, f.z) + 2.0 * pi, 2.0 * pi));
+    points.y.values.push_back(segment.measured - segment.felt.rate.x);
+  }
+  if (!points.x.values.empty()) estimate.curves.push_back(std::move(points));
+}
+
+void warn_of_another_axis(const linear::Solution& solution, Estimate& estimate) {
+  double worst = 0.0, earth = 0.0;
+  for (const auto& segment : solution.segments) {
+    worst = std::max(worst, std::hypot(segment.felt.rate.x, segment.felt.rate.z));
+    earth = std::max(earth, std::abs(segment.felt.rate.y));
+  }
+  if (worst > 0.003 * earth)
+    estimate.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("the axis is {:.2g} deg from the Earth's in some position: the harmonics are those of the fitted "
+                     "model about the Earth's axis",
+                     std::atan2(worst, earth) * 180.0 / pi),
+         ""});
+}
+
+}  // namespace
+
+void name_combinations(const linear::Solution& solution, Estimate& estimate) {
+  for (auto& parameter : estimate.parameters) {
+    const auto meaning = solution.stands_for.find(parameter.name);
+    if (meaning == solution.stands_for.end()) continue;
+    parameter.symbol = meaning->second;
+    parameter.name += meaning->second == "D_SS - D_II" ? "_minus_D_II" : "_sum";
+  }
+}
+
+void add_harmonics(const linear::Solution& solution, Estimate& estimate) {
+  const auto senses = senses_of(solution);
+  const std::size_t p = solution.columns.size();
+  Matrix l(p + names.size() * senses.size(), p);
+  for (std::size_t j = 0; j < p; ++j) l(j, j) = 1.0;
+  for (std::size_t s = 0; s < senses.size(); ++s) {
+    const Matrix part = projections(solution, senses[s]);
+    const std::string which = senses[s].along > 0.0 ? "O upwards" : "O downwards";
+    for (std::size_t h = 0; h < names.size(); ++h) {
+      std::vector<double> row(p);
+      double value = 0.0;
+      for (std::size_t j = 0; j < p; ++j) {
+        l(p + s * names.size() + h, j) = row[j] = part(h, j);
+        value += row[j] * solution.fit.parameters[j];
+      }
+      estimate.parameters.push_back({names[h] + std::string(s == 0 ? "" : "_reversed"),
+                                     names[h] + std::string(s == 0 ? "" : "'"), Unit::parse("deg/h"), value,
+                                     "harmonic of the drift over the angle, " + which,
+                                     degrees_of_freedom(solution.fit, row)});
+    }
+    add_curves(solution, senses[s], which, estimate);
+  }
+  transform(solution, l, estimate);
+  warn_of_another_axis(solution, estimate);
+}
+
+}  // namespace tumble::methods::polar
