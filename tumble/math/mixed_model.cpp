@@ -297,6 +297,49 @@ VectorXd sure_step(const Restricted::Point& point, const VectorXd& variances) {
   return variances.cwiseProduct((point.fits.cwiseQuotient(point.expects.cwiseMax(1e-300))).cwiseSqrt());
 }
 
+/// Variances and what the likelihood says there.
+struct Top {
+  VectorXd variances;
+  Restricted::Point point;
+};
+
+/// Climbs from `start`; a variance that begins at zero stays there.
+Top climb(const Restricted& likelihood, const VectorXd& start, double floor) {
+  Top top{start, likelihood.at_variances(start)};
+  int still = 0;  // rounds that gained nothing
+  for (int round = 0; round < 200 && still < 2; ++round) {
+    VectorXd next = round < 4 ? sure_step(top.point, top.variances) : scoring_step(top.point, top.variances);
+    for (Index i = 0; i < next.size(); ++i)
+      if (start[i] == 0.0) next[i] = 0.0;
+    next[0] = std::max(next[0], floor);
+    auto there = likelihood.at_variances(next);
+    const double value = top.point.value;
+    for (int half = 0; half < 8 && !(there.value <= value + 1e-12 * std::abs(value)); ++half) {
+      next = 0.5 * (next + top.variances);
+      there = likelihood.at_variances(next);
+    }
+    still = round >= 4 && value - there.value < 1e-9 ? still + 1 : 0;
+    top = {next, std::move(there)};
+  }
+  return top;
+}
+
+/// Of slow noise with one source's name the first is left out where the likelihood hardly misses it: two variances that
+/// the data cannot tell apart make intervals too wide.
+Top without_needless(const MixedData& data, const Restricted& likelihood, Top top, double floor) {
+  for (std::size_t c = 0; c + 1 < data.slow.size(); ++c) {
+    const Index i = at(c) + 1;
+    const bool alternative = std::any_of(data.slow.begin() + static_cast<std::ptrdiff_t>(c) + 1, data.slow.end(),
+                                         [&](const SlowNoise& other) { return other.source == data.slow[c].source; });
+    if (!alternative || !(top.variances[i] > 0.0)) continue;
+    VectorXd start = top.variances.cwiseMax(1e-3 * top.variances[i]);
+    start[i] = 0.0;
+    Top less = climb(likelihood, start, floor);
+    if (less.point.value - top.point.value < 1.0) top = std::move(less);
+  }
+  return top;
+}
+
 /// Variances of greatest restricted likelihood, none below zero, and their covariance (inverse expected information).
 Components restricted_likelihood(const MixedData& data, const Compressed& rows, const VectorXd& residuals) {
   const Restricted likelihood(data, rows, residuals);
@@ -307,26 +350,12 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
   // Below, the observations are free of noise to rounding: V would lose its own digits.
   const double floor = std::max({1e-10 * likelihood.known_mean(), square(1e-16) * rows.observations.squaredNorm(),
                                  std::numeric_limits<double>::min() * 1e20});
-  VectorXd now = VectorXd::Constant(likelihood.size(), 0.0);
-  now[0] = std::max(likelihood.within() > 0.0 ? likelihood.within() : mean, floor);
-  for (Index c = 0; c + 1 < now.size(); ++c)
+  VectorXd start = VectorXd::Constant(likelihood.size(), 0.0);
+  start[0] = std::max(likelihood.within() > 0.0 ? likelihood.within() : mean, floor);
+  for (Index c = 0; c + 1 < start.size(); ++c)
     if (const double unit = likelihood.shift_mean(c); likelihood.contrasts() > 0 && unit > 0.0)
-      now[c + 1] = std::max(mean, floor) / unit / static_cast<double>(now.size());
-  auto point = likelihood.at_variances(now);
-  int still = 0;  // rounds that gained nothing
-  for (int round = 0; round < 200; ++round) {
-    VectorXd next = round < 4 ? sure_step(point, now) : scoring_step(point, now);
-    next[0] = std::max(next[0], floor);
-    auto there = likelihood.at_variances(next);
-    for (int half = 0; half < 8 && !(there.value <= point.value + 1e-12 * std::abs(point.value)); ++half) {
-      next = 0.5 * (next + now);
-      there = likelihood.at_variances(next);
-    }
-    still = point.value - there.value < 1e-9 ? still + 1 : 0;
-    now = next;
-    point = std::move(there);
-    if (round >= 4 && still == 2) break;
-  }
+      start[c + 1] = std::max(mean, floor) / unit / static_cast<double>(start.size());
+  const auto [now, point] = without_needless(data, likelihood, climb(likelihood, start, floor), floor);
   // A variance found to be zero is taken as known: counting its uncertainty as well would make the intervals wider
   // still where there is no slow noise.
   MatrixXd information = point.information;

@@ -91,7 +91,8 @@ void transform(const linear::Solution& solution, const Matrix& l, Estimate& esti
     auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
     if (line == estimate.budget.end())
       line = estimate.budget.insert(line, {source.source, std::vector<double>(l.rows, 0.0)});
-    for (std::size_t i = 0; i < l.rows; ++i) line->variance[i] += part(i, i);
+    for (std::size_t i = 0; i < l.rows; ++i)
+      line->variance[i] += std::max(0.0, part(i, i));  // rounding of a sum that is zero
   }
 }
 
