@@ -86,7 +86,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
   problem.input = [](const Felt& felt) { return felt.specific_force.x; };
   if (channel) problem.scale = scale_of(settings, *channel);
   linear::set_options(settings, problem);
-  linear::set_loop(settings, problem);
+  linear::set_loop(settings, "pendulous_accelerometer", problem);
   std::vector<std::string> names{"C_I", "C_O", "C_P", "C_IP", "C_OP", "C_IO", "C_II", "C_PP", "C_III", "C_IPP"};
   for (auto& name : static_terms(settings.word("static_terms"))) names.push_back(std::move(name));
   problem.columns = linear::terms_of("pendulous_accelerometer", constants_with_tilt(settings.number("tilt")), names);

@@ -6,7 +6,6 @@
 #include "tumble/methods/linear/table_trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sdof_gyro_support/gyro.hpp"
-#include "tumble/models/electronics/response.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -43,7 +42,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
   sdof::set_reading(settings, channel, problem);
   linear::set_options(settings, problem);
-  linear::set_loop(settings, problem);
+  linear::set_loop(settings, "sdof_gyro", problem);
   std::vector<std::string> names{"K_I",
                                  "K_O",
                                  "K_S",

@@ -86,8 +86,8 @@ void set_options(const Settings& settings, Problem& problem);
 
 /// `natural_frequency`, `damping_ratio` and `loop_lag_sd` of a rebalance or servo loop.
 std::vector<Option> loop_options();
-/// The loop as the problem's response, with the uncertainty of its lag, where `natural_frequency` is given.
-void set_loop(const Settings& settings, Problem& problem);
+/// The model's loop as the problem's response, with the uncertainty of its lag, where `natural_frequency` is given.
+void set_loop(const Settings& settings, const std::string& model, Problem& problem);
 
 /// Throws Error::bad_data, bad_input with all that the plan or the recordings lack.
 Solution identify(const Evidence& evidence, const Problem& problem);
