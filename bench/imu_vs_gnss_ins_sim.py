@@ -57,7 +57,7 @@ def main():
     for name, value in (mine | {f"gnss-ins-sim {k}": v for k, v in peer.items()}).items():
         print(f"| {name} | {value / 1e6:.2f} | {value / peer['gyro_gen']:.1f} |")
     print("\n`imu_white_and_markov` is what the peer simulates; `imu_all_noise` has quantization, bias instability and a rate"
-          "\nrandom walk besides. Ours is one core; terms, blocks and counters as in `tumble simulate`, without the file.")
+          "\nrandom walk besides. Terms, blocks and counters as in `tumble simulate`, without the file; the time is that of all threads together.")
 
 
 main()
