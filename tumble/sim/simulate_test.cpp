@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 
@@ -52,6 +55,42 @@ TEST(Simulate, gives_the_same_samples_in_blocks_as_at_once) {
     bytes += whole.channels[c].values.size() * sizeof(double);
   }
   EXPECT_EQ(simulated_size(plan), bytes);
+}
+
+/// Ten minutes at rest, half an hour of a ramp, two hours at rest again; nothing but the coil to be seen.
+std::vector<double> drift_in_a_ramp(const std::string& winding) {
+  Plan plan;
+  plan.instrument_model = "fiber_optic_gyro";
+  plan.sample_rate = 1.0;
+  plan.rig_kind = "thermal_chamber";
+  plan.rig = defaults(find_rig(plan.rig_kind).options());
+  for (const char* name : {"stability_sd", "draught_sd", "top_self_heating", "side_self_heating"})
+    plan.rig.set_number(name, 0.0, Unit::parse("K"));
+  plan.schedule = {{"cold", 600.0, 1, {{"chamber", {.kind = Motion::Kind::dwell, .value = 290.0}}}},
+                   {"ramp", 1800.0, 1, {{"chamber", {.kind = Motion::Kind::ramp, .value = 1.0 / 60.0, .to = 320.0}}}},
+                   {"warm", 7200.0, 1, {{"chamber", {.kind = Motion::Kind::dwell, .value = 320.0}}}}};
+  plan.truth = defaults(truth_options(find_model(plan.instrument_model)));
+  plan.truth.set_word("winding", winding);
+  return simulate(plan, 1, {}).channels[0].values;
+}
+
+TEST(Simulate, heat_on_its_way_through_the_coil_drifts_with_the_ramp_and_then_goes) {
+  const auto none = drift_in_a_ramp("none"), plain = drift_in_a_ramp("plain"),
+             quadrupole = drift_in_a_ramp("quadrupole");
+  ASSERT_EQ(plain.size(), 9600u);
+  double largest = 0.0, largest_quadrupole = 0.0;
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    EXPECT_EQ(none[k], 0.0) << k;
+    if (k < 500) {
+      EXPECT_NEAR(plain[k], 0.0, 1e-15) << k;
+    }
+    largest = std::max(largest, std::abs(plain[k]));
+    largest_quadrupole = std::max(largest_quadrupole, std::abs(quadrupole[k]));
+  }
+  EXPECT_GT(largest, si(1.0, "deg/h"));
+  EXPECT_LT(largest_quadrupole, 0.1 * largest);
+  // Two hours are twelve time constants of the slower side of the instrument: e^-8 of the drift is left at most.
+  EXPECT_LT(std::abs(plain.back()), 1e-3 * largest);
 }
 
 }  // namespace
