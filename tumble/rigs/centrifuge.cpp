@@ -18,24 +18,10 @@ const Machine& machine() {
   return machine;
 }
 
-std::vector<Axis> axes() { return axes_of(machine()); }
-std::vector<Option> options() { return options_of(machine()); }
-std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
-Reference reference(const RigRun& run) { return reference_of(machine(), run); }
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  return refusals_of(machine(), schedule, options);
-}
-
 }  // namespace
 
 extern const Rig centrifuge;
-const Rig centrifuge{
-    .name = "centrifuge",
-    .summary = "precision centrifuge: the instrument at the end of an arm that turns about the vertical",
-    .axes = axes,
-    .options = options,
-    .errors = errors,
-    .reference = reference,
-    .refusals = refusals};
+const Rig centrifuge = rig_of<machine>(
+    "centrifuge", "precision centrifuge: the instrument at the end of an arm that turns about the vertical");
 
 }  // namespace tumble::rigs

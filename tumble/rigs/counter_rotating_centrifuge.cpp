@@ -35,24 +35,10 @@ const Machine& machine() {
   return machine;
 }
 
-std::vector<Axis> axes() { return axes_of(machine()); }
-std::vector<Option> options() { return options_of(machine()); }
-std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
-Reference reference(const RigRun& run) { return reference_of(machine(), run); }
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  return refusals_of(machine(), schedule, options);
-}
-
 }  // namespace
 
 extern const Rig counter_rotating_centrifuge;
-const Rig counter_rotating_centrifuge{
-    .name = "counter_rotating_centrifuge",
-    .summary = "precision centrifuge with a table at the end of its arm that turns against it",
-    .axes = axes,
-    .options = options,
-    .errors = errors,
-    .reference = reference,
-    .refusals = refusals};
+const Rig counter_rotating_centrifuge = rig_of<machine>(
+    "counter_rotating_centrifuge", "precision centrifuge with a table at the end of its arm that turns against it");
 
 }  // namespace tumble::rigs

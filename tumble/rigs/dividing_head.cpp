@@ -41,24 +41,10 @@ const Machine& machine() {
   return machine;
 }
 
-std::vector<Axis> axes() { return axes_of(machine()); }
-std::vector<Option> options() { return options_of(machine()); }
-std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
-Reference reference(const RigRun& run) { return reference_of(machine(), run); }
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  return refusals_of(machine(), schedule, options);
-}
-
 }  // namespace
 
 extern const Rig dividing_head;
-const Rig dividing_head{
-    .name = "dividing_head",
-    .summary = "dividing head: an instrument turned about a horizontal axis from position to position",
-    .axes = axes,
-    .options = options,
-    .errors = errors,
-    .reference = reference,
-    .refusals = refusals};
+const Rig dividing_head = rig_of<machine>(
+    "dividing_head", "dividing head: an instrument turned about a horizontal axis from position to position");
 
 }  // namespace tumble::rigs

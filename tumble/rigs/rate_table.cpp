@@ -33,23 +33,10 @@ const Machine& machine() {
   return machine;
 }
 
-std::vector<Axis> axes() { return axes_of(machine()); }
-std::vector<Option> options() { return options_of(machine()); }
-std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
-Reference reference(const RigRun& run) { return reference_of(machine(), run); }
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  return refusals_of(machine(), schedule, options);
-}
-
 }  // namespace
 
 extern const Rig rate_table;
-const Rig rate_table{.name = "rate_table",
-                     .summary = "single-axis rate table; its axis may be tilted, for example parallel to the Earth's",
-                     .axes = axes,
-                     .options = options,
-                     .errors = errors,
-                     .reference = reference,
-                     .refusals = refusals};
+const Rig rate_table = rig_of<machine>(
+    "rate_table", "single-axis rate table; its axis may be tilted, for example parallel to the Earth's");
 
 }  // namespace tumble::rigs

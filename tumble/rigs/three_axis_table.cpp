@@ -46,23 +46,10 @@ const Machine& machine() {
   return machine;
 }
 
-std::vector<Axis> axes() { return axes_of(machine()); }
-std::vector<Option> options() { return options_of(machine()); }
-std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
-Reference reference(const RigRun& run) { return reference_of(machine(), run); }
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  return refusals_of(machine(), schedule, options);
-}
-
 }  // namespace
 
 extern const Rig three_axis_table;
-const Rig three_axis_table{.name = "three_axis_table",
-                           .summary = "three-axis table: outer axis upwards, then a middle and an inner one",
-                           .axes = axes,
-                           .options = options,
-                           .errors = errors,
-                           .reference = reference,
-                           .refusals = refusals};
+const Rig three_axis_table =
+    rig_of<machine>("three_axis_table", "three-axis table: outer axis upwards, then a middle and an inner one");
 
 }  // namespace tumble::rigs

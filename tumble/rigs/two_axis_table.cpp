@@ -42,23 +42,10 @@ const Machine& machine() {
   return machine;
 }
 
-std::vector<Axis> axes() { return axes_of(machine()); }
-std::vector<Option> options() { return options_of(machine()); }
-std::vector<RigError> errors(const Settings& options) { return errors_of(machine(), options); }
-Reference reference(const RigRun& run) { return reference_of(machine(), run); }
-std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  return refusals_of(machine(), schedule, options);
-}
-
 }  // namespace
 
 extern const Rig two_axis_table;
-const Rig two_axis_table{.name = "two_axis_table",
-                         .summary = "two-axis table: an outer axis that carries an inner one at right angles",
-                         .axes = axes,
-                         .options = options,
-                         .errors = errors,
-                         .reference = reference,
-                         .refusals = refusals};
+const Rig two_axis_table =
+    rig_of<machine>("two_axis_table", "two-axis table: an outer axis that carries an inner one at right angles");
 
 }  // namespace tumble::rigs

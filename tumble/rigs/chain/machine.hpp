@@ -42,4 +42,17 @@ std::vector<RigError> errors_of(const Machine& machine, const Settings& options)
 std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options);
 Reference reference_of(const Machine& machine, const RigRun& run);
 
+/// The catalogue entry of a machine.
+template <const Machine& (*machine)()>
+constexpr Rig rig_of(const char* name, const char* summary) {
+  return {.name = name,
+          .summary = summary,
+          .axes = [] { return axes_of(machine()); },
+          .options = [] { return options_of(machine()); },
+          .errors = [](const Settings& options) { return errors_of(machine(), options); },
+          .reference = [](const RigRun& run) { return reference_of(machine(), run); },
+          .refusals = [](const Schedule& schedule,
+                         const Settings& options) { return refusals_of(machine(), schedule, options); }};
+}
+
 }  // namespace tumble::rigs
