@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -15,16 +16,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-Eigen::Map<const MatrixXd> map(const Matrix& m) {
-  return {m.values.data(), static_cast<Eigen::Index>(m.rows), static_cast<Eigen::Index>(m.columns)};
-}
-
-Matrix plain(const MatrixXd& m) {
-  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
-  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
-  return out;
-}
 
 void refuse_unusable(const Matrix& design, const std::vector<double>& observations, const std::vector<double>& weights,
                      std::size_t priors) {

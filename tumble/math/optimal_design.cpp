@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/eigen/view.hpp"
+
 namespace tumble {
 namespace {
 
@@ -12,16 +14,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double singular = 1e-13;  ///< smallest eigenvalue, beside the largest, of a determined information
-
-Eigen::Map<const MatrixXd> map(const Matrix& m) {
-  return {m.values.data(), static_cast<Eigen::Index>(m.rows), static_cast<Eigen::Index>(m.columns)};
-}
-
-Matrix plain(const MatrixXd& m) {
-  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
-  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
-  return out;
-}
 
 /// Covariance from information; empty where singular. Scaled to a unit diagonal before it is judged.
 MatrixXd inverse(const MatrixXd& m) {
