@@ -1,70 +1,42 @@
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "tumble/math/optimal_design.hpp"
+#include "tumble/math/optimal_design/worth.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/units/error.hpp"
 
-// Symbols: M information of a design, C = M^-1, U a square root of a visit's information (U U' = I(d), p x k),
-// W the weights of criterion A. A visit added to a design changes the criteria by
-//   A:  tr(W C) falls by tr[(I + U'CU)^-1 U'C W C U]        D:  log det C falls by log det(I + U'CU)
-// (matrix inversion and determinant lemmas), less, where parameters of no interest are in M, the same for their block.
-
 namespace tumble {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using design::State;
+using design::Visit;
+using design::Visits;
+using design::Worth;
 
-constexpr double ridge = 1e-10;    ///< share of what effort spread over all points would tell, added to start from
 constexpr double worth_it = 1e-7;  ///< smallest relative (A) or absolute (D) gain that counts
 constexpr double rounding = 1e-10;
 constexpr int most_passes = 60;
 
-struct Visit {
-  std::size_t point;
-  long quanta;
-};
-using Visits = std::vector<Visit>;
-
-/// What a design is worth, and what is needed to see what one more visit would change.
-struct State {
-  double value = std::numeric_limits<double>::infinity();
-  MatrixXd covariance;
-  MatrixXd middle;   ///< A: C W C
-  MatrixXd nothing;  ///< D: inverse of the block of no interest; empty without
-};
-
 class Search {
  public:
-  explicit Search(const DesignProblem& problem) : problem_(problem), quantum_(problem.quantum) {
-    scale();
-    for (std::size_t i = 0; i < problem.weights.size(); ++i)
-      if (!(problem.weights[i] > 0.0)) nuisance_.push_back(static_cast<Index>(i));
-  }
+  explicit Search(const DesignProblem& problem) : problem_(problem), quantum_(problem.quantum), worth_(problem) {}
 
   Visits greedy(const RandomStream& random, int start) const;
   Visits quantised(const Design& design) const;
   void improve(Visits& visits) const;
-  double value(const Visits& visits) const { return state(visits).value; }
+  double value(const Visits& visits) const { return worth_.value(visits); }
   bool possible() const {
-    for (std::size_t j = 0; j < rows_.size(); ++j)
+    for (std::size_t j = 0; j < problem_.points.size(); ++j)
       if (affordable(problem_.effort, j) > 0) return true;
     return false;
   }
 
  private:
-  void scale();
-  MatrixXd root(std::size_t point, long quanta) const;
-  State state(const Visits& visits) const;
-  State state(MatrixXd information) const;
-  double gain(const State& state, const MatrixXd& u) const;
   bool better(double now, double before) const {
     const double least = problem_.criterion == DesignCriterion::A ? worth_it * std::abs(before) : worth_it;
     return now < before - least;
@@ -95,111 +67,17 @@ class Search {
 
   const DesignProblem& problem_;
   double quantum_;
-  std::vector<MatrixXd> rows_;         ///< X in scaled parameters
-  std::vector<MatrixXd> disturbance_;  ///< N N'
-  MatrixXd prior_;                     ///< with the ridge
-  VectorXd weights_;                   ///< in scaled parameters
-  std::vector<Index> nuisance_;
+  Worth worth_;
 };
-
-/// Parameters are scaled so that effort spread over all points would tell as much about each.
-void Search::scale() {
-  const auto p = static_cast<Index>(problem_.parameters);
-  VectorXd told = VectorXd::Zero(p);
-  for (const auto& point : problem_.points) {
-    const Eigen::Map<const MatrixXd> x(point.rows.values.data(), static_cast<Index>(point.rows.rows), p);
-    told += x.colwise().squaredNorm().transpose();
-  }
-  told *= problem_.effort / static_cast<double>(std::max<std::size_t>(1, problem_.points.size()));
-  prior_ = MatrixXd::Zero(p, p);
-  if (!problem_.prior.empty()) prior_ = Eigen::Map<const MatrixXd>(problem_.prior.values.data(), p, p);
-  told += prior_.diagonal();
-  for (Index i = 0; i < p; ++i)
-    if (!(told[i] > 0.0)) told[i] = 1.0;
-  const VectorXd unit = told.cwiseSqrt().cwiseInverse();
-  prior_ = (unit.asDiagonal() * prior_ * unit.asDiagonal()).eval();
-  prior_.diagonal().array() += ridge;
-  weights_ = Eigen::Map<const VectorXd>(problem_.weights.data(), p).cwiseProduct(unit.cwiseAbs2());
-  for (const auto& point : problem_.points) {
-    const auto k = static_cast<Index>(point.rows.rows);
-    rows_.push_back(Eigen::Map<const MatrixXd>(point.rows.values.data(), k, p) * unit.asDiagonal());
-    const Eigen::Map<const MatrixXd> n(point.disturbance.values.data(), k,
-                                       static_cast<Index>(point.disturbance.columns));
-    disturbance_.push_back(point.disturbance.empty() ? MatrixXd() : MatrixXd(n * n.transpose()));
-  }
-}
-
-MatrixXd Search::root(std::size_t point, long quanta) const {
-  const double effort = quantum_ * static_cast<double>(quanta);
-  const MatrixXd& x = rows_[point];
-  if (disturbance_[point].size() == 0) return std::sqrt(effort) * x.transpose();
-  if (x.rows() == 1) return x.transpose() / std::sqrt(1.0 / effort + disturbance_[point](0, 0));
-  MatrixXd noise = disturbance_[point];
-  noise.diagonal().array() += 1.0 / effort;
-  return noise.llt().matrixL().solve(x).transpose();
-}
-
-State Search::state(MatrixXd information) const {
-  State out;
-  const Eigen::LLT<MatrixXd> llt(information);
-  if (llt.info() != Eigen::Success) return out;
-  out.covariance = llt.solve(MatrixXd::Identity(information.rows(), information.cols()));
-  if (problem_.criterion == DesignCriterion::A) {
-    out.middle = out.covariance * weights_.asDiagonal() * out.covariance;
-    out.value = weights_.dot(out.covariance.diagonal());
-    return out;
-  }
-  const MatrixXd lower = llt.matrixL();
-  out.value = -2.0 * lower.diagonal().array().log().sum();
-  if (!nuisance_.empty()) {
-    const Eigen::LLT<MatrixXd> block(MatrixXd(information(nuisance_, nuisance_)));
-    const MatrixXd half = block.matrixL();
-    out.value += 2.0 * half.diagonal().array().log().sum();
-    out.nothing = block.solve(MatrixXd::Identity(half.rows(), half.cols()));
-  }
-  return out;
-}
-
-State Search::state(const Visits& visits) const {
-  MatrixXd information = prior_;
-  for (const auto& visit : visits) {
-    const MatrixXd u = root(visit.point, visit.quanta);
-    information.noalias() += u * u.transpose();
-  }
-  return state(std::move(information));
-}
-
-double Search::gain(const State& state, const MatrixXd& u) const {
-  const MatrixXd g = state.covariance * u;
-  if (u.cols() == 1) {
-    const double s = 1.0 + u.col(0).dot(g.col(0));
-    if (problem_.criterion == DesignCriterion::A) return g.col(0).dot(weights_.cwiseProduct(g.col(0))) / s;
-  }
-  MatrixXd s = u.transpose() * g;
-  s.diagonal().array() += 1.0;
-  const Eigen::LLT<MatrixXd> llt(s);
-  if (problem_.criterion == DesignCriterion::A) return llt.solve(g.transpose() * weights_.asDiagonal() * g).trace();
-  const auto log_det = [](const Eigen::LLT<MatrixXd>& l) {
-    return 2.0 * MatrixXd(l.matrixL()).diagonal().array().log().sum();
-  };
-  double out = log_det(llt);
-  if (!nuisance_.empty()) {
-    const MatrixXd part = u(nuisance_, Eigen::all);
-    MatrixXd t = part.transpose() * state.nothing * part;
-    t.diagonal().array() += 1.0;
-    out -= log_det(Eigen::LLT<MatrixXd>(t));
-  }
-  return out;
-}
 
 /// The visit that is worth most of all that cost up to `effort`; quanta 0: there is none. `value` is what it leads to.
 Visit Search::best_addition(const State& base, double effort, double& value) const {
   Visit best{0, 0};
   value = std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < rows_.size(); ++j) {
+  for (std::size_t j = 0; j < problem_.points.size(); ++j) {
     const long quanta = affordable(effort, j);
     if (quanta < 1) continue;
-    const double then = base.value - gain(base, root(j, quanta));
+    const double then = base.value - worth_.gain(base, worth_.root(j, quanta));
     if (then < value) value = then, best = {j, quanta};
   }
   return best;
@@ -210,20 +88,20 @@ Visit Search::best_addition(const State& base, double effort, double& value) con
 Visits Search::greedy(const RandomStream& random, int start) const {
   double setup = 0.0;
   for (const auto& point : problem_.points) setup += point.setup / static_cast<double>(problem_.points.size());
-  const double interest = static_cast<double>(problem_.parameters - nuisance_.size());
+  const double interest = static_cast<double>(worth_.interest());
   const double wanted = interest * (1.0 + start % 4);
   const long quanta = std::max(1L, std::lround((problem_.effort / wanted - setup) / quantum_));
   Visits visits;
   for (;;) {
-    const State base = state(visits);
+    const State base = worth_.state(visits);
     const double effort = left(visits);
     double most = 0.0;
     Visit best{0, 0};
-    for (std::size_t j = 0; j < rows_.size(); ++j) {
+    for (std::size_t j = 0; j < problem_.points.size(); ++j) {
       if (start > 0 && random.uniform(j) < 0.5) continue;
       const Visit visit{j, std::min(std::max(quanta, least(j)), affordable(effort, j))};
       if (visit.quanta < 1) continue;
-      const double worth = gain(base, root(j, visit.quanta)) / cost(visit);
+      const double worth = worth_.gain(base, worth_.root(j, visit.quanta)) / cost(visit);
       if (worth > most) most = worth, best = visit;
     }
     if (best.quanta < 1) return visits;
@@ -250,7 +128,7 @@ bool Search::replace(Visits& visits, double& now) const {
     Visits others = visits;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
     double then = 0.0;
-    const Visit best = best_addition(state(others), effort, then);
+    const Visit best = best_addition(worth_.state(others), effort, then);
     if (best.quanta < 1 || !better(then, now)) continue;
     visits[v] = best;
     now = value(visits);
@@ -261,9 +139,10 @@ bool Search::replace(Visits& visits, double& now) const {
 
 /// The design with `quanta` more at the visit where they help most; the most promising few are tried.
 Visits Search::with_more(const Visits& visits, long quanta, double& then) const {
-  const State base = state(visits);
+  const State base = worth_.state(visits);
   std::vector<std::pair<double, std::size_t>> promise;
-  for (std::size_t u = 0; u < visits.size(); ++u) promise.emplace_back(-gain(base, root(visits[u].point, quanta)), u);
+  for (std::size_t u = 0; u < visits.size(); ++u)
+    promise.emplace_back(-worth_.gain(base, worth_.root(visits[u].point, quanta)), u);
   std::ranges::sort(promise);
   Visits best;
   then = std::numeric_limits<double>::infinity();
@@ -307,7 +186,7 @@ bool Search::split(Visits& visits, double& now) const {
       Visits others = visits;
       others[v].quanta -= part;
       double then = 0.0;
-      const Visit best = best_addition(state(others), left(others), then);
+      const Visit best = best_addition(worth_.state(others), left(others), then);
       if (best.quanta < 1 || !better(then, now)) continue;
       visits = std::move(others);
       visits.push_back(best);
