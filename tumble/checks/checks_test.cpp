@@ -163,6 +163,15 @@ TEST(Checks, Outliers) {
   EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
 }
 
+TEST(Checks, MoveBetweenSegmentsIsNoOutlier) {
+  auto values = white(2000, 5);
+  values[1001] = 500.0;
+  Recording moved = recording({channel("gyro", "deg/h", values)});
+  EXPECT_EQ(findings_of("outliers", moved).size(), 1u);
+  moved.marks = {{"first", moved.channels[0].time(0), 1}, {"second", moved.channels[0].time(1000), 1}};
+  EXPECT_TRUE(findings_of("outliers", moved).empty());
+}
+
 TEST(Checks, Units) {
   EXPECT_EQ(only("units", recording({channel("gyro.x", "m/s^2", white(100, 9))})),
             "gyro.x: is in m/s^2; for 'gyro.x' an angular rate or angle increment or a raw output is expected");

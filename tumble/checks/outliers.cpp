@@ -44,7 +44,8 @@ struct Outliers {
 /// Samples that stand apart from both neighbours, on the same side, by eight times the usual bend: that of the block,
 /// and of what comes just before and just after, so that the onset of a motion is none. A step is none either, nor is a
 /// knock, which rings: no sample nearby may bend by a third as much.
-Outliers find_outliers(const std::vector<double>& x, double quantum) {
+/// Nor is what comes within `near` samples of the beginning of a segment, where the rig moves.
+Outliers find_outliers(const std::vector<double>& x, double quantum, const std::vector<std::size_t>& moves) {
   const double coarseness = 0.5 * quantum;  // the median of coarse values may be off by that
   Outliers found;
   std::vector<double> room;
@@ -55,6 +56,8 @@ Outliers find_outliers(const std::vector<double>& x, double quantum) {
       const double from_last = x[i] - x[i - 1], from_next = x[i] - x[i + 1];
       const double distance = std::min(std::abs(from_last), std::abs(from_next));
       if (!(distance > 8.0 * usual) || from_last * from_next < 0.0) continue;
+      const auto move = std::ranges::upper_bound(moves, i + 1);  // the first that comes later
+      if (move != moves.begin() && i < *std::prev(move) + near) continue;
       const double before = usual_bend(x, i > near + 1 ? i - near - 1 : 1, i - 1, 1, room) + coarseness;
       const double after = usual_bend(x, i + 2, i + 2 + near, 1, room) + coarseness;
       const double local = std::max({usual, before, after});
@@ -72,7 +75,10 @@ Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const Channel& channel : recording.channels) {
     if (channel.values.size() < 16) continue;
-    const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum);
+    std::vector<std::size_t> moves;
+    for (const Mark& mark : recording.marks) moves.push_back(index_at(channel, mark.begin));
+    std::ranges::sort(moves);
+    const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum, moves);
     if (found.count == 0) continue;
     findings.push_back(
         {Finding::Severity::warning,

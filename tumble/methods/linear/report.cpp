@@ -148,7 +148,8 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
   for (const auto& segment : solution.segments) {
     std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
     const auto add = [&](Vector3 v) {
-      for (const double one : {v.x, v.y, v.z}) row.emplace_back(one);
+      const double rounding = 1e-14 * norm(v);  // cosines of 90 deg
+      for (const double one : {v.x, v.y, v.z}) row.emplace_back(std::abs(one) < rounding ? 0.0 : one);
     };
     add(segment.felt.specific_force);
     if (!rate_unit.empty()) add(segment.felt.rate);
