@@ -120,7 +120,11 @@ std::string bars(const Estimate& estimate) {
 
 std::string budget(const Estimate& estimate) {
   if (estimate.budget.empty() || estimate.parameters.empty()) return {};
-  return "<section id=\"budget\">\n<h2>Uncertainty budget</h2>\n" + table(estimate) + bars(estimate) + "</section>\n";
+  Estimate shown;
+  shown.parameters = estimate.parameters;
+  shown.covariance = estimate.covariance;
+  shown.budget = budget_to_show(estimate);
+  return "<section id=\"budget\">\n<h2>Uncertainty budget</h2>\n" + table(shown) + bars(shown) + "</section>\n";
 }
 
 }  // namespace tumble::html

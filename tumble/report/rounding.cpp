@@ -143,4 +143,27 @@ BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::
   return {text, percent > 0.0 && percent < 0.5 ? "<1 %" : fmt::format("{:.0f} %", percent)};
 }
 
+std::vector<Contribution> budget_to_show(const Estimate& estimate) {
+  std::vector<Contribution> out;
+  Contribution rest{"", std::vector<double>(estimate.parameters.size(), 0.0)};
+  std::size_t small = 0;
+  const Contribution* last = nullptr;
+  for (const auto& part : estimate.budget) {
+    bool matters = false;
+    for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
+      matters = matters || part.variance[i] >= 0.01 * estimate.covariance(i, i);
+    if (matters) {
+      out.push_back(part);
+      continue;
+    }
+    ++small;
+    last = &part;
+    for (std::size_t i = 0; i < rest.variance.size(); ++i) rest.variance[i] += part.variance[i];
+  }
+  rest.source = fmt::format("{} sources below 1 %", small);
+  if (small == 1) out.push_back(*last);
+  if (small > 1) out.push_back(rest);
+  return out;
+}
+
 }  // namespace tumble

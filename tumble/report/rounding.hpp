@@ -59,4 +59,8 @@ struct BudgetCell {
 };
 BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index);
 
+/// The budget with all sources that give every parameter less than 1 % of its variance in one line. The result file
+/// keeps them apart.
+std::vector<Contribution> budget_to_show(const Estimate& estimate);
+
 }  // namespace tumble

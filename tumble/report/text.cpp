@@ -50,31 +50,6 @@ std::string parameters_text(const Estimate& estimate) {
   return "\nParameters (± standard uncertainty, k = 1)\n" + text_table({name, value, unit, interval});
 }
 
-/// The budget with all sources that give every parameter less than 1 % of its variance in one line. The result file
-/// keeps them apart.
-std::vector<Contribution> without_small(const Estimate& estimate) {
-  std::vector<Contribution> out;
-  Contribution rest{"", std::vector<double>(estimate.parameters.size(), 0.0)};
-  std::size_t small = 0;
-  const Contribution* last = nullptr;
-  for (const auto& part : estimate.budget) {
-    bool matters = false;
-    for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
-      matters = matters || part.variance[i] >= 0.01 * estimate.covariance(i, i);
-    if (matters) {
-      out.push_back(part);
-      continue;
-    }
-    ++small;
-    last = &part;
-    for (std::size_t i = 0; i < rest.variance.size(); ++i) rest.variance[i] += part.variance[i];
-  }
-  rest.source = fmt::format("{} sources below 1 %", small);
-  if (small == 1) out.push_back(*last);
-  if (small > 1) out.push_back(rest);
-  return out;
-}
-
 std::string budget_text(const Estimate& estimate) {
   if (estimate.budget.empty() || estimate.parameters.empty()) return {};
   std::vector<TextColumn> columns{{"parameter", "", {}, Align::left}, {"unit", "", {}, Align::left}};
@@ -82,7 +57,7 @@ std::string budget_text(const Estimate& estimate) {
     columns[0].cells.push_back(printable(parameter.name));
     columns[1].cells.push_back(printable(parameter.unit.text()));
   }
-  for (const auto& part : without_small(estimate)) {
+  for (const auto& part : budget_to_show(estimate)) {
     auto& column = columns.emplace_back(TextColumn{printable(part.source), "", {}, Align::right});
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
       const auto [sd, share] = budget_cell(estimate, part, i);
