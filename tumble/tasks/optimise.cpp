@@ -211,6 +211,31 @@ DesignProblem design_problem(const Work& work, const DesignSpace& space) {
   return problem;
 }
 
+/// The model's outputs that the method or the user asks something of.
+std::vector<OutputProblem> outputs_of(const Work& work) {
+  auto outputs =
+      output_problems(with(work.plan, schedule_of(work.plan, work.all, Visits(1), 0.0)), felt_of(work.all), work.terms);
+  std::erase_if(outputs, [](const OutputProblem& output) { return output.problem.columns.empty(); });
+  return outputs;
+}
+
+/// One for every term.
+void weigh_for_d(const DesignSpace& space, DesignProblem& problem) {
+  problem.criterion = DesignCriterion::D;
+  std::fill_n(problem.weights.begin(), space.terms.size(), 1.0);
+}
+
+/// One over the variance that every term is compared with.
+void weigh_for_a(const Work& work, const DesignSpace& space, const std::vector<double>& reference,
+                 DesignProblem& problem) {
+  problem.criterion = DesignCriterion::A;
+  for (std::size_t k = 0; k < space.terms.size(); ++k) {
+    const auto term = std::ranges::find(work.terms, space.terms[k]) - work.terms.begin();
+    const double unit = reference[static_cast<std::size_t>(term)];
+    problem.weights[k] = std::isfinite(unit) && unit > 0.0 ? 1.0 / (unit * unit) : 0.0;
+  }
+}
+
 Schedule searched(const Work& work, const DesignProblem& problem, const std::vector<StandardSet>& standard) {
   std::vector<Design> from;
   for (const auto& set : standard) {
@@ -279,17 +304,31 @@ ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& usual, con
   return found;
 }
 
+/// The answer, and where the method's own prediction was not used.
+Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<ScheduleRow>& rows,
+               const std::vector<double>& reference) {
+  const Plan& plan = work.plan;
+  if (!chosen.estimate)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
+  Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
+  if (work.instead_of_method)
+    out.estimate.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("not every parameter of {} is a term of {}: optimised, and predicted here, for the terms {}",
+                     plan.method, plan.instrument_model, fmt::join(work.terms, ", ")),
+         ""});
+  return out;
+}
+
 }  // namespace
 
 Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progress& progress) {
   refuse_impossible(plan, options);
   report(progress, 0.0, "looking at what the rig can do");
-  Work work = prepare(plan, options);
-  auto outputs =
-      output_problems(with(plan, schedule_of(plan, work.all, Visits(1), 0.0)), felt_of(work.all), work.terms);
-  std::erase_if(outputs, [](const OutputProblem& output) { return output.problem.columns.empty(); });
+  const Work work = prepare(plan, options);
   const double dwell = std::max(10.0 / plan.sample_rate, 0.25 * work.time / static_cast<double>(work.terms.size()));
-  const auto space = design_space(plan, work.all, outputs, work.time, dwell);
+  const auto space = design_space(plan, work.all, outputs_of(work), work.time, dwell);
   const auto standard = standard_sets(work.all);
   auto problem = design_problem(work, space);
 
@@ -298,19 +337,13 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
   const auto usual = usual_rows(work, standard);
 
   report(progress, 0.4, "D-optimal exchange");
-  std::fill_n(problem.weights.begin(), space.terms.size(), 1.0);
-  problem.criterion = DesignCriterion::D;
+  weigh_for_d(space, problem);
   auto d = row(work, "D-optimal", searched(work, problem, standard));
   const auto reference = reference_of(work, own, d);
   d = better(std::move(d), usual, work, reference, &Criteria::determinant);
 
   report(progress, 0.6, "A-optimal exchange");
-  problem.criterion = DesignCriterion::A;
-  for (std::size_t k = 0; k < space.terms.size(); ++k) {
-    const auto term = std::ranges::find(work.terms, space.terms[k]) - work.terms.begin();
-    const double unit = reference[static_cast<std::size_t>(term)];
-    problem.weights[k] = std::isfinite(unit) && unit > 0.0 ? 1.0 / (unit * unit) : 0.0;
-  }
+  weigh_for_a(work, space, reference, problem);
   const auto a =
       better(row(work, "A-optimal", searched(work, problem, standard)), usual, work, reference, &Criteria::trace);
 
@@ -318,18 +351,8 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
   rows.insert(rows.end(), usual.begin(), usual.end());
   rows.push_back(d);
   rows.push_back(a);
-  const auto& chosen = options.criterion == DesignCriterion::D ? d : a;
-  if (!chosen.estimate)
-    throw Error(Error::Kind::bad_input,
-                fmt::format("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
+  auto out = told(work, options.criterion == DesignCriterion::D ? d : a, rows, reference);
   report(progress, 1.0, "done");
-  Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
-  if (work.instead_of_method)
-    out.estimate.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("not every parameter of {} is a term of {}: optimised, and predicted here, for the terms {}",
-                     plan.method, plan.instrument_model, fmt::join(work.terms, ", ")),
-         ""});
   return out;
 }
 
