@@ -5,7 +5,7 @@
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/linear/table_trial.hpp"
 #include "tumble/methods/method.hpp"
-#include "tumble/rigs/rig.hpp"
+#include "tumble/methods/trial/plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -137,18 +137,8 @@ constexpr Value coefficients[] = {{"C_I", -12, "ug/(rad/s^2)"},   {"C_O", 900, "
 
 /// Positions, rates about one and two axes, and oscillations on a two-axis table.
 Trial trial(std::uint64_t seed) {
-  Plan plan;
-  plan.method = "accelerometer_dynamic";
-  plan.instrument_model = "pendulous_accelerometer";
-  plan.sample_rate = 20.0;
-  plan.site = Site{si(34.25, "deg"), si(108.9, "deg"), 400.0, {}};
-  plan.rig_kind = "two_axis_table";
-  plan.rig = defaults(find_rig(plan.rig_kind).options());
-  plan.settings = defaults(options());
-  plan.truth = defaults(truth_options(find_model(plan.instrument_model)));
-  const auto set = [&](const char* name, double value, const char* unit) {
-    plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
-  };
+  Plan plan = trial_plan("accelerometer_dynamic", options(), "pendulous_accelerometer", "two_axis_table", 20.0);
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   for (const auto& one : coefficients) set(one.name, one.value, one.unit);
   set("bias", 2.5, "mg");
   set("scale_factor_error", 120, "ppm");

@@ -4,10 +4,10 @@
 
 #include <memory>
 
+#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/models/sagnac.hpp"
-#include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::methods::rlg {
@@ -21,23 +21,13 @@ constexpr int edges = 4;
 std::map<std::string, Motion> mounted() { return {{"mount_pitch", {.value = si(-90.0, "deg")}}}; }
 
 Plan plan_of(double rate) {
-  const Model& model = find_model("ring_laser_gyro");
-  Plan plan;
-  plan.method = "rlg_lock_in";
+  Plan plan = trial_plan("rlg_lock_in", find_method("rlg_lock_in").options(), "ring_laser_gyro", "rate_table", rate);
   plan.title = "trial of rlg_lock_in";
-  plan.instrument_model = model.name;
-  plan.sample_rate = rate;
   plan.site = Site{.latitude = si(34.25, "deg"), .gravity = 9.7966};
-  plan.rig_kind = "rate_table";
-  plan.rig = defaults(find_rig("rate_table").options());
-  plan.settings = defaults(find_method("rlg_lock_in").options());
   plan.settings.set_word("dither", "by_label");
   plan.settings.set_integer("edges", edges);
   plan.settings.set_number("dither_rate", si(dither, "deg/s"), Unit::parse("deg/s"));
-  plan.truth = defaults(truth_options(model));
-  const auto set = [&](const char* name, double value, const char* unit) {
-    plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
-  };
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   plan.truth.set_integer("edges", edges);
   set("lock_in_rate", lock_in, "deg/s");
   set("bias", bias, "deg/h");
@@ -46,7 +36,7 @@ Plan plan_of(double rate) {
 
 Plan sweep_plan() {
   Plan plan = plan_of(10.0);
-  plan.truth.set_number("angle_random_walk", si(random_walk, "deg/sqrt(h)"), Unit::parse("deg/sqrt(h)"));
+  set_truth(plan, "angle_random_walk", random_walk, "deg/sqrt(h)");
   for (const double ratio : {0.4, 0.9, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.5, 6.0, 12.0})
     for (const double sign : {1.0, -1.0}) {
       Segment segment{fmt::format("{:+.3f} deg/s", sign * ratio * lock_in), 15.0, 1, mounted()};
@@ -58,9 +48,7 @@ Plan sweep_plan() {
 
 Plan dithered_plan() {
   Plan plan = plan_of(20.0);
-  const auto set = [&](const char* name, double value, const char* unit) {
-    plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
-  };
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   set("dither_rate", dither, "deg/s");
   set("dither_frequency", frequency, "Hz");
   set("dither_noise", noise, "1");

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/rigs/rig.hpp"
+#include "tumble/methods/trial/plan.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::sdof {
@@ -88,18 +88,8 @@ void add_repeats(const linear::Solution& solution, Estimate& estimate) {
 }
 
 Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& rig, double rate) {
-  Plan plan;
-  plan.method = method;
-  plan.instrument_model = "sdof_gyro";
-  plan.sample_rate = rate;
-  plan.site = Site{si(34.25, "deg"), si(108.9, "deg"), 400.0, {}};
-  plan.rig_kind = rig;
-  plan.rig = defaults(find_rig(rig).options());
-  plan.settings = defaults(options);
-  plan.truth = defaults(truth_options(find_model("sdof_gyro")));
-  const auto set = [&](const char* name, double value, const char* unit) {
-    plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
-  };
+  Plan plan = methods::trial_plan(method, options, "sdof_gyro", rig, rate);
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   const char* first = "deg/h/g";
   const char* second = "deg/h/g^2";
   set("D_F", 1.8, "deg/h");

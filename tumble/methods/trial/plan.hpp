@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/plan.hpp"
+
+/// What the trials of the methods begin with.
+namespace tumble::methods {
+
+/// An instrument of that model without errors, on a rig with all its errors, in a laboratory; no schedule.
+Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& model,
+                const std::string& rig, double rate);
+
+/// `value` in `unit` as the truth of the trial.
+void set_truth(Plan& plan, const char* name, double value, const char* unit);
+
+}  // namespace tumble::methods
