@@ -110,6 +110,17 @@ std::optional<Motion> oscillation(const Segment* segment) {
   return {};
 }
 
+/// The stamps half a step later: from the beginning of what is averaged to its middle.
+void to_the_middle(double step, Timeline& timeline) {
+  if (timeline.uniform()) {
+    timeline.start += 0.5 * step;
+    return;
+  }
+  auto stamps = *timeline.stamps;
+  for (double& t : stamps) t += 0.5 * step;
+  timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
+}
+
 /// What the plan's rig made the input axis feel, at the middle of every sample of the output.
 Channel reference_from_rig(const Evidence& evidence, const Recording& recording, const Channel& output,
                            const RigShift* shift) {
@@ -146,13 +157,7 @@ Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
       made.values[i] = rate ? felt[0].rate.x : felt[0].specific_force.x;
     }
   }
-  if (made.timeline.uniform()) {
-    made.timeline.start += 0.5 * step;
-  } else {
-    auto stamps = *made.timeline.stamps;
-    for (double& t : stamps) t += 0.5 * step;
-    made.timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
-  }
+  to_the_middle(step, made.timeline);
   return made;
 }
 

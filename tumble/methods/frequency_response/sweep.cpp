@@ -100,6 +100,19 @@ Range range_of(const Stretch& stretch, const Samples& reference, double output_r
   return range;
 }
 
+Point point_of(const BandResponse& band, double late, const Scaling& scaling, const std::string& where) {
+  Point p;
+  p.frequency = p.nominal = band.frequency;
+  p.response = corrected(band.response * std::polar(1.0, -2.0 * std::numbers::pi * band.frequency * late),
+                         band.frequency, scaling);
+  p.output_gain_variance = p.output_phase_variance = band.variance;
+  p.output_dof = band.degrees_of_freedom;
+  p.coherence = band.coherence;
+  p.amplitude = band.input_amplitude;
+  p.where = where;
+  return p;
+}
+
 void measure(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
   Samples output = samples_of(*stretch.output, stretch.begin, stretch.end, scaling.output_shift);
   Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, scaling.reference_shift);
@@ -124,17 +137,8 @@ void measure(const Stretch& stretch, const Scaling& scaling, const Settings& set
       weak.push_back(band.frequency);
       continue;
     }
-    Point p;
-    p.frequency = p.nominal = band.frequency;
-    p.response = corrected(band.response * std::polar(1.0, -2.0 * std::numbers::pi * band.frequency * late),
-                           band.frequency, scaling);
-    p.output_gain_variance = p.output_phase_variance = band.variance;
-    p.output_dof = band.degrees_of_freedom;
-    p.coherence = band.coherence;
-    p.amplitude = band.input_amplitude;
-    p.where = stretch.label;
     least = std::min(least, band.coherence);
-    points.found.push_back(p);
+    points.found.push_back(point_of(band, late, scaling, stretch.label));
   }
   if (!weak.empty())
     points.findings.push_back(

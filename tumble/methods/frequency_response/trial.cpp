@@ -40,18 +40,22 @@ void add(Channel& channel, const Tone& tone, double begin, double late, std::com
         (line * std::polar(1.0, two_pi * tone.frequency * 1.0003 * (channel.time(i) - begin - late))).real();
 }
 
-}  // namespace
-
-Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
-  const RandomStream random = RandomStream(seed).split("frequency_response");
-  const Truth truth;
-  Trial trial;
-  Plan& plan = trial.evidence.plan;
+Plan plan_of(const std::vector<Option>& options) {
+  Plan plan;
   plan.method = "frequency_response";
   plan.settings = defaults(options);
   plan.settings.set_number("averaging", window, Unit::parse("s"));
   plan.settings.set_number("clock_offset_sd", clock_sd, Unit::parse("s"));
   plan.settings.set_number("reference_gain_sd", gain_sd, Unit::parse("%"));
+  for (const Tone& tone : tones) {
+    Segment segment{std::to_string(tone.frequency) + " Hz", tone.duration, 1, {}};
+    segment.axes["vibration"] = {.kind = Motion::Kind::sine, .amplitude = tone.amplitude, .frequency = tone.frequency};
+    plan.schedule.push_back(segment);
+  }
+  return plan;
+}
+
+Recording recording_of(const Truth& truth, const Plan& plan, const RandomStream& random) {
   double time = 0.0;
   for (const Tone& tone : tones) time += tone.duration;
   const Unit unit = Unit::parse("m/s^2");
@@ -62,19 +66,33 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   const double late = clock_sd * random.normal(0), wrong = 1.0 + gain_sd * random.normal(1);
   Recording recording;
   double begin = 0.0;
-  for (const Tone& tone : tones) {
+  for (std::size_t k = 0; k < tones.size(); ++k) {
+    const Tone& tone = tones[k];
     const double f = 1.0003 * tone.frequency;
-    Segment segment{std::to_string(tone.frequency) + " Hz", tone.duration, 1, {}};
-    segment.axes["vibration"] = {.kind = Motion::Kind::sine, .amplitude = tone.amplitude, .frequency = tone.frequency};
-    plan.schedule.push_back(segment);
-    recording.marks.push_back({segment.label, begin, 1});
+    recording.marks.push_back({plan.schedule[k].label, begin, 1});
     // The mean over a window is the value in its middle times sinc.
     add(output, tone, begin, late,
         tone.amplitude * truth.at(f) * sinc(f * window) * std::polar(1.0, std::numbers::pi * f * window));
     add(reference, tone, begin, 0.0, tone.amplitude * wrong);
-    trial.truth.emplace_back("gain_" + label_of(tone.frequency), std::abs(truth.at(f)));
     begin += tone.duration;
   }
+  add_noise({.angle_random_walk = 0.002, .bias_instability = 0.01, .rate_random_walk = 0.05}, output_rate,
+            random.split("output"), output.values);
+  add_noise({.angle_random_walk = 0.0005}, reference_rate, random.split("reference"), reference.values);
+  recording.channels = {std::move(output), std::move(reference)};
+  return recording;
+}
+
+}  // namespace
+
+Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
+  const Truth truth;
+  Trial trial;
+  trial.evidence.plan = plan_of(options);
+  trial.evidence.recordings = {
+      recording_of(truth, trial.evidence.plan, RandomStream(seed).split("frequency_response"))};
+  for (const Tone& tone : tones)
+    trial.truth.emplace_back("gain_" + label_of(tone.frequency), std::abs(truth.at(1.0003 * tone.frequency)));
   double phase = 0.0;
   for (const Tone& tone : tones) {
     const double now = std::arg(truth.at(1.0003 * tone.frequency));
@@ -86,11 +104,6 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   trial.truth.emplace_back("natural_frequency", truth.natural);
   trial.truth.emplace_back("damping_ratio", truth.damping);
   trial.truth.emplace_back("delay", truth.delay);
-  add_noise({.angle_random_walk = 0.002, .bias_instability = 0.01, .rate_random_walk = 0.05}, output_rate,
-            random.split("output"), output.values);
-  add_noise({.angle_random_walk = 0.0005}, reference_rate, random.split("reference"), reference.values);
-  recording.channels = {std::move(output), std::move(reference)};
-  trial.evidence.recordings.push_back(std::move(recording));
   return trial;
 }
 

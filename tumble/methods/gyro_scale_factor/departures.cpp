@@ -134,32 +134,46 @@ std::vector<double> drawn_departures(const std::vector<std::vector<const Segment
   return errors;
 }
 
-void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
-                     const std::vector<std::vector<const SegmentSummary*>>& groups, Line& line) {
-  std::set<const SegmentSummary*> from_below, from_above;
+/// Segments whose rate was reached from below and from above.
+struct Sides {
+  std::set<const SegmentSummary*> below, above;
+};
+
+Sides sides_of(const std::vector<const SegmentSummary*>& in_time) {
+  Sides sides;
   for (std::size_t i = 1; i < in_time.size(); ++i) {
     if (in_time[i]->run != in_time[i - 1]->run) continue;
-    (in_time[i]->felt.rate.x > in_time[i - 1]->felt.rate.x ? from_below : from_above).insert(in_time[i]);
+    (in_time[i]->felt.rate.x > in_time[i - 1]->felt.rate.x ? sides.below : sides.above).insert(in_time[i]);
   }
-  // Repeats from one side show the scatter alone; without enough of them it holds the hysteresis too, which makes the
-  // judgement cautious.
+  return sides;
+}
+
+/// Repeats from one side show the scatter alone; without enough of them it is that of the line, which holds the
+/// hysteresis too and makes the judgement cautious.
+double scatter_of(const Sides& sides, const std::vector<std::vector<const SegmentSummary*>>& groups, const Line& line) {
   double squares = 0.0, dof = 0.0;
   for (const auto& group : groups)
-    for (const auto* side : {&from_below, &from_above}) {
+    for (const auto* side : {&sides.below, &sides.above}) {
       std::vector<const SegmentSummary*> same;
       for (const auto* s : group)
         if (side->contains(s)) same.push_back(s);
       for (const auto* s : same) squares += std::pow(s->measured - mean_of(same), 2);
       dof += same.empty() ? 0.0 : static_cast<double>(same.size()) - 1.0;
     }
-  const double scatter = dof >= 4.0 ? std::sqrt(squares / dof) : line.scatter;
+  return dof >= 4.0 ? std::sqrt(squares / dof) : line.scatter;
+}
+
+void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
+                     const std::vector<std::vector<const SegmentSummary*>>& groups, Line& line) {
+  const Sides sides = sides_of(in_time);
+  const double scatter = scatter_of(sides, groups, line);
   std::vector<double> differences, sds;
   double chi = 0.0;
   for (const auto& group : groups) {
     double below = 0.0, above = 0.0, sum_below = 0.0, sum_above = 0.0;
     for (const auto* s : group) {
-      if (from_below.contains(s)) ++below, sum_below += s->measured;
-      if (from_above.contains(s)) ++above, sum_above += s->measured;
+      if (sides.below.contains(s)) ++below, sum_below += s->measured;
+      if (sides.above.contains(s)) ++above, sum_above += s->measured;
     }
     if (below < 1.0 || above < 1.0) continue;
     differences.push_back((sum_below / below - sum_above / above) / (line.slope * line.range));
