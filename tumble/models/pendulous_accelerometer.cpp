@@ -108,10 +108,8 @@ Response servo_loop(const Settings& truth, double step) {
   if (truth.has("natural_frequency")) return electronics::loop(truth, step);
   if (!truth.has("servo_stiffness") || truth.flag("integrator")) return nullptr;
   const double stiffness = truth.number("servo_stiffness") + truth.number("hinge_stiffness");
-  const double inertia = number_or(truth, "pendulum_inertia_O", 0.0), damping = number_or(truth, "damping", 0.0);
-  if (!(stiffness > 0.0 && inertia > 0.0 && damping > 0.0)) return nullptr;
-  return electronics::second_order_loop(std::sqrt(stiffness / inertia) / (2.0 * M_PI),
-                                        damping / (2.0 * std::sqrt(stiffness * inertia)), step);
+  return electronics::balanced(number_or(truth, "pendulum_inertia_O", 0.0), number_or(truth, "damping", 0.0), stiffness,
+                               step);
 }
 
 /// K_1 of the recorded word [SI], not zero

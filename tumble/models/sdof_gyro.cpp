@@ -97,11 +97,8 @@ std::vector<Output> outputs(const Settings&) {
 /// (4.3): from the constants, else from I_O, D and k
 Response rebalance_loop(const Settings& truth, double step) {
   if (truth.has("natural_frequency")) return electronics::loop(truth, step);
-  const double k = sdof::loop_stiffness(truth);
-  const double inertia = number_or(truth, "gimbal_inertia_O", 0.0), damping = number_or(truth, "damping", 0.0);
-  if (!(k > 0.0 && inertia > 0.0 && damping > 0.0)) return nullptr;
-  return electronics::second_order_loop(std::sqrt(k / inertia) / (2.0 * M_PI), damping / (2.0 * std::sqrt(k * inertia)),
-                                        step);
+  return electronics::balanced(number_or(truth, "gimbal_inertia_O", 0.0), number_or(truth, "damping", 0.0),
+                               sdof::loop_stiffness(truth), step);
 }
 
 /// S_g [(rad/s)/A]

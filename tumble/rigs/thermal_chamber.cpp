@@ -19,10 +19,6 @@ std::vector<Axis> axes() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
-  const auto quantity = [](const char* name, const char* unit, const char* fallback, const char* description) {
-    return Option{name, Type::quantity, unit, fallback, {}, description};
-  };
   return {quantity("lowest", "degC", "-60 degC", "coldest set point"),
           quantity("highest", "degC", "90 degC", "hottest set point"),
           quantity("ramp_limit", "K/min", "5 K/min", "fastest change of the air"),

@@ -1,5 +1,7 @@
 #include "tumble/models/electronics/stages.hpp"
 
+#include <cmath>
+
 #include "tumble/models/support/given.hpp"
 
 namespace tumble::electronics {
@@ -36,6 +38,12 @@ Response loop(const Settings& truth, double step) {
   if (truth.has("time_constant")) return first_order_loop(truth.number("time_constant"), step);
   if (!truth.has("natural_frequency")) return nullptr;
   return second_order_loop(truth.number("natural_frequency"), truth.number("damping_ratio"), step);
+}
+
+Response balanced(double inertia, double damping, double stiffness, double step) {
+  if (!(stiffness > 0.0 && inertia > 0.0 && damping > 0.0)) return nullptr;
+  return second_order_loop(std::sqrt(stiffness / inertia) / (2.0 * M_PI),
+                           damping / (2.0 * std::sqrt(stiffness * inertia)), step);
 }
 
 std::vector<Option> limit_options(const std::string& unit) {

@@ -15,6 +15,10 @@ std::vector<Option> loop_options();
 /// neither is. Throws Error::bad_input that lists all that is out of bounds, of limits() too.
 Response loop(const Settings& truth, double step);
 
+/// The second-order loop of a pick-off of this inertia [kg m^2], damping [N m s/rad] and stiffness [N m/rad]; null
+/// where one of them is not known, which is 0.
+Response balanced(double inertia, double damping, double stiffness, double step);
+
 /// `range`, `range_negative`, `dead_zone` and `resolution` of the output, shown in `unit`.
 std::vector<Option> limit_options(const std::string& unit);
 
