@@ -12,9 +12,9 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -68,29 +68,6 @@ struct Bench {
     return e;
   }
 };
-
-double value(const Estimate& estimate, const std::string& name) {
-  const Parameter* p = find_parameter(estimate, name);
-  if (p != nullptr) return p->value;
-  ADD_FAILURE() << "no " << name;
-  return std::nan("");
-}
-
-bool says(const Findings& findings, const std::string& words) {
-  for (const auto& finding : findings)
-    if (finding.message.find(words) != std::string::npos) return true;
-  return false;
-}
-
-std::string refusal(const Evidence& evidence) {
-  try {
-    method().identify(evidence, {});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "not refused";
-  return "";
-}
 
 /// Gains and phases equal the loop's to `tolerance` (relative, rad).
 void expect_loop(const Estimate& estimate, const std::vector<double>& tones, double tolerance) {
@@ -167,7 +144,7 @@ TEST(FrequencyResponse, CountsOverHalfOfTheRateNullsAndSingularFrequencies) {
   EXPECT_EQ(find_parameter(relative, "gain_10Hz"), nullptr);
   EXPECT_NEAR(value(relative, "gain_80Hz"), std::abs(loop(80.0) / loop(10.0)), 0.01);
   evidence.plan.settings.set_word("scale_factor", "1000 pulse/rad");
-  EXPECT_NE(refusal(evidence).find("scale_factor"), std::string::npos);
+  EXPECT_NE(refusal(method(), evidence).find("scale_factor"), std::string::npos);
 }
 
 TEST(FrequencyResponse, AnAngleReferenceIsDifferentiated) {
@@ -257,14 +234,14 @@ TEST(FrequencyResponse, GapsDoNoHarm) {
 TEST(FrequencyResponse, RefusesWithWords) {
   Evidence evidence = Bench{}.evidence();
   evidence.recordings[0].channels.pop_back();
-  EXPECT_NE(refusal(evidence).find("no channel 'reference'"), std::string::npos);
+  EXPECT_NE(refusal(method(), evidence).find("no channel 'reference'"), std::string::npos);
   evidence = Bench{}.evidence();
   evidence.plan.settings.set_number("reference_maximum", 1.0, Unit::parse("Hz"));
-  EXPECT_NE(refusal(evidence).find("above the range of the reference"), std::string::npos);
+  EXPECT_NE(refusal(method(), evidence).find("above the range of the reference"), std::string::npos);
   evidence = Bench{}.evidence();
   evidence.plan.settings.set_number("averaging", -1.0, Unit::parse("s"));
   evidence.plan.settings.set_integer("points_per_decade", 1000);
-  const std::string both = refusal(evidence);
+  const std::string both = refusal(method(), evidence);
   EXPECT_NE(both.find("averaging"), std::string::npos);
   EXPECT_NE(both.find("points_per_decade"), std::string::npos);
 }

@@ -6,8 +6,8 @@
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -52,31 +52,10 @@ struct Bench {
   }
 };
 
-double value(const Estimate& estimate, const std::string& name) {
-  const Parameter* p = find_parameter(estimate, name);
-  if (p != nullptr) return p->value;
-  ADD_FAILURE() << "no " << name;
-  return std::nan("");
-}
-
 double sd_of(const Estimate& estimate, const std::string& name) {
   const Parameter* p = find_parameter(estimate, name);
   return p == nullptr ? std::nan("")
                       : standard_uncertainty(estimate, static_cast<std::size_t>(p - estimate.parameters.data()));
-}
-
-bool says(const Findings& findings, const std::string& words) {
-  return std::ranges::any_of(findings, [&](const Finding& f) { return f.message.find(words) != std::string::npos; });
-}
-
-std::string refusal(const Evidence& evidence) {
-  try {
-    method().identify(evidence, {});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "not refused";
-  return "";
 }
 
 TEST(GyroScaleFactor, NoiseFreeTruthToRounding) {
@@ -168,14 +147,14 @@ TEST(GyroScaleFactor, WhatCannotBeFoundIsSaid) {
   Bench bench;
   bench.noise = 1e-4;
   bench.rates = {20, 20, 20};
-  EXPECT_NE(refusal(bench.evidence()).find("one rate only"), std::string::npos);
+  EXPECT_NE(refusal(method(), bench.evidence()).find("one rate only"), std::string::npos);
   bench.rates = {5, 20, 50, 100};
   const Estimate one_sign = method().identify(bench.evidence(), {});
   EXPECT_EQ(find_parameter(one_sign, "scale_factor_asymmetry"), nullptr);
   EXPECT_TRUE(says(one_sign.findings, "scale_factor_asymmetry cannot be told apart from scale_factor"));
   bench.rates = {-100, 0, 100};
   bench.output = [](double) { return 1.0; };
-  EXPECT_NE(refusal(bench.evidence()).find("does not follow the rate"), std::string::npos);
+  EXPECT_NE(refusal(method(), bench.evidence()).find("does not follow the rate"), std::string::npos);
 }
 
 TEST(GyroScaleFactor, ClippedSegmentsAndJumpsAreLeftOut) {
