@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "tumble/math/random.hpp"
 #include "tumble/math/vector3.hpp"

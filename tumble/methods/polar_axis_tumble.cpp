@@ -1,10 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/polar_axis_tumble/harmonics.hpp"

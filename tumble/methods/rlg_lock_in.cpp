@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <optional>
 
 #include "tumble/core/say.hpp"
 #include "tumble/methods/method.hpp"

@@ -1,13 +1,8 @@
-#include <fmt/format.h>
-
-#include <cmath>
-
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/linear/table_trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble::methods {
 namespace {

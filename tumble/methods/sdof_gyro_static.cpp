@@ -1,8 +1,3 @@
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sdof_gyro_support/gyro.hpp"

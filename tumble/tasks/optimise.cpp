@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
 
 #include "tumble/core/say.hpp"
 #include "tumble/formats/atomic_file.hpp"

@@ -1,7 +1,5 @@
 #include "tumble/methods/frequency_response/curves.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <complex>
 #include <numbers>

@@ -6,7 +6,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "tumble/methods/linear/rows.hpp"
 #include "tumble/methods/linear/slow.hpp"

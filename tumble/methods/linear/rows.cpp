@@ -1,7 +1,6 @@
 #include "tumble/methods/linear/rows.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "tumble/math/parallel.hpp"

@@ -1,7 +1,5 @@
 #include "tumble/models/electronics/response.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -1,7 +1,6 @@
 #include "tumble/rigs/chain/machine.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "tumble/rigs/chain/encoder.hpp"
 
