@@ -1,0 +1,34 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/unit.hpp"
+
+/// For the tests of rigs: a place, and what is felt there.
+namespace tumble {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+inline const Site site{34.0 * degree, 108.0 * degree, 400.0, 9.7966};
+
+inline Settings with(const Rig& rig, std::vector<Given> given) {
+  std::vector<std::string> problems;
+  auto options = resolve(rig.options(), given, rig.name, problems);
+  EXPECT_TRUE(problems.empty()) << problems.front();
+  return options;
+}
+
+inline RigRun run_of(const Schedule& schedule, const Settings& options, double rate = 100.0) {
+  return {schedule, options, site, rate, {}, RandomStream(7)};
+}
+
+inline std::vector<Felt> felt(const Reference& reference, double first, double step, std::size_t count) {
+  std::vector<Felt> out(count);
+  reference.felt(first, step, out);
+  return out;
+}
+
+}  // namespace tumble
