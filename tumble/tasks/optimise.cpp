@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "tumble/core/say.hpp"
@@ -90,7 +91,8 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
   };
   collect([&] { refuse_unpredictable(plan); });
   if (options.total_time && !(*options.total_time > 0.0)) problems.push_back("the total time must be above zero");
-  if (!(options.step > 0.0)) problems.push_back("the step between positions must be above zero");
+  if (!(options.step > 0.0) || options.step > std::numbers::pi)
+    problems.push_back("the step between positions must be above zero and at most 180 deg");
   for (const auto& segment : plan.schedule)
     for (const auto& [axis, motion] : segment.axes)
       if (motion.kind == Motion::Kind::ramp || motion.kind == Motion::Kind::random)

@@ -101,6 +101,18 @@ TEST_F(Predict, RefusesToPredictWithoutNoise) {
   }
 }
 
+TEST_F(Predict, RefusesToPredictAMethodsPlanWithoutNoise) {
+  const auto plan = load("method = \"sdof_gyro_static\"\n" + head("sdof_gyro", "two_axis_table") + six_faces("1 min") +
+                         "[truth]\nD_F = \"3 deg/h\"\n");
+  try {
+    predict(plan);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_NE(error.problems.front().find("angle_random_walk"), std::string::npos);
+  }
+}
+
 // Six faces: 6 of the 10 terms; D_IO, D_OS, D_IS are zero there, D_OO adds up with D_II and D_SS to 1 g^2.
 TEST_F(Predict, NamesWhatSixFacesDoNotShowAndWhatWould) {
   const auto plan = load(head("sdof_gyro", "two_axis_table") + six_faces("10 min") + truth);
@@ -300,6 +312,9 @@ TEST_F(Predict, RefusesUnknownTermsAndTimesAllAtOnce) {
   } catch (const Error& error) {
     EXPECT_EQ(error.problems.size(), 3u);
   }
+  options = {};
+  options.step = si(400.0, "deg");
+  EXPECT_THROW(optimise(plan, options, {}), Error) << "one position would be left";
   options = {};
   options.total_time = 1.0;
   options.terms = ten_terms;

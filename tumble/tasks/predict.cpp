@@ -55,6 +55,7 @@ Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, 
 Estimate predict(const Plan& plan) {
   const auto* method = plan.method.empty() ? nullptr : &find_method(plan.method);
   if (!method || !method->predict) return predict_model(plan, {});
+  refuse_unpredictable(plan);
   auto estimate = method->predict(plan);
   describe(plan, estimate);
   return estimate;

@@ -14,10 +14,15 @@
 namespace tumble::linear {
 namespace {
 
-void require(const Plan& plan, double rate, std::vector<std::string>& problems) {
+void require(const Plan& plan, double rate, const Problem& problem, std::vector<std::string>& problems) {
   const std::string where = plan.file.empty() ? "" : plan.file + ": ";
   if (plan.rig_kind.empty()) problems.push_back(where + "the plan needs [rig] kind = \"...\" that says what was felt");
   if (plan.schedule.empty()) problems.push_back(where + "the plan needs at least one [[schedule]]");
+  if (problem.needs_site && !plan.site)
+    problems.push_back(
+        where +
+        "the plan needs [site] latitude = \"34.25 deg\" or the like: the Earth's rate and gravity are part "
+        "of what the instrument feels");
   if (!(rate > 0.0)) problems.push_back(where + "the plan needs [instrument] rate = \"1 Hz\" or the like");
 }
 
@@ -113,6 +118,29 @@ Sampling sampling_of(const Channel& channel) {
   return {channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate, channel.time(0)};
 }
 
+/// Whether any sample was taken from `begin` to `end` [s, recording's clock].
+bool has_samples(const Channel& channel, double begin, double end) {
+  for (std::size_t i = index_at(channel, begin); i < channel.values.size() && channel.time(i) < end; ++i)
+    if (!std::isnan(channel.values[i])) return true;
+  return false;
+}
+
+/// `scale` is one for all recordings: a rate here and a current there would be taken for the same.
+void refuse_unlike_units(const Evidence& evidence, const Problem& problem) {
+  const Channel& first = require_channel(evidence, evidence.recordings.front(), problem.role);
+  std::vector<std::string> problems;
+  for (const auto& recording : evidence.recordings) {
+    const Channel& channel = require_channel(evidence, recording, problem.role);
+    if (channel.unit.dimension() == first.unit.dimension()) continue;
+    problems.push_back(
+        fmt::format("{}: channel '{}' is in {}, but in {} it is in {}: recordings of one fit must hold "
+                    "the same quantity",
+                    recording.origin.file, channel.name, channel.unit.text(), evidence.recordings.front().origin.file,
+                    first.unit.text()));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
 /// The samples whose interval lies from `begin` to `end` [s, recording's clock], on an even grid.
 void take_samples(const Channel& channel, double rate, double begin, double end, double scale, Stretch& stretch) {
   const double step = 1.0 / rate, slack = 1e-6 * step;
@@ -141,7 +169,7 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
   for (const auto& entry : plan.recordings)
     if (entry.plan && std::ranges::find(plans, entry.plan.get()) == plans.end()) plans.push_back(entry.plan.get());
   std::vector<std::string> problems;
-  for (const Plan* one : plans) require(*one, one->sample_rate, problems);
+  for (const Plan* one : plans) require(*one, one->sample_rate, problem, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   Evidences out;
   for (const Plan* one : plans) {
@@ -193,7 +221,9 @@ void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_po
     stretch.first -= power_on;
     const auto present = std::ranges::count_if(stretch.values, [](double v) { return !std::isnan(v); });
     if (present == 0) {
-      out.findings.push_back(unused(mark.label, mark.run, "no sample is left after settling"));
+      const bool any = has_samples(channel, mark.begin, std::min(next, power_on + power_up.begins[place.segment + 1]));
+      out.findings.push_back(unused(mark.label, mark.run,
+                                    any ? "no sample is left after settling" : "the recording holds no samples of it"));
       continue;
     }
     set_blocks(power_up, problem, stretch);
@@ -208,6 +238,7 @@ Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
   Evidences out;
   std::map<const Plan*, std::size_t> first;
   std::set<std::pair<std::size_t, std::size_t>> taken;
+  if (!evidence.recordings.empty()) refuse_unlike_units(evidence, problem);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
     const Channel& channel = require_channel(evidence, evidence.recordings[r], problem.role);
@@ -222,7 +253,7 @@ Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
     if (std::ranges::all_of(channel.values, [&](double v) { return v == some || std::isnan(v); }))
       throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds the same value throughout",
                                                      name.empty() ? "" : name + ": ", channel.name));
-    require(plan, rate, problems);
+    require(plan, rate, problem, problems);
     if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
     if (!first.contains(&plan)) first[&plan] = add_power_ups(plan, rate, problem, out);
     if (evidence.recordings[r].marks.empty())

@@ -51,6 +51,7 @@ struct Problem {
   double condition_limit = 1e6;              ///< beyond, the weakest combination is left out
   double settling = 0.0;                     ///< [s] dropped after the rig has settled in each segment
   double averaging = 1.0;                    ///< [s] of a block
+  bool needs_site = true;                    ///< without the Earth's rate and gravity the input is wrong
 };
 
 /// One segment of the evidence. Means over the samples used [SI].

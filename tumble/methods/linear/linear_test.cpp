@@ -9,6 +9,7 @@
 #include "tumble/methods/linear/slow.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sdof_gyro_support/gyro.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
@@ -98,6 +99,50 @@ TEST(linear, a_centrifuge_recording_makes_the_tenth_term_observable) {
   plan.recordings = {{"table.h5", "", 0, nullptr}, {"arm.h5", "", 0, arm}};
   const auto before = find_method("sdof_gyro_static").predict(plan);
   EXPECT_EQ(before.parameters.size(), estimate.parameters.size());
+}
+
+TEST(linear, a_plan_without_a_site_is_refused) {
+  for (const char* method : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic",
+                             "gyro_scale_factor", "rlg_lock_in"}) {
+    Trial trial = find_method(method).trial(1);
+    trial.evidence.plan.site.reset();
+    const auto said = refusal(find_method(method), trial.evidence);
+    EXPECT_NE(said.find("[site]"), std::string::npos) << method << ": " << said;
+  }
+}
+
+TEST(linear, a_rate_and_a_current_in_one_fit_are_refused) {
+  Trial trial = find_method("sdof_gyro_static").trial(3);
+  auto other = trial.evidence.recordings.front();
+  other.channels[0].unit = Unit::parse("mA");
+  trial.evidence.plan.settings.set_number("torquer_scale_factor", si(510.0, "deg/h/mA"), Unit::parse("deg/h/mA"));
+  trial.evidence.recordings.push_back(other);
+  trial.evidence.plans = {nullptr, nullptr};
+  for (int sense = 0; sense < 2; ++sense) {
+    EXPECT_NE(refusal(find_method("sdof_gyro_static"), trial.evidence).find("same quantity"), std::string::npos);
+    std::swap(trial.evidence.recordings[0], trial.evidence.recordings[1]);
+  }
+}
+
+TEST(linear, a_negative_uncertainty_of_the_torquer_is_refused) {
+  Trial trial = find_method("sdof_gyro_static").trial(3);
+  trial.evidence.plan.settings.set_number("torquer_scale_factor_sd", -1e-4, Unit::parse("ppm"));
+  EXPECT_NE(refusal(find_method("sdof_gyro_static"), trial.evidence).find("torquer_scale_factor_sd"),
+            std::string::npos);
+}
+
+TEST(linear, a_recording_that_ends_early_is_told_from_one_too_short_to_settle) {
+  Trial trial = find_method("sdof_gyro_static").trial(3);
+  auto& channel = trial.evidence.recordings[0].channels[0];
+  channel.values.resize(1903);  // 19 of the 27 positions of 100 s, and 3 s of the next
+  const auto estimate = find_method("sdof_gyro_static").identify(trial.evidence, {});
+  int absent = 0, short_of_settling = 0;
+  for (const auto& finding : estimate.findings) {
+    absent += finding.message.find("the recording holds no samples of it") != std::string::npos;
+    short_of_settling += finding.message.find("no sample is left after settling") != std::string::npos;
+  }
+  EXPECT_EQ(absent, 7);
+  EXPECT_EQ(short_of_settling, 1);
 }
 
 TEST(linear, one_sense_of_the_polar_axis_gives_five_combinations) {

@@ -14,6 +14,7 @@ linear::Problem problem_of(const TermProblem& terms) {
   problem.oversampling = terms.oversampling;
   problem.settling = terms.settling;
   problem.averaging = terms.averaging;
+  problem.needs_site = false;  // an uncertainty hardly depends on it
   return problem;
 }
 

@@ -31,7 +31,9 @@ const Channel* channel(const Evidence& evidence) {
 void set_reading(const Settings& settings, const Channel* channel, linear::Problem& problem) {
   problem.role = "gyro";
   problem.input = [](const Felt& felt) { return felt.rate.x; };
-  if (const double sd = settings.number("torquer_scale_factor_sd"); sd > 0.0)
+  const double sd = settings.number("torquer_scale_factor_sd");
+  if (sd < 0.0) throw Error(Error::Kind::bad_input, "[settings] torquer_scale_factor_sd must not be negative");
+  if (sd > 0.0)
     problem.reading_errors.push_back({"torquer scale factor", sd, [](const Felt&, double rate) { return rate; }});
   if (!channel || channel->unit.dimension() == Unit::parse("deg/h").dimension()) return;
   if (channel->unit.dimension() != Unit::parse("mA").dimension())
