@@ -80,6 +80,15 @@ void add_crossing(const Measured& m, Builder& builder) {
          ""});
     return;
   }
+  if (crossing.frequency < 2.0 * m.frequency.front()) {
+    builder.estimate.findings.push_back(
+        {Severity::warning,
+         fmt::format("no bandwidth: the gain falls by 3 dB within an octave of {:.4g} Hz, the lowest frequency used, "
+                     "whose gain is then not that at rest; go lower, or mend what was left out",
+                     m.frequency.front()),
+         ""});
+    return;
+  }
   std::vector<double> gradient(2 * m.frequency.size(), 0.0);
   const double h = 1e-6;
   for (std::size_t i = 0; i < m.frequency.size(); ++i) {
@@ -100,7 +109,7 @@ void add_loop(const LoopFit* fit, const Measured& m, Builder& builder) {
     if (m.frequency.size() > 2)
       builder.estimate.findings.push_back({Severity::info,
                                            "neither a delay nor a first or second order with delay fits within the "
-                                           "uncertainties: no natural frequency, bandwidth between the points",
+                                           "uncertainties: no natural frequency, any bandwidth is between the points",
                                            ""});
     return;
   }

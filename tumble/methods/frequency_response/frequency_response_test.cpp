@@ -208,6 +208,17 @@ TEST(FrequencyResponse, BandwidthNotReachedIsAFinding) {
   EXPECT_TRUE(says(estimate.findings, "no bandwidth"));
 }
 
+// Two loops one after the other: no second order fits. Without the low tones the lowest left is no measure of rest.
+TEST(FrequencyResponse, NoBandwidthWhereTheLowestToneIsNotNearRest) {
+  Bench test;
+  test.response = [](double f) { return loop(f) * loop(f); };
+  EXPECT_NE(find_parameter(method().identify(test.evidence(), {}), "bandwidth"), nullptr);
+  test.tones = {50.0, 60.0, 70.0, 80.0};
+  const Estimate estimate = method().identify(test.evidence(), {});
+  EXPECT_EQ(find_parameter(estimate, "bandwidth"), nullptr);
+  EXPECT_TRUE(says(estimate.findings, "within an octave"));
+}
+
 TEST(FrequencyResponse, ClippedOutputsAndClocksThatDisagree) {
   Bench test;
   Evidence evidence = test.evidence();
