@@ -250,6 +250,9 @@ TEST(FrequencyResponse, RefusesWithWords) {
   evidence.plan.settings.set_number("reference_maximum", 1.0, Unit::parse("Hz"));
   EXPECT_NE(refusal(method(), evidence).find("above the range of the reference"), std::string::npos);
   evidence = Bench{}.evidence();
+  evidence.plan.settings.set_number("averaging", 20.0, Unit::parse("s"));
+  EXPECT_NE(refusal(method(), evidence).find("no time in common"), std::string::npos);
+  evidence = Bench{}.evidence();
   evidence.plan.settings.set_number("averaging", -1.0, Unit::parse("s"));
   evidence.plan.settings.set_integer("points_per_decade", 1000);
   const std::string both = refusal(method(), evidence);

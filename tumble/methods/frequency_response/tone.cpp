@@ -40,6 +40,10 @@ Pair pair_of(const Stretch& stretch, double begin, double end, const Scaling& sc
 void cut(Pair& pair, double frequency, const Settings& settings) {
   const double begin = std::max(pair.output.time.front(), pair.reference.time.front());
   const double end = std::min(pair.output.time.back(), pair.reference.time.back());
+  if (!(end > begin))
+    throw Error(Error::Kind::bad_data,
+                "the averages of output and reference have no time in common in this segment: lengthen the segment, or "
+                "shorten averaging or reference_averaging");
   const double wait = settings.has("settling")
                           ? settings.number("settling")
                           : std::min(0.5 * (end - begin), std::max(0.1 * (end - begin), 2.0 / frequency));

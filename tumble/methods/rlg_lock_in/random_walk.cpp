@@ -1,5 +1,7 @@
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -36,6 +38,12 @@ BeatWalk beat_walk(const Sweep& sweep) {
     std::vector<AllanObservation> observations;
     for (const auto& one : overlapping_allan(point->beats, 1.0 / point->sample_step, {}))
       observations.push_back({one.factor, one.deviation * one.deviation, one.count});
+    if (std::ranges::any_of(observations, [](const auto& one) { return !(one.variance > 0.0); }))
+      throw Error(Error::Kind::bad_data,
+                  fmt::format("segment '{}': the counts do not change, as in the dead band without dither: no random "
+                              "walk can be seen; say in which segments the dither runs (dither = \"off\" or "
+                              "\"by_label\")",
+                              point->label));
     const auto fit = fit_allan(thinned(observations), point->beats.size(), {});
     const auto white = std::ranges::find(fit.terms, NoiseTerm::white, [](const FittedTerm& t) { return t.unit.term; });
     const double weight = point->duration, step = point->sample_step;

@@ -5,6 +5,7 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
+#include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/trial.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
@@ -131,6 +132,18 @@ TEST(RlgLockIn, PredictsWhatItWillState) {
   for (std::size_t i = 0; i < 3; ++i) {
     ASSERT_EQ(predicted.parameters[i].name, found.parameters[i].name);
     EXPECT_NEAR(standard_uncertainty(found, i) / standard_uncertainty(predicted, i), 1.0, 4.0 / std::sqrt(34.0));
+  }
+}
+
+TEST(RlgLockIn, SaysThatTheDitherWasNotOn) {
+  Sweep sweep;
+  sweep.points.push_back({.label = "rest", .dithered = true, .duration = 100.0, .sample_step = 0.1});
+  sweep.points.back().beats.assign(1000, 0.0);
+  try {
+    beat_walk(sweep);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("segment 'rest': the counts do not change"), std::string::npos);
   }
 }
 
