@@ -27,8 +27,8 @@ namespace {
 using Visits = std::vector<CandidateVisit>;
 
 constexpr std::uint64_t seed = 20150917;
-constexpr int starts = 16;
-constexpr double quanta = 300.0;         ///< in the time of a power-up
+constexpr int starts = 4;                ///< besides the usual schedules
+constexpr double quanta = 100.0;         ///< in the time of a power-up
 constexpr std::size_t first_look = 120;  ///< candidates, evenly taken, that say which terms can be shown at all
 constexpr double shortest_dwell = 1.0;   ///< [s]
 
@@ -289,15 +289,15 @@ std::vector<ScheduleRow> usual_rows(const Work& work, const std::vector<Standard
   return rows;
 }
 
-/// What was found, or the best of the usual schedules where that is better still: the search counts slow noise as drawn
-/// anew at every visit, the prediction as it is.
-ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& usual, const Work& work,
+/// What was found, or the best of the others where that is better still: the search counts slow noise as drawn anew at
+/// every visit, the prediction as it is.
+ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& others, const Work& work,
                    const std::vector<double>& reference, double Criteria::*criterion) {
   const auto value = [&](const ScheduleRow& one) {
     return one.estimate ? criteria_of(*one.estimate, work.terms, reference).*criterion
                         : std::numeric_limits<double>::infinity();
   };
-  for (const auto& one : usual)
+  for (const auto& one : others)
     if (value(one) < value(found)) {
       found.schedule = one.schedule;
       found.estimate = one.estimate;
@@ -341,12 +341,17 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
   weigh_for_d(space, problem);
   auto d = row(work, "D-optimal", searched(work, problem, standard));
   const auto reference = reference_of(work, own, d);
-  d = better(std::move(d), usual, work, reference, &Criteria::determinant);
 
   report(progress, 0.6, "A-optimal exchange");
   weigh_for_a(work, space, reference, problem);
-  const auto a =
-      better(row(work, "A-optimal", searched(work, problem, standard)), usual, work, reference, &Criteria::trace);
+  auto a = row(work, "A-optimal", searched(work, problem, standard));
+
+  // Each search may have stopped at what is best nearby only: the other's schedule or a usual one may be better.
+  auto others = usual;
+  others.push_back(a);
+  others.push_back(d);
+  d = better(std::move(d), others, work, reference, &Criteria::determinant);
+  a = better(std::move(a), others, work, reference, &Criteria::trace);
 
   std::vector<ScheduleRow> rows{own};
   rows.insert(rows.end(), usual.begin(), usual.end());
