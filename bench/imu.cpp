@@ -1,4 +1,5 @@
-// An IMU at rest: noise and error model of six axes, block after block. Items are axis-samples; times are processor time of all threads.
+// An IMU at rest: noise and error model of six axes, block after block. Items are axis-samples; times are processor
+// time of all threads.
 
 #include <benchmark/benchmark.h>
 

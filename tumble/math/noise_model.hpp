@@ -39,8 +39,8 @@ struct MarkovComponent {
 /// `longest` [s]: sd^2 = B^2 ln(4)/pi each, which gives the PSD B^2/(2 pi f) between.
 std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest);
 
-/// Adds one realisation of the noise to a rate signal of `count` samples, each the mean over its interval 1/sample_rate,
-/// block after block: the sum is the same whatever the blocks are.
+/// Adds one realisation of the noise to a rate signal of `count` samples, each the mean over its interval
+/// 1/sample_rate, block after block: the sum is the same whatever the blocks are.
 class NoiseSource {
  public:
   /// count  samples of the whole record: bias instability is simulated as slow as four records

@@ -14,10 +14,9 @@ namespace {
 
 using Kind = Motion::Kind;
 
-constexpr std::pair<const char*, Kind> kinds[] = {{"hold", Kind::hold},    {"dwell", Kind::dwell}, {"rate", Kind::rate},
-                                                  {"ramp", Kind::ramp},    {"slew", Kind::slew},   {"sine", Kind::sine},
-                                                  {"sweep", Kind::sweep},
-                                                  {"random", Kind::random}};
+constexpr std::pair<const char*, Kind> kinds[] = {{"hold", Kind::hold},   {"dwell", Kind::dwell},  {"rate", Kind::rate},
+                                                  {"ramp", Kind::ramp},   {"slew", Kind::slew},    {"sine", Kind::sine},
+                                                  {"sweep", Kind::sweep}, {"random", Kind::random}};
 
 const char* word(Kind kind) {
   for (const auto& [name, value] : kinds)
@@ -171,7 +170,8 @@ std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, Proble
     Section section(*table, "[[schedule]]", problems);
     Draft draft{{}, {}, table};
     draft.segment.label = section.text("label").value_or("");
-    if (!section.find("label")) section.missing("label", "\"static\"");
+    if (!section.find("label"))
+      section.missing("label", "\"static\"");
     else if (draft.segment.label.empty() && table->get("label")->is_string())
       section.problem_at("label", "must not be empty");
     draft.duration = section.quantity("duration", Unit::parse("s"));
