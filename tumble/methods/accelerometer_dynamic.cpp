@@ -98,9 +98,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
-  Estimate estimate = linear::estimate_of(solution);
-  estimate.method = "accelerometer_dynamic";
-  estimate.tables.push_back(linear::positions(solution, "g", {"i", "p", "o"}, "deg/s"));
+  Estimate estimate = linear::answer_of(solution, "accelerometer_dynamic", "g", {"i", "p", "o"}, "deg/s");
   const auto note = [&](const char* text) { estimate.findings.push_back({Finding::Severity::info, text, ""}); };
   if (find_parameter(estimate, "C_O") || find_parameter(estimate, "C_IP"))
     note(

@@ -32,11 +32,9 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
 }
 
 Estimate finished(const linear::Solution& solution) {
-  Estimate estimate = linear::estimate_of(solution);
-  estimate.method = "polar_axis_tumble";
+  Estimate estimate = linear::answer_of(solution, "polar_axis_tumble", "deg/h", {"I", "O", "S"});
   polar::name_combinations(solution, estimate);
   polar::add_harmonics(solution, estimate);
-  estimate.tables.push_back(linear::positions(solution, "deg/h", {"I", "O", "S"}));
   sdof::add_repeats(solution, estimate);
   return estimate;
 }

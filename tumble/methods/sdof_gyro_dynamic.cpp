@@ -85,9 +85,7 @@ void add_findings(const Settings& settings, Estimate& estimate) {
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
-  Estimate estimate = linear::estimate_of(solution);
-  estimate.method = "sdof_gyro_dynamic";
-  estimate.tables.push_back(linear::positions(solution, "deg/h", {"I", "O", "S"}, "deg/s"));
+  Estimate estimate = linear::answer_of(solution, "sdof_gyro_dynamic", "deg/h", {"I", "O", "S"}, "deg/s");
   add_findings(settings, estimate);
   return estimate;
 }

@@ -49,9 +49,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
 }
 
 Estimate finished(const linear::Solution& solution) {
-  Estimate estimate = linear::estimate_of(solution);
-  estimate.method = "sdof_gyro_static";
-  estimate.tables.push_back(linear::positions(solution, "deg/h", {"I", "O", "S"}));
+  Estimate estimate = linear::answer_of(solution, "sdof_gyro_static", "deg/h", {"I", "O", "S"});
   sdof::add_repeats(solution, estimate);
   return estimate;
 }

@@ -113,6 +113,17 @@ std::vector<double> coefficients_for(const Problem& problem, const Truth& truth)
   return all;
 }
 
+/// Of one segment's shift, as the likelihood found it; the bias of a power-up is none.
+double drift_sd(const std::vector<SlowNoise>& slow, const std::vector<double>& variance) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < slow.size(); ++c) {
+    if (slow[c].source != drift_source) continue;
+    const Matrix& kernel = slow[c].kernel;
+    for (std::size_t g = 0; g < kernel.rows; ++g) sum += variance[c] * kernel(g, g) / static_cast<double>(kernel.rows);
+  }
+  return std::sqrt(sum);
+}
+
 double white_variance(const NoiseModel& noise) { return noise.angle_random_walk * noise.angle_random_walk; }
 
 }  // namespace
@@ -134,6 +145,7 @@ Solution identify(const Evidence& evidence, const Problem& problem) {
   solution.fit = fit_mixed_model(data);
   solution.observations = rows.weights.size();
   fill_segments(rows, sum(solution.fit.fitted, rows.input), solution.fit.white_variance, solution);
+  solution.drift_sd = drift_sd(data.slow, solution.fit.slow_variance);
   describe_dropped(problem, solution);
   return solution;
 }

@@ -74,7 +74,8 @@ struct Solution {
   std::vector<Dropped> dropped;                   ///< indices of Problem::columns
   std::map<std::string, std::string> stands_for;  ///< by name of a kept column: "D_F + D_OO", where it is not itself
   std::size_t observations = 0;
-  Findings findings;  ///< what was left out and what the rest then stands for
+  double drift_sd = 0.0;  ///< [SI] by which segments differ beyond model, rig errors and white noise; 0 if predicted
+  Findings findings;      ///< what was left out and what the rest then stands for
 };
 
 /// The terms of these names from the table of a model's output, in the order given.
@@ -127,5 +128,11 @@ Estimate estimate_of(const Solution& solution);
 /// predicted and measured output, residual.
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit = "");
+
+/// The same with the method's name, the table `positions` and, of an identification, a warning where the segments
+/// differ from the model by 30 times what the white noise within them lets expect: a wrong scale factor or sign,
+/// clipped or exchanged segments hide there. (Slow noise of a sound instrument stays within ten times.)
+Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
+                   const std::vector<std::string>& axes, const std::string& rate_unit = "");
 
 }  // namespace tumble::linear

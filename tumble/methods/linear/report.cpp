@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/say.hpp"
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/linear/words.hpp"
 #include "tumble/units/error.hpp"
@@ -50,6 +51,26 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
 }
 
 Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
+
+void warn_of_misfit(const Solution& solution, const std::string& channel_unit, Findings& findings) {
+  std::vector<double> noise;
+  double largest = 0.0;
+  for (const auto& segment : solution.segments) {
+    noise.push_back(segment.sd);
+    largest = std::max(largest, std::abs(segment.predicted));
+  }
+  if (noise.empty()) return;
+  std::ranges::nth_element(noise, noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2));
+  const double usual = noise[noise.size() / 2];
+  if (!(solution.drift_sd > 30.0 * usual) || solution.drift_sd < 1e-9 * largest) return;  // the latter is rounding
+  findings.push_back(
+      {Finding::Severity::warning,
+       fmt::format("the segments differ from the model by {}, {:.0f} times what the noise within them explains: is the "
+                   "scale factor right, its sign too, are the segments where the plan says, is the output clipped? The "
+                   "uncertainties count this as drift",
+                   say_difference(solution.drift_sd, Unit::parse(channel_unit)), solution.drift_sd / usual),
+       ""});
+}
 
 }  // namespace
 
@@ -157,6 +178,15 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
     table.rows.push_back(std::move(row));
   }
   return table;
+}
+
+Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
+                   const std::vector<std::string>& axes, const std::string& rate_unit) {
+  Estimate estimate = estimate_of(solution);
+  estimate.method = method;
+  estimate.tables.push_back(positions(solution, channel_unit, axes, rate_unit));
+  warn_of_misfit(solution, channel_unit, estimate.findings);
+  return estimate;
 }
 
 }  // namespace tumble::linear

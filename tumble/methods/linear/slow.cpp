@@ -51,19 +51,18 @@ double longest_of(const std::vector<Interval>& intervals) {
   return longest;
 }
 
-constexpr const char* drift = "drift between positions";
 constexpr const char* turn_on = "turn-on repeatability";
 
 }  // namespace
 
 std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step) {
   std::vector<SlowNoise> slow;
-  slow.push_back(
-      {drift, kernel_of(intervals, [](const Interval&, const Interval&, bool same) { return same ? 1.0 : 0.0; })});
+  slow.push_back({drift_source,
+                  kernel_of(intervals, [](const Interval&, const Interval&, bool same) { return same ? 1.0 : 0.0; })});
   // Two variances more than the parameters need some segments to be told apart.
   if (intervals.size() >= parameters + 4) {
     const auto bank = flicker_bank(1.0, step / 4.0, 4.0 * longest_of(intervals));
-    slow.push_back({drift, kernel_of(intervals, [&](const Interval& first, const Interval& second, bool same) {
+    slow.push_back({drift_source, kernel_of(intervals, [&](const Interval& first, const Interval& second, bool same) {
                       double sum = 0.0;
                       for (const auto& component : bank) sum += markov(component, first, second, same);
                       return sum;
@@ -87,7 +86,7 @@ std::vector<SlowNoise> known_slow_noise(const std::vector<Interval>& intervals, 
     if (same) sum += 2.0 * quantization / (first.length * first.length);
     return sum;
   };
-  std::vector<SlowNoise> slow{{drift, kernel_of(intervals, covariance), 1.0}};
+  std::vector<SlowNoise> slow{{drift_source, kernel_of(intervals, covariance), 1.0}};
   if (turn_on_sd > 0.0) slow.push_back({turn_on, same_power_up(intervals), turn_on_sd * turn_on_sd});
   return slow;
 }

@@ -9,6 +9,9 @@
 /// Slow noise of the means over segments.
 namespace tumble::linear {
 
+/// Line of the budget for what moves the mean of a segment.
+inline constexpr const char* drift_source = "drift between positions";
+
 /// When a segment's mean was taken: power-up, and from when to when since then [s].
 struct Interval {
   std::size_t power_up = 0;
