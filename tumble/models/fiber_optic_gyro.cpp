@@ -2,9 +2,11 @@
 
 #include <cmath>
 
+#include "tumble/core/attempt.hpp"
 #include "tumble/models/electronics/stages.hpp"
 #include "tumble/models/fiber_optic_gyro/coil.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/models/support/given.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::models {
@@ -105,10 +107,15 @@ std::vector<Output> outputs(const Settings& constants) {
 
 /// The closed loop, what limits its output, and the coil that heat goes through.
 Recorded record(const Settings& truth, std::size_t, double step, const RandomStream&) {
+  std::vector<std::string> problems;
+  std::vector<Response> stages{attempt(problems, [&] { return electronics::loop(truth, step); }),
+                               attempt(problems, [&] { return electronics::limits(truth); })};
+  auto history = attempt(problems, [&] { return fog::coil_drift(truth, step); });
+  refuse(std::move(problems));
   return {.kind = QuantityKind::angular_rate,
           .unit = "deg/h",
-          .response = electronics::in_series({electronics::loop(truth, step), electronics::limits(truth)}),
-          .history = fog::coil_drift(truth, step)};
+          .response = electronics::in_series(std::move(stages)),
+          .history = std::move(history)};
 }
 
 }  // namespace

@@ -31,14 +31,13 @@ Coil coil_of(const Settings& truth) {
 void refuse(const Settings& truth) {
   std::vector<std::string> problems;
   for (const char* name : {"fibre_length", "coil_diameter", "refractive_index", "coil_thickness", "coil_diffusivity"})
-    if (!(truth.number(name) > 0.0)) problems.push_back(fmt::format("fiber_optic_gyro: {} must be positive", name));
+    if (!(truth.number(name) > 0.0)) problems.push_back(fmt::format("{} must be positive", name));
   const int layers = truth.integer("layers");
   const std::string& winding = truth.word("winding");
   const int multiple = winding == "quadrupole" ? 4 : winding == "dipole" ? 2 : 1;
   if (layers < 1 || layers > 1000 || layers % multiple != 0)
-    problems.push_back(fmt::format("fiber_optic_gyro: layers = {}, but a {} winding has {}from {} to 1000", layers,
-                                   winding, multiple == 1 ? "" : fmt::format("a multiple of {}, ", multiple),
-                                   multiple));
+    problems.push_back(fmt::format("layers = {}, but a {} winding has {}from {} to 1000", layers, winding,
+                                   multiple == 1 ? "" : fmt::format("a multiple of {}, ", multiple), multiple));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
