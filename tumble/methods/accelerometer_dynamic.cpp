@@ -1,7 +1,4 @@
-#include <fmt/format.h>
-
-#include <cmath>
-
+#include "tumble/methods/accelerometer/output.hpp"
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/linear/table_trial.hpp"
 #include "tumble/methods/method.hpp"
@@ -14,15 +11,13 @@ namespace {
 
 using linear::Problem;
 
-std::vector<Role> roles() {
-  return {{"accelerometer", "", true, "output: a specific force, a current, a voltage, or pulses in each sample"}};
-}
+std::vector<Role> roles() { return {accelerometer::role()}; }
 
 std::vector<Option> options() {
   using Type = Option::Type;
   auto options = linear::options("2 s", "1 s");
   for (auto& option : linear::loop_options()) options.push_back(std::move(option));
-  options.push_back({"scale_factor", Type::text, "1", "", {}, "of a current, voltage or pulses: \"1.25 mA/g\""});
+  options.push_back(accelerometer::scale_factor_option("of a current, voltage or pulses: \"1.25 mA/g\""));
   options.push_back({"static_terms",
                      Type::word,
                      "1",
@@ -51,25 +46,6 @@ std::vector<std::string> static_terms(const std::string& which) {
   return names;
 }
 
-/// Output [SI] for one SI unit of the channel.
-double scale_of(const Settings& settings, const Channel& channel) {
-  const auto is = [&](const char* unit) { return channel.unit.dimension() == Unit::parse(unit).dimension(); };
-  if (is("g")) return 1.0;
-  const bool pulses = is("pulse");
-  const char* wanted = is("mA") ? "mA/g" : is("V") ? "V/g" : "pulse/s/g";
-  if (!is("mA") && !is("V") && !pulses)
-    throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: the accelerometer's output must be a "
-                                                   "specific force (g), mA, V or pulses",
-                                                   channel.name, channel.unit.text()));
-  if (!settings.has("scale_factor") || settings.word("scale_factor").empty())
-    throw Error(Error::Kind::bad_input, fmt::format("channel '{}' is in {}: [settings] scale_factor must say how many "
-                                                    "{} it gives",
-                                                    channel.name, channel.unit.text(), wanted));
-  const double scale = parse_si(settings.word("scale_factor"), Unit::parse(wanted));
-  if (!(std::abs(scale) > 0.0)) throw Error(Error::Kind::bad_input, "[settings] scale_factor must not be zero");
-  return (pulses ? mean_rate(channel) : 1.0) / scale;
-}
-
 /// The constants of the model that give the tilt asked for.
 Settings constants_with_tilt(double tilt) {
   Settings constants = defaults(find_model("pendulous_accelerometer").constants());
@@ -84,7 +60,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
   problem.role = "accelerometer";
   problem.input = [](const Felt& felt) { return felt.specific_force.x; };
-  if (channel) problem.scale = scale_of(settings, *channel);
+  if (channel) problem.scale = accelerometer::scale_of(settings, *channel);
   linear::set_options(settings, problem);
   linear::set_loop(settings, "pendulous_accelerometer", problem);
   std::vector<std::string> names{"C_I", "C_O", "C_P", "C_IP", "C_OP", "C_IO", "C_II", "C_PP", "C_III", "C_IPP"};
