@@ -1,0 +1,402 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "tumble/core/attempt.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/methods/vibration/scale.hpp"
+#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/methods/vibration/windows.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::vibration {
+namespace {
+
+using Severity = Finding::Severity;
+constexpr double forever = std::numeric_limits<double>::infinity();
+const std::string role = "accelerometer";
+
+std::string unit_name(const std::string& channel) {
+  const std::string tail = "." + role;
+  if (channel.size() > tail.size() && channel.ends_with(tail)) return channel.substr(0, channel.size() - tail.size());
+  return channel;
+}
+
+/// The accelerometers of a recording; Error::bad_data where there is none.
+std::vector<const Channel*> units_in(const Evidence& evidence, const Recording& recording) {
+  std::vector<const Channel*> found;
+  if (const Channel* named = channel_for(evidence, recording, role)) found.push_back(named);
+  if (!evidence.plan.channels.contains(role))
+    for (const Channel& channel : recording.channels)
+      if (channel.name.ends_with("." + role)) found.push_back(&channel);
+  if (found.empty()) require_channel(evidence, recording, role);
+  return found;
+}
+
+/// What the fixture does in a segment: its first axis that vibrates.
+Motion shake_of(const Segment& segment) {
+  for (const auto& [axis, motion] : segment.axes)
+    if (motion.kind == Motion::Kind::sine || motion.kind == Motion::Kind::sweep || motion.kind == Motion::Kind::random)
+      return motion;
+  return {};
+}
+
+/// Specific force along the input axis with nothing vibrating, of each segment of a power-up.
+std::map<std::string, double> rest_of(const Plan& plan, int run, double rate) {
+  std::map<std::string, double> rest;
+  if (plan.rig_kind.empty()) return rest;
+  const Rig& rig = find_rig(plan.rig_kind);
+  RigRun still{{}, plan.rig, plan.site, rate, {}, RandomStream{0}};
+  for (Segment segment : plan.schedule) {
+    if (segment.run != run) continue;
+    std::erase_if(segment.axes, [](const auto& axis) {
+      return axis.second.kind == Motion::Kind::sine || axis.second.kind == Motion::Kind::sweep ||
+             axis.second.kind == Motion::Kind::random;
+    });
+    still.segments.push_back(std::move(segment));
+  }
+  if (still.segments.empty()) return rest;
+  still.errors = Matrix(rig.errors ? rig.errors(plan.rig).size() : 0, still.segments.size());
+  const Reference told = rig.reference(still);
+  double begin = 0.0;
+  std::vector<Felt> felt(1);
+  for (const Segment& segment : still.segments) {
+    told.felt(begin + 0.5 * segment.duration, 1.0 / rate, felt);
+    rest[segment.label] = felt[0].specific_force.x;
+    begin += segment.duration;
+  }
+  return rest;
+}
+
+/// One unit in one recording, with the values of its channel still as they are.
+struct Draft {
+  const Channel* channel = nullptr;
+  Windows windows;
+  std::vector<std::size_t> series;  ///< in Data::series
+  std::vector<std::size_t> first;   ///< sample with which each begins
+};
+
+std::size_t unit_index(const std::string& channel, Data& data) {
+  const std::string name = unit_name(channel);
+  const auto found = std::ranges::find(data.units, name, &UnitUnderTest::name);
+  if (found != data.units.end()) return static_cast<std::size_t>(found - data.units.begin());
+  data.units.push_back({.name = name, .prefix = "", .channel = channel});
+  return data.units.size() - 1;
+}
+
+/// Part of the channel between two marks, in values of the channel.
+void cut(const Draft& draft, double begin, double end, const Settings& settings, Series& series, std::size_t& first) {
+  const Windows& w = draft.windows;
+  const double cycles = series.at_rest() || !(series.shake.frequency > 0.0) ? 0.0 : 2.0 / series.shake.frequency;
+  const double from = begin + std::max(settings.number("settling"), cycles), slack = 1e-6 * w.window;
+  const auto lower = std::ranges::lower_bound(w.begin, from - slack);
+  first = static_cast<std::size_t>(lower - w.begin.begin());
+  double length = 0.0;
+  for (std::size_t i = first; i < w.begin.size() && w.begin[i] + w.length[i] <= end + 0.01 * w.window; ++i) {
+    series.time.push_back(w.begin[i] + 0.5 * w.length[i]);
+    series.force.push_back(w.usable[i] ? draft.channel->values[i] : std::nan(""));
+    length += w.usable[i] ? w.length[i] : w.window;
+  }
+  if (series.time.empty()) return;
+  const double n = static_cast<double>(series.time.size());
+  series.window = length / n;
+  series.interval = w.window;
+  series.begin = w.begin[first];
+  series.end = w.begin[first + series.time.size() - 1] + w.length[first + series.time.size() - 1];
+}
+
+const Segment* segment_of(const Plan& plan, const Mark& mark) {
+  for (const Segment& segment : plan.schedule)
+    if (segment.run == mark.run && segment.label == mark.label) return &segment;
+  return nullptr;
+}
+
+void add_segments(const Evidence& evidence, std::size_t r, std::size_t unit, Draft& draft, Data& data) {
+  const Plan& plan = plan_of(evidence, r);
+  const Recording& recording = evidence.recordings[r];
+  std::map<int, std::map<std::string, double>> rest;
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const Mark& mark = recording.marks[m];
+    const Segment* segment = segment_of(plan, mark);
+    if (segment == nullptr) {
+      if (unit == 0)
+        data.findings.push_back({Severity::warning, "left out: the schedule has no segment of that name", mark.label});
+      continue;
+    }
+    if (!rest.contains(mark.run)) rest[mark.run] = rest_of(plan, mark.run, 1.0 / draft.windows.window);
+    Series series{.unit = unit, .recording = r, .run = mark.run, .label = mark.label, .shake = shake_of(*segment)};
+    const auto known = rest[mark.run].find(mark.label);
+    series.rest = known == rest[mark.run].end() ? std::nan("") : known->second;
+    const double next = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : forever;
+    std::size_t first = 0;
+    cut(draft, mark.begin, std::min(next, mark.begin + segment->duration), evidence.plan.settings, series, first);
+    const auto there = std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); });
+    if (there < 16) {
+      data.findings.push_back({Severity::warning,
+                               fmt::format("left out: {} behind the settling time, 16 are needed",
+                                           say_count(static_cast<std::size_t>(there), "window")),
+                               data.units[unit].prefix + mark.label});
+      continue;
+    }
+    draft.series.push_back(data.series.size());
+    draft.first.push_back(first);
+    data.series.push_back(std::move(series));
+  }
+}
+
+/// At rest, counts that go with the time between stamps are those of windows that long.
+Windows windows_of(const Evidence& evidence, std::size_t r, const Channel& channel, Data& data) {
+  Windows even = even_windows(channel, data.findings);
+  const std::string& how = evidence.plan.settings.word("windows");
+  if (channel.timeline.uniform() || how == "even") return even;
+  if (how == "stamps") return stamped_windows(channel, even);
+  if (even.scatter < 1e-4 * even.window) return even;
+  std::vector<std::pair<double, double>> rests;
+  const Recording& recording = evidence.recordings[r];
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const Segment* segment = segment_of(plan_of(evidence, r), recording.marks[m]);
+    if (segment == nullptr || shake_of(*segment).kind != Motion::Kind::hold) continue;
+    const double begin = recording.marks[m].begin;
+    rests.emplace_back(begin, m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : forever);
+  }
+  const double slope = slope_with_interval(channel, rests);
+  const double percent = 100.0 * even.scatter / even.window;
+  if (slope > 0.5) {
+    data.findings.push_back(
+        {Severity::warning,
+         fmt::format("the windows are unequal: gate times scatter by {:.2g} % of H, and at rest the "
+                     "counts go with them: each count is divided by its own time",
+                     percent),
+         channel.name});
+    return stamped_windows(channel, even);
+  }
+  data.findings.push_back(
+      {Severity::info,
+       fmt::format("stamps scatter by {:.2g} % of H{}: windows are taken as equal", percent,
+                   rests.empty()
+                       ? " and no segment at rest shows whether the counts do; set windows = \"stamps\" if they do"
+                       : ", the counts at rest do not"),
+       channel.name});
+  return even;
+}
+
+/// The reference over the windows of a series, or a finding why not.
+void add_reference(const Evidence& evidence, const Channel& reference, const Draft& draft, std::size_t first,
+                   Series& series, Data& data) {
+  const double rate = mean_rate(reference), per_window = rate * series.interval;
+  series.reference.assign(series.time.size(), std::nan(""));
+  if (per_window > 3.5) {
+    data.reference_integrated = true;
+    std::size_t i = index_at(reference, series.begin);
+    for (std::size_t j = 0; j < series.time.size(); ++j) {
+      const double begin = series.time[j] - 0.5 * draft.windows.length[first + j],
+                   end = begin + draft.windows.length[first + j];
+      double sum = 0.0, n = 0.0;
+      while (i < reference.values.size() && reference.time(i) < begin - 1e-9) ++i;
+      for (std::size_t k = i; k < reference.values.size() && reference.time(k) < end - 1e-9; ++k, ++n)
+        sum += reference.values[k];
+      if (n > 0.0) series.reference[j] = sum / n;
+    }
+    return;
+  }
+  if (std::abs(per_window - 1.0) > 1e-3) {
+    series.reference.clear();
+    data.findings.push_back(
+        {Severity::warning,
+         fmt::format("sampled at {:.6g} Hz it cannot be put on windows of {}: record it with the windows, or at four "
+                     "times their rate at least",
+                     rate, say_seconds(series.interval)),
+         reference.name});
+    return;
+  }
+  data.reference_integrated = evidence.plan.settings.word("reference_is") == "window";
+  std::size_t i = index_at(reference, series.begin - 0.5 * series.interval);
+  for (std::size_t j = 0; j < series.time.size() && i < reference.values.size(); ++j) {
+    const double stamp = series.time[j] - 0.5 * draft.windows.length[first + j];
+    while (i + 1 < reference.values.size() && reference.time(i) < stamp - 0.5 * series.interval) ++i;
+    if (std::abs(reference.time(i) - stamp) < 0.5 * series.interval) series.reference[j] = reference.values[i];
+  }
+}
+
+/// Values per second where the channel counts; K_1 and the pulse where given.
+void set_scale(const Evidence& evidence, const std::vector<Draft>& drafts, std::size_t unit, Data& data) {
+  UnitUnderTest& u = data.units[unit];
+  const Channel& channel = *drafts.front().channel;
+  const Reading reading = reading_of(channel);
+  const Settings& settings = evidence.plan.settings;
+  u.scale_relative_sd = settings.number("scale_factor_sd");
+  double scale = 1.0;
+  if (reading == Reading::pulses || reading == Reading::electric) {
+    if (const auto given = given_scale(settings, u, channel)) {
+      scale = *given;
+    } else {
+      std::vector<const Series*> rests;
+      for (const auto& series : data.series)
+        if (series.unit == unit && series.at_rest()) rests.push_back(&series);
+      const auto found = scale_at_rest(rests, settings.number("bias_sd"));
+      if (!found)
+        throw Error(Error::Kind::bad_input,
+                    fmt::format("'{}' is in {} and its scale factor is not known: set [settings] scale_factor, or add "
+                                "segments at rest with the input axis along gravity",
+                                channel.name, channel.unit.text()));
+      scale = found->scale;
+      u.scale_relative_sd = found->relative_sd;
+      u.scale_from_rest = true;
+      data.findings.push_back(
+          {Severity::info,
+           fmt::format("scale factor from the segments at rest, to {:.2g} % (a bias of {} is taken "
+                       "for scale): set scale_factor if it is known better",
+                       100.0 * u.scale_relative_sd, say_difference(settings.number("bias_sd"), Unit::parse("mg"))),
+           u.channel});
+    }
+  }
+  if (reading == Reading::pulses) u.pulse = 1.0 / std::abs(scale);
+  u.force_per_value = 1.0 / scale;
+  for (auto& series : data.series)
+    if (series.unit == unit)
+      for (double& v : series.force) v *= u.force_per_value;
+}
+
+/// Counts put right where the register ran over; values per second of window.
+void per_second(const Draft& draft, Data& data) {
+  const Reading reading = reading_of(*draft.channel);
+  if (reading != Reading::pulses && reading != Reading::velocity) return;
+  for (std::size_t k = 0; k < draft.series.size(); ++k) {
+    Series& series = data.series[draft.series[k]];
+    for (std::size_t j = 0; j < series.force.size(); ++j) series.force[j] /= draft.windows.length[draft.first[k] + j];
+  }
+}
+
+/// At rest the register does not run over: their mean says about what the others lie.
+void unwrap_counts(const Draft& draft, Data& data, std::vector<std::string>& problems) {
+  if (reading_of(*draft.channel) != Reading::pulses) return;
+  double expected = 0.0, n = 0.0;
+  for (const std::size_t s : draft.series) {
+    if (!data.series[s].at_rest()) continue;
+    for (const double c : data.series[s].force) {
+      if (std::isnan(c)) continue;
+      expected += c;
+      ++n;
+    }
+  }
+  if (n == 0.0) return;
+  expected /= n;
+  for (const std::size_t s : draft.series) {
+    Series& series = data.series[s];
+    if (series.at_rest()) continue;
+    const Unwrapped result = unwrap(series.force, expected);
+    if (result.outcome == Unwrapped::Outcome::repaired)
+      data.findings.push_back(
+          {Severity::warning,
+           fmt::format("the counter ran over its {} bits in {}: put right, since all lie well within "
+                       "half of 2^{} of the count at rest; use a wider register or a shorter H",
+                       result.bits, say_count(result.windows, "window"), result.bits),
+           draft.channel->name + ", " + series.label});
+    if (result.outcome == Unwrapped::Outcome::ambiguous)
+      problems.push_back(
+          fmt::format("{}, {}: the counter ran over its {} bits in {} and which cannot be told: use a "
+                      "wider register, a shorter counting period or less amplitude",
+                      draft.channel->name, series.label, result.bits, say_count(result.windows, "window")));
+  }
+}
+
+/// Units that give the same value throughout a segment that shakes are dead or not connected.
+void drop_dead(Data& data) {
+  std::vector<Series> alive;
+  for (auto& series : data.series) {
+    double low = INFINITY, high = -INFINITY;
+    for (const double v : series.force) {
+      if (std::isnan(v)) continue;
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
+    if (!series.at_rest() && !(high > low)) {
+      data.findings.push_back({Severity::error,
+                               "left out: the unit gives the same value throughout although it is shaken: see to its "
+                               "supply and its connection",
+                               data.units[series.unit].name + ", " + series.label});
+      continue;
+    }
+    alive.push_back(std::move(series));
+  }
+  data.series = std::move(alive);
+}
+
+void refuse_impossible(const Settings& settings, std::vector<std::string>& problems) {
+  for (const char* name : {"scale_factor_sd", "bias_sd", "settling", "reference_gain_sd"})
+    if (!(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
+      problems.push_back(fmt::format("[settings] {} must not be negative", name));
+  if (settings.has("range") && !(settings.number("range") > 0.0))
+    problems.emplace_back("[settings] range must be positive");
+}
+
+void name_units(const Settings& settings, Data& data, std::vector<std::string>& problems) {
+  for (auto& unit : data.units) unit.prefix = data.units.size() > 1 ? unit.name + "." : "";
+  std::vector<std::string> names;
+  for (const auto& unit : data.units) names.push_back(unit.name);
+  for (const auto& named : named_in_scale(settings))
+    if (std::ranges::find(names, named) == names.end())
+      problems.push_back(fmt::format("[settings] scale_factor names a unit '{}' that is not recorded{} (units: {})",
+                                     named, did_you_mean(named, names), fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+Data data_of(const Evidence& evidence) {
+  const Settings& settings = evidence.plan.settings;
+  std::vector<std::string> problems;
+  refuse_impossible(settings, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "a vibration test needs at least one recording");
+  Data data;
+  if (settings.has("range")) data.range = settings.number("range");
+  for (const auto& recording : evidence.recordings)
+    for (const Channel* channel : units_in(evidence, recording)) unit_index(channel->name, data);
+  name_units(settings, data, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  std::map<std::size_t, std::vector<Draft>> drafts;
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const Recording& recording = evidence.recordings[r];
+    if (recording.marks.empty())
+      throw Error(Error::Kind::bad_data,
+                  "the recording does not say when its segments begin, and the plan has no schedule");
+    const Channel* reference = channel_for(evidence, recording, "reference");
+    for (const Channel* channel : units_in(evidence, recording)) {
+      attempt(problems, [&] {
+        reading_of(*channel);
+        const std::size_t unit = unit_index(channel->name, data);
+        Draft draft{channel, windows_of(evidence, r, *channel, data), {}, {}};
+        add_segments(evidence, r, unit, draft, data);
+        unwrap_counts(draft, data, problems);
+        per_second(draft, data);
+        for (std::size_t k = 0; reference != nullptr && k < draft.series.size(); ++k)
+          add_reference(evidence, *reference, draft, draft.first[k], data.series[draft.series[k]], data);
+        drafts[unit].push_back(std::move(draft));
+        return 0;
+      });
+    }
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  for (const auto& [unit, of_unit] : drafts)
+    attempt(problems, [&] {
+      set_scale(evidence, of_unit, unit, data);
+      return 0;
+    });
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  drop_dead(data);
+  std::ranges::stable_sort(data.series, [](const Series& a, const Series& b) { return a.unit < b.unit; });
+  if (std::ranges::none_of(data.series, [](const Series& s) { return !s.at_rest(); })) {
+    for (const auto& finding : data.findings)
+      if (finding.severity != Severity::info)
+        problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+    problems.emplace_back("no unit has a segment in which it vibrates");
+    throw Error(Error::Kind::bad_data, problems);
+  }
+  return data;
+}
+
+}  // namespace tumble::vibration
