@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/methods/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::vibration {
@@ -38,21 +39,13 @@ std::vector<Entry> entries_of(const Settings& settings) {
   return entries;
 }
 
-bool has_dimension(const Channel& channel, const char* unit) {
-  return channel.unit.dimension() == Unit::parse(unit).dimension();
-}
-
 }  // namespace
 
 Reading reading_of(const Channel& channel) {
-  if (has_dimension(channel, "g")) return Reading::force;
-  if (has_dimension(channel, "m/s")) return Reading::velocity;
-  if (has_dimension(channel, "mA") || has_dimension(channel, "V")) return Reading::electric;
-  if (has_dimension(channel, "pulse")) return Reading::pulses;
-  throw Error(Error::Kind::bad_data,
-              fmt::format("channel '{}' is in {}: an accelerometer gives pulses, a specific force (g), a velocity "
-                          "increment (m/s), mA or V",
-                          channel.name, channel.unit.text()));
+  if (channel.unit.dimension() == Unit::parse("m/s").dimension()) return Reading::velocity;
+  const auto output = methods::accelerometer::output_of(channel);
+  if (output.pulses) return Reading::pulses;
+  return output.scale_factor.dimension() == Dimension{} ? Reading::force : Reading::electric;
 }
 
 std::vector<std::string> named_in_scale(const Settings& settings) {
@@ -69,8 +62,7 @@ std::optional<double> given_scale(const Settings& settings, const UnitUnderTest&
   if (found == entries.end()) return {};
   const Reading reading = reading_of(channel);
   if (reading == Reading::force || reading == Reading::velocity) return {};
-  const char* wanted = reading == Reading::pulses ? "pulse/s/g" : has_dimension(channel, "V") ? "V/g" : "mA/g";
-  const double scale = parse_si(found->scale, Unit::parse(wanted));
+  const double scale = parse_si(found->scale, methods::accelerometer::output_of(channel).scale_factor);
   if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
     throw Error(Error::Kind::bad_input, "[settings] scale_factor must be finite and not zero");
   return scale;

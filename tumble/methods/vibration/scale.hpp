@@ -12,7 +12,7 @@ namespace tumble::vibration {
 /// How the values of a channel become specific force.
 enum class Reading { force, velocity, electric, pulses };
 
-/// Throws Error::bad_data for a unit that no accelerometer gives.
+/// Throws Error::bad_data for a unit that no accelerometer gives. A velocity increment is read as well.
 Reading reading_of(const Channel& channel);
 
 /// K_1 of the unit as the settings give it [SI of the channel, per second where it counts, per m/s^2]; none: not given.
