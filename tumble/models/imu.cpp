@@ -12,8 +12,8 @@ std::vector<Output> outputs(const Settings&) {
   return all;
 }
 
-Recorded record(const Settings& truth, std::size_t output, double step, const RandomStream&) {
-  return axes::record(outputs(truth)[output], truth, step);
+Recorded record(const Settings& truth, std::size_t output, double step, const RandomStream& random) {
+  return axes::record(outputs(truth)[output], truth, step, random);
 }
 
 }  // namespace

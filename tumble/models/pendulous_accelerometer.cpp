@@ -23,11 +23,28 @@ std::vector<Option> constants() {
        "what is recorded: the indicated specific force, the torquer current, its voltage, or pulses of an I/F"},
       {"current_scale_factor", Type::quantity, "mA/g", "", {}, "K_1 of the current (default: from the physics)"},
       {"voltage_scale_factor", Type::quantity, "V/g", "", {}, "K_1 of the voltage"},
-      {"pulse_scale_factor", Type::quantity, "pulse/s/g", "", {}, "K_1 of the pulses"}};
+      {"pulse_scale_factor", Type::quantity, "pulse/s/g", "", {}, "K_1 of the pulses"},
+      {"reference_temperature", Type::quantity, "degC", "20 degC", {}, "from which the temperature terms count"}};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("g")) options.push_back(std::move(option));
   for (auto& option : pendulum::stiffness_constants()) options.push_back(std::move(option));
   return options;
+}
+
+/// K_0 and K_1 over temperature, per K and K^2 from T_ref.
+std::vector<Term> temperature_terms(double reference) {
+  const auto scaled = [reference](int power, bool by_force) {
+    return [=](const Felt& felt) {
+      const double from = felt.temperature - reference;
+      return (power == 1 ? from : from * from) * (by_force ? felt.specific_force.x : 1.0);
+    };
+  };
+  return {
+      {"bias_temperature_coefficient", "K_0T", "ug/K", "bias per kelvin from reference_temperature", scaled(1, false)},
+      {"bias_temperature_square", "K_0TT", "ug/K^2", "bias per kelvin squared", scaled(2, false)},
+      {"scale_factor_temperature_coefficient", "K_1T", "ppm/K", "scale factor error per kelvin", scaled(1, true)},
+      {"scale_factor_temperature_square", "K_1TT", "ppm/K^2", "scale factor error per kelvin squared",
+       scaled(2, true)}};
 }
 
 /// eq. (4.19), and below the line what GJB 2504 leaves out; a in the axes i, p, o
@@ -99,6 +116,8 @@ std::vector<Output> outputs(const Settings& constants) {
                 [](const Felt& felt) { return felt.specific_force.x; },
                 static_terms(),
                 ""};
+  for (auto& term : temperature_terms(constants.number("reference_temperature")))
+    output.terms.push_back(std::move(term));
   for (auto& term : motion_terms(pendulum::tilt_per_specific_force(constants))) output.terms.push_back(std::move(term));
   return {output};
 }

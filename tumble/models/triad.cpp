@@ -19,8 +19,8 @@ std::vector<Output> outputs(const Settings& constants) {
   return constants.word("sensors") == "gyros" ? axes::gyros() : axes::accelerometers();
 }
 
-Recorded record(const Settings& truth, std::size_t output, double step, const RandomStream&) {
-  return axes::record(outputs(truth)[output], truth, step);
+Recorded record(const Settings& truth, std::size_t output, double step, const RandomStream& random) {
+  return axes::record(outputs(truth)[output], truth, step, random);
 }
 
 }  // namespace

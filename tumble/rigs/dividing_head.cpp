@@ -37,7 +37,8 @@ const Machine& machine() {
                    quantity("axis_azimuth", "deg", "0 deg", "of the head's axis, from north to the east")},
       .imperfections = joined({axis_imperfections({"head"}), scale_imperfections()}),
       .joints = joints,
-      .check = nullptr};
+      .check = nullptr,
+      .oven = true};
   return machine;
 }
 
@@ -45,6 +46,6 @@ const Machine& machine() {
 
 extern const Rig dividing_head;
 const Rig dividing_head = rig_of<machine>(
-    "dividing_head", "dividing head: an instrument turned about a horizontal axis from position to position");
+    "dividing_head", "dividing head: an instrument turned about a horizontal axis from position to position, in an oven");
 
 }  // namespace tumble::rigs

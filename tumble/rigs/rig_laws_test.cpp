@@ -21,6 +21,7 @@ bool accepts(const Axis& axis, Kind kind) {
 }
 
 Motion gentle(const Axis& axis, Kind kind, double size) {
+  if (axis.unit == "degC") return {.kind = Kind::hold, .value = 294.15};
   if (axis.name == "shake" && (kind == Kind::sine || kind == Kind::sweep))
     return {.kind = kind, .amplitude = 20.0 * size, .frequency = 20.0, .to_frequency = 40.0};
   if (kind == Kind::random) return {.kind = kind, .psd_frequency = {20.0, 50.0, 200.0}, .psd = {0.1, 2.0, 0.5}};
@@ -63,7 +64,7 @@ std::vector<const Rig*> carriers() {
 
 double distance(const Felt& a, const Felt& b) {
   return norm(a.rate - b.rate) + norm(a.angular_acceleration - b.angular_acceleration) +
-         norm(a.specific_force - b.specific_force);
+         norm(a.specific_force - b.specific_force) + std::abs(a.temperature - b.temperature);
 }
 
 class RigLaws : public testing::TestWithParam<const Rig*> {};

@@ -90,12 +90,38 @@ std::vector<Option> options(bool gyros, bool accelerometers) {
         {prefix + "range", Type::quantity, unit, "", {}, "beyond it the output is clipped; absent: no limit"});
     out.push_back({prefix + "resolution", Type::quantity, unit, "", {}, "step of the output; absent: none"});
   };
+  const auto pulses = [&](const std::string& prefix, const char* unit, const char* of) {
+    out.push_back({prefix + "output",
+                   Type::word,
+                   "1",
+                   "as_output",
+                   {"as_output", "count"},
+                   "count: whole pulses in each sample; else as `output` says"});
+    out.push_back({prefix + "pulse_scale_factor", Type::quantity, unit, "", {}, std::string("pulses per ") + of});
+  };
   if (gyros) limits("gyro_", "deg/s");
   if (accelerometers) limits("accelerometer_", "g");
+  if (gyros) pulses("gyro_", "pulse/arcsec", "angle turned");
+  if (accelerometers) pulses("accelerometer_", "pulse/s/g", "velocity gained");
   return out;
 }
 
-Recorded record(const Output& output, const Settings& truth, double step) {
+namespace {
+
+/// Whole pulses of each step, as of an I/F converter or a ring laser's counter.
+Recorded counted(std::vector<Response> stages, const std::string& prefix, const Settings& truth, double step,
+                 const RandomStream& random) {
+  const std::string name = prefix + "pulse_scale_factor";
+  if (models::number_or(truth, name, 0.0) == 0.0)
+    models::refuse({prefix + "output = \"count\" needs " + name + ", not zero"});
+  stages.push_back(electronics::scaled(truth.number(name)));
+  stages.push_back(electronics::pulse_counter(step, random.split("start phase").uniform(0)));
+  return {QuantityKind::count, "pulse", true, electronics::in_series(std::move(stages))};
+}
+
+}  // namespace
+
+Recorded record(const Output& output, const Settings& truth, double step, const RandomStream& random) {
   const std::string prefix = prefix_of(output.kind);
   std::vector<std::string> problems;
   models::require_positive(truth, {prefix + "range", prefix + "resolution"}, problems);
@@ -106,6 +132,7 @@ Recorded record(const Output& output, const Settings& truth, double step) {
     stages.push_back(electronics::clip(-range, range));
   }
   if (truth.has(prefix + "resolution")) stages.push_back(electronics::quantiser(truth.number(prefix + "resolution")));
+  if (truth.word(prefix + "output") == "count") return counted(std::move(stages), prefix, truth, step, random);
   const bool increments = truth.word("output") == "increments";
   if (increments) stages.push_back(electronics::scaled(step));
   Recorded out{output.kind, output.unit, increments, electronics::in_series(std::move(stages))};

@@ -19,10 +19,10 @@ std::vector<Output> gyros();
 ///       + [a x r + w x (w x r)]_i,   r = (lever_x, lever_y, lever_z) of axis i, a the angular acceleration
 std::vector<Output> accelerometers();
 
-/// Range, resolution and kind of output, for each of the kinds of sensor.
+/// Range, resolution and kind of output (means, increments or counts of pulses), for each of the kinds of sensor.
 std::vector<Option> options(bool gyros, bool accelerometers);
 
-/// Clipping, resolution, increments.
-Recorded record(const Output& output, const Settings& truth, double step);
+/// Clipping, resolution, increments or pulses. Throws Error::bad_input for pulses without a scale factor.
+Recorded record(const Output& output, const Settings& truth, double step, const RandomStream& random);
 
 }  // namespace tumble::axes

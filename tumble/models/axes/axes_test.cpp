@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "tumble/units/error.hpp"
+
 namespace tumble {
 namespace {
 
@@ -48,12 +52,35 @@ TEST(Axes, every_axis_sees_its_own_component_and_leans_toward_the_others) {
 TEST(Axes, increments_are_what_is_gained_in_a_step) {
   auto truth = defaults(truth_options(find_model("imu")));
   truth.set_word("output", "increments");
-  const Recorded recorded = axes::record(axes::gyros()[0], truth, 0.01);
+  const Recorded recorded = axes::record(axes::gyros()[0], truth, 0.01, RandomStream(1));
   EXPECT_EQ(recorded.kind, QuantityKind::angle);
   EXPECT_TRUE(recorded.accumulates);
   std::vector<double> samples(3, 2.0);
   recorded.response(samples);
   EXPECT_DOUBLE_EQ(samples[2], 0.02);
+}
+
+TEST(Axes, counts_add_up_to_the_integral_within_a_pulse) {
+  auto truth = defaults(truth_options(find_model("imu")));
+  truth.set_word("gyro_output", "count");
+  truth.set_number("gyro_pulse_scale_factor", si(0.5, "pulse/arcsec"), Unit::parse("pulse/arcsec"));
+  const Recorded recorded = axes::record(axes::gyros()[0], truth, 0.01, RandomStream(1));
+  EXPECT_EQ(recorded.kind, QuantityKind::count);
+  EXPECT_TRUE(recorded.accumulates);
+  std::vector<double> samples(1000, si(7.3, "deg/h"));  // 7.3 arcsec/s for 10 s: 36.5 pulses
+  recorded.response(samples);
+  double total = 0.0;
+  for (const double n : samples) {
+    EXPECT_EQ(n, std::round(n));
+    total += n;
+  }
+  EXPECT_LT(std::abs(total - 36.5), 1.0);
+}
+
+TEST(Axes, counts_need_the_pulses_per_angle) {
+  auto truth = defaults(truth_options(find_model("imu")));
+  truth.set_word("accelerometer_output", "count");
+  EXPECT_THROW(axes::record(axes::accelerometers()[0], truth, 0.01, RandomStream(1)), Error);
 }
 
 TEST(Axes, a_triad_accepts_the_terms_of_either_kind) {

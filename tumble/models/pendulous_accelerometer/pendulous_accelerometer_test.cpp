@@ -300,5 +300,20 @@ TEST(PendulousAccelerometer, ListsAllThatIsMissing) {
   EXPECT_THROW(model().record(truth_of(model(), {{"range_negative", "1 g"}}), 0, 0.01, RandomStream(1)), Error);
 }
 
+TEST(PendulousAccelerometer, BiasAndScaleFactorFollowTheTemperature) {
+  const auto truth = truth_of(model(), {{"bias_temperature_coefficient", "30 ug/K"},
+                                        {"bias_temperature_square", "0.2 ug/K^2"},
+                                        {"scale_factor_temperature_coefficient", "-50 ppm/K"},
+                                        {"scale_factor_temperature_square", "0.4 ppm/K^2"},
+                                        {"reference_temperature", "25 degC"}});
+  Felt felt;
+  felt.specific_force = {5.0, 0.0, 0.0};
+  felt.temperature = 273.15 + 25.0;
+  EXPECT_NEAR(indicated(model(), truth, felt), 5.0, 1e-15);
+  felt.temperature += 20.0;
+  // 600 + 80 ug, -1000 + 160 ppm
+  EXPECT_NEAR(indicated(model(), truth, felt), 5.0 * (1.0 - 840e-6) + 680e-6 * 9.80665, 1e-12);
+}
+
 }  // namespace
 }  // namespace tumble::models

@@ -115,7 +115,7 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
   std::array<AxisState, most_axes> states{};
   std::array<std::size_t, most_axes> pieces{};
   const std::size_t axes = std::min(chain.axes.size(), most_axes);
-  std::size_t pose = 0;
+  std::size_t pose = 0, warm = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const double time = first + static_cast<double>(i) * step;
     for (std::size_t a = 0; a < axes; ++a) {
@@ -133,6 +133,12 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
     felt.angular_acceleration = mounted * k.acceleration;
     felt.specific_force = mounted * k.specific_force;
     felt.temperature = felt.start_temperature = chain.temperature;
+    if (!chain.oven.pieces.empty()) {
+      const Warmth now = at(chain.oven, time, warm);
+      felt.temperature = now.temperature;
+      felt.temperature_rate = now.rate;
+      felt.start_temperature = chain.oven.pieces.front().air;
+    }
     felt.since_power_on = time;
   }
 }
@@ -140,6 +146,7 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out) {
 double steady_until(const Chain& chain, double time) {
   double until = std::numeric_limits<double>::infinity();
   for (const auto& axis : chain.axes) until = std::min(until, steady_until(axis, time));
+  until = std::min(until, steady_until(chain.oven, time));
   const auto next = std::upper_bound(chain.poses.begin(), chain.poses.end(), time,
                                      [](double t, const Pose& pose) { return t < pose.begin; });
   if (next != chain.poses.end()) until = std::min(until, next->begin);

@@ -6,6 +6,7 @@
 
 #include "tumble/math/rotation.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/rigs/chain/oven.hpp"
 #include "tumble/rigs/chain/profile.hpp"
 
 namespace tumble::rigs {
@@ -63,7 +64,8 @@ struct Chain {
   std::vector<Joint> joints;    ///< the last one's frame is the fixture's
   Vector3 lever;                ///< of the instrument's reference point, in the fixture's axes [m]
   std::vector<Pose> poses;      ///< in order of time, one or more
-  double temperature = 293.15;  ///< [K]
+  double temperature = 293.15;  ///< [K], where the oven is not used
+  Oven oven = {};
 };
 
 /// What the instrument feels at first, first + step, ... [s]. No storage is taken, so any thread may ask.

@@ -27,6 +27,31 @@ void add_reading_noise(double sd, double rate, const RandomStream& random, doubl
   }
 }
 
+namespace {
+
+void round_to(double quantum, std::span<double> readings) {
+  if (quantum > 0.0)
+    for (double& reading : readings) reading = std::round(reading / quantum) * quantum;
+}
+
+}  // namespace
+
+Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quantum, double rate,
+                   const RandomStream& random) {
+  Sensor sensor{{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, rate, nullptr}, {}}, nullptr};
+  sensor.read = [=, stream = random.split("thermometer")](double first, double step, std::span<double> readings) {
+    std::size_t piece = 0;
+    const Oven& oven = chain->oven;
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      const double time = first + static_cast<double>(i) * step;
+      readings[i] = shown_by(oven, oven.pieces.empty() ? chain->temperature : at(oven, time, piece).temperature);
+    }
+    add_reading_noise(noise, rate, stream, first, step, readings);
+    round_to(quantum, readings);
+  };
+  return sensor;
+}
+
 Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std::size_t axis, double noise,
                double quantum, double rate, const RandomStream& random) {
   Sensor sensor{{name, QuantityKind::angle, Unit::parse("deg"), {0.0, rate, nullptr}, {}}, nullptr};
@@ -35,8 +60,7 @@ Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std:
     for (std::size_t i = 0; i < readings.size(); ++i)
       readings[i] = at(chain->axes[axis], first + static_cast<double>(i) * step, piece).angle;
     add_reading_noise(noise, rate, stream, first, step, readings);
-    if (quantum > 0.0)
-      for (double& reading : readings) reading = std::round(reading / quantum) * quantum;
+    round_to(quantum, readings);
   };
   return sensor;
 }

@@ -17,6 +17,10 @@ namespace tumble::rigs {
 Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std::size_t axis, double noise,
                double quantum, double rate, const RandomStream& random);
 
+/// The thermometer of the instrument, channel `temperature`: noise [K] and quantum [K] as of an encoder.
+Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quantum, double rate,
+                   const RandomStream& random);
+
 /// Adds to readings at first, first + step, ... noise of this standard deviation that depends on the time alone: one
 /// number for each interval 1/rate.
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,

@@ -15,7 +15,8 @@ std::string option_of(const Machine& machine, const MachineAxis& axis, const cha
 }
 
 std::vector<Imperfection> present(const Machine& machine) {
-  return joined({base_imperfections(), lever_imperfections("0.2 mm"), mount_imperfections(), machine.imperfections});
+  return joined({base_imperfections(), lever_imperfections("0.2 mm"), mount_imperfections(), machine.imperfections,
+                 machine.oven ? oven_imperfections() : std::vector<Imperfection>{}});
 }
 
 AxisLimits limits_of(const Machine& machine, const MachineAxis& axis, const Settings& options) {
@@ -98,6 +99,7 @@ Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& err
                  run.options.number("lever_z") + errors("lever arm z")};
   chain.poses = poses_of(run.segments, errors);
   chain.temperature = run.options.number("temperature");
+  if (machine.oven) chain.oven = oven_of(run.segments, run.options, errors);
   return chain;
 }
 
@@ -117,6 +119,7 @@ void check_options(const Machine& machine, const Settings& options, std::vector<
   if (options.has("ripple_order") && (options.integer("ripple_order") < 1 || options.integer("ripple_order") > 10000))
     problems.push_back("[rig] ripple_order must be from 1 to 10000");
   if (machine.check) machine.check(options, problems);
+  if (machine.oven) check_oven(options, problems);
 }
 
 }  // namespace
@@ -125,6 +128,7 @@ std::vector<Axis> axes_of(const Machine& machine) {
   std::vector<Axis> axes;
   for (const auto& axis : machine.axes) axes.push_back({axis.name, "deg", axis.motions, axis.description});
   for (auto& axis : mount_axes()) axes.push_back(std::move(axis));
+  if (machine.oven) axes.push_back(oven_axis());
   return axes;
 }
 
@@ -146,6 +150,8 @@ std::vector<Option> options_of(const Machine& machine) {
     options.push_back({"ripple_order", Option::Type::integer, "1", "12", {}, "periods of the rate ripple in one turn"});
   options.push_back(quantity("encoder_noise", "arcsec", "0.1 arcsec", "standard deviation of one reading"));
   options.push_back(quantity("encoder_quantum", "deg", "0.0001 deg", "step of the readings; 0: none"));
+  if (machine.oven)
+    for (auto& option : oven_options()) options.push_back(std::move(option));
   return options;
 }
 
@@ -160,6 +166,7 @@ std::vector<std::string> refusals_of(const Machine& machine, const Schedule& sch
   if (!check_axes(axes_of(machine), schedule, problems) || !bounded) return problems;
   for (const auto& run : runs_of(schedule))
     for (const auto& axis : machine.axes) profile_of(run, limits_of(machine, axis, options), {}, &problems);
+  if (machine.oven) check_oven_schedule(schedule, options, problems);
   return problems;
 }
 
@@ -173,6 +180,7 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
   for (std::size_t s = 0; s < run.segments.size(); ++s) {
     double settled = 0.0;
     for (const auto& axis : chain->axes) settled = std::max(settled, axis.settled[s]);
+    if (s < chain->oven.settled.size()) settled = std::max(settled, chain->oven.settled[s]);
     out.settled.push_back(settled);
   }
   const bool ideal = run.options.flag("ideal");
@@ -180,6 +188,9 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
     out.sensors.push_back(encoder(machine.axes[a].name + "_angle", chain, a,
                                   ideal ? 0.0 : run.options.number("encoder_noise"),
                                   ideal ? 0.0 : run.options.number("encoder_quantum"), run.rate, run.random));
+  if (machine.oven)
+    out.sensors.push_back(thermometer(chain, ideal ? 0.0 : run.options.number("thermometer_noise"),
+                                      ideal ? 0.0 : run.options.number("thermometer_quantum"), run.rate, run.random));
   return out;
 }
 

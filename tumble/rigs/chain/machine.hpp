@@ -27,6 +27,7 @@ struct Machine {
   std::vector<Joint> (*joints)(const Settings& options, const ErrorValues& errors);
   /// Options of the geometry out of bounds; may be null.
   void (*check)(const Settings& options, std::vector<std::string>& problems);
+  bool oven = false;  ///< an oven about the instrument: axis and channel `temperature`
 };
 
 /// Index zero, positioning and wobble of each of these axes.
