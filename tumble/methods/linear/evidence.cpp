@@ -64,6 +64,9 @@ double use_from(const PowerUp& power_up, std::size_t segment, double settling) {
   return (segment < settled.size() ? std::max(begin, settled[segment]) : begin) + settling;
 }
 
+/// So many blocks are enough to tell white noise from the rounding to whole pulses.
+constexpr std::size_t counted_blocks = 32;
+
 /// Whether the rig stands still or turns evenly over these samples, and how many samples make a block.
 void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretch) {
   const double from = stretch.first + 0.5 * power_up.step;
@@ -74,7 +77,8 @@ void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretc
   if (!stretch.steady)
     if (const double f = quickest(power_up.rig.segments[stretch.segment]); f > 0.0) length = std::min(length, 0.1 / f);
   const auto wanted = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(length / stretch.step)));
-  const std::size_t blocks = std::max<std::size_t>(1, stretch.samples / wanted);
+  std::size_t blocks = std::max<std::size_t>(1, stretch.samples / wanted);
+  if (problem.pulse > 0.0 && stretch.steady) blocks = std::min(blocks, counted_blocks);
   stretch.per_block = (stretch.samples + blocks - 1) / blocks;
 }
 

@@ -130,17 +130,19 @@ double white_variance(const NoiseModel& noise) { return noise.angle_random_walk 
 
 Solution identify(const Evidence& evidence, const Problem& problem) {
   const Evidences found = evidence_of(evidence, problem);
-  const Rows rows = rows_of(found, problem);
+  Rows rows = rows_of(found, problem);
   Solution solution;
   solution.findings = found.findings;
   const auto kept = observable(problem, rows, solution);
   refuse_too_few(rows.weights.size(), kept.size());
+  const auto counting = take_out_counting(found, problem, rows);
 
   MixedData data{.design = columns_of(rows.design, kept), .weights = rows.weights, .segment = rows.segment};
   data.observations = rows.output;
   for (std::size_t i = 0; i < rows.input.size(); ++i) data.observations[i] -= rows.input[i];
   const auto look = first_look(data.design, data.observations, data.weights);
   data.effects = effects_of(found, problem, rows, spread(kept, look, problem.columns.size()));
+  if (problem.pulse > 0.0) data.effects.push_back(counting);
   data.slow = unknown_slow_noise(intervals_of(found), kept.size(), found.stretches.front().step);
   solution.fit = fit_mixed_model(data);
   solution.observations = rows.weights.size();
@@ -152,7 +154,7 @@ Solution identify(const Evidence& evidence, const Problem& problem) {
 
 Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
   const Evidences found = evidence_of(plan, problem);
-  const Rows rows = rows_of(found, problem);
+  Rows rows = rows_of(found, problem);
   Solution solution;
   solution.findings = found.findings;
   const auto kept = observable(problem, rows, solution);
@@ -160,6 +162,7 @@ Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
   const auto all = coefficients_for(problem, truth);
   MixedData data{.design = columns_of(rows.design, kept), .weights = rows.weights, .segment = rows.segment};
   data.effects = effects_of(found, problem, rows, all);
+  if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(found, problem, rows));
   data.slow = known_slow_noise(intervals_of(found), truth.noise, truth.turn_on_sd, found.stretches.front().step);
   solution.fit = predict_mixed_model(data, white_variance(truth.noise));
   for (std::size_t k = 0; k < kept.size(); ++k) solution.fit.parameters[k] = all[kept[k]];

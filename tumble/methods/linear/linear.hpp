@@ -36,8 +36,11 @@ struct ResponseError {
 
 /// What is to be identified, and how the output is read.
 struct Problem {
-  std::string role = "gyro";                 ///< the channel
-  double scale = 1.0;                        ///< output [SI] for one SI unit of the channel
+  std::string role = "gyro";  ///< the channel
+  double scale = 1.0;         ///< output [SI] for one SI unit of the channel
+  /// Output integrated over one pulse [SI s], where the channel counts pulses: rounding to whole ones is then a source
+  /// of its own, since it grows neither with time nor with the number of samples. 0: no pulses.
+  double pulse = 0.0;
   std::function<double(const Felt&)> input;  ///< known part of the output [SI]; null: none
   std::vector<Term> columns;                 ///< y - input = sum of coefficient x regressor
   std::vector<ReadingError> reading_errors;

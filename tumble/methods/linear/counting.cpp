@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/methods/linear/rows.hpp"
+
+namespace tumble::linear {
+namespace {
+
+constexpr double of_a_reading = 1.0 / 12.0;  ///< [pulse^2] variance of the part of a pulse that a reading leaves out
+
+/// Stretches of samples without a hole in it: each begins and ends with a reading of the counter.
+double pieces_of(const Stretch& stretch) {
+  if (stretch.values.empty()) return 1.0;
+  double pieces = 0.0;
+  for (std::size_t i = 0; i < stretch.values.size(); ++i)
+    if (!std::isnan(stretch.values[i]) && (i == 0 || std::isnan(stretch.values[i - 1]))) pieces += 1.0;
+  return pieces;
+}
+
+/// Entry b of the k-th cosine over n blocks, of unit norm.
+double cosine(std::size_t k, std::size_t b, std::size_t n) {
+  const auto size = static_cast<double>(n);
+  return std::sqrt(2.0 / size) *
+         std::cos(std::numbers::pi * static_cast<double>(k) * (static_cast<double>(b) + 0.5) / size);
+}
+
+/// Blocks of one steady stretch in their cosines k = 1 ... n - 1, where white noise and rounding are nearly
+/// independent of each other: those of white noise have the variance s^2, those of rounding `rounding`.
+struct Blocks {
+  std::size_t first = 0, end = 0;
+  double mean = 0.0;                    ///< of the output
+  std::vector<double> waves, rounding;  ///< [SI^2 s], the blocks taken times the root of their weight
+};
+
+/// Rounding is x_b = e_b - e_(b-1) with independent e: of its covariance, 2 on the diagonal and -1 beside it, a cosine
+/// sees 2 - 2 cos(pi k/n) and what the free ends add.
+Blocks blocks_of(const Problem& problem, const Rows& rows, std::size_t first, std::size_t end) {
+  Blocks blocks{first, end, 0.0, {}, {}};
+  double time = 0.0;
+  for (std::size_t i = first; i < end; ++i) {
+    blocks.mean += rows.weights[i] * rows.output[i];
+    time += rows.weights[i];
+  }
+  blocks.mean /= time;
+  const std::size_t n = end - first;
+  const double unit = problem.pulse * problem.pulse * of_a_reading / (time / static_cast<double>(n));
+  for (std::size_t k = 1; k < n; ++k) {
+    double wave = 0.0;
+    for (std::size_t b = 0; b < n; ++b)
+      wave += cosine(k, b, n) * std::sqrt(rows.weights[first + b]) * (rows.output[first + b] - blocks.mean);
+    blocks.waves.push_back(wave);
+    const double neighbours = 2.0 - 2.0 * std::cos(std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
+    blocks.rounding.push_back(unit * (neighbours + 2.0 * cosine(k, 0, n) * cosine(k, 0, n)));
+  }
+  return blocks;
+}
+
+/// s^2 of greatest likelihood; 0 where the waves are no greater than rounding makes them.
+double white_variance(const std::vector<Blocks>& all) {
+  const auto slope = [&](double white) {
+    double sum = 0.0;
+    for (const auto& blocks : all)
+      for (std::size_t k = 0; k < blocks.waves.size(); ++k) {
+        const double variance = white + blocks.rounding[k];
+        sum += (blocks.waves[k] * blocks.waves[k] - variance) / (variance * variance);
+      }
+    return sum;
+  };
+  double low = 0.0, high = 0.0;
+  for (const auto& blocks : all)
+    for (const double wave : blocks.waves) high = std::max(high, wave * wave);
+  if (!(high > 0.0) || slope(0.0) <= 0.0) return 0.0;
+  for (int step = 0; step < 100; ++step) (slope(0.5 * (low + high)) > 0.0 ? low : high) = 0.5 * (low + high);
+  return 0.5 * (low + high);
+}
+
+/// Shrinks every wave to what is not rounding.
+void shrink(const Blocks& blocks, double white, Rows& rows) {
+  constexpr double least = 1e-3;  // so that there remains a noise to be estimated
+  const std::size_t n = blocks.end - blocks.first;
+  std::vector<double> off(n, 0.0);
+  double mean = 0.0, time = 0.0;
+  for (std::size_t b = 0; b < n; ++b) {
+    const double weight = rows.weights[blocks.first + b];
+    for (std::size_t k = 1; k < n; ++k) {
+      const double share = std::max(least, white / (white + blocks.rounding[k - 1]));
+      off[b] += std::sqrt(share / weight) * cosine(k, b, n) * blocks.waves[k - 1];
+    }
+    mean += weight * off[b];
+    time += weight;
+  }
+  for (std::size_t b = 0; b < n; ++b) rows.output[blocks.first + b] = blocks.mean + off[b] - mean / time;
+}
+
+}  // namespace
+
+KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem, Rows& rows) {
+  KnownEffect effect{"counting", std::vector<double>(rows.weights.size(), 0.0), true};
+  if (!(problem.pulse > 0.0)) return effect;
+  std::vector<Blocks> all;
+  for (std::size_t first = 0, end = 0; first < rows.segment.size(); first = end) {
+    const std::size_t g = rows.segment[first];
+    while (end < rows.segment.size() && rows.segment[end] == g) ++end;
+    const Stretch& stretch = evidence.stretches[g];
+    if (!stretch.steady) continue;
+    const double sd = problem.pulse * std::sqrt(2.0 * of_a_reading * pieces_of(stretch)) / rows.segments[g].duration;
+    std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),
+              effect.column.begin() + static_cast<std::ptrdiff_t>(end), sd);
+    if (!rows.output.empty()) all.push_back(blocks_of(problem, rows, first, end));
+  }
+  const double white = white_variance(all);
+  for (const auto& blocks : all) shrink(blocks, white, rows);
+  return effect;
+}
+
+}  // namespace tumble::linear
