@@ -179,7 +179,7 @@ TEST(Checks, Units) {
   EXPECT_TRUE(findings_of("units", recording({channel("gyro", "V", white(100, 9))})).empty());
   EXPECT_TRUE(findings_of("units", recording({channel("gyroscope", "m", white(100, 9))})).empty());
   Plan plan;
-  plan.channels["gyro"] = {"ch1", {}};
+  plan.channels["gyro"] = {{"ch1", {}}};
   EXPECT_NE(only("units", recording({channel("ch1", "g", white(100, 9))}), &plan).find("for 'gyro'"),
             std::string::npos);
   EXPECT_NE(only("units", recording({channel("temperature.case", "K", {25.0, 26.0})})).find("is it in degC?"),

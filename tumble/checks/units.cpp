@@ -81,8 +81,8 @@ Findings run(const Recording& recording, const Plan* plan) {
   for (const Channel& channel : recording.channels) {
     std::vector<std::string> names;
     if (plan != nullptr)
-      for (const auto& [role, choice] : plan->channels)
-        if (choice.channel == channel.name) names.push_back(role);
+      for (const auto& [role, choices] : plan->channels)
+        if (std::ranges::find(choices, channel.name, &ChannelChoice::channel) != choices.end()) names.push_back(role);
     if (names.empty()) names.push_back(channel.name);
     for (const auto& name : names) look_at_unit(channel, name, findings);
     look_at_temperature(channel, findings);

@@ -50,14 +50,15 @@ TEST(Channel, IndexIsTheFirstSampleAtOrAfter) {
 
 TEST(Evidence, ChannelsByRole) {
   Evidence evidence;
-  evidence.plan.channels["gyro"] = {"dtg.x", {}};
+  evidence.plan.channels["gyro"] = {{"dtg.x", {}}};
   Recording recording;
   recording.channels = {uniform("dtg.x", 1, 1.0), uniform("temperature", 1, 1.0)};
   recording.origin.file = "run.csv";
   EXPECT_EQ(channel_for(evidence, recording, "gyro")->name, "dtg.x");
   EXPECT_EQ(channel_for(evidence, recording, "temperature")->name, "temperature");
   EXPECT_EQ(channel_for(evidence, recording, "accelerometer"), nullptr);
-  evidence.plan.channels["gyro"].channel = "dtg.y";
+  EXPECT_TRUE(channels_for(evidence, recording, "accelerometer").empty());
+  evidence.plan.channels["gyro"] = {{"dtg.y", {}}};
   try {
     require_channel(evidence, recording, "gyro");
     FAIL();
@@ -67,6 +68,21 @@ TEST(Evidence, ChannelsByRole) {
                  "run.csv has no channel 'dtg.y', which [channels] names for the role 'gyro'; did you mean 'dtg.x'? "
                  "(channels: dtg.x, temperature)");
   }
+}
+
+TEST(Evidence, SeveralChannelsOfOneRole) {
+  Evidence evidence;
+  Recording recording;
+  recording.channels = {uniform("accelerometer", 1, 1.0), uniform("S2.accelerometer", 1, 1.0),
+                        uniform("reference", 1, 1.0)};
+  const auto names = [&] {
+    std::string list;
+    for (const Channel* channel : channels_for(evidence, recording, "accelerometer")) list += channel->name + " ";
+    return list;
+  };
+  EXPECT_EQ(names(), "accelerometer S2.accelerometer ");
+  evidence.plan.channels["accelerometer"] = {{"reference", {}}, {"lost", {}}, {"accelerometer", {}}};
+  EXPECT_EQ(names(), "reference accelerometer ");
 }
 
 TEST(Evidence, RunsOfMarkedAndUnmarkedRecordings) {

@@ -11,7 +11,7 @@ namespace {
 
 const std::string& channel_name(const Evidence& evidence, const std::string& role) {
   const auto choice = evidence.plan.channels.find(role);
-  return choice == evidence.plan.channels.end() ? role : choice->second.channel;
+  return choice == evidence.plan.channels.end() ? role : choice->second.front().channel;
 }
 
 std::vector<Run> marked_runs(const Recording& recording, std::size_t index) {
@@ -34,6 +34,19 @@ const Plan& plan_of(const Evidence& evidence, std::size_t recording) {
 
 const Channel* channel_for(const Evidence& evidence, const Recording& recording, const std::string& role) {
   return find_channel(recording, channel_name(evidence, role));
+}
+
+std::vector<const Channel*> channels_for(const Evidence& evidence, const Recording& recording,
+                                         const std::string& role) {
+  std::vector<const Channel*> found;
+  if (const auto choice = evidence.plan.channels.find(role); choice != evidence.plan.channels.end()) {
+    for (const auto& one : choice->second)
+      if (const Channel* channel = find_channel(recording, one.channel)) found.push_back(channel);
+    return found;
+  }
+  for (const Channel& channel : recording.channels)
+    if (channel.name == role || channel.name.ends_with("." + role)) found.push_back(&channel);
+  return found;
 }
 
 const Channel& require_channel(const Evidence& evidence, const Recording& recording, const std::string& role) {

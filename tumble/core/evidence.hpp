@@ -24,7 +24,11 @@ const Plan& plan_of(const Evidence& evidence, std::size_t recording);
 /// Null when the recording has none.
 const Channel* channel_for(const Evidence& evidence, const Recording& recording, const std::string& role);
 
-/// The same, or Error::bad_data that lists the recording's channels.
+/// All that play a role which takes several: those the plan names, else the one called like the role and those of
+/// further instruments, "<name>.<role>". Of what the plan names, those that the recording has.
+std::vector<const Channel*> channels_for(const Evidence& evidence, const Recording& recording, const std::string& role);
+
+/// The first, or Error::bad_data that lists the recording's channels.
 const Channel& require_channel(const Evidence& evidence, const Recording& recording, const std::string& role);
 
 /// One power-up in one recording: from `begin` (inclusive) to `end` (exclusive) [s].

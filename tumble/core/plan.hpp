@@ -26,6 +26,14 @@ struct ChannelChoice {
   std::optional<Unit> unit;
 };
 
+/// A further instrument on the same fixture: it feels what the first one feels, and its channels are called
+/// "<name>.<channel>".
+struct Beside {
+  std::string name;
+  std::string model;  ///< catalogue name in models/
+  Settings truth;     ///< resolved against the model's options
+};
+
 struct Plan;
 
 /// A file that belongs to the test.
@@ -52,14 +60,15 @@ struct Plan {
   std::string instrument_serial;
   double sample_rate = 0.0;  ///< [Hz], for simulation
   std::optional<Site> site;
-  std::string rig_kind;                           ///< catalogue name in rigs/, may be empty
-  Settings rig;                                   ///< resolved against the rig's options
-  Schedule schedule;                              ///< in order of time: sorted by run
-  std::map<std::string, ChannelChoice> channels;  ///< by role
+  std::string rig_kind;                                        ///< catalogue name in rigs/, may be empty
+  Settings rig;                                                ///< resolved against the rig's options
+  Schedule schedule;                                           ///< in order of time: sorted by run
+  std::map<std::string, std::vector<ChannelChoice>> channels;  ///< by role: one, or several where the role takes them
   std::vector<RecordingEntry> recordings;
   Settings settings;  ///< resolved against the method's options
   std::vector<Limit> limits;
-  Settings truth;  ///< resolved against the model's options, for simulate and predict
+  Settings truth;              ///< resolved against the model's options, for simulate and predict
+  std::vector<Beside> beside;  ///< further instruments, to be simulated
 };
 
 }  // namespace tumble

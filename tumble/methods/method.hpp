@@ -16,6 +16,7 @@ struct Role {
   std::string unit;  ///< dimension the channel must have, and the unit it is shown in
   bool required = true;
   std::string description;
+  bool several = false;  ///< several channels may play it: see channels_for
 };
 
 /// A simulated test whose answer is known: the coverage test, the scoreboard, the demo and the docs use the same one.

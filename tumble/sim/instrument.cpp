@@ -121,28 +121,32 @@ struct Instrument {
 }  // namespace
 
 Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run, const RandomStream& random) {
-  const Model& model = find_model(plan.instrument_model);
-  const auto outputs = model.outputs(plan.truth);
   const auto oversampling = static_cast<std::size_t>(oversampling_of(plan));
   const double rate = plan.sample_rate * static_cast<double>(oversampling);
-  const RandomStream own = random.split("run").split(static_cast<std::uint64_t>(run.run)).split("instrument");
+  const RandomStream of_run = random.split("run").split(static_cast<std::uint64_t>(run.run));
   const auto instrument = std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling});
   std::vector<Channel> channels;
-  for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const Output& output = outputs[k];
-    const RandomStream stream = outputs.size() == 1 ? own : own.split(output.channel);
-    Recorded recorded{output.kind, output.unit, false, nullptr};
-    if (model.record) recorded = model.record(plan.truth, k, 1.0 / rate, stream.split("electronics"));
-    channels.push_back(
-        {output.channel, recorded.kind, Unit::parse(recorded.unit), {run.begin, plan.sample_rate, nullptr}, {}});
-    instrument->outputs.push_back(
-        {sum_of(model, output, plan.truth),
-         plan.truth.number(output.noise_prefix + "turn_on_repeatability") * stream.split("turn-on").normal(0),
-         NoiseSource(noise_of(plan.truth, output.noise_prefix), rate, run.samples * oversampling,
-                     stream.split("noise")),
-         std::move(recorded)});
+  for (const auto& [prefix, model, truth] : participants_of(plan)) {
+    const RandomStream own = of_run.split(prefix.empty() ? "instrument" : "beside " + prefix);
+    const auto outputs = model.outputs(truth);
+    for (std::size_t k = 0; k < outputs.size(); ++k) {
+      const Output& output = outputs[k];
+      const RandomStream stream = outputs.size() == 1 ? own : own.split(output.channel);
+      Recorded recorded{output.kind, output.unit, false, nullptr};
+      if (model.record) recorded = model.record(truth, k, 1.0 / rate, stream.split("electronics"));
+      channels.push_back({prefix + output.channel,
+                          recorded.kind,
+                          Unit::parse(recorded.unit),
+                          {run.begin, plan.sample_rate, nullptr},
+                          {}});
+      instrument->outputs.push_back(
+          {sum_of(model, output, truth),
+           truth.number(output.noise_prefix + "turn_on_repeatability") * stream.split("turn-on").normal(0),
+           NoiseSource(noise_of(truth, output.noise_prefix), rate, run.samples * oversampling, stream.split("noise")),
+           std::move(recorded)});
+    }
   }
-  const std::size_t steps = outputs.size() == 1 ? steps_of_one : steps_of_several;
+  const std::size_t steps = channels.size() == 1 ? steps_of_one : steps_of_several;
   return {std::move(channels), run.samples, std::max<std::size_t>(1, steps / oversampling),
           [instrument](std::size_t first, const Samples& out) { instrument->make(first, out); }};
 }

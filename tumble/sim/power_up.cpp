@@ -6,6 +6,12 @@
 namespace tumble::sim {
 int oversampling_of(const Plan& plan) { return std::max(1, plan.truth.integer("oversampling")); }
 
+std::vector<Participant> participants_of(const Plan& plan) {
+  std::vector<Participant> all{{"", find_model(plan.instrument_model), plan.truth}};
+  for (const auto& one : plan.beside) all.push_back({one.name + ".", find_model(one.model), one.truth});
+  return all;
+}
+
 std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate) {
   std::vector<PowerUp> out;
   double now = 0.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "tumble/core/plan.hpp"
@@ -28,7 +29,17 @@ Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, c
 /// What the rig does with this plan in this power-up, at the rate of the simulation's steps.
 Reference reference_of(const Plan& plan, const PowerUp& run, const RandomStream& random);
 
-/// The instrument's outputs: one source, since all feel the same.
+/// One instrument of a plan: the first, or one of Plan::beside.
+struct Participant {
+  std::string prefix;  ///< of its channels: "" or "S2."
+  const Model& model;
+  const Settings& truth;
+};
+
+/// The first and all beside it. They live as long as the plan.
+std::vector<Participant> participants_of(const Plan& plan);
+
+/// The outputs of all instruments: one source, since all feel the same.
 Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run, const RandomStream& random);
 /// The rig's sensors.
 std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PowerUp& run);

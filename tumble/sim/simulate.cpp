@@ -18,31 +18,48 @@ using sim::Source;
 constexpr double most_samples = 1e12;      ///< a channel: 8 TB
 constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
 
-void append_noise_problems(const Plan& plan, const std::string& prefix, std::vector<std::string>& problems) {
+void append_noise_problems(const Settings& truth, const std::string& where, const std::string& prefix,
+                           std::vector<std::string>& problems) {
   for (const char* name : {"quantization_noise", "angle_random_walk", "bias_instability", "rate_random_walk",
                            "markov_sd", "turn_on_repeatability"})
-    if (plan.truth.number(prefix + name) < 0.0)
-      problems.push_back(fmt::format("[truth] {}{} must not be negative", prefix, name));
-  if (plan.truth.number(prefix + "markov_sd") > 0.0 && !(plan.truth.number(prefix + "markov_time") > 0.0))
-    problems.push_back(fmt::format("[truth] {0}markov_time must be positive where {0}markov_sd is given", prefix));
+    if (truth.number(prefix + name) < 0.0)
+      problems.push_back(fmt::format("{} {}{} must not be negative", where, prefix, name));
+  if (truth.number(prefix + "markov_sd") > 0.0 && !(truth.number(prefix + "markov_time") > 0.0))
+    problems.push_back(fmt::format("{0} {1}markov_time must be positive where {1}markov_sd is given", where, prefix));
 }
 
 /// What the instrument's model finds wrong with its terms, physics and electronics, and the noise.
-void append_truth_problems(const Plan& plan, std::vector<std::string>& problems) {
-  const Model& model = find_model(plan.instrument_model);
+void append_truth_problems(const Plan& plan, const sim::Participant& participant, std::vector<std::string>& problems) {
+  const auto& [prefix, model, truth] = participant;
+  const std::string where = prefix.empty() ? "[truth]" : "[beside." + prefix + "truth]";
+  const std::size_t before = problems.size();
+  const int oversampling = plan.truth.integer("oversampling");
+  const auto outputs = attempt(problems, [&] { return model.outputs(truth); });
+  std::string last = "none yet";  // outputs of one kind stand together and share their noise
+  for (const auto& output : outputs)
+    if (output.noise_prefix != last) append_noise_problems(truth, where, last = output.noise_prefix, problems);
+  if (model.coefficients) attempt(problems, [&] { return model.coefficients(truth); });
+  const double step = 1.0 / (plan.sample_rate * std::max(1, oversampling));
+  for (std::size_t k = 0; model.record && k < outputs.size(); ++k)
+    attempt(problems, [&] { return model.record(truth, k, step, RandomStream(0)); });
+  if (model.record && outputs.empty())  // even so: what it says does not depend on the terms
+    attempt(problems, [&] { return model.record(truth, 0, step, RandomStream(0)); });
+  if (!prefix.empty())
+    for (std::size_t k = before; k < problems.size(); ++k)
+      if (problems[k].starts_with("[truth] ")) problems[k].replace(0, 7, where);
+}
+
+/// All instruments make their steps together.
+void append_oversampling_problems(const Plan& plan, std::vector<std::string>& problems) {
   const int oversampling = plan.truth.integer("oversampling");
   if (oversampling < 1 || oversampling > most_oversampling)
     problems.push_back(fmt::format("[truth] oversampling must be from 1 to {}", most_oversampling));
-  const auto outputs = attempt(problems, [&] { return model.outputs(plan.truth); });
-  std::string last = "none yet";  // outputs of one kind stand together and share their noise
-  for (const auto& output : outputs)
-    if (output.noise_prefix != last) append_noise_problems(plan, last = output.noise_prefix, problems);
-  if (model.coefficients) attempt(problems, [&] { return model.coefficients(plan.truth); });
-  const double step = 1.0 / (plan.sample_rate * std::max(1, oversampling));
-  for (std::size_t k = 0; model.record && k < outputs.size(); ++k)
-    attempt(problems, [&] { return model.record(plan.truth, k, step, RandomStream(0)); });
-  if (model.record && outputs.empty())  // even so: what it says does not depend on the terms
-    attempt(problems, [&] { return model.record(plan.truth, 0, step, RandomStream(0)); });
+  for (const auto& one : plan.beside)
+    if (const int own = one.truth.integer("oversampling"); own != 1 && own != oversampling)
+      problems.push_back(
+          fmt::format("[beside.{}.truth] oversampling = {}, but all instruments make their steps "
+                      "together: write it in [truth], which says {}",
+                      one.name, own, oversampling));
 }
 
 /// The fastest that a motion is [Hz]; 0: it does not oscillate.
@@ -94,7 +111,8 @@ void refuse_incomplete(const Plan& plan) {
   if (!plan.instrument_model.empty() && plan.truth.texts().empty())
     problems.push_back("to simulate, the plan needs [truth]");
   if (problems.empty()) {
-    append_truth_problems(plan, problems);
+    append_oversampling_problems(plan, problems);
+    for (const auto& participant : sim::participants_of(plan)) append_truth_problems(plan, participant, problems);
     append_rate_problems(plan, problems);
   }
   for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
@@ -207,8 +225,9 @@ std::size_t simulated_size(const Plan& plan) {
   probe.segments.front().duration = 1.0 / plan.sample_rate;
   const auto sensors =
       rig.reference({probe.segments, plan.rig, plan.site, plan.sample_rate, {}, RandomStream(0)}).sensors;
-  const auto outputs = find_model(plan.instrument_model).outputs(plan.truth);
-  return samples_of(runs) * (sensors.size() + outputs.size()) * sizeof(double);
+  std::size_t channels = sensors.size();
+  for (const auto& [prefix, model, truth] : sim::participants_of(plan)) channels += model.outputs(truth).size();
+  return samples_of(runs) * channels * sizeof(double);
 }
 
 }  // namespace tumble

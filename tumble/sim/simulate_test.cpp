@@ -7,6 +7,7 @@
 
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
@@ -91,6 +92,60 @@ TEST(Simulate, heat_on_its_way_through_the_coil_drifts_with_the_ramp_and_then_go
   EXPECT_LT(largest_quadrupole, 0.1 * largest);
   // Two hours are twelve time constants of the slower side of the instrument: e^-8 of the drift is left at most.
   EXPECT_LT(std::abs(plain.back()), 1e-3 * largest);
+}
+
+/// An accelerometer that counts, on a head at 90 deg.
+Plan counted() {
+  Plan plan;
+  plan.instrument_model = "pendulous_accelerometer";
+  plan.sample_rate = 10.0;
+  plan.rig_kind = "dividing_head";
+  plan.rig = defaults(find_rig(plan.rig_kind).options());
+  plan.schedule = {{"up", 60.0, 1, {{"head", {.kind = Motion::Kind::hold, .value = si(90.0, "deg")}}}}};
+  plan.truth = defaults(truth_options(find_model(plan.instrument_model)));
+  plan.truth.set_word("output", "count");
+  plan.truth.set_number("pulse_scale_factor", si(20000.0, "pulse/s/g"), Unit::parse("pulse/s/g"));
+  plan.truth.set_number("angle_random_walk", si(20.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
+  return plan;
+}
+
+TEST(Simulate, instruments_beside_feel_the_same_and_have_noise_of_their_own) {
+  const Plan alone = counted();
+  Plan three = alone;
+  three.beside = {{"S2", alone.instrument_model, alone.truth},
+                  {"fog", "fiber_optic_gyro", defaults(truth_options(find_model("fiber_optic_gyro")))}};
+  three.beside[0].truth.set_number("bias", si(100.0, "mg"), Unit::parse("mg"));
+  const Recording one = simulate(alone, 1, {}), all = simulate(three, 1, {});
+  ASSERT_EQ(all.channels.size(), one.channels.size() + 2);
+  EXPECT_EQ(all.channels[0].name, "accelerometer");
+  EXPECT_EQ(all.channels[0].values, one.channels[0].values);
+  EXPECT_EQ(all.channels[1].name, "S2.accelerometer");
+  EXPECT_EQ(all.channels[2].name, "fog.gyro");
+  double first = 0.0, second = 0.0, differing = 0.0;
+  for (std::size_t k = 100; k < 600; ++k) {
+    first += all.channels[0].values[k];
+    second += all.channels[1].values[k];
+    differing += all.channels[1].values[k] - all.channels[0].values[k] == 200.0 ? 0.0 : 1.0;
+  }
+  // 0.1 g more of 20000 pulse/s/g over 50 s is 1e5 pulses; the noise of both is 4 pulses (20 ug sqrt(2/50) of 1e6).
+  EXPECT_NEAR(second - first, 1e5, 20.0);
+  EXPECT_GT(differing, 100.0);
+  EXPECT_EQ(simulated_size(three), 600 * sizeof(double) * all.channels.size());
+}
+
+TEST(Simulate, what_is_wrong_with_an_instrument_beside_is_said_with_its_name) {
+  Plan plan = counted();
+  plan.beside = {{"S2", plan.instrument_model, plan.truth}};
+  plan.beside[0].truth.set_number("angle_random_walk", -1.0, Unit());
+  plan.beside[0].truth.set_number("pulse_scale_factor", 0.0, Unit());
+  plan.beside[0].truth.set_integer("oversampling", 7);
+  try {
+    simulate(plan, 1, {});
+    FAIL();
+  } catch (const Error& error) {
+    ASSERT_EQ(error.problems.size(), 3u) << error.what();
+    for (const auto& problem : error.problems) EXPECT_TRUE(problem.starts_with("[beside.S2.truth] ")) << problem;
+  }
 }
 
 }  // namespace

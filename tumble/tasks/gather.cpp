@@ -11,20 +11,29 @@
 namespace tumble::tasks {
 namespace {
 
-/// The column that plays a role, as the plan says or by the role's own name.
-std::string column_of(const Plan& plan, const Role& role) {
-  const auto choice = plan.channels.find(role.name);
-  return choice == plan.channels.end() ? role.name : choice->second.channel;
+/// The columns that play a role, as the plan says or by the role's own name.
+std::vector<std::string> columns_of(const Plan& plan, const Role& role) {
+  const auto choices = plan.channels.find(role.name);
+  if (choices == plan.channels.end()) return {role.name};
+  std::vector<std::string> columns;
+  for (const auto& choice : choices->second) columns.push_back(choice.channel);
+  return columns;
 }
+
+/// Whether it cannot be known before a file is read which of its columns play the role.
+bool open_ended(const Plan& plan, const Role& role) { return role.several && !plan.channels.contains(role.name); }
 
 /// What to read: with a method that names the channels it needs, those alone; else all.
 ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles, const Sets& sets) {
   auto options = sorted(sets, true).reading;
   if (!options.rate && plan.sample_rate > 0.0) options.rate = plan.sample_rate;
-  for (const auto& [role, choice] : plan.channels)
-    if (choice.unit) options.units.try_emplace(choice.channel, *choice.unit);
+  for (const auto& [role, choices] : plan.channels)
+    for (const auto& choice : choices)
+      if (choice.unit) options.units.try_emplace(choice.channel, *choice.unit);
+  if (std::any_of(roles.begin(), roles.end(), [&](const Role& role) { return open_ended(plan, role); })) return options;
   if (std::any_of(roles.begin(), roles.end(), [](const Role& role) { return role.required; }))
-    for (const auto& role : roles) options.only.push_back(column_of(plan, role));
+    for (const auto& role : roles)
+      for (auto& column : columns_of(plan, role)) options.only.push_back(std::move(column));
   return options;
 }
 
@@ -74,10 +83,9 @@ std::vector<std::string> columns_in(const Recording& recording, ReadOptions opti
   }
 }
 
-std::string missing_channel(const Plan& plan, const Role& role, const Recording& recording,
+std::string missing_channel(const Plan& plan, const Role& role, const std::string& wanted, const Recording& recording,
                             const ReadOptions& options) {
   const auto columns = columns_in(recording, options);
-  const auto wanted = column_of(plan, role);
   const auto how = plan.file.empty() ? fmt::format("--set channels.{}=...", role.name)
                                      : fmt::format("[channels] {} = \"...\" in {}", role.name, plan.file);
   return fmt::format("{}: no column '{}' for {} ({}){}; columns are {}; name the right one with {}",
@@ -140,12 +148,16 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
   for (const auto& recording : evidence.recordings) {
     for (auto& problem : unit_conflicts(recording, options)) problems.push_back(std::move(problem));
     for (const auto& role : roles) {
-      const auto* channel = channel_for(evidence, recording, role.name);
-      if (channel) {
-        if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) problems.push_back(problem);
-      } else if (role.required || evidence.plan.channels.contains(role.name)) {
-        problems.push_back(missing_channel(evidence.plan, role, recording, options));
-      }
+      const auto channels = role.several ? channels_for(evidence, recording, role.name)
+                                         : std::vector{channel_for(evidence, recording, role.name)};
+      for (const auto* channel : channels)
+        if (channel)
+          if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) problems.push_back(problem);
+      const bool named = evidence.plan.channels.contains(role.name);
+      if (!named && (!role.required || (!channels.empty() && channels.front()))) continue;
+      for (const auto& column : columns_of(evidence.plan, role))
+        if (!find_channel(recording, column))
+          problems.push_back(missing_channel(evidence.plan, role, column, recording, options));
     }
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);

@@ -32,7 +32,8 @@ class Gather : public testing::Test {
     return write(name, text);
   }
 
-  Plan plan(std::vector<RecordingEntry> entries, std::map<std::string, ChannelChoice> channels = {}) const {
+  Plan plan(std::vector<RecordingEntry> entries,
+            std::map<std::string, std::vector<ChannelChoice>> channels = {}) const {
     Plan plan;
     plan.file = "plan.toml";
     plan.method = "fog_thermal_bias";
@@ -114,15 +115,15 @@ TEST_F(Gather, NamesEveryMissingColumnAndWrongUnitInEveryFile) {
 TEST_F(Gather, RefusesASecondUnit) {
   const auto file = recording("a.csv");
   const std::vector<RecordingEntry> entries{{file, "", 0}};
-  EXPECT_EQ(problems(plan(entries, {{"gyro", {"gyro", Unit::parse("deg/s")}}}), Error::Kind::bad_data).size(), 1u);
+  EXPECT_EQ(problems(plan(entries, {{"gyro", {{"gyro", Unit::parse("deg/s")}}}}), Error::Kind::bad_data).size(), 1u);
   EXPECT_EQ(problems(plan(entries), Error::Kind::bad_data, {{"unit.gyro", "deg/s"}}).size(), 1u);
   EXPECT_EQ(problems(plan(entries), Error::Kind::bad_data, {{"unit.gyro", "arcsec/s"}}).size(), 0u);  // the same unit
 }
 
 TEST_F(Gather, TakesUnitAndRateFromThePlanWhereTheFileHasNone) {
   const auto file = write("bare.csv", "gyro,temperature\n1,20\n2,20\n");
-  auto bare = plan({{file, "", 0}},
-                   {{"gyro", {"gyro", Unit::parse("deg/h")}}, {"temperature", {"temperature", Unit::parse("degC")}}});
+  auto bare = plan({{file, "", 0}}, {{"gyro", {{"gyro", Unit::parse("deg/h")}}},
+                                     {"temperature", {{"temperature", Unit::parse("degC")}}}});
   bare.sample_rate = 2.0;
   const auto evidence = gather(bare, {}, {}, {});
   const auto& gyro = evidence.recordings[0].channels[0];

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -38,7 +39,7 @@ void describe(const Plan& plan, Estimate& estimate) {
   estimate.instrument_model = plan.instrument_model;
   estimate.instrument_serial = plan.instrument_serial;
   for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
-  for (const auto& [role, choice] : plan.channels) estimate.provenance.settings["channels." + role] = choice.channel;
+  for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
 }
 
 /// Which channel played each role: compensate takes the same. The seed, where the data were simulated.

@@ -103,6 +103,12 @@ void read_rig(Reading& reading, const toml::table& table) {
     reading.plan.rig = resolve_section(reading, section, reading.rig->options(), "rig " + *kind, reading.sets.rig);
 }
 
+bool takes_several(const Reading& reading, const std::string& name) {
+  if (!reading.method) return true;
+  const auto roles = reading.method->roles();
+  return std::any_of(roles.begin(), roles.end(), [&](const Role& role) { return role.name == name && role.several; });
+}
+
 void read_channels(Reading& reading, const toml::table& table) {
   Section section(table, "[channels]", reading.problems);
   std::vector<Role> roles;
@@ -111,13 +117,14 @@ void read_channels(Reading& reading, const toml::table& table) {
   for (const auto& role : roles) names.push_back(role.name);
   if (!reading.method) names = section.unread();
   for (const auto& name : names) {
-    const auto text = section.text(name);
-    if (!text) continue;
-    try {
-      reading.plan.channels[name] = parse_choice(*text);
-    } catch (const Error& error) {
-      for (const auto& problem : error.problems) section.problem_at(name, problem);
-    }
+    for (const auto& text : section.texts(name)) try {
+        reading.plan.channels[name].push_back(parse_choice(text));
+      } catch (const Error& error) {
+        for (const auto& problem : error.problems) section.problem_at(name, problem);
+      }
+    if (const auto given = reading.plan.channels.find(name);
+        given != reading.plan.channels.end() && given->second.size() > 1 && !takes_several(reading, name))
+      section.problem_at(name, "only one channel can play this role");
   }
   section.close();
 }
@@ -138,6 +145,49 @@ void read_truth(Reading& reading, const toml::table& table) {
                                          "model " + reading.plan.instrument_model, reading.sets.truth);
   else if (reading.plan.instrument_model.empty())
     section.problem("needs the instrument's model: [instrument] model = \"...\"");
+}
+
+/// A further instrument. Of the plan's own model it has the plan's truth, but for what it says itself.
+Beside read_one_beside(Reading& reading, const std::string& name, const toml::table& table, const toml::table& truth) {
+  Section section(table, "[beside." + name + "]", reading.problems);
+  Beside beside{name, section.text("model").value_or(reading.plan.instrument_model), {}};
+  const Model* model = beside.model.empty()
+                           ? nullptr
+                           : look_up(
+                                 section, "model", [&]() -> auto& { return find_model(beside.model); });
+  if (beside.model.empty()) section.missing("model", "\"fiber_optic_gyro\"");
+  const auto* own = section.table("truth");
+  std::vector<Given> given;
+  if (beside.model == reading.plan.instrument_model) {
+    Problems heard;  // the truth of the plan has been read and complained about before
+    given = overridden(Section(truth, "[truth]", heard).rest(), reading.sets.truth);
+  }
+  if (own) given = overridden(std::move(given), Section(*own, "[beside." + name + ".truth]", reading.problems).rest());
+  std::vector<Given> sets;
+  for (const auto& set : reading.sets.beside)
+    if (const std::string start = name + ".truth."; set.key.starts_with(start)) {
+      sets.push_back(set);
+      sets.back().key = set.key.substr(start.size());
+    }
+  if (model)
+    beside.truth = resolve(truth_options(*model), overridden(std::move(given), sets),
+                           fmt::format("model {}", beside.model), reading.problems.all);
+  section.close();
+  return beside;
+}
+
+void read_beside(Reading& reading, const toml::table& tables, const toml::table& truth) {
+  Section section(tables, "[beside]", reading.problems);
+  auto names = section.unread();  // by the alphabet; the order of the file is that of the channels
+  std::ranges::sort(names, {}, [&](const std::string& name) { return tables.get(name)->source().begin.line; });
+  for (const auto& name : names)
+    if (const auto* table = section.table(name))
+      reading.plan.beside.push_back(read_one_beside(reading, name, *table, truth));
+  for (const auto& set : reading.sets.beside) {
+    const auto known = [&](const Beside& one) { return set.key.starts_with(one.name + ".truth."); };
+    if (std::none_of(reading.plan.beside.begin(), reading.plan.beside.end(), known))
+      reading.problems.all.push_back(fmt::format("--set beside.{}: the plan has no such [beside.NAME.truth]", set.key));
+  }
 }
 
 /// The plan of a recording that was made on another rig, or by another schedule, with the same instrument.
@@ -278,7 +328,10 @@ void read_channel_sets(Reading& reading) {
       if (reading.method && std::find(roles.begin(), roles.end(), role) == roles.end())
         throw Error(Error::Kind::bad_input, fmt::format("{} has no such role{} (roles: {})", reading.plan.method,
                                                         did_you_mean(role, roles), fmt::join(roles, ", ")));
-      reading.plan.channels[role] = parse_choice(text);
+      auto choices = parse_choices(text);
+      if (choices.size() > 1 && !takes_several(reading, role))
+        throw Error(Error::Kind::bad_input, "only one channel can play this role");
+      reading.plan.channels[role] = std::move(choices);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
         reading.problems.all.push_back(fmt::format("--set channels.{}: {}", role, problem));
@@ -314,6 +367,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (const auto* array = tables(root, "limit")) read_limits(reading, *array);
   const auto& truth = section("truth");
   if (given("truth") || !reading.sets.truth.empty()) read_truth(reading, truth);
+  if (given("beside") || !reading.sets.beside.empty()) read_beside(reading, section("beside"), truth);
   if (!reading.sets.rig.empty() && !given("rig"))
     reading.problems.all.push_back("--set rig." + reading.sets.rig.front().key + ": the plan has no [rig]");
   root.close();

@@ -82,9 +82,29 @@ A1_0 = "0.05 deg/h/K"
   ASSERT_EQ(plan.limits.size(), 1u);
   EXPECT_EQ(plan.limits[0].max->value, 0.02);
   EXPECT_FALSE(plan.limits[0].min);
-  EXPECT_EQ(plan.channels.at("gyro").channel, "dtg.x");
-  EXPECT_EQ(plan.channels.at("gyro").unit->text(), "deg/h");
+  EXPECT_EQ(plan.channels.at("gyro").at(0).channel, "dtg.x");
+  EXPECT_EQ(plan.channels.at("gyro").at(0).unit->text(), "deg/h");
   EXPECT_DOUBLE_EQ(plan.truth.number("A1_0"), si(0.05, "deg/h/K"));
+}
+
+TEST_F(LoadPlan, AnInstrumentBesideHasTheTruthOfThePlanButForItsOwn) {
+  const std::string text = chamber + R"([truth]
+A1_0 = "0.05 deg/h/K"
+A2_0 = "0.001 deg/h/K^2"
+[beside.second.truth]
+A1_0 = "0.07 deg/h/K"
+[beside.plate]
+model = "pendulous_accelerometer"
+)";
+  const auto plan = load(text, {{"truth.A2_0", "0.002 deg/h/K^2"}, {"beside.plate.truth.bias", "3 mg"}});
+  ASSERT_EQ(plan.beside.size(), 2u);
+  const auto& plate = plan.beside[plan.beside[0].name == "plate" ? 0 : 1];
+  const auto& second = plan.beside[plan.beside[0].name == "plate" ? 1 : 0];
+  EXPECT_EQ(second.model, "fiber_optic_gyro");
+  EXPECT_DOUBLE_EQ(second.truth.number("A1_0"), si(0.07, "deg/h/K"));
+  EXPECT_DOUBLE_EQ(second.truth.number("A2_0"), si(0.002, "deg/h/K^2"));
+  EXPECT_EQ(plate.model, "pendulous_accelerometer");
+  EXPECT_DOUBLE_EQ(plate.truth.number("bias"), si(3.0, "mg"));
 }
 
 TEST_F(LoadPlan, RepeatsASegmentForItsRunsAndSortsByRun) {

@@ -5,6 +5,7 @@
 
 #include "tumble/tasks/predict/advice.hpp"
 #include "tumble/tasks/predict/problem.hpp"
+#include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -16,7 +17,7 @@ void describe(const Plan& plan, Estimate& estimate) {
   estimate.instrument_model = plan.instrument_model;
   estimate.instrument_serial = plan.instrument_serial;
   for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
-  for (const auto& [role, choice] : plan.channels) estimate.provenance.settings["channels." + role] = choice.channel;
+  for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
   if (estimate.title.empty()) estimate.title = plan.title.empty() ? estimate.method : plan.title;
 }
 

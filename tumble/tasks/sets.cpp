@@ -43,6 +43,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.truth.push_back(renamed(truth));
   else if (const auto rig = after(key, "rig."); !rig.empty())
     sorted.rig.push_back(renamed(rig));
+  else if (const auto beside = after(key, "beside."); !beside.empty())
+    sorted.beside.push_back(renamed(beside));
   else
     sorted.settings.push_back(given);
 }
@@ -85,6 +87,25 @@ ChannelChoice parse_choice(const std::string& text) {
   if (open == 0 || text.back() != ']')
     throw Error(Error::Kind::bad_input, fmt::format("\"{}\" is no channel; write \"name\" or \"name[unit]\"", text));
   return {text.substr(0, open), Unit::parse(text.substr(open + 1, text.size() - open - 2))};
+}
+
+std::vector<ChannelChoice> parse_choices(const std::string& text) {
+  std::vector<ChannelChoice> choices;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::size_t first = text.find_first_not_of(' ', begin), last = text.find_last_not_of(' ', end - 1);
+    if (end == begin || first >= end)
+      throw Error(Error::Kind::bad_input, fmt::format("\"{}\" lacks a channel; write \"S1, S2\"", text));
+    choices.push_back(parse_choice(text.substr(first, last - first + 1)));
+    begin = end + 1;
+  }
+  return choices;
+}
+
+std::string listed(const std::vector<ChannelChoice>& choices) {
+  std::string names;
+  for (const auto& choice : choices) names += (names.empty() ? "" : ", ") + choice.channel;
+  return names;
 }
 
 std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Given>& from_command_line) {

@@ -11,7 +11,7 @@ namespace tumble::tasks {
 struct SortedSets {
   ReadOptions reading;                                        ///< rate, missing, unit.<column>
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
-  std::vector<Given> settings, truth, rig;
+  std::vector<Given> settings, truth, rig, beside;
 };
 
 /// `rate` is for reading; when `method_has_rate` it is a setting of the method as well. Throws Error::bad_input.
@@ -19,6 +19,10 @@ SortedSets sorted(const Sets& sets, bool method_has_rate);
 
 /// "dtg.x[deg/h]". Throws Error::bad_input.
 ChannelChoice parse_choice(const std::string& text);
+/// "S1, S2[pulse]". Throws Error::bad_input.
+std::vector<ChannelChoice> parse_choices(const std::string& text);
+/// Their names, separated by commas.
+std::string listed(const std::vector<ChannelChoice>& choices);
 
 /// What was given, with what the command line says in place of the same key from the file.
 std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Given>& from_command_line);

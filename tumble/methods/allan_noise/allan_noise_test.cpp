@@ -64,7 +64,7 @@ TEST(allan_noise, takes_every_inertial_channel_or_the_signal) {
   const auto both = identify(evidence);
   expect_white(both, "gyro.x");
   expect_white(both, "gyro.y");
-  evidence.plan.channels["signal"] = {"gyro.y", {}};
+  evidence.plan.channels["signal"] = {{"gyro.y", {}}};
   const auto one = identify(evidence);
   EXPECT_EQ(find_parameter(one, "gyro.x.angle_random_walk"), nullptr);
   expect_white(one, "gyro.y");

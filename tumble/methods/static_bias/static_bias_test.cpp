@@ -115,7 +115,7 @@ TEST(static_bias, asks_which_of_several_channels_is_meant) {
   evidence.recordings[0].channels.push_back(evidence.recordings[0].channels[0]);
   evidence.recordings[0].channels[1].name = "other";
   EXPECT_THROW(find_method("static_bias").identify(evidence, {}), Error);
-  evidence.plan.channels["signal"] = {"other", {}};
+  evidence.plan.channels["signal"] = {{"other", {}}};
   EXPECT_EQ(find_method("static_bias").identify(evidence, {}).parameters[0].name, "bias");
 }
 

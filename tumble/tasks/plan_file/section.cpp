@@ -56,6 +56,23 @@ std::optional<std::string> Section::text(std::string_view key) {
   return std::nullopt;
 }
 
+std::vector<std::string> Section::texts(std::string_view key) {
+  std::vector<std::string> values;
+  const auto* node = find(key);
+  if (!node) return values;
+  const auto add = [&](const toml::node& element) {
+    if (const auto* string = element.as_string())
+      values.push_back(string->get());
+    else
+      complain(element, key, "a text in quotes, or a list of them, is expected");
+  };
+  if (const auto* array = node->as_array())
+    for (const auto& element : *array) add(element);
+  else
+    add(*node);
+  return values;
+}
+
 std::optional<int> Section::int_of(const toml::node& node, std::string_view key) {
   const auto* integer = node.as_integer();
   if (integer && integer->get() >= 0 && integer->get() <= std::numeric_limits<int>::max())

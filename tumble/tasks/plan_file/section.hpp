@@ -34,6 +34,8 @@ class Section {
   /// Null when the key is absent.
   const toml::node* find(std::string_view key);
   std::optional<std::string> text(std::string_view key);
+  /// One text or a list of them.
+  std::vector<std::string> texts(std::string_view key);
   std::optional<int> integer(std::string_view key);
   /// In SI, of the dimension of `expected`.
   std::optional<double> quantity(std::string_view key, const Unit& expected);
