@@ -51,9 +51,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     print(to_json(estimate));
   else if (arguments.output.empty() || !terminal.quiet)
     print(to_text(estimate));
-  const bool failed = std::any_of(estimate.verdicts.begin(), estimate.verdicts.end(),
-                                  [](const Verdict& verdict) { return verdict.outcome == Verdict::Outcome::fail; });
-  return arguments.strict && failed ? 1 : 0;
+  const auto not_kept = [&](const Verdict& verdict) {  // what cannot be judged is not kept either
+    return verdict.outcome == Verdict::Outcome::fail || !find_parameter(estimate, verdict.parameter);
+  };
+  return arguments.strict && std::ranges::any_of(estimate.verdicts, not_kept) ? 1 : 0;
 }
 
 }  // namespace
@@ -66,7 +67,8 @@ Verb add_identify(CLI::App& program) {
   app->add_option("RECORDING", arguments->recordings, "recordings, after those that the plan names");
   app->add_option("-o,--output", arguments->output, "result to write (.json); the table is printed all the same");
   app->add_flag("--json", arguments->json, "print the result as JSON instead of a table");
-  app->add_flag("--strict", arguments->strict, "exit status 1 when a limit of the plan is not kept");
+  app->add_flag("--strict", arguments->strict,
+                "exit status 1 when a limit of the plan is not kept or cannot be judged");
   add_sets(*app, arguments->sets,
            "a setting of the method (see `tumble list methods NAME`), or\n"
            "channels.ROLE=COLUMN, or what a file does not say itself:\n"

@@ -77,7 +77,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   add_origin(evidence, estimate.provenance);
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
   add_data_findings(evidence, estimate.findings);
-  estimate.verdicts = judge(evidence.plan.limits, estimate);
+  estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
   return estimate;
 }
 

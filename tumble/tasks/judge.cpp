@@ -43,7 +43,7 @@ Verdict judge_one(const Limit& limit, const Estimate& estimate, const Parameter&
 
 }  // namespace
 
-std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate) {
+std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate, Findings& findings) {
   std::vector<std::string> names;
   for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
   std::vector<Verdict> verdicts;
@@ -56,8 +56,13 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
     if (!parameter) {
       std::string known;
       for (const auto& name : names) known += (known.empty() ? "" : ", ") + name;
-      complain(fmt::format("the result has no parameter '{}'{} (parameters: {})", limit.parameter,
-                           did_you_mean(limit.parameter, names), known.empty() ? "none" : known));
+      findings.push_back({Finding::Severity::error,
+                          fmt::format("the limit {} on '{}' is not judged: the result has no such parameter{} "
+                                      "(parameters: {})",
+                                      written(limit), limit.parameter, did_you_mean(limit.parameter, names),
+                                      known.empty() ? "none" : known),
+                          limit.where});
+      verdicts.push_back({limit.parameter, Verdict::Outcome::undecided, written(limit)});
       continue;
     }
     const auto before = problems.size();

@@ -266,33 +266,46 @@ Estimate estimate_of(double value_deg_h, double sd_deg_h) {
 }
 
 TEST(judge, decides_by_the_95_percent_interval) {
+  Findings none;
   using Outcome = Verdict::Outcome;
   const Limit below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
   // 1.96 sd = 0.0098 deg/h
-  EXPECT_EQ(judge({below}, estimate_of(0.010, 0.005))[0].outcome, Outcome::pass);
-  EXPECT_EQ(judge({below}, estimate_of(0.015, 0.005))[0].outcome, Outcome::undecided);
-  EXPECT_EQ(judge({below}, estimate_of(0.025, 0.005))[0].outcome, Outcome::undecided);
-  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005))[0].outcome, Outcome::fail);
-  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005))[0].limit, "<= 0.02 deg/h");
+  EXPECT_EQ(judge({below}, estimate_of(0.010, 0.005), none)[0].outcome, Outcome::pass);
+  EXPECT_EQ(judge({below}, estimate_of(0.015, 0.005), none)[0].outcome, Outcome::undecided);
+  EXPECT_EQ(judge({below}, estimate_of(0.025, 0.005), none)[0].outcome, Outcome::undecided);
+  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].outcome, Outcome::fail);
+  EXPECT_EQ(judge({below}, estimate_of(0.030, 0.005), none)[0].limit, "<= 0.02 deg/h");
   const Limit both{"bias", parse_quantity("-0.02 deg/h"), parse_quantity("72 arcsec/h"), ""};
-  EXPECT_EQ(judge({both}, estimate_of(0.0, 0.005))[0].outcome, Outcome::pass);
-  EXPECT_EQ(judge({both}, estimate_of(-0.04, 0.005))[0].outcome, Outcome::fail);
+  EXPECT_EQ(judge({both}, estimate_of(0.0, 0.005), none)[0].outcome, Outcome::pass);
+  EXPECT_EQ(judge({both}, estimate_of(-0.04, 0.005), none)[0].outcome, Outcome::fail);
 }
 
-TEST(judge, names_every_limit_it_cannot_judge) {
-  const std::vector<Limit> limits{{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"},
-                                  {"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
+TEST(judge, refuses_limits_in_the_wrong_unit) {
+  Findings none;
+  const std::vector<Limit> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
                                   {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
   try {
-    judge(limits, estimate_of(0, 1));
+    judge(limits, estimate_of(0, 1), none);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);
-    ASSERT_EQ(error.problems.size(), 3u);
-    EXPECT_EQ(error.problems[0],
-              "plan.toml:3: [[limit]]: the result has no parameter 'bais'; did you mean 'bias'? (parameters: bias)");
-    EXPECT_EQ(error.problems[2], "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
+    ASSERT_EQ(error.problems.size(), 2u);
+    EXPECT_EQ(error.problems[1], "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
   }
+}
+
+TEST(judge, leaves_open_what_the_result_does_not_give) {
+  Findings findings;
+  const auto verdicts =
+      judge({{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"}}, estimate_of(0, 1), findings);
+  ASSERT_EQ(verdicts.size(), 1u);
+  EXPECT_EQ(verdicts[0].outcome, Outcome::undecided);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].severity, Finding::Severity::error);
+  EXPECT_EQ(findings[0].where, "plan.toml:3");
+  EXPECT_EQ(findings[0].message,
+            "the limit <= 0.02 deg/h on 'bais' is not judged: the result has no such parameter; did you mean 'bias'? "
+            "(parameters: bias)");
 }
 
 }  // namespace
