@@ -299,7 +299,7 @@ TEST(judge, leaves_open_what_the_result_does_not_give) {
   const auto verdicts =
       judge({{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"}}, estimate_of(0, 1), findings);
   ASSERT_EQ(verdicts.size(), 1u);
-  EXPECT_EQ(verdicts[0].outcome, Outcome::undecided);
+  EXPECT_EQ(verdicts[0].outcome, Verdict::Outcome::undecided);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].severity, Finding::Severity::error);
   EXPECT_EQ(findings[0].where, "plan.toml:3");
