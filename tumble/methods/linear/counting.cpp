@@ -33,8 +33,8 @@ struct Blocks {
   std::vector<double> waves, rounding;  ///< [SI^2 s], the blocks taken times the root of their weight
 };
 
-/// Rounding is x_b = e_b - e_(b-1) with independent e: of its covariance, 2 on the diagonal and -1 beside it, a cosine
-/// sees 2 - 2 cos(pi k/n) and what the free ends add.
+/// Rounding is x_b = e_b - e_(b-1) with independent e: a cosine c over blocks of weights w sees the squares of
+/// c_b/sqrt(w_b) - c_(b+1)/sqrt(w_(b+1)) and of the free ends. The last block may be much shorter than the others.
 Blocks blocks_of(const Problem& problem, const Rows& rows, std::size_t first, std::size_t end) {
   Blocks blocks{first, end, 0.0, {}, {}};
   double time = 0.0;
@@ -44,14 +44,17 @@ Blocks blocks_of(const Problem& problem, const Rows& rows, std::size_t first, st
   }
   blocks.mean /= time;
   const std::size_t n = end - first;
-  const double unit = problem.pulse * problem.pulse * of_a_reading / (time / static_cast<double>(n));
+  const double unit = problem.pulse * problem.pulse * of_a_reading;
   for (std::size_t k = 1; k < n; ++k) {
-    double wave = 0.0;
-    for (std::size_t b = 0; b < n; ++b)
-      wave += cosine(k, b, n) * std::sqrt(rows.weights[first + b]) * (rows.output[first + b] - blocks.mean);
+    double wave = 0.0, differences = 0.0, before = 0.0;
+    for (std::size_t b = 0; b < n; ++b) {
+      const double root = std::sqrt(rows.weights[first + b]), share = cosine(k, b, n) / root;
+      wave += cosine(k, b, n) * root * (rows.output[first + b] - blocks.mean);
+      differences += (share - before) * (share - before);
+      before = share;
+    }
     blocks.waves.push_back(wave);
-    const double neighbours = 2.0 - 2.0 * std::cos(std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
-    blocks.rounding.push_back(unit * (neighbours + 2.0 * cosine(k, 0, n) * cosine(k, 0, n)));
+    blocks.rounding.push_back(unit * (differences + before * before));
   }
   return blocks;
 }

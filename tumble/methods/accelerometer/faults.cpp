@@ -1,0 +1,411 @@
+#include "tumble/methods/accelerometer/faults.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "tumble/core/say.hpp"
+#include "tumble/math/eigen/view.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::accelerometer {
+namespace {
+
+using linear::SegmentSummary;
+using linear::Solution;
+
+/// What all axes of the rig do in a segment, those that it leaves as they are included.
+using Place = std::map<std::string, std::vector<double>>;
+
+/// Of every segment of a plan.
+std::vector<Place> places_of(const Plan& plan) {
+  std::vector<Place> places;
+  Place now;
+  int run = 0;
+  for (const auto& segment : plan.schedule) {
+    if (segment.run != run) now.clear();
+    run = segment.run;
+    for (const auto& [axis, motion] : segment.axes)
+      now[axis] = {static_cast<double>(motion.kind), motion.value, motion.to, motion.amplitude, motion.frequency};
+    places.push_back(now);
+    for (auto it = now.begin(); it != now.end();)  // an axis that has stopped where nobody said
+      it = it->second[0] == static_cast<double>(Motion::Kind::hold) ? std::next(it) : now.erase(it);
+  }
+  return places;
+}
+
+bool same_place(const Place& a, const Place& b) {
+  const auto at_zero = [](const Place& one, const std::string& axis) {
+    const auto found = one.find(axis);
+    return found == one.end() ? std::vector{static_cast<double>(Motion::Kind::hold), 0.0, 0.0, 0.0, 0.0}
+                              : found->second;
+  };
+  std::set<std::string> axes;
+  for (const auto* place : {&a, &b})
+    for (const auto& [axis, motion] : *place) axes.insert(axis);
+  return std::ranges::all_of(axes, [&](const std::string& axis) {
+    auto one = at_zero(a, axis), other = at_zero(b, axis);
+    const bool angle = one[0] == static_cast<double>(Motion::Kind::hold) && one[0] == other[0];
+    const double off = angle ? std::remainder(one[1] - other[1], 2.0 * M_PI) : one[1] - other[1];
+    one[1] = other[1] = 0.0;
+    return one == other && std::abs(off) < 1e-6;
+  });
+}
+
+std::string quoted(const std::vector<std::string>& labels) {
+  constexpr std::size_t most = 6;
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < std::min(labels.size(), most); ++i) out.push_back("'" + labels[i] + "'");
+  if (labels.size() > most) out.push_back(fmt::format("{} more", labels.size() - most));
+  if (out.size() < 2) return out.empty() ? "" : out.front();
+  return fmt::format("{} and {}", fmt::join(out.begin(), out.end() - 1, ", "), out.back());
+}
+
+Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
+
+/// Residuals of the segments' means after least squares without some segments, and what the fit says there.
+struct Look {
+  double rms = 0.0;
+  bool enough = false;            ///< more segments than parameters, and all of these seen
+  std::vector<double> predicted;  ///< of those left out [SI]
+};
+
+class Means {
+ public:
+  explicit Means(const Solution& solution) : x_(at(solution.segments.size()), at(solution.columns.size())) {
+    y_.resize(x_.rows());
+    for (Eigen::Index i = 0; i < x_.rows(); ++i) {
+      const auto& segment = solution.segments[static_cast<std::size_t>(i)];
+      for (Eigen::Index j = 0; j < x_.cols(); ++j)
+        x_(i, j) = solution.columns[static_cast<std::size_t>(j)].regressor(segment.felt);
+      y_[i] = segment.measured;
+    }
+    size_ = x_.colwise().norm();
+    for (auto& one : size_)
+      if (!(one > 0.0)) one = 1.0;
+    x_ = x_ * size_.cwiseInverse().asDiagonal();
+  }
+
+  Look without(const std::vector<std::size_t>& left_out) const {
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < x_.rows(); ++i)
+      if (std::ranges::find(left_out, static_cast<std::size_t>(i)) == left_out.end()) kept.push_back(i);
+    const Eigen::MatrixXd x = x_(kept, Eigen::all);
+    const Eigen::VectorXd y = y_(kept);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x);
+    const Eigen::VectorXd b = qr.solve(y);
+    Look look;
+    if (x.rows() > qr.rank()) look.rms = (y - x * b).norm() / std::sqrt(static_cast<double>(x.rows() - qr.rank()));
+    look.enough = x.rows() > qr.rank() && qr.rank() == x_.cols();
+    for (const auto i : left_out) look.predicted.push_back(x_.row(at(i)).dot(b));
+    return look;
+  }
+
+ private:
+  Eigen::MatrixXd x_;
+  Eigen::VectorXd y_, size_;
+};
+
+/// Segments at the greatest (sign 1) or least (-1) output that show the same although they should not.
+std::vector<std::string> clipped(const Solution& solution, double sign) {
+  double most = -1e300, span = 0.0;
+  for (const auto& s : solution.segments) {
+    most = std::max(most, sign * s.measured);
+    span = std::max(span, std::abs(s.measured));
+  }
+  std::vector<const SegmentSummary*> there;
+  double low = 1e300, high = -1e300;
+  for (const auto& s : solution.segments) {
+    if (most - sign * s.measured > 1e-5 * span + 5.0 * s.sd) continue;
+    there.push_back(&s);
+    low = std::min(low, sign * s.felt.specific_force.x);
+    high = std::max(high, sign * s.felt.specific_force.x);
+  }
+  if (there.size() < 2 || high - low < 5e-3 * span) return {};
+  std::vector<std::string> labels;
+  for (const auto* s : there) labels.push_back(s->label);
+  return labels;
+}
+
+/// Segments at the greatest and least specific force that show less than the others say, which without them agree much
+/// better.
+std::vector<std::string> short_of_the_others(const Solution& solution) {
+  if (std::isnan(solution.segments.front().measured)) return {};
+  double low = 0.0, high = 0.0;
+  for (const auto& s : solution.segments) {
+    low = std::min(low, s.felt.specific_force.x);
+    high = std::max(high, s.felt.specific_force.x);
+  }
+  const Means means(solution);
+  const double all = means.without({}).rms;
+  std::vector<std::string> labels;
+  for (const int which : {1, 2, 3}) {
+    std::vector<std::size_t> out;
+    for (std::size_t i = 0; i < solution.segments.size(); ++i) {
+      const double a = solution.segments[i].felt.specific_force.x;
+      if (((which & 1) != 0 && a > 0.98 * high) || ((which & 2) != 0 && a < 0.98 * low)) out.push_back(i);
+    }
+    const Look look = means.without(out);
+    if (out.empty() || !look.enough || !(look.rms * 5.0 < all)) continue;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      const auto& segment = solution.segments[out[k]];
+      const double lacking = (look.predicted[k] - segment.measured) * (look.predicted[k] > 0.0 ? 1.0 : -1.0);
+      if (lacking > 20.0 * segment.sd && lacking > 1e-3 * std::abs(look.predicted[k])) labels.push_back(segment.label);
+    }
+    if (labels.size() == out.size()) return labels;
+    labels.clear();
+  }
+  return labels;
+}
+
+/// By which power of two the counts of some segments must be raised to lie on the line of those near zero; 0: none.
+struct Overflow {
+  double modulus = 0.0;
+  std::vector<std::string> labels;
+};
+
+Overflow overflow_of(const Normalised& found) {
+  const auto& segments = found.solution.segments;
+  const std::size_t n = segments.size();
+  std::vector<double> a, count;
+  for (const auto& s : segments) {
+    a.push_back(s.felt.specific_force.x);
+    count.push_back(s.measured / found.problem.scale);
+  }
+  std::vector<double> sizes;
+  for (const double one : a) sizes.push_back(std::abs(one));
+  std::ranges::sort(sizes);
+  // the line through the half of the positions that feel least
+  double sa = 0, sn = 0, saa = 0, san = 0, used = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::abs(a[i]) > sizes[(n - 1) / 2] * (1.0 + 1e-9)) continue;
+    sa += a[i], sn += count[i], saa += a[i] * a[i], san += a[i] * count[i], used += 1.0;
+  }
+  const double spread = saa - sa * sa / used;
+  if (used < 3 || !(spread > 1e-6 * saa)) return {};
+  const double slope = (san - sa * sn / used) / spread, zero = (sn - slope * sa) / used;
+  const auto off = [&](std::size_t i) { return zero + slope * a[i] - count[i]; };
+  double worst = 0.0, most = 0.0;
+  for (std::size_t i = 0; i < n; ++i)
+    worst = std::max(worst, std::abs(off(i))), most = std::max(most, std::abs(count[i]));
+  for (int k = 32; k >= 7; --k) {  // half the modulus fits as well
+    const double modulus = std::ldexp(1.0, k);
+    if (modulus < 0.9 * most || modulus > 1.2 * worst) continue;
+    Overflow out{modulus, {}};
+    double left = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double turns = std::round(off(i) / modulus);
+      if (turns != 0.0) out.labels.push_back(segments[i].label);
+      left = std::max(left, std::abs(off(i) - turns * modulus));
+    }
+    if (!out.labels.empty() && left < 0.02 * worst) return out;
+  }
+  return {};
+}
+
+/// From the least to the greatest count. A counter of so many bits cannot show more than its modulus.
+double span_of(const Channel& channel) {
+  double low = 1e300, high = -1e300;
+  for (const double v : channel.values)
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  return std::max(0.0, high - low);
+}
+
+/// Samples of one segment that are off its median by a power of two, `least` or more.
+std::size_t overflown_samples(const Channel& channel, double begin, double end, double least, double& modulus) {
+  std::vector<double> values;
+  for (std::size_t i = index_at(channel, begin); i < channel.values.size() && channel.time(i) < end; ++i)
+    if (std::isfinite(channel.values[i])) values.push_back(channel.values[i]);
+  if (values.size() < 4) return 0;
+  auto sorted = values;
+  std::ranges::sort(sorted);
+  const double median = sorted[sorted.size() / 2];
+  for (auto& v : sorted) v = std::abs(v - median);
+  std::ranges::sort(sorted);
+  const double usual = std::max(1.0, sorted[sorted.size() / 2]);
+  std::map<int, std::size_t> by_power;
+  for (const double v : values) {
+    const double off = std::abs(v - median);
+    if (off < std::max(100.0, least)) continue;
+    const int k = static_cast<int>(std::lround(std::log2(off)));
+    if (std::abs(off - std::ldexp(1.0, k)) < 10.0 * usual && 10.0 * usual < 0.05 * off) ++by_power[k];
+  }
+  if (by_power.empty()) return 0;
+  const auto most = std::ranges::max_element(by_power, {}, [](const auto& one) { return one.second; });
+  modulus = std::ldexp(1.0, most->first);
+  return most->second;
+}
+
+/// Overflows within segments of one recording, in the samples that were used.
+void find_overflown_samples(const Evidence& evidence, const Recording& recording, const Solution& solution,
+                            std::vector<std::string>& problems) {
+  const Channel& channel = require_channel(evidence, recording, "accelerometer");
+  const double least = 0.95 * span_of(channel);
+  const double last = channel.time(channel.values.size() - 1) + 1.0 / output_of(channel).per_second;
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const auto& mark = recording.marks[m];
+    const double end = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : last;
+    double used = 0.0;
+    for (const auto& segment : solution.segments)
+      if (segment.label == mark.label && segment.steady && (used == 0.0 || segment.duration < used))
+        used = segment.duration;
+    double modulus = 0.0;
+    const auto bad = overflown_samples(channel, end - used, end, least, modulus);
+    if (bad > 0)
+      problems.push_back(
+          fmt::format("segment '{}': {} off the others by {:.0f}: the counter overflowed there; "
+                      "read it more often, or add {:.0f} to these counts",
+                      mark.label, say_count(bad, "count"), modulus, modulus));
+  }
+}
+
+}  // namespace
+
+Findings about_labels(const Plan& plan) {
+  const auto places = places_of(plan);
+  const auto& segments = plan.schedule;
+  Findings findings;
+  std::vector<bool> done(segments.size(), false);
+  std::set<std::string> doubtful;
+  for (std::size_t a = 0; a < segments.size(); ++a) {
+    std::vector<std::string> labels{segments[a].label};
+    for (std::size_t b = a + 1; b < segments.size(); ++b) {
+      const bool same = same_place(places[a], places[b]);
+      if (!same && segments[a].label == segments[b].label) doubtful.insert(segments[a].label);
+      if (!same || done[b]) continue;
+      done[b] = true;
+      if (std::ranges::find(labels, segments[b].label) == labels.end()) labels.push_back(segments[b].label);
+    }
+    if (labels.size() > 1 && !done[a])
+      findings.push_back(warning(fmt::format(
+          "{} are one position by the plan: they count as repeats of it, not as positions of their own. If that is "
+          "meant, give them one label; if not, correct the angles of the plan",
+          quoted(labels))));
+  }
+  for (const auto& label : doubtful)
+    findings.push_back(warning(fmt::format(
+        "'{}' is the label of different positions: which is which follows from their order alone; give each its own",
+        label)));
+  return findings;
+}
+
+std::size_t different_positions(const Plan& plan) {
+  const auto places = places_of(plan);
+  std::size_t count = 0;
+  for (std::size_t a = 0; a < places.size(); ++a)
+    count += std::none_of(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(a),
+                          [&](const Place& other) { return same_place(places[a], other); });
+  return count;
+}
+
+Findings about_windows(const Evidence& evidence) {
+  Findings findings;
+  for (const auto& recording : evidence.recordings) {
+    const Channel& channel = require_channel(evidence, recording, "accelerometer");
+    if (!output_of(channel).pulses || channel.timeline.uniform() || channel.values.size() < 8) continue;
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i + 1 < channel.values.size(); ++i)
+      lengths.push_back(channel.time(i + 1) - channel.time(i));
+    auto sorted = lengths;
+    std::ranges::sort(sorted);
+    const double usual = sorted[sorted.size() / 2];
+    const auto unequal = std::ranges::count_if(
+        lengths, [&](double one) { return std::abs(one - usual) > 1e-3 * usual && one < 1.9 * usual; });
+    if (static_cast<double>(unequal) < 0.01 * static_cast<double>(lengths.size())) continue;
+    findings.push_back({Finding::Severity::warning,
+                        fmt::format("{} of {} counting windows differ from {} by more than 0.1 %: counts are taken as "
+                                    "of equal windows, so a window that is really 1 % longer reads 1 % too much. "
+                                    "Record counts of one length, or divide them by their windows and record the rate",
+                                    unequal, lengths.size(), say_seconds(usual)),
+                        recording.origin.file});
+  }
+  return findings;
+}
+
+void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& found) {
+  std::vector<std::string> problems;
+  if (found.output.pulses) {
+    for (const auto& recording : evidence.recordings)
+      find_overflown_samples(evidence, recording, found.solution, problems);
+    if (const auto overflow = overflow_of(found); problems.empty() && overflow.modulus > 0.0)
+      problems.push_back(fmt::format(
+          "the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
+          "read it more often, or add {:.0f} (subtract it where the input axis is down)",
+          quoted(overflow.labels), overflow.modulus, overflow.modulus));
+  }
+  if (problems.empty())
+    for (const double sign : {1.0, -1.0})
+      if (const auto labels = clipped(found.solution, sign); !labels.empty())
+        problems.push_back(
+            fmt::format("{} show the same output, the {} of all, but feel different specific forces: "
+                        "the output is clipped; extend its range, or take these segments out of the "
+                        "recording",
+                        quoted(labels), sign > 0.0 ? "greatest" : "least"));
+  if (problems.empty())
+    if (const auto labels = short_of_the_others(found.solution); labels.size() > 1)
+      problems.push_back(
+          fmt::format("{}, where the specific force is greatest, show less than the other positions say, "
+                      "which without them agree: the output is clipped; extend its range, or take these "
+                      "segments out of the recording",
+                      quoted(labels)));
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+Findings about_misplaced(const Solution& solution) {
+  const std::size_t n = solution.segments.size();
+  if (n < solution.columns.size() + 3 || std::isnan(solution.segments.front().measured)) return {};
+  const Means means(solution);
+  const double all = means.without({}).rms;
+  std::size_t odd = 0;
+  Look best{all, false, {}};
+  for (std::size_t i = 0; i < n; ++i)
+    if (const Look look = means.without({i}); look.enough && look.rms < best.rms) odd = i, best = look;
+  if (!best.enough) return {};
+  const auto& segment = solution.segments[odd];
+  const double expected = best.predicted[0];
+  if (!(best.rms * 5.0 < all) || std::abs(segment.measured - expected) < 20.0 * segment.sd) return {};
+  std::string where;
+  for (const auto& other : solution.segments)
+    if (&other != &segment && where.empty() &&
+        std::abs(other.measured - segment.measured) <
+            10.0 * (best.rms + segment.sd) + 1e-6 * std::abs(segment.measured))
+      where = fmt::format(" It reads as '{}' does: was the rig moved between them?", other.label);
+  const Unit g = Unit::parse("g");
+  return {warning(fmt::format(
+      "'{}' does not agree with the others: it shows {}, they say {}, and without it they agree "
+      "{:.0f} times better. Take it again, or out of the recording.{}",
+      segment.label, say_difference(segment.measured, g), say_difference(expected, g), all / best.rms, where))};
+}
+
+Findings about_signs(const Estimate& estimate, const Settings& settings, const Output& output) {
+  Findings findings;
+  const Parameter* scale = find_parameter(estimate, "scale_factor");
+  if (!scale) return findings;
+  const auto given = given_scale_factor(settings, output);
+  if (scale->value * given.value_or(1.0) < 0.0)
+    findings.push_back(warning(
+        fmt::format("the scale factor is {}: the output falls where the specific force grows. Either the output's "
+                    "polarity is reversed, or the axis counts its angle the other way (enter -th for th), or the input "
+                    "axis points the other way on the fixture, or gravity was taken as -1 g upwards (Tumble: +1 g)",
+                    given ? "of the other sign than the one given" : "negative")));
+  else if (given && std::abs(scale->value / *given - 1.0) > 0.02)
+    findings.push_back(
+        warning(fmt::format("the scale factor differs from the one given by {:.2g} %: is the unit of "
+                            "either right, and the length of the windows?",
+                            100.0 * (scale->value / *given - 1.0))));
+  for (const char* name : {"misalignment_o", "misalignment_p"})
+    if (const Parameter* angle = find_parameter(estimate, name); angle && std::abs(angle->value) > si(2.0, "deg"))
+      findings.push_back(warning(fmt::format(
+          "{} is {:.3g} deg, too much for a small angle: is the zero of the rig's angle where the input axis is level, "
+          "and the accelerometer mounted as the plan says?",
+          name, Unit::parse("deg").from_si(angle->value))));
+  return findings;
+}
+
+}  // namespace tumble::methods::accelerometer

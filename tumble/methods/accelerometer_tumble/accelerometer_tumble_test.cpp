@@ -1,0 +1,410 @@
+// Against the closed forms of evenly spaced positions (harmonics of the angle), in units of the local g:
+//
+//   E/K_1 = (K_0 + K_2/2) + (1 + 3 K_3/4) sin th + delta cos th - (K_2/2) cos 2th + (K_ip/2) sin 2th - (K_3/4) sin 3th
+
+#include <gtest/gtest.h>
+
+#include "tumble/methods/accelerometer/scale_factor.hpp"
+#include "tumble/methods/accelerometer/testing/positions.hpp"
+#include "tumble/methods/testing/answer.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble {
+namespace {
+
+using namespace methods::testing;
+
+const Method& method() { return find_method("accelerometer_tumble"); }
+
+const Coefficients unit{.k_1 = 0.8,
+                        .k_0 = 3.1e-3,
+                        .k_2 = 18e-6,
+                        .k_3 = -9e-6,
+                        .k_ip = 25e-6,
+                        .k_io = -14e-6,
+                        .delta_o = 4.6e-4,
+                        .delta_p = -2.9e-4};
+
+constexpr double rounding = 1e-11;  // of noise-free volts, over regressors of size 1
+
+struct Answer {
+  Evidence evidence;
+  Estimate estimate;
+  double operator()(const std::string& name) const { return local(estimate, name, evidence); }
+};
+
+Answer answer(const std::vector<Position>& positions, const Coefficients& c = unit,
+              const std::function<double(double)>& error = nullptr) {
+  Answer out{evidence_of(positions, c, error), {}};
+  out.estimate = method().identify(out.evidence, {});
+  return out;
+}
+
+/// The same with equal weights.
+Answer even_answer(const std::vector<Position>& positions, const Coefficients& c,
+                   const std::function<double(double)>& error = nullptr) {
+  Answer out{evenly_weighted(evidence_of(positions, c, error)), {}};
+  out.estimate = method().identify(out.evidence, {});
+  return out;
+}
+
+// S_k, C_k of E over n positions: the closed forms for both mounts.
+struct Harmonics {
+  double b0 = 0.0, s[4] = {}, c[4] = {};
+};
+
+Harmonics harmonics(int n, const Coefficients& unit, bool second) {
+  Harmonics h;
+  for (int r = 0; r < n; ++r) {
+    const double th = 2.0 * std::numbers::pi * r / n;
+    const double e = second ? unit(std::sin(th), 0.0, std::cos(th)) : unit(std::sin(th), std::cos(th), 0.0);
+    h.b0 += e / n;
+    for (int k = 1; k < 4; ++k) {
+      h.s[k] += 2.0 / n * e * std::sin(k * th);
+      h.c[k] += (2 * k == n ? 1.0 : 2.0) / n * e * std::cos(k * th);
+    }
+  }
+  return h;
+}
+
+TEST(accelerometer_tumble, many_positions_give_the_closed_form_in_either_mount) {
+  for (const int n : {7, 8, 9, 12, 24})
+    for (const bool second : {false, true}) {
+      const auto h = harmonics(n, unit, second);
+      const auto found = answer(turn(n, second ? -90.0 : 0.0));
+      const double k_1 = h.s[1] + 3.0 * h.s[3];
+      EXPECT_NEAR(found("scale_factor"), k_1, rounding) << n;
+      EXPECT_NEAR(found("third_order_coefficient"), -4.0 * h.s[3] / k_1, 10.0 * rounding) << n;
+      EXPECT_NEAR(found("second_order_coefficient"), -2.0 * h.c[2] / k_1, rounding) << n;
+      EXPECT_NEAR(found("bias"), (h.b0 + h.c[2]) / k_1, rounding) << n;
+      EXPECT_NEAR(found(second ? "cross_coupling_io" : "cross_coupling_ip"), 2.0 * h.s[2] / k_1, rounding) << n;
+      EXPECT_NEAR(found(second ? "misalignment_p" : "misalignment_o"), (second ? -1.0 : 1.0) * h.c[1] / k_1, rounding);
+      EXPECT_TRUE(std::isnan(found(second ? "cross_coupling_ip" : "cross_coupling_io")));
+      EXPECT_TRUE(std::isnan(found(second ? "misalignment_o" : "misalignment_p")));
+      // and the closed form gives the truth
+      EXPECT_NEAR(found("scale_factor"), unit.k_1, rounding);
+      EXPECT_NEAR(found("third_order_coefficient"), unit.k_3, 10.0 * rounding);
+      EXPECT_NEAR(found("bias"), unit.k_0, rounding);
+    }
+}
+
+// (3.5): K = (E_1 - E_3)/2, nabla = (E_1 + E_3)/(2 K), K_0 = (E_2 + E_4)/(2 K), K_2 = (E_1 + E_3 - E_2 - E_4)/(2 K),
+// theta_t = (E_2 - E_4)/(2 K) with p up in position 2, in units of the local g.
+TEST(accelerometer_tumble, four_positions_are_the_four_position_formulas) {
+  const auto found = answer({{90, 0}, {0, 0}, {270, 0}, {180, 0}});
+  const double e1 = unit(1, 0, 0), e2 = unit(0, 1, 0), e3 = unit(-1, 0, 0), e4 = unit(0, -1, 0);
+  const double k = (e1 - e3) / 2.0;
+  EXPECT_NEAR(found("scale_factor"), k, rounding);
+  EXPECT_NEAR(found("scale_factor"), unit.k_1 * (1.0 + unit.k_3), rounding);
+  EXPECT_NEAR(found("bias"), (e2 + e4) / (2.0 * k), rounding);
+  EXPECT_NEAR(found("second_order_coefficient"), (e1 + e3 - e2 - e4) / (2.0 * k), rounding);
+  EXPECT_NEAR(found("misalignment_o"), (e2 - e4) / (2.0 * k), rounding);
+  EXPECT_NEAR(found("bias") + found("second_order_coefficient"), (e1 + e3) / (2.0 * k), rounding);  // nabla
+  EXPECT_EQ(find_parameter(found.estimate, "third_order_coefficient"), nullptr);
+  EXPECT_EQ(find_parameter(found.estimate, "cross_coupling_ip"), nullptr);
+  EXPECT_TRUE(says(found.estimate.findings, "scale_factor stands for K_1 (1 + K_3)"));
+  EXPECT_TRUE(says(found.estimate.findings, "no position shows cross_coupling_io, cross_coupling_ip"));
+  EXPECT_TRUE(says(found.estimate.findings, "leave nothing over"));
+}
+
+TEST(accelerometer_tumble, five_positions_withhold_the_cross_coupling) {
+  const auto found = answer(turn(5));
+  EXPECT_EQ(find_parameter(found.estimate, "cross_coupling_ip"), nullptr);
+  EXPECT_TRUE(
+      says(found.estimate.findings, "cross_coupling_ip is not given: these positions show only K_ip + 0.5 K_3"));
+  EXPECT_NEAR(found("scale_factor"), unit.k_1 * (1.0 + 0.75 * unit.k_3), rounding);
+  EXPECT_EQ(found.estimate.covariance.rows, found.estimate.parameters.size());
+}
+
+TEST(accelerometer_tumble, six_positions_hide_the_third_order_in_the_scale_factor) {
+  const auto found = answer(turn(6));
+  EXPECT_NEAR(found("cross_coupling_ip"), unit.k_ip / (1.0 + 0.75 * unit.k_3), rounding);
+  EXPECT_NEAR(found("scale_factor"), unit.k_1 * (1.0 + 0.75 * unit.k_3), rounding);
+  EXPECT_EQ(find_parameter(found.estimate, "third_order_coefficient"), nullptr);
+  EXPECT_TRUE(says(found.estimate.findings, "scale_factor stands for K_1 (1 + 0.75 K_3)"));
+}
+
+TEST(accelerometer_tumble, irregular_positions_in_both_mounts_give_all) {
+  std::vector<Position> positions;
+  for (const double angle : {3.0, 41.0, 87.0, 111.0, 158.0, 204.0, 260.0, 305.0, 340.0}) {
+    positions.push_back({angle, 0.0});
+    positions.push_back({angle + 10.0, -90.0});
+  }
+  const auto found = answer(positions);
+  EXPECT_NEAR(found("scale_factor"), unit.k_1, rounding);
+  EXPECT_NEAR(found("cross_coupling_ip"), unit.k_ip, rounding);
+  EXPECT_NEAR(found("cross_coupling_io"), unit.k_io, rounding);
+  EXPECT_NEAR(found("misalignment_o"), unit.delta_o, rounding);
+  EXPECT_NEAR(found("misalignment_p"), unit.delta_p, rounding);
+  EXPECT_NEAR(found("third_order_coefficient"), unit.k_3, 10.0 * rounding);
+}
+
+TEST(accelerometer_tumble, what_one_g_hides) {
+  Coefficients hinge = unit;
+  hinge.k_pp = -hinge.k_2;  // an elastic hinge: K_2 comes out twice
+  hinge.k_oo = 7e-6;
+  hinge.k_po = 50e-6;
+  const auto first = answer(turn(12), hinge), second = answer(turn(12, -90.0), hinge);
+  EXPECT_NEAR(first("bias"), hinge.k_0 + hinge.k_pp, rounding);
+  EXPECT_NEAR(first("second_order_coefficient"), 2.0 * hinge.k_2, rounding);
+  EXPECT_TRUE(says(first.estimate.findings,
+                   "K_pp of the instrument does not show by itself at 1 g: it changes bias by + "
+                   "K_pp and second_order_coefficient by - K_pp"));
+  EXPECT_TRUE(says(first.estimate.findings, "never excite K_po"));
+  EXPECT_FALSE(says(first.estimate.findings, "K_oo"));
+  EXPECT_NEAR(second("bias"), hinge.k_0 + hinge.k_oo, rounding);
+  EXPECT_NEAR(second("second_order_coefficient"), hinge.k_2 - hinge.k_oo, rounding);
+  EXPECT_TRUE(says(second.estimate.findings, "it changes bias by + K_oo"));
+
+  auto both = turn(12);
+  for (const auto& one : turn(12, -90.0)) both.push_back(one);
+  const auto found = answer(both, hinge);
+  EXPECT_NEAR(found("second_order_pp"), hinge.k_pp - hinge.k_oo, rounding);
+  EXPECT_NEAR(found("bias"), hinge.k_0 + hinge.k_oo, rounding);
+  EXPECT_NEAR(found("second_order_coefficient"), hinge.k_2 - hinge.k_oo, rounding);
+  EXPECT_TRUE(says(found.estimate.findings, "second_order_pp by - K_oo"));
+}
+
+// sin|sin| = (8/pi)(sin/3 - sin3/15 - ...): on 24 positions 0.34 of it goes into K_1, 0.68 into K_3. The sums over 24
+// positions differ from the integrals by the aliases of its harmonics 21 and beyond, below 0.005.
+TEST(accelerometer_tumble, an_odd_quadratic_term_shows_as_third_order_and_scale_factor) {
+  Coefficients odd = unit;
+  odd.k_oq = 100e-6;
+  const auto found = even_answer(turn(24), odd);
+  EXPECT_NEAR((found("third_order_coefficient") - unit.k_3) / odd.k_oq, 0.68, 0.005);
+  EXPECT_NEAR((found("scale_factor") / unit.k_1 - 1.0) / odd.k_oq, 0.34, 0.005);
+  EXPECT_TRUE(says(found.estimate.findings,
+                   "scale_factor by the factor 1 + 0.34 K_oq and third_order_coefficient by + "
+                   "0.68 K_oq"));
+}
+
+// Harmonics of the head's angle error, d = 20 arcsec: 9.7e-5 rad, whose square is 1e-8 and a thousandth of the effect
+// is 1e-7. Second order and products with the coefficients (1e-3) stay below 3e-7.
+struct HeadError {
+  const char* name;
+  std::function<double(double, double)> error;  ///< of size d at angle th
+  double k_0, k_1, k_2, k_3, k_ip, delta_o;     ///< shifts per d; of K_1 relative
+};
+
+TEST(accelerometer_tumble, errors_of_the_head_go_where_their_harmonics_say) {
+  const HeadError errors[] = {{"constant", [](double d, double) { return d; }, 0, 0, 0, 0, 0, 1},
+                              {"1c", [](double d, double th) { return d * std::cos(th); }, 1, 0, -1, 0, 0, 0},
+                              {"1s", [](double d, double th) { return d * std::sin(th); }, 0, 0, 0, 0, 1, 0},
+                              {"2c", [](double d, double th) { return d * std::cos(2 * th); }, 0, 0, 0, 0, 0, 0.5},
+                              {"2s", [](double d, double th) { return d * std::sin(2 * th); }, 0, 2, 0, -2, 0, 0},
+                              {"3c", [](double d, double th) { return d * std::cos(3 * th); }, 0.5, 0, -1, 0, 0, 0},
+                              {"3s", [](double d, double th) { return d * std::sin(3 * th); }, 0, 0, 0, 0, 1, 0},
+                              {"4s", [](double d, double th) { return d * std::sin(4 * th); }, 0, 1.5, 0, -2, 0, 0}};
+  const double d = 20.0 * arcsec;
+  for (const auto& one : errors) {
+    const auto found = even_answer(turn(12), unit, [&](double th) { return one.error(d, th); });
+    const double tolerance = 7e-7;
+    EXPECT_NEAR(found("bias") - unit.k_0, one.k_0 * d, tolerance) << one.name;
+    EXPECT_NEAR(found("scale_factor") / unit.k_1 - 1.0, one.k_1 * d, tolerance) << one.name;
+    EXPECT_NEAR(found("second_order_coefficient") - unit.k_2, one.k_2 * d, tolerance) << one.name;
+    EXPECT_NEAR(found("third_order_coefficient") - unit.k_3, one.k_3 * d, tolerance) << one.name;
+    EXPECT_NEAR(found("cross_coupling_ip") - unit.k_ip, one.k_ip * d, tolerance) << one.name;
+    EXPECT_NEAR(found("misalignment_o") - unit.delta_o, one.delta_o * d, tolerance) << one.name;
+  }
+}
+
+TEST(accelerometer_tumble, four_positions_take_the_harmonics_of_the_head_otherwise) {
+  const double d = 20.0 * arcsec;
+  const auto d_2s = answer(turn(4), unit, [&](double th) { return d * std::sin(2 * th); });
+  EXPECT_NEAR(d_2s("scale_factor") / unit.k_1, 1.0 + unit.k_3, 1e-8);
+  const auto d_2c = answer(turn(4), unit, [&](double th) { return d * std::cos(2 * th); });
+  EXPECT_NEAR(d_2c("misalignment_o") - unit.delta_o, d, 3e-7);
+  const auto d_3c = answer(turn(4), unit, [&](double th) { return d * std::cos(3 * th); });
+  EXPECT_NEAR(d_3c("bias") - unit.k_0, d, 3e-7);
+  EXPECT_NEAR(d_3c("second_order_coefficient") - unit.k_2, -d, 3e-7);
+}
+
+/// What the rig's own error of one standard deviation does, from the budget.
+double budget(const Estimate& estimate, const std::string& source, const std::string& name) {
+  const Parameter* p = find_parameter(estimate, name);
+  for (const auto& line : estimate.budget)
+    if (line.source == source && p)
+      return std::sqrt(line.variance[static_cast<std::size_t>(p - estimate.parameters.data())]);
+  ADD_FAILURE() << "no " << source << " of " << name;
+  return std::nan("");
+}
+
+/// The trial on a head that is exact but for `option`, 1 arcsec.
+Estimate with_error(const char* option) {
+  Evidence evidence = method().trial(1).evidence;
+  auto& rig = evidence.plan.rig;
+  for (const auto& one : find_rig("dividing_head").options())
+    if (one.name.ends_with("_sd")) rig.set_number(one.name, 0.0, Unit::parse(one.unit));
+  rig.set_number(option, arcsec, Unit::parse("arcsec"));
+  evidence.recordings = {simulate(evidence.plan, 5, {})};
+  return method().identify(evidence, {});
+}
+
+// The same from the rig's own errors, through the budget: 1 arcsec twice per turn is 2 x 4.848e-6 = 9.7 ppm of K_1 and
+// 9.7 ug/g^3 of K_3. The positions are weighted nearly alike, so that the harmonics hold to 2 %.
+TEST(accelerometer_tumble, an_arcsec_twice_per_turn_is_9_7_ppm_and_9_7_micro_g) {
+  const double g = gravity(*method().trial(1).evidence.plan.site);
+  const auto twice = with_error("angle_twice_sd"), once = with_error("angle_once_sd");
+  const std::string c = ", cosine", s = ", sine", at = "angle error of head ";
+  EXPECT_NEAR(budget(twice, at + "twice per turn" + s, "scale_factor") / value(twice, "scale_factor"), 9.7e-6, 2e-7);
+  EXPECT_NEAR(budget(twice, at + "twice per turn" + s, "third_order_coefficient") * g * g, 9.7e-6, 2e-7);
+  EXPECT_NEAR(budget(once, at + "once per turn" + c, "bias") / g, arcsec, 0.02 * arcsec);
+  EXPECT_NEAR(budget(once, at + "once per turn" + c, "second_order_coefficient") * g, arcsec, 0.02 * arcsec);
+}
+
+TEST(accelerometer_tumble, the_zero_of_the_head_is_in_the_misalignment_unless_the_unit_is_turned) {
+  const double d = 20.0 * arcsec;
+  const auto zero = [d](double) { return d; };
+  const auto alone = answer(turn(8), unit, zero);
+  EXPECT_TRUE(says(alone.estimate.findings, "holds the zero of the head"));
+  auto positions = turn(8);
+  for (const auto& one : turn(8, 180.0)) positions.push_back(one);
+  // an ideal head but for its zero, which the estimate then knows of
+  Evidence evidence = evidence_of(positions, unit, zero);
+  evidence.plan.rig.set_flag("ideal", false);
+  for (const auto& option : find_rig("dividing_head").options())
+    if (option.name.ends_with("_sd")) evidence.plan.rig.set_number(option.name, 0.0, Unit::parse(option.unit));
+  evidence.plan.rig.set_number("index_zero_sd", si(30.0, "arcsec"), Unit::parse("arcsec"));
+  const auto estimate = method().identify(evidence, {});
+  EXPECT_NEAR(local(estimate, "misalignment_o", evidence), unit.delta_o, 1e-7);
+  EXPECT_FALSE(says(estimate.findings, "holds the zero of the head"));
+}
+
+// K_1 pulse/s/g is per standard g; where g is G, K_1 G/g0 per local g, K_0 g0/G, K_2 G/g0, K_3 (G/g0)^2.
+TEST(accelerometer_tumble, states_the_coefficients_per_local_g_too) {
+  const auto found = answer(turn(12));
+  const Table* table = find_table(found.estimate, "local_g");
+  ASSERT_NE(table, nullptr);
+  const auto cell = [&](const std::string& name) {
+    for (std::size_t c = 0; c < table->columns.size(); ++c)
+      if (table->columns[c].name == name) return table->columns[c].unit.from_si(std::get<double>(table->rows[0][c]));
+    return std::nan("");
+  };
+  EXPECT_NEAR(cell("scale_factor"), unit.k_1, 1e-10);
+  EXPECT_NEAR(cell("bias"), 1e3 * unit.k_0, 1e-7);
+  EXPECT_NEAR(cell("second_order_coefficient"), 1e6 * unit.k_2, 1e-4);
+  EXPECT_NEAR(cell("third_order_coefficient"), 1e6 * unit.k_3, 1e-3);
+  EXPECT_NEAR(cell("misalignment_o"), unit.delta_o / arcsec, 1e-5);
+}
+
+// b_j/(1 + d) and K_1 = nominal (1 + d): the covariance is that of the differential.
+TEST(accelerometer_tumble, the_covariance_is_that_of_the_normalised_coefficients) {
+  linear::Solution solution;
+  solution.columns =
+      linear::terms_of("pendulous_accelerometer", defaults(find_model("pendulous_accelerometer").constants()),
+                       {"bias", "scale_factor_error"});
+  const double b = 0.03, d = -0.2, nominal = 5.0;
+  solution.fit.parameters = {b, d};
+  solution.fit.covariance = Matrix(2, 2);
+  solution.fit.covariance.values = {4e-6, 1e-6, 1e-6, 9e-6};
+  solution.fit.sources = {{"noise", solution.fit.covariance}};
+  methods::accelerometer::normalise(solution, nominal, {});
+  const double over = 1.0 / (1.0 + d), slope = -b * over * over;
+  EXPECT_NEAR(solution.fit.parameters[0], b * over, 1e-15);
+  EXPECT_NEAR(solution.fit.parameters[1], 4.0, 1e-15);
+  EXPECT_NEAR(solution.fit.covariance(0, 0), over * over * 4e-6 + 2.0 * over * slope * 1e-6 + slope * slope * 9e-6,
+              1e-18);
+  EXPECT_NEAR(solution.fit.covariance(0, 1), nominal * (over * 1e-6 + slope * 9e-6), 1e-18);
+  EXPECT_NEAR(solution.fit.sources[0].covariance(1, 1), 25.0 * 9e-6, 1e-18);
+  EXPECT_EQ(solution.columns[1].name, "scale_factor");
+}
+
+// Bad input
+
+TEST(accelerometer_tumble, a_position_under_two_labels_is_a_repeat) {
+  auto positions = turn(8);
+  positions.push_back({45.0 + 360.0, 0.0});  // the label differs, the place does not
+  const auto found = answer(positions);
+  EXPECT_TRUE(says(found.estimate.findings, "are one position by the plan: they count as repeats"));
+}
+
+TEST(accelerometer_tumble, a_label_of_two_positions_is_doubtful) {
+  Evidence evidence = evidence_of(turn(8), unit);
+  for (const std::size_t k : {1u, 2u}) {
+    evidence.plan.schedule[k].label = "same";
+    evidence.recordings[0].marks[k].label = "same";
+  }
+  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "'same' is the label of different positions"));
+}
+
+TEST(accelerometer_tumble, a_unit_that_clips_is_refused) {
+  Evidence evidence = evidence_of(turn(12), unit);
+  for (auto& v : evidence.recordings[0].channels[0].values) v = std::min(v, 0.75 * unit.k_1);
+  const auto said = refusal(method(), evidence);
+  EXPECT_NE(said.find("show the same output, the greatest of all"), std::string::npos) << said;
+  EXPECT_NE(said.find("'90.000000 roll 0.000000'"), std::string::npos) << said;
+}
+
+// only the positions at +-1 g are clipped: nothing else shows the same
+TEST(accelerometer_tumble, a_unit_that_clips_at_its_greatest_alone_is_refused) {
+  Evidence evidence = evidence_of(turn(12), unit);
+  for (auto& v : evidence.recordings[0].channels[0].values) v = std::clamp(v, -0.95 * unit.k_1, 0.95 * unit.k_1);
+  const auto said = refusal(method(), evidence);
+  EXPECT_NE(said.find("'90.000000 roll 0.000000' and '270.000000 roll 0.000000', where the specific force is greatest"),
+            std::string::npos)
+      << said;
+}
+
+Evidence counted(double pulses_per_g) {
+  Coefficients counter = unit;
+  counter.k_1 = pulses_per_g;
+  Evidence evidence = evidence_of(turn(12), counter);
+  auto& channel = evidence.recordings[0].channels[0];
+  channel.unit = Unit::parse("pulse");
+  channel.kind = QuantityKind::count;
+  double total = 0.0;
+  for (auto& v : channel.values) {
+    const double before = std::floor(total);
+    total += v;
+    v = std::floor(total) - before;
+  }
+  return evidence;
+}
+
+TEST(accelerometer_tumble, a_counter_that_overflows_is_refused) {
+  Evidence whole = counted(40000.0);
+  EXPECT_NO_THROW(method().identify(whole, {}));
+  Evidence evidence = whole;
+  for (auto& v : evidence.recordings[0].channels[0].values)
+    v = v > 32767.0 ? v - 65536.0 : v < -32768.0 ? v + 65536.0 : v;
+  const auto said = refusal(method(), evidence);
+  EXPECT_NE(said.find("by 65536, a power of two: the counter overflowed"), std::string::npos) << said;
+  // a few windows of a position
+  evidence = counted(30000.0);
+  evidence.recordings[0].channels[0].values[40 * 3 + 30] -= 65536.0;
+  EXPECT_NE(refusal(method(), evidence).find("1 count off the others by 65536"), std::string::npos);
+}
+
+TEST(accelerometer_tumble, windows_of_unequal_length_are_named) {
+  Evidence evidence = counted(40000.0);
+  auto& channel = evidence.recordings[0].channels[0];
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < channel.values.size(); ++i)
+    stamps.push_back(static_cast<double>(i) + (i % 2 == 0 ? 0.0 : 0.1));
+  channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
+  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "counting windows differ"));
+}
+
+TEST(accelerometer_tumble, a_head_that_counts_the_other_way_is_named) {
+  const auto found = answer(turn(12), unit, [](double th) { return -2.0 * th; });
+  EXPECT_NEAR(found("scale_factor"), -unit.k_1, 1e-3);
+  EXPECT_TRUE(says(found.estimate.findings, "enter -th for th"));
+}
+
+TEST(accelerometer_tumble, a_position_that_was_not_gone_to_is_named) {
+  Evidence evidence = method().trial(1).evidence;
+  auto& values = evidence.recordings[0].channels[0].values;
+  std::copy_n(values.begin() + 640, 60, values.begin() + 740);  // at 0 deg, the head long at rest
+  std::copy_n(values.begin() + 640, 40, values.begin() + 700);
+  const auto estimate = method().identify(evidence, {});
+  EXPECT_TRUE(says(estimate.findings, "'roll -90 at 60' does not agree with the others"));
+  EXPECT_TRUE(says(estimate.findings, "It reads as 'roll -90 at 0' does"));
+}
+
+TEST(accelerometer_tumble, positions_too_few_are_refused) {
+  EXPECT_NE(refusal(method(), evidence_of({{0, 0}, {180, 0}}, unit)).find("with it up and down"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tumble
