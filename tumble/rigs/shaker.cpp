@@ -50,7 +50,13 @@ std::vector<Option> options() {
       quantity("stroke", "mm", "50 mm", "greatest way from peak to peak; of random vibration, 6 standard deviations"),
       quantity("lowest_frequency", "Hz", "5 Hz", "of what it can do"),
       quantity("highest_frequency", "Hz", "3 kHz", "of what it can do"),
-      quantity("reference_noise", "mg", "1 mg", "standard deviation of one reading of the reference accelerometer")};
+      quantity("reference_noise", "mg", "1 mg", "standard deviation of one reading of the reference accelerometer"),
+      {"reference_output",
+       Option::Type::word,
+       "1",
+       "instant",
+       {"instant", "mean"},
+       "a reading of the reference is the acceleration in the middle of a sample, or the mean over it"}};
   for (auto& option : laboratory_options()) options.push_back(std::move(option));
   for (const auto& imperfection : imperfections()) options.push_back(imperfection.option);
   return options;
@@ -189,6 +195,34 @@ void shake(const Shaker& shaker, double first, double step, std::span<double> ou
   }
 }
 
+/// The fastest that a motion is [Hz]; with what the shaker adds to a sine.
+double fastest(const Motion& motion) {
+  if (motion.kind == Kind::random) return motion.psd_frequency.back();
+  return motion.kind == Kind::hold ? 0.0 : 3.0 * std::max(motion.frequency, motion.to_frequency);
+}
+
+/// Means over windows of `length` about first, first + step, ..., by Gauss' rule of two points on parts of a quarter of
+/// the shortest period: for a sine of that period to 1e-4 of it.
+void mean_shake(const Shaker& shaker, double first, double step, double length, std::span<double> out) {
+  double highest = 0.0;
+  for (const auto& segment : shaker.segments) highest = std::max(highest, fastest(segment.motion));
+  const auto parts = static_cast<std::size_t>(std::ceil(4.0 * highest * length) + 1.0);
+  const double part = length / static_cast<double>(parts), off = 0.5 * part / std::sqrt(3.0);
+  // Windows that follow each other are asked for together.
+  const std::size_t together = std::abs(step - length) < 1e-9 * length ? 64 : 1;
+  std::vector<double> a;
+  for (std::size_t i = 0; i < out.size(); i += together) {
+    const std::size_t windows = std::min(together, out.size() - i);
+    const double begin = first + static_cast<double>(i) * step - 0.5 * length;
+    for (std::size_t w = 0; w < windows; ++w) out[i + w] = 0.0;
+    a.resize(windows * parts);
+    for (const double side : {-off, off}) {
+      shake(shaker, begin + 0.5 * part + side, part, a);
+      for (std::size_t k = 0; k < a.size(); ++k) out[i + k / parts] += 0.5 * a[k] / static_cast<double>(parts);
+    }
+  }
+}
+
 Shaker shaker_of(const RigRun& run) {
   const auto list = errors(run.options);
   const ErrorValues error(list, run.errors);
@@ -266,9 +300,13 @@ Reference reference(const RigRun& run) {
   const double gain = 1.0 + ErrorValues(list, run.errors)("gain of the reference");
   const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");
   Sensor sensor{{"reference", QuantityKind::specific_force, Unit::parse("g"), {0.0, run.rate, nullptr}, {}}, nullptr};
+  const bool mean = run.options.word("reference_output") == "mean";
   sensor.read = [=, rate = run.rate, random = run.random.split("reference")](double first, double step,
                                                                              std::span<double> readings) {
-    shake(*shaker, first, step, readings);
+    if (mean)
+      mean_shake(*shaker, first, step, 1.0 / rate, readings);
+    else
+      shake(*shaker, first, step, readings);
     for (double& reading : readings) reading *= gain;
     add_reading_noise(noise, rate, random, first, step, readings);
   };

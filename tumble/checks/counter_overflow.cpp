@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/checks/support/counts.hpp"
+#include "tumble/core/say.hpp"
+
+namespace tumble::checks {
+
+namespace {
+
+/// A register of so many bits, with or without sign.
+struct Register {
+  int bits = 0;
+  double lowest = 0.0, highest = 0.0;
+};
+
+std::vector<Register> registers() {
+  std::vector<Register> all;
+  for (const int bits : {8, 10, 12, 14, 16, 20, 24, 32}) {
+    const double size = std::ldexp(1.0, bits);
+    all.push_back({bits, 0.0, size - 1.0});
+    all.push_back({bits, -0.5 * size, 0.5 * size - 1.0});
+  }
+  return all;
+}
+
+struct Jumps {
+  std::size_t count = 0, first = 0;
+};
+
+/// Times at which the counts leave the register at one end and come back at the other, within a few usual steps.
+Jumps jumps_in(const std::vector<double>& values, const Register& r, double step) {
+  const double near = 4.0 * step + 2.0;
+  Jumps jumps;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double a = values[i - 1], b = values[i];
+    const bool over = a > r.highest - near && b<r.lowest + near, under = b> r.highest - near && a < r.lowest + near;
+    if (!over && !under) continue;
+    if (jumps.count++ == 0) jumps.first = i;
+  }
+  return jumps;
+}
+
+double usual_step(const std::vector<double>& values) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (std::isfinite(values[i] - values[i - 1])) steps.push_back(std::abs(values[i] - values[i - 1]));
+  if (steps.empty()) return 0.0;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
+  const double step = usual_step(channel.values);
+  for (const Register& r : registers()) {
+    if (spread.lowest < r.lowest || spread.highest > r.highest) continue;
+    // Counts that use the whole of it anyway run over it or do not: that cannot be told.
+    if (16.0 * (step + 1.0) > r.highest - r.lowest) continue;
+    const Jumps jumps = jumps_in(channel.values, r, step);
+    if (jumps.count == 0) continue;
+    return Finding{Finding::Severity::error,
+                   fmt::format("the counter ran over its {} bits{} {} ({:.0f} after {:.0f}), first at {}: add or take "
+                               "off {:.0f} where it did, or count in a wider register or a shorter period",
+                               r.bits, r.lowest < 0.0 ? " with sign" : "",
+                               jumps.count == 1 ? "once" : fmt::format("{} times", jumps.count),
+                               channel.values[jumps.first], channel.values[jumps.first - 1],
+                               say_instant(channel.time(jumps.first)), r.highest - r.lowest + 1.0),
+                   channel.name};
+  }
+  return std::nullopt;
+}
+
+/// Counts that stay at the last number of a register, more of them than one below.
+std::optional<Finding> stopped(const Channel& channel, const Spread& spread) {
+  for (const Register& r : registers())
+    for (const double end : {r.highest, r.lowest}) {
+      if (end == 0.0 || end != (end > 0.0 ? spread.highest : spread.lowest)) continue;
+      const double next = end > 0.0 ? end - 1.0 : end + 1.0;
+      const auto there = std::ranges::count(channel.values, end), before = std::ranges::count(channel.values, next);
+      if (there < 5 || static_cast<double>(there) <= static_cast<double>(before) + 4.0 * std::sqrt(before + 1.0))
+        continue;
+      return Finding{Finding::Severity::error,
+                     fmt::format("the counter stands at {:.0f}, the end of {} bits{}, in {}: pulses beyond are lost; "
+                                 "count in a wider register or a shorter period",
+                                 end, r.bits, r.lowest < 0.0 ? " with sign" : "",
+                                 say_count(static_cast<std::size_t>(there), "window")),
+                     channel.name};
+    }
+  return std::nullopt;
+}
+
+Findings run(const Recording& recording, const Plan*) {
+  Findings findings;
+  for (const Channel& channel : recording.channels) {
+    if (!counts_pulses(channel)) continue;
+    const Spread spread = spread_of(channel);
+    if (!spread.whole) continue;
+    if (auto finding = ran_over(channel, spread))
+      findings.push_back(std::move(*finding));
+    else if (auto other = stopped(channel, spread))
+      findings.push_back(std::move(*other));
+  }
+  return findings;
+}
+
+}  // namespace
+
+extern const Check counter_overflow;
+const Check counter_overflow{"counter_overflow", "pulse counts that run over the end of their register or stop there",
+                             run};
+
+}  // namespace tumble::checks

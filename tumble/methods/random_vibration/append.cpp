@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tumble/methods/random_vibration/statistics.hpp"
+
+namespace tumble::random_vibration {
+namespace {
+
+/// One source: a covariance of all statistics, and the degrees of freedom each part of its diagonal is known with.
+struct Source {
+  std::string name;
+  Matrix covariance;
+  std::vector<double> freedom;
+};
+
+/// The density at zero, joined with what is expected of it as far as the two agree: the expectation has the noise at
+/// rest behind it, and a vibration without reference hides its own density at zero beneath the motion.
+DensityAtZero joined(DensityAtZero density, double expected, double freedom) {
+  if (expected < 0.0) return density;
+  const double of_expected = 2.0 * expected * expected / std::max(1.0, freedom), of_found = density.covariance(0, 0);
+  if (density.white - expected > 2.5 * std::sqrt(of_found + of_expected)) return density;
+  const double own = of_found > 0.0 ? 2.0 * density.white * density.white / of_found : 0.0;
+  const double all = own + freedom;
+  density.white = (own * density.white + freedom * expected) / all;
+  density.covariance(0, 0) = 2.0 * density.white * density.white / all;
+  density.covariance(0, 1) = density.covariance(1, 0) = 0.0;
+  return density;
+}
+
+/// Chance in the vibration and the noise during it.
+Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics) {
+  const std::size_t m = statistics.size();
+  Source source{"chance in the vibration", Matrix(m, m), std::vector<double>(m, 1e6)};
+  std::vector<std::span<const double>> series;
+  std::vector<std::size_t> index;
+  const std::size_t n = exposure.weights.size();
+  for (std::size_t i = 0; i < m; ++i)
+    if (!statistics[i].influence.empty()) {
+      series.push_back(std::span(statistics[i].influence).first(n));
+      index.push_back(i);
+    }
+  const LongRun run = long_run(series, 0.02, false);
+  const auto even = faded_weights(n, 0.0);
+  std::vector<double> sd;
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    const Statistic& s = statistics[index[k]];
+    const auto found = variance_of_sum(joined(run.density[k], s.expected_white, s.expected_freedom),
+                                       s.faded ? exposure.weights : even);
+    sd.push_back(std::sqrt(found.variance));
+    source.freedom[index[k]] = found.degrees_of_freedom;
+  }
+  for (std::size_t k = 0; k < index.size(); ++k)
+    for (std::size_t l = 0; l < index.size(); ++l)
+      source.covariance(index[k], index[l]) = run.correlation(k, l) * sd[k] * sd[l];
+  return source;
+}
+
+/// Of ranges: what the ranges of the blocks scatter by. The greatest of many has the scale of the greatest of few
+/// (Gumbel), but for the slow approach of normal numbers to it, which `shrinking` is for.
+void add_ranges(const std::vector<Statistic>& statistics, Source& source) {
+  std::vector<double> mean(statistics.size(), 0.0);
+  for (std::size_t i = 0; i < statistics.size(); ++i)
+    for (const double r : statistics[i].ranges) mean[i] += r / static_cast<double>(statistics[i].ranges.size());
+  for (std::size_t i = 0; i < statistics.size(); ++i) {
+    const auto& a = statistics[i].ranges;
+    if (a.empty()) continue;
+    source.freedom[i] = static_cast<double>(a.size() - 1);
+    for (std::size_t j = 0; j < statistics.size(); ++j) {
+      const auto& b = statistics[j].ranges;
+      if (b.empty()) continue;
+      double sum = 0.0;
+      for (std::size_t k = 0; k < a.size(); ++k) sum += (a[k] - mean[i]) * (b[k] - mean[j]);
+      source.covariance(i, j) =
+          statistics[i].shrinking * statistics[j].shrinking * sum / static_cast<double>(a.size() - 1);
+    }
+  }
+}
+
+/// An error of each unit, independent between them, that acts by the derivatives `slopes`.
+Source of_units(const std::string& name, const std::vector<Statistic>& statistics, const Exposure& exposure,
+                std::map<std::size_t, double> Statistic::*slopes,
+                const std::function<double(const Measured&)>& variance,
+                const std::function<double(const Measured&)>& freedom) {
+  const std::size_t m = statistics.size();
+  Source source{name, Matrix(m, m), std::vector<double>(m, 0.0)};
+  for (const Measured& unit : exposure.units) {
+    const double v = variance(unit);
+    for (std::size_t i = 0; i < m; ++i) {
+      const auto& a = statistics[i].*slopes;
+      if (!a.contains(unit.unit)) continue;
+      const double own = a.at(unit.unit) * a.at(unit.unit) * v;
+      source.freedom[i] += own * own / freedom(unit);
+      for (std::size_t j = 0; j < m; ++j)
+        if (const auto& b = statistics[j].*slopes; b.contains(unit.unit))
+          source.covariance(i, j) += a.at(unit.unit) * b.at(unit.unit) * v;
+    }
+  }
+  for (std::size_t i = 0; i < m; ++i) {
+    const double v = source.covariance(i, i);
+    source.freedom[i] = source.freedom[i] > 0.0 ? v * v / source.freedom[i] : 1e6;
+  }
+  return source;
+}
+
+Source level(const Exposure& exposure, const std::vector<Statistic>& statistics) {
+  const std::size_t m = statistics.size();
+  Source source{exposure.from_reference ? "gain of the reference" : "level of the vibration", Matrix(m, m),
+                std::vector<double>(m, 1e6)};
+  const double variance = exposure.rms_sd * exposure.rms_sd;
+  for (std::size_t i = 0; i < m; ++i)
+    for (std::size_t j = 0; j < m; ++j) source.covariance(i, j) = statistics[i].level * statistics[j].level * variance;
+  return source;
+}
+
+std::vector<Source> sources_of(const Exposure& exposure, const vibration::Data& data,
+                               const std::vector<Statistic>& statistics) {
+  const auto many = [](const Measured&) { return 1e6; };
+  std::vector<Source> sources{chance(exposure, statistics)};
+  add_ranges(statistics, sources.front());
+  sources.push_back(of_units(
+      "means at rest", statistics, exposure, &Statistic::rest, [](const Measured& u) { return u.rest.variance; },
+      [](const Measured& u) { return u.rest.degrees_of_freedom; }));
+  sources.push_back(of_units(
+      "slow noise", statistics, exposure, &Statistic::rest, [](const Measured& u) { return u.rest.slow_variance; },
+      [](const Measured&) { return 4.0; }));
+  sources.push_back(level(exposure, statistics));
+  sources.push_back(of_units(
+      "scale factor", statistics, exposure, &Statistic::scale,
+      [&](const Measured& u) { return std::pow(data.units[u.unit].scale_relative_sd, 2); }, many));
+  std::erase_if(sources, [&](const Source& s) {
+    return std::ranges::all_of(s.covariance.values, [](double v) { return v == 0.0; });
+  });
+  return sources;
+}
+
+/// Room for `more` parameters in covariance and budget.
+void grow(Estimate& estimate, std::size_t more) {
+  const std::size_t old = estimate.covariance.rows;
+  Matrix wider(old + more, old + more);
+  for (std::size_t i = 0; i < old; ++i)
+    for (std::size_t j = 0; j < old; ++j) wider(i, j) = estimate.covariance(i, j);
+  estimate.covariance = std::move(wider);
+  for (auto& line : estimate.budget) line.variance.resize(old + more, 0.0);
+}
+
+}  // namespace
+
+void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
+            Estimate& estimate) {
+  const std::size_t m = statistics.size(), first = estimate.parameters.size();
+  grow(estimate, m);
+  std::vector<double> squares(m, 0.0);
+  for (const Source& source : sources_of(exposure, data, statistics)) {
+    auto line = std::ranges::find(estimate.budget, source.name, &Contribution::source);
+    if (line == estimate.budget.end()) {
+      estimate.budget.push_back({source.name, std::vector<double>(first + m, 0.0)});
+      line = estimate.budget.end() - 1;
+    }
+    for (std::size_t i = 0; i < m; ++i) {
+      const double v = source.covariance(i, i);
+      line->variance[first + i] += v;
+      squares[i] += v * v / source.freedom[i];
+      for (std::size_t j = 0; j < m; ++j) estimate.covariance(first + i, first + j) += source.covariance(i, j);
+    }
+  }
+  for (std::size_t i = 0; i < m; ++i) {
+    Parameter p = std::move(statistics[i].parameter);
+    const double v = estimate.covariance(first + i, first + i);
+    p.degrees_of_freedom = squares[i] > 0.0 ? std::max(1.0, v * v / squares[i]) : 1e6;
+    estimate.parameters.push_back(std::move(p));
+  }
+}
+
+}  // namespace tumble::random_vibration

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/random_vibration/measure.hpp"
+#include "tumble/methods/random_vibration/statistics.hpp"
+
+namespace tumble::random_vibration {
+
+/// Table `units`: one row a unit and vibration.
+Table units_table(const std::vector<Exposure>& exposures, const vibration::Data& data, const std::vector<Type>& types,
+                  const Estimate& estimate);
+
+/// e_j of each unit: all windows, or of many the lowest and highest of each stretch.
+std::vector<Curve> error_curves(const Exposure& exposure, const vibration::Data& data);
+
+/// What is odd in one vibration, and what the numbers do not say of themselves.
+void look_at(const Exposure& exposure, const vibration::Data& data, Findings& findings);
+
+}  // namespace tumble::random_vibration

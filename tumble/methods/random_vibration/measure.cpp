@@ -1,0 +1,268 @@
+#include "tumble/methods/random_vibration/measure.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "tumble/core/say.hpp"
+#include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::random_vibration {
+namespace {
+
+using Severity = Finding::Severity;
+using vibration::Data;
+using vibration::Series;
+
+constexpr double highest_share = 0.02;  ///< of the sampling rate, to which densities are white + blue f^2 + slow/f
+constexpr double fading = 0.1;          ///< of the vibration, at either end
+
+double plain_mean(std::span<const double> values) {
+  double sum = 0.0, n = 0.0;
+  for (const double v : values)
+    if (std::isfinite(v)) sum += v, ++n;
+  return sum / n;
+}
+
+/// eq. (3.7)
+double standard_deviation(std::span<const double> values) {
+  const double mean = plain_mean(values);
+  double squares = 0.0, n = 0.0;
+  for (const double v : values)
+    if (std::isfinite(v)) squares += (v - mean) * (v - mean), ++n;
+  return std::sqrt(squares / (n - 1.0));
+}
+
+/// The time each part stands for, and with which weight it goes into the difference to the vibration.
+std::vector<Stretch> stretches_of(const Data& data, const vibration::AtRest& parts, const Series& vibrating) {
+  std::vector<Stretch> out{{vibrating.begin, vibrating.end, 1.0}};
+  for (const auto& part : parts.parts)
+    out.push_back({data.series[part.series].begin, data.series[part.series].end, -part.weight});
+  return out;
+}
+
+Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest& parts) {
+  Rest rest;
+  rest.before = rest.after = std::nan("");
+  const double pulse = data.units[vibrating.unit].pulse;
+  double squares = 0.0, slow = 0.0, slow_windows = 0.0, white_windows = 0.0, white_freedom = 0.0;
+  for (const auto& part : parts.parts) {
+    const Series& series = data.series[part.series];
+    const double mean = plain_mean(series.force);
+    (series.middle() < vibrating.middle() ? rest.before : rest.after) = mean;
+    rest.value += part.weight * mean;
+    const auto n = static_cast<double>(series.force.size());
+    const double rounding = pulse / (n * series.window);
+    double variance = rounding * rounding / 6.0, freedom = 1e6;
+    if (series.force.size() >= 64) {
+      const auto run = long_run({series.force}, highest_share, true);
+      const auto& density = run.density.front();
+      const double white = density.white, of_white = density.covariance(0, 0);
+      variance += white / n;
+      freedom = of_white > 0.0 ? std::max(1.0, 2.0 * white * white / of_white) : 1.0;
+      rest.white += n * white;
+      white_windows += n;
+      white_freedom += freedom;
+      slow += n * density.slow;
+      slow_windows += n;
+    } else {
+      const vibration::Mean blocks = vibration::mean_of(series, pulse);
+      variance = blocks.variance;
+      freedom = blocks.degrees_of_freedom;
+    }
+    const double weighted = part.weight * part.weight * variance;
+    rest.variance += weighted;
+    squares += weighted * weighted / freedom;
+  }
+  if (white_windows > 0.0) rest.white /= white_windows;
+  rest.white_freedom = std::max(1.0, white_freedom);
+  if (slow_windows > 0.0) rest.slow_variance = slow / slow_windows * slow_gain(stretches_of(data, parts, vibrating));
+  rest.degrees_of_freedom = squares > 0.0 ? std::max(1.0, rest.variance * rest.variance / squares) : 1e6;
+  rest.both_sides = parts.both_sides;
+  if (parts.parts.size() == 2) {
+    const Series &first = data.series[parts.parts[0].series], &last = data.series[parts.parts[1].series];
+    rest.slope = (rest.after - rest.before) / (last.middle() - first.middle());
+  }
+  return rest;
+}
+
+/// e = sum of the reference and its neighbours, each times a gain: what is left, and the sum of the gains.
+void take_off_reference(const std::vector<double>& reference, int lags, Measured& m) {
+  const auto n = static_cast<Eigen::Index>(std::min(m.error.size(), reference.size()));
+  const Eigen::Index width = 2 * lags + 2;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(width, width);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(width), row(width);
+  const auto fill = [&](Eigen::Index j) {
+    row[0] = 1.0;
+    for (Eigen::Index k = 1; k < width; ++k) row[k] = reference[static_cast<std::size_t>(j + k - 1 - lags)];
+    return row.allFinite() && std::isfinite(m.error[static_cast<std::size_t>(j)]);
+  };
+  for (Eigen::Index j = lags; j < n - lags; ++j) {
+    if (!fill(j)) continue;
+    normal += row * row.transpose();
+    right += row * m.error[static_cast<std::size_t>(j)];
+  }
+  const Eigen::VectorXd gains = normal.ldlt().solve(right);
+  if (!gains.allFinite()) return;
+  m.own.assign(m.error.size(), std::nan(""));
+  for (Eigen::Index j = lags; j < n - lags; ++j)
+    if (fill(j)) m.own[static_cast<std::size_t>(j)] = m.error[static_cast<std::size_t>(j)] - gains.dot(row);
+  m.own_sd = standard_deviation(m.own);
+  m.reference_gain = gains.tail(width - 1).sum();
+}
+
+Measured measured_of(const Data& data, std::size_t index, const std::vector<double>& weights) {
+  const Series& series = data.series[index];
+  const auto& unit = data.units[series.unit];
+  Measured m;
+  m.unit = series.unit;
+  m.series = index;
+  m.per_force = unit.pulse > 0.0 ? series.window / unit.pulse : 1.0;
+  m.rest = rest_of(data, series, vibration::at_rest(data, series));
+  m.lowest = INFINITY, m.highest = -INFINITY;
+  double sum = 0.0, weight = 0.0;
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    const double e = series.force[j] - m.rest.value - m.rest.slope * (series.time[j] - series.middle());
+    m.error.push_back(e);
+    if (!std::isfinite(e)) continue;
+    ++m.windows;
+    sum += weights[j] * e;
+    weight += weights[j];
+    m.lowest = std::min(m.lowest, e);
+    m.highest = std::max(m.highest, e);
+  }
+  m.mean = sum / weight;
+  m.plain_mean = plain_mean(m.error);
+  m.sd = standard_deviation(m.error);
+  return m;
+}
+
+/// Relative standard uncertainty of the level by the plan: as set, else as the rig says.
+double level_sd(const Evidence& evidence, std::size_t recording) {
+  const Settings& settings = evidence.plan.settings;
+  if (settings.has("level_sd")) return settings.number("level_sd");
+  const Plan& plan = plan_of(evidence, recording);
+  if (plan.rig_kind.empty()) return 0.0;
+  const auto errors = find_rig(plan.rig_kind).errors(plan.rig);
+  const auto found = std::ranges::find(errors, std::string("shake amplitude"), &RigError::name);
+  return found == errors.end() ? 0.0 : found->sd;
+}
+
+/// g_rms: set, by the plan, or by the reference.
+void set_level(const Evidence& evidence, const Data& data, std::size_t recording, Exposure& exposure,
+               Findings& findings) {
+  const Settings& settings = evidence.plan.settings;
+  const double planned = std::sqrt(variance(exposure.psd));
+  const Unit g = Unit::parse("g");
+  exposure.rms = settings.has("level") ? settings.number("level") : planned;
+  exposure.rms_sd = level_sd(evidence, recording);
+  const bool wanted = settings.word("level_from") == "reference";
+  if (exposure.reference.empty()) {
+    if (wanted)
+      throw Error(Error::Kind::bad_data, "level_from = \"reference\", and no reference is recorded with the windows");
+    return;
+  }
+  // Instants show all of the vibration, means over the windows the part of it that the windows leave.
+  const double expected =
+      data.reference_integrated ? std::sqrt(window_variance(exposure.psd, exposure.window)) : planned;
+  const double found = planned * standard_deviation(exposure.reference) / expected;
+  const double gain_sd = settings.number("reference_gain_sd");
+  const auto n = static_cast<double>(exposure.reference.size());
+  const double difference = found / exposure.rms - 1.0;
+  const std::string both = fmt::format("{:.5g} g by the reference, {:.5g} g by the {}", g.from_si(found),
+                                       g.from_si(exposure.rms), settings.has("level") ? "setting level" : "plan");
+  const double limit = 3.0 * std::hypot(exposure.rms_sd, gain_sd, 1.0 / std::sqrt(n));
+  if (std::abs(difference) > limit)
+    findings.push_back({Severity::warning,
+                        fmt::format("root mean square of the vibration {}: {:+.1f} %, more than their uncertainties of "
+                                    "{:.1f} % explain; see to the shaker's control, the reference's gain and its "
+                                    "bandwidth (the reference's own noise is in it)",
+                                    both, 100.0 * difference, 100.0 * limit / 3.0),
+                        exposure.label});
+  if (!wanted) return;
+  exposure.rms = found;
+  exposure.rms_sd = gain_sd;
+  exposure.from_reference = true;
+}
+
+void say_level(const Data& data, const Exposure& exposure, Findings& findings) {
+  const Unit g = Unit::parse("g");
+  findings.push_back(
+      {Severity::info,
+       fmt::format(
+           "root mean square of the vibration {:.5g} g {}, known to {:.2g} %", g.from_si(exposure.rms),
+           !exposure.from_reference ? "as commanded or set"
+           : data.reference_integrated
+               ? "by the reference, which over the windows shows part of it: the shape of the density is the plan's"
+               : "by the reference",
+           100.0 * exposure.rms_sd),
+       exposure.label});
+}
+
+}  // namespace
+
+std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size_t blocks) {
+  std::vector<double> out(blocks, 0.0);
+  const std::size_t length = error.size() / blocks;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    double low = INFINITY, high = -INFINITY;
+    for (std::size_t j = b * length; j < (b + 1) * length; ++j) {
+      if (!std::isfinite(error[j])) continue;
+      low = std::min(low, error[j]);
+      high = std::max(high, error[j]);
+    }
+    out[b] = high > low ? high - low : 0.0;
+  }
+  return out;
+}
+
+std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, Findings& findings) {
+  std::map<std::tuple<std::size_t, double, std::string>, std::vector<std::size_t>> groups;
+  std::vector<std::string> problems;
+  for (std::size_t i = 0; i < data.series.size(); ++i) {
+    const Series& series = data.series[i];
+    if (series.shake.kind != Motion::Kind::random) continue;
+    const std::string where = data.units[series.unit].name + ", " + series.label;
+    if (vibration::at_rest(data, series).parts.empty())
+      problems.push_back(where +
+                         ": no segment at rest in the same power-up and position, so that there is nothing to take the "
+                         "pulse error from: record the units with the shaker at rest before and after");
+    else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512)
+      problems.push_back(where + ": fewer than 512 windows, which say nothing of the statistics: vibrate for longer");
+    else
+      groups[{series.recording, series.begin, series.label}].push_back(i);
+  }
+  if (groups.empty() && problems.empty()) problems.emplace_back("the schedule has no random vibration");
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+
+  std::vector<Exposure> out;
+  for (const auto& [key, members] : groups) {
+    const Series& first = data.series[members.front()];
+    Exposure exposure;
+    exposure.label = first.label;
+    exposure.prefix = groups.size() > 1 ? first.label + "." : "";
+    exposure.psd = {first.shake.psd_frequency, first.shake.psd};
+    exposure.window = first.window, exposure.interval = first.interval;
+    exposure.begin = first.begin, exposure.end = first.end;
+    exposure.reference = first.reference;
+    std::size_t n = first.force.size();
+    for (const std::size_t i : members) n = std::min(n, data.series[i].force.size());
+    exposure.weights = faded_weights(n, fading);
+    for (const std::size_t i : members) exposure.units.push_back(measured_of(data, i, exposure.weights));
+    if (!exposure.reference.empty() && data.reference_integrated)
+      for (Measured& unit : exposure.units)
+        take_off_reference(exposure.reference, evidence.plan.settings.integer("reference_lags"), unit);
+    set_level(evidence, data, first.recording, exposure, findings);
+    say_level(data, exposure, findings);
+    out.push_back(std::move(exposure));
+  }
+  return out;
+}
+
+}  // namespace tumble::random_vibration

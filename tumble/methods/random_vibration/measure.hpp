@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/math/long_run.hpp"
+#include "tumble/math/shaped_noise.hpp"
+#include "tumble/methods/vibration/vibration.hpp"
+
+namespace tumble::random_vibration {
+
+/// What the unit shows at rest, carried to the middle of the vibration.
+struct Rest {
+  double value = 0.0, slope = 0.0;  ///< [m/s^2], [m/s^2/s]
+  double variance = 0.0, degrees_of_freedom = 1.0;
+  double white = 0.0;                ///< density at zero of one window [(m/s^2)^2]
+  double white_freedom = 1.0;        ///< degrees of freedom of it
+  double slow_variance = 0.0;        ///< what slow noise adds to the difference between vibration and rest
+  double before = 0.0, after = 0.0;  ///< means [m/s^2]; NaN: none
+  bool both_sides = false;
+};
+
+/// One unit in one vibration. [m/s^2] throughout.
+struct Measured {
+  std::size_t unit = 0, series = 0;
+  Rest rest;
+  std::vector<double> error;    ///< e_j, specific force less that at rest; NaN: missed
+  std::vector<double> own;      ///< e_j less what the reference explains; empty: no reference over the windows
+  double mean = 0.0;            ///< of windows that fade in and out
+  double plain_mean = 0.0;      ///< eq. (3.7)
+  double sd = 0.0;              ///< eq. (3.7)
+  double own_sd = 0.0;          ///< of `own`
+  double reference_gain = 0.0;  ///< of the unit against the reference
+  double lowest = 0.0, highest = 0.0;
+  std::size_t windows = 0;  ///< not missed
+  double per_force = 1.0;   ///< pulses of one window for one m/s^2; 1 where nothing is counted
+};
+
+/// One vibration: its units side by side.
+struct Exposure {
+  std::string label, prefix;  ///< prefix of the parameters: empty where there is only one
+  SpectralDensity psd;        ///< [(m/s^2)^2/Hz] as commanded
+  double window = 0.0, interval = 0.0, begin = 0.0, end = 0.0;  ///< [s]
+  double rms = 0.0;                                             ///< of the vibration [m/s^2], by the plan or measured
+  double rms_sd = 0.0;                                          ///< relative
+  bool from_reference = false;
+  std::vector<double> reference;  ///< [m/s^2] of each window, the first unit's; empty: none
+  std::vector<double> weights;    ///< that fade in and out, of sum 1, on all windows
+  std::vector<Measured> units;
+};
+
+/// Every random vibration of the data. Throws Error::bad_data, bad_input with all that is missing.
+std::vector<Exposure> exposures_of(const Evidence& evidence, const vibration::Data& data, Findings& findings);
+
+/// Highest less lowest error of each of `blocks` equal parts [m/s^2].
+std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size_t blocks);
+
+}  // namespace tumble::random_vibration

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "tumble/methods/method.hpp"
+
+namespace tumble::random_vibration {
+
+/// Units on a shaker, counted, at rest before and after 60 s of random vibration.
+Trial trial(std::uint64_t seed, const std::vector<Option>& options);
+
+}  // namespace tumble::random_vibration

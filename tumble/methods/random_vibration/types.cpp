@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tumble/methods/random_vibration/statistics.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
+
+namespace tumble::random_vibration {
+
+std::vector<Type> types_of(const std::string& text, const std::vector<vibration::UnitUnderTest>& units) {
+  std::vector<Type> types;
+  std::vector<std::string> problems, names;
+  for (const auto& unit : units) names.push_back(unit.name);
+  if (text.empty()) {
+    for (std::size_t u = 0; u < units.size(); ++u) types.push_back({units[u].name, {u}});
+    return types;
+  }
+  std::vector<bool> taken(units.size(), false);
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ';');) {
+    const std::size_t colon = part.find(':');
+    std::istringstream name(part.substr(0, colon)), members(colon == std::string::npos ? "" : part.substr(colon + 1));
+    Type type;
+    std::string more;
+    if (!(name >> type.name) || name >> more || colon == std::string::npos) {
+      problems.push_back(fmt::format("[settings] types: '{}' is not \"name: unit unit\"", part));
+      continue;
+    }
+    for (std::string unit; members >> unit;) {
+      if (unit.ends_with(',')) unit.pop_back();
+      const auto found = std::ranges::find(names, unit);
+      if (found == names.end()) {
+        problems.push_back(fmt::format("[settings] types: no unit '{}' is recorded{} (units: {})", unit,
+                                       did_you_mean(unit, names), fmt::join(names, ", ")));
+        continue;
+      }
+      const auto u = static_cast<std::size_t>(found - names.begin());
+      if (taken[u]) problems.push_back(fmt::format("[settings] types: unit '{}' stands twice", unit));
+      taken[u] = true;
+      type.units.push_back(u);
+    }
+    if (type.units.empty()) problems.push_back(fmt::format("[settings] types: '{}' has no unit", type.name));
+    if (std::ranges::find(types, type.name, &Type::name) != types.end())
+      problems.push_back(fmt::format("[settings] types: '{}' stands twice", type.name));
+    types.push_back(std::move(type));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return types;
+}
+
+}  // namespace tumble::random_vibration
