@@ -233,6 +233,77 @@ TEST(Checks, HostileRecordings) {
   EXPECT_TRUE(run_checks({}, nullptr).empty());
 }
 
+Channel counts(std::vector<double> values) { return channel("accelerometer", "pulse", std::move(values)); }
+
+TEST(Checks, CounterThatRunsOver) {
+  const auto noise = white(4000, 31);
+  // 65 530 pulses a window and a scatter of 3, in 16 bits.
+  auto wrapped = series(4000, [&](std::size_t i) { return std::round(65'530.0 + 3.0 * noise[i]); });
+  std::size_t over = 0;
+  for (double& value : wrapped)
+    if (value > 65'535.0) value -= 65'536.0, ++over;
+  ASSERT_GT(over, 50u);
+  const Findings found = findings_of("counter_overflow", recording({counts(wrapped)}));
+  ASSERT_EQ(found.size(), 1u) << said(found);
+  EXPECT_EQ(found[0].severity, Finding::Severity::error);
+  EXPECT_NE(found[0].message.find("ran over its 16 bits"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("add or take off 65536"), std::string::npos) << found[0].message;
+  // With sign, and a total that runs on.
+  for (const int bits : {16, 24, 32}) {
+    const double size = std::ldexp(1.0, bits), step = size / 500.0;
+    const auto total = series(4000, [&](std::size_t i) {
+      const double sum = std::floor(step * static_cast<double>(i));
+      return sum - size * std::floor(sum / size + 0.5);
+    });
+    EXPECT_NE(
+        only("counter_overflow", recording({counts(total)})).find(std::to_string(bits) + " bits with sign 8 times"),
+        std::string::npos)
+        << bits;
+  }
+}
+
+TEST(Checks, CounterThatStopsAtItsEnd) {
+  const auto noise = white(4000, 32);
+  const auto stopped =
+      series(4000, [&](std::size_t i) { return std::min(4095.0, std::round(4090.0 + 5.0 * noise[i])); });
+  EXPECT_NE(only("counter_overflow", recording({counts(stopped)})).find("stands at 4095, the end of 12 bits, in "),
+            std::string::npos);
+}
+
+TEST(Checks, CounterReadTooLate) {
+  const auto noise = white(4000, 33);
+  auto values = series(4000, [&](std::size_t i) { return std::round(500.0 + 4.0 * noise[i]); });
+  values[1000] = 1003.0;
+  values[2000] = 2498.0;
+  EXPECT_EQ(only("missed_windows", recording({counts(values)})),
+            "accelerometer: 2 windows hold the pulses of several (2 times those of its neighbours at 10 s), 5 windows "
+            "missed: the card was read too late and counted on; leave such windows blank, or share their pulses among "
+            "those missed");
+  EXPECT_TRUE(findings_of("missed_windows", recording({channel("gyro", "deg/h", values)})).empty());
+}
+
+TEST(Checks, UnequalWindows) {
+  const auto noise = white(4000, 34), other = white(4000, 35);
+  std::vector<double> stamps(4000), follow(4000), late(4000);
+  double now = 0.0;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    stamps[i] = now;
+    const double length = 0.005 * (1.0 + 0.02 * noise[i]);
+    now += length;
+    follow[i] = std::round(1e5 * length + other[i]);
+    late[i] = std::round(500.0 + other[i]);
+  }
+  const auto made = [&](std::vector<double> values) {
+    Channel c = counts(std::move(values));
+    c.timeline.rate = 0.0;
+    c.timeline.stamps = std::make_shared<const std::vector<double>>(stamps);
+    return recording({c});
+  };
+  EXPECT_NE(only("unequal_windows", made(follow)).find("scatter by 2 % and the counts go with them"),
+            std::string::npos);
+  EXPECT_TRUE(findings_of("unequal_windows", made(late)).empty());
+}
+
 // ---- what must not be found
 
 struct Clean {
@@ -311,6 +382,24 @@ TEST(ChecksStaySilent, OnRandomWalksAndLongRecords) {
   const Findings findings =
       run_checks(recording({channel("a", "deg/s", white(3'000'000, 301)), channel("b", "pulse", counts)}), nullptr);
   EXPECT_TRUE(findings.empty()) << said(findings);
+}
+
+// Counts of an accelerometer at rest, in sine and in random vibration, wide and narrow, of either sign.
+TEST(ChecksStaySilent, OnPulseCounts) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const auto noise = white(20'000, 400 + seed);
+    for (const double level : {-200.0, 0.0, 10.0, 100.0, 255.0, 1000.0, 32'000.0, 65'535.0})
+      for (const double spread : {0.3, 3.0, 30.0}) {
+        const auto values = series(20'000, [&](std::size_t i) {
+          const double shaken = i / 5000 % 2 == 0 ? noise[i] : 10.0 * std::sin(0.9 * static_cast<double>(i));
+          return std::round(level + spread * shaken);
+        });
+        for (const char* check : {"counter_overflow", "missed_windows", "unequal_windows"}) {
+          const Findings findings = findings_of(check, recording({counts(values)}));
+          EXPECT_TRUE(findings.empty()) << level << ", " << spread << ", seed " << seed << ": " << said(findings);
+        }
+      }
+  }
 }
 
 // Nine minutes of an MPU-6050 at rest whose samples arrive in bursts: nothing is wrong with it but its stamps.

@@ -12,21 +12,23 @@ namespace tumble::checks {
 
 namespace {
 
-/// Median and greatest departure from it of the four counts on either side of a window.
+constexpr std::size_t side = 12;  ///< windows looked at before and behind each
+
+/// Median of the windows about one, and how far all but four of them lie from it.
 struct Neighbours {
   double median = 0.0, scatter = 0.0;
 };
 
 Neighbours neighbours_of(const std::vector<double>& values, std::size_t i) {
-  std::array<double, 8> near;
-  for (std::size_t k = 0; k < 4; ++k) {
-    near[k] = values[i - 4 + k];
-    near[4 + k] = values[i + 1 + k];
+  std::array<double, 2 * side> near;
+  for (std::size_t k = 0; k < side; ++k) {
+    near[k] = values[i - side + k];
+    near[side + k] = values[i + 1 + k];
   }
+  if (!std::ranges::all_of(near, [](double v) { return std::isfinite(v); })) return {0.0, 0.0};
   std::ranges::sort(near);
-  // One of them may be the empty window that belongs to this one.
-  const double median = 0.5 * (near[3] + near[4]);
-  return {median, std::max(near[6] - median, median - near[1])};
+  const double median = 0.5 * (near[side - 1] + near[side]);
+  return {median, std::max(near[2 * side - 3] - median, median - near[2])};
 }
 
 /// Windows that hold k = 2, 3, ... times what their quiet neighbours hold: the card was read too late, and counted on.
@@ -38,7 +40,7 @@ struct Late {
 Late late_reads(const Channel& channel) {
   Late late;
   const auto& values = channel.values;
-  for (std::size_t i = 4; i + 4 < values.size(); ++i) {
+  for (std::size_t i = side; i + side < values.size(); ++i) {
     if (!std::isfinite(values[i])) continue;
     const Neighbours near = neighbours_of(values, i);
     const double size = std::abs(near.median);
