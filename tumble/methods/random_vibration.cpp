@@ -23,7 +23,8 @@ using namespace random_vibration;
 std::vector<Role> roles() {
   return {{"accelerometer", "", true,
            "the units under test, side by side on the fixture: pulses per window, or a current, voltage or specific "
-           "force"},
+           "force",
+           true},
           {"reference", "g", false,
            "reference accelerometer, without gravity: recorded as the mean over each window it is taken off"}};
 }

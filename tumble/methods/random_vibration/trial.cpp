@@ -1,7 +1,7 @@
 #include "tumble/methods/random_vibration/trial.hpp"
 
 #include <cmath>
-#include <numbers>
+#include <string>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
@@ -15,6 +15,29 @@ namespace {
 constexpr double rate = 200.0, at_rest = 20.0, vibrating = 60.0, settling = 0.5;
 constexpr int oversampling = 25;
 
+/// A unit, in the units of its data sheet.
+struct Kind {
+  double pulses, second_order, third_order, walk;
+  double rectification(double a_0) const { return si(second_order, "ug/g^2") + 3.0 * si(third_order, "ug/g^3") * a_0; }
+  double per_force() const { return si(pulses, "pulse/s/g") / rate; }
+};
+constexpr Kind first{2000.0, 20.0, 0.5, 60.0}, second{2500.0, 45.0, 1.0, 150.0};
+
+Settings truth_of(const Kind& unit, Settings truth) {
+  const auto set = [&](const char* name, double value, const char* shown) {
+    truth.set_number(name, si(value, shown), Unit::parse(shown));
+  };
+  truth.set_word("output", "count");
+  truth.set_integer("oversampling", oversampling);
+  set("pulse_scale_factor", unit.pulses, "pulse/s/g");
+  set("bias", 3.0, "mg");
+  set("second_order_coefficient", unit.second_order, "ug/g^2");
+  set("third_order_coefficient", unit.third_order, "ug/g^3");
+  set("angle_random_walk", unit.walk, "ug/sqrt(Hz)");
+  set("bias_instability", 3.0, "ug");
+  return truth;
+}
+
 /// The point at 20.8 Hz is there to make the edge at 20 Hz steep: it is smoothed over a quarter of the least distance.
 SpectralDensity density() {
   const double s = si(0.1, "g^2/Hz");
@@ -23,7 +46,7 @@ SpectralDensity density() {
 
 Plan plan_of(const std::vector<Option>& options) {
   Plan plan = methods::trial_plan("random_vibration", options, "pendulous_accelerometer", "shaker", rate);
-  plan.settings.set_word("scale_factor", "2000 pulse/s/g");
+  plan.settings.set_word("scale_factor", "accelerometer: 2000 pulse/s/g, Q1: 2500 pulse/s/g");
   plan.settings.set_number("scale_factor_sd", 1e-4, Unit::parse("%"));
   plan.settings.set_number("settling", settling, Unit::parse("s"));
   const auto psd = density();
@@ -36,14 +59,8 @@ Plan plan_of(const std::vector<Option>& options) {
        1,
        {{"shake", Motion{.kind = Motion::Kind::random, .psd_frequency = psd.frequency, .psd = psd.density}}}},
       {"after", at_rest, 1, {{"shake", Motion{}}}}};
-  plan.truth.set_word("output", "count");
-  plan.truth.set_integer("oversampling", oversampling);
-  methods::set_truth(plan, "pulse_scale_factor", 2000.0, "pulse/s/g");
-  methods::set_truth(plan, "bias", 3.0, "mg");
-  methods::set_truth(plan, "second_order_coefficient", 20.0, "ug/g^2");
-  methods::set_truth(plan, "third_order_coefficient", 0.5, "ug/g^3");
-  methods::set_truth(plan, "angle_random_walk", 60.0, "ug/sqrt(Hz)");
-  methods::set_truth(plan, "bias_instability", 3.0, "ug");
+  plan.truth = truth_of(first, plan.truth);
+  plan.beside = {{"Q1", plan.instrument_model, truth_of(second, plan.truth)}};
   return plan;
 }
 
@@ -70,15 +87,24 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   trial.evidence.recordings = {simulate(trial.evidence.plan, seed, {})};
   const Site& site = *trial.evidence.plan.site;
   const double a_0 = normal_gravity(site.latitude, site.height), square = variance(density());
-  const double rectification = si(20.0, "ug/g^2") + 3.0 * si(0.5, "ug/g^3") * a_0;
-  const double walk = si(60.0, "ug/sqrt(Hz)");
-  const double sd = std::sqrt(of_windows + walk * walk * rate + std::pow(si(0.1, "g"), 2) / 6.0);
-  const double per_force = 2000.0 / si(1.0, "g") / rate;
-  const double windows = (vibrating - settling) * rate;
-  trial.truth = {{"pulse_error_mean", per_force * rectification * square},
-                 {"pulse_error_sd", per_force * sd},
-                 {"pulse_error_peak_to_peak", 2.0 * per_force * sd * greatest_of(windows).mean},
-                 {"vibration_rectification", rectification}};
+  const double peaks = 2.0 * greatest_of((vibrating - settling) * rate).mean;
+  const auto sd_of = [&](const Kind& unit) {
+    const double walk = si(unit.walk, "ug/sqrt(Hz)");
+    return std::sqrt(of_windows + walk * walk * rate + 1.0 / 6.0 / (unit.per_force() * unit.per_force()));
+  };
+  const auto add = [&](const std::string& prefix, const Kind& unit) {
+    const double k = unit.per_force(), rectification = unit.rectification(a_0);
+    trial.truth.emplace_back(prefix + "pulse_error_mean", k * rectification * square);
+    trial.truth.emplace_back(prefix + "pulse_error_sd", k * sd_of(unit));
+    trial.truth.emplace_back(prefix + "pulse_error_peak_to_peak", peaks * k * sd_of(unit));
+    trial.truth.emplace_back(prefix + "vibration_rectification", rectification);
+  };
+  add("accelerometer.", first);
+  add("Q1.", second);
+  const std::string over = "accelerometer_over_Q1.";
+  trial.truth.emplace_back(over + "mean_ratio", first.rectification(a_0) / second.rectification(a_0));
+  trial.truth.emplace_back(over + "sd_ratio", sd_of(first) / sd_of(second));
+  trial.truth.emplace_back(over + "peak_to_peak_ratio", sd_of(first) / sd_of(second));
   return trial;
 }
 

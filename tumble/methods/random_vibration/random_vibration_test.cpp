@@ -1,0 +1,206 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tumble/math/random.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/random_vibration/measure.hpp"
+#include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/methods/random_vibration/statistics.hpp"
+#include "tumble/methods/testing/answer.hpp"
+#include "tumble/models/electronics/response.hpp"
+#include "tumble/sim/simulate.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using namespace random_vibration;
+
+const SpectralDensity paper{{20.0, 2000.0}, {0.1, 0.1}};  // g^2/Hz
+
+Trial trial(std::uint64_t seed) { return find_method("random_vibration").trial(seed); }
+Estimate identified(const Evidence& evidence) { return find_method("random_vibration").identify(evidence, {}); }
+
+double sd(const Estimate& estimate, const std::string& name) {
+  const Parameter* p = find_parameter(estimate, name);
+  return p ? standard_uncertainty(estimate, static_cast<std::size_t>(p - estimate.parameters.data())) : std::nan("");
+}
+
+// The numbers that Lu Hanjie et al. imply, to the last digit printed: eq. (3.12), (3.13).
+TEST(RandomVibration, NumbersOfThePaper) {
+  EXPECT_NEAR(std::sqrt(variance(paper)), 14.0712, 1e-4);
+  EXPECT_NEAR(variance(paper), 198.0, 1e-9);
+  EXPECT_NEAR(std::sqrt(window_variance(paper, 0.005)), 2.8143, 1e-4);
+  EXPECT_NEAR(window_variance(paper, 0.005), 0.1 * 79.2, 0.1 * 0.05);
+  EXPECT_NEAR(10e-6 * variance(paper), 1.98e-3, 1e-12);
+  EXPECT_NEAR(20e-6 * variance(paper), 3.96e-3, 1e-12);
+  // Standard deviation of the plain mean over 100 s from the motion itself: 1.6e-4 g.
+  const double g = 9.80665, time = 100.0;
+  const SpectralDensity si_paper{paper.frequency, {0.1 * g * g, 0.1 * g * g}};
+  const double of_mean = std::sqrt(2.0 * velocity_variance(si_paper)) / time / g;
+  EXPECT_NEAR(of_mean, std::sqrt(0.1 / (2.0 * M_PI * M_PI * time * time * 20.0)), 0.01 * of_mean);
+  EXPECT_NEAR(of_mean, 1.6e-4, 0.05e-4);
+  EXPECT_NEAR(density_of_square(paper), 19.8, 1e-9);
+}
+
+// K_2 = 20 ug/g^2, K_3 = 0.5 ug/g^3, a_0 = 1 g: 4.257e-3 g, by a million numbers of 14.071 g.
+TEST(RandomVibration, RectificationBySimulation) {
+  const double rms = std::sqrt(variance(paper));
+  std::vector<double> a(1'000'000);
+  RandomStream(12).normal(0, a);
+  double sum = 0.0, squares = 0.0;
+  for (const double v : a) {
+    const double x = 1.0 + rms * v, y = 20e-6 * (x * x - 1.0) + 0.5e-6 * (x * x * x - 1.0);
+    // What is odd in v has no mean: taken out, else it is nearly all of the scatter.
+    const double even = y - (2.0 * 20e-6 + 3.0 * 0.5e-6) * rms * v - 0.5e-6 * std::pow(rms * v, 3);
+    sum += even;
+    squares += even * even;
+  }
+  const double n = 1e6, mean = sum / n, of_mean = std::sqrt((squares / n - mean * mean) / n);
+  EXPECT_NEAR(mean, 4.257e-3, 4.0 * of_mean + 5e-7);
+}
+
+// eq. (3.14): a constant of p pulses a window gives variance p(1 - p) and lag-1 correlation -min/max of p and 1 - p.
+TEST(RandomVibration, RoundingOfAConstant) {
+  for (const double p : {0.0, 0.1, 0.25, 0.5, 0.7}) {
+    auto counter = electronics::pulse_counter(1.0, 0.37);
+    // A little off p, so that the fraction runs through all phases: 1e-7 of a window.
+    std::vector<double> n(100'000, 7.0 + p + 1e-7);
+    counter(n);
+    double mean = 0.0, squares = 0.0, products = 0.0;
+    for (const double v : n) mean += v / 1e5;
+    for (std::size_t j = 0; j + 1 < n.size(); ++j) {
+      squares += (n[j] - mean) * (n[j] - mean) / 1e5;
+      products += (n[j] - mean) * (n[j + 1] - mean) / 1e5;
+    }
+    EXPECT_NEAR(squares, p * (1.0 - p), 1e-3) << p;
+    if (p > 0.0) EXPECT_NEAR(products / squares, -std::min(p, 1 - p) / std::max(p, 1 - p), 1e-2) << p;
+    EXPECT_NEAR(mean, 7.0 + p, 1.1e-5) << p;  // one pulse of the whole run at most
+  }
+}
+
+TEST(RandomVibration, GreatestOfNormalNumbers) {
+  EXPECT_NEAR(greatest_of(1.0).mean, 0.0, 1e-3);
+  EXPECT_NEAR(greatest_of(2.0).mean, 1.0 / std::sqrt(M_PI), 1e-3);
+  EXPECT_NEAR(greatest_of(2.0).sd, std::sqrt(1.0 - 1.0 / M_PI), 1e-3);
+  EXPECT_NEAR(greatest_of(1000.0).mean, 3.2414, 2e-3);  // tables of normal order statistics
+  EXPECT_NEAR(greatest_of(1000.0).sd, 0.3514, 2e-3);
+}
+
+// Gaussian vibration of 14.07 g about +1 g, cut at 30 g: 4 sigma of a million.
+TEST(RandomVibration, ClippingBySimulation) {
+  const double rms = 14.0712, range = 30.0;
+  std::vector<double> a(1'000'000);
+  RandomStream(9).normal(0, a);
+  double beyond = 0.0, shift = 0.0, squares = 0.0;
+  for (const double v : a) {
+    const double x = 1.0 + rms * v, lost = std::clamp(x, -range, range) - x;
+    beyond += lost != 0.0;
+    shift += lost;
+    squares += lost * lost;
+  }
+  const Clipping clip = clipping(1.0, rms, range);
+  EXPECT_NEAR(clip.share, beyond / 1e6, 4.0 * std::sqrt(clip.share / 1e6));
+  EXPECT_NEAR(clip.shift, shift / 1e6, 4.0 * std::sqrt(squares) / 1e6);
+  EXPECT_LT(clip.shift, -0.02);  // downwards: the offset brings the upper peaks nearer to the end
+  EXPECT_EQ(clipping(0.0, rms, range).shift, 0.0);
+}
+
+// Both units feel the same: of the ratio of their means hardly more is left uncertain than the noise at rest makes.
+TEST(RandomVibration, CommonVibrationCancelsInTheRatio) {
+  const Trial t = trial(1);
+  const Estimate e = identified(t.evidence);
+  const double first = sd(e, "accelerometer.pulse_error_sd") / value(e, "accelerometer.pulse_error_sd");
+  EXPECT_LT(sd(e, "accelerometer_over_Q1.sd_ratio"), 0.1 * first);
+  EXPECT_NEAR(value(e, "accelerometer_over_Q1.sd_ratio"), 1.0, 1e-3);
+  const auto ratio = value(e, "accelerometer_over_Q1.mean_ratio");
+  EXPECT_LT(ratio, 0.6);
+  EXPECT_TRUE(says(e.findings, "the standard deviation is of the motion"));
+}
+
+TEST(RandomVibration, UnitsAreGroupedIntoTypes) {
+  const std::vector<vibration::UnitUnderTest> units{{.name = "Q1"}, {.name = "Q2"}, {.name = "S1"}};
+  const auto types = types_of("quartz: Q1 Q2; wire: S1", units);
+  ASSERT_EQ(types.size(), 2u);
+  EXPECT_EQ(types[0].units, (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(types[1].name, "wire");
+  EXPECT_EQ(types_of("", units).size(), 3u);
+  try {
+    types_of("quartz: Q1 Q3; wire: S1 Q1; ; odd; empty:", units);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_EQ(error.problems.size(), 5u) << error.what();
+    EXPECT_NE(std::string(error.what()).find("no unit 'Q3' is recorded"), std::string::npos) << error.what();
+  }
+}
+
+/// A unit whose only error is white noise of 3 mg a window, beside a reference over the windows. 0.5 mg noise.
+Evidence with_reference(const char* how, int steps) {
+  Evidence evidence = trial(1).evidence;
+  Plan& plan = evidence.plan;
+  plan.beside.clear();
+  plan.settings.set_word("scale_factor", "2000 pulse/s/g");
+  plan.settings.set_word("reference_is", std::string(how) == "mean" ? "window" : "instant");
+  plan.rig.set_word("reference_output", how);
+  plan.truth.set_word("output", "specific_force");
+  plan.truth.set_integer("oversampling", steps);
+  plan.truth.set_number("angle_random_walk", si(3.0, "mg") / std::sqrt(200.0), Unit());
+  evidence.recordings = {simulate(plan, 3, {})};
+  return evidence;
+}
+
+// What is left is the unit's own 3 mg and the reference's 1 mg, of 2.8 g: 1 % of it the rectified a^2 and what the
+// steps of the simulation, 100 a window, do to 2 kHz.
+TEST(RandomVibration, ReferenceOverTheWindowsShowsTheUnitsOwnError) {
+  const Estimate e = identified(with_reference("mean", 400));
+  EXPECT_GT(value(e, "pulse_error_sd"), si(2.5, "g"));
+  EXPECT_NEAR(value(e, "pulse_error_sd_own"), si(std::hypot(3.0, 1.0), "mg"), si(0.6, "mg"));
+  EXPECT_TRUE(says(e.findings, "is motion that the reference shows as well"));
+}
+
+// An instant tells the level, with all of the band, but not the mean over the window.
+TEST(RandomVibration, ReferenceOfInstantsTellsTheLevel) {
+  Evidence evidence = with_reference("instant", 25);
+  EXPECT_EQ(find_parameter(identified(evidence), "pulse_error_sd_own"), nullptr);
+  evidence.plan.settings.set_word("level_from", "reference");
+  const Estimate e = identified(evidence);
+  const double truth = trial(1).truth[3].second;
+  EXPECT_NEAR(value(e, "vibration_rectification"), truth, 4.0 * sd(e, "vibration_rectification"));
+  EXPECT_TRUE(says(e.findings, "by the reference"));
+  evidence.plan.settings.set_number("level", si(15.5, "g"), Unit::parse("g"));
+  EXPECT_NE(refusal(find_method("random_vibration"), evidence).find("exclude each other"), std::string::npos);
+  evidence.plan.settings.set_word("level_from", "plan");
+  EXPECT_TRUE(says(identified(evidence).findings, "by the setting level"));
+}
+
+TEST(RandomVibration, ClippingIsSaidAndWhatToDo) {
+  Evidence evidence = trial(1).evidence;
+  evidence.plan.settings.set_number("range", si(30.0, "g"), Unit::parse("g"));
+  EXPECT_TRUE(says(identified(evidence).findings, "vibrate at a lower level or use a unit of wider range"));
+  evidence.plan.settings.set_number("range", si(90.0, "g"), Unit::parse("g"));
+  EXPECT_FALSE(says(identified(evidence).findings, "clips"));
+}
+
+TEST(RandomVibration, RestOnOneSideOnlyAndNone) {
+  Evidence evidence = trial(1).evidence;
+  evidence.plan.schedule[2].axes["shake"] = evidence.plan.schedule[1].axes["shake"];
+  const Estimate e = identified(evidence);  // "after" is taken for a second vibration
+  EXPECT_TRUE(says(e.findings, "at rest only before the vibration"));
+  EXPECT_NE(find_parameter(e, "random.accelerometer.pulse_error_mean"), nullptr);
+  evidence.plan.schedule[0].axes["shake"] = evidence.plan.schedule[1].axes["shake"];
+  const std::string words = refusal(find_method("random_vibration"), evidence);
+  EXPECT_NE(words.find("record the units with the shaker at rest before and after"), std::string::npos) << words;
+}
+
+TEST(RandomVibration, KnocksAreSaid) {
+  Evidence evidence = trial(1).evidence;
+  auto& values = evidence.recordings[0].channels[0].values;
+  values[8000] += 400.0;
+  values[9000] -= 400.0;
+  EXPECT_TRUE(says(identified(evidence).findings, "knocks, a loose unit or lost pulses"));
+}
+
+}  // namespace
+}  // namespace tumble
