@@ -201,19 +201,18 @@ double fastest(const Motion& motion) {
   return motion.kind == Kind::hold ? 0.0 : 3.0 * std::max(motion.frequency, motion.to_frequency);
 }
 
-/// Means over windows of `length` about first, first + step, ..., by Gauss' rule of two points on parts of a quarter of
-/// the shortest period: for a sine of that period to 1e-4 of it.
-void mean_shake(const Shaker& shaker, double first, double step, double length, std::span<double> out) {
+/// Means over windows of length `step` about first, first + step, ..., by Gauss' rule of two points on parts of a
+/// quarter of the shortest period: for a sine of that period to 1e-4 of it.
+void mean_shake(const Shaker& shaker, double first, double step, std::span<double> out) {
   double highest = 0.0;
   for (const auto& segment : shaker.segments) highest = std::max(highest, fastest(segment.motion));
-  const auto parts = static_cast<std::size_t>(std::ceil(4.0 * highest * length) + 1.0);
-  const double part = length / static_cast<double>(parts), off = 0.5 * part / std::sqrt(3.0);
-  // Windows that follow each other are asked for together.
-  const std::size_t together = std::abs(step - length) < 1e-9 * length ? 64 : 1;
+  const auto parts = static_cast<std::size_t>(std::ceil(4.0 * highest * step) + 1.0);
+  const double part = step / static_cast<double>(parts), off = 0.5 * part / std::sqrt(3.0);
+  constexpr std::size_t together = 64;
   std::vector<double> a;
   for (std::size_t i = 0; i < out.size(); i += together) {
     const std::size_t windows = std::min(together, out.size() - i);
-    const double begin = first + static_cast<double>(i) * step - 0.5 * length;
+    const double begin = first + (static_cast<double>(i) - 0.5) * step;
     for (std::size_t w = 0; w < windows; ++w) out[i + w] = 0.0;
     a.resize(windows * parts);
     for (const double side : {-off, off}) {
@@ -304,7 +303,7 @@ Reference reference(const RigRun& run) {
   sensor.read = [=, rate = run.rate, random = run.random.split("reference")](double first, double step,
                                                                              std::span<double> readings) {
     if (mean)
-      mean_shake(*shaker, first, step, 1.0 / rate, readings);
+      mean_shake(*shaker, first, step, readings);
     else
       shake(*shaker, first, step, readings);
     for (double& reading : readings) reading *= gain;

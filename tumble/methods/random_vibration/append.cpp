@@ -20,9 +20,11 @@ DensityAtZero joined(DensityAtZero density, double expected, double freedom) {
   if (expected < 0.0) return density;
   const double of_expected = 2.0 * expected * expected / std::max(1.0, freedom), of_found = density.covariance(0, 0);
   if (density.white - expected > 2.5 * std::sqrt(of_found + of_expected)) return density;
+  // It is a model (no K_3, no noise that the vibration raises), not to be trusted as far as its own evidence goes.
+  freedom = std::min(freedom, 8.0);
   const double own = of_found > 0.0 ? 2.0 * density.white * density.white / of_found : 0.0;
   const double all = own + freedom;
-  density.white = (own * density.white + freedom * expected) / all;
+  density.white = std::max(expected, (own * density.white + freedom * expected) / all);
   density.covariance(0, 0) = 2.0 * density.white * density.white / all;
   density.covariance(0, 1) = density.covariance(1, 0) = 0.0;
   return density;

@@ -166,6 +166,7 @@ Statistic ratio_of(const Statistic& over, const Statistic& under) {
   add_scaled(out, over, 1.0 / under.parameter.value);
   add_scaled(out, under, -value / under.parameter.value);
   out.parameter.value = value;
+  out.shrinking = 1.0;  // the difference of two units at one peak does not depend on how rare the peak is
   return out;
 }
 

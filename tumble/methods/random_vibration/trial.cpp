@@ -90,7 +90,11 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   const double peaks = 2.0 * greatest_of((vibrating - settling) * rate).mean;
   const auto sd_of = [&](const Kind& unit) {
     const double walk = si(unit.walk, "ug/sqrt(Hz)");
-    return std::sqrt(of_windows + walk * walk * rate + 1.0 / 6.0 / (unit.per_force() * unit.per_force()));
+    // Slope of K_2 a^2 + K_3 a^3 about a_0, mean over the vibration.
+    const double slope =
+        1.0 + 2.0 * si(unit.second_order, "ug/g^2") * a_0 + 3.0 * si(unit.third_order, "ug/g^3") * (a_0 * a_0 + square);
+    return std::sqrt(slope * slope * of_windows + walk * walk * rate +
+                     1.0 / 6.0 / (unit.per_force() * unit.per_force()));
   };
   const auto add = [&](const std::string& prefix, const Kind& unit) {
     const double k = unit.per_force(), rectification = unit.rectification(a_0);
