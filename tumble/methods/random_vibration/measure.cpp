@@ -1,6 +1,7 @@
 #include "tumble/methods/random_vibration/measure.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -224,20 +225,24 @@ std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size
 
 std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, Findings& findings) {
   std::map<std::tuple<std::size_t, double, std::string>, std::vector<std::size_t>> groups;
-  std::vector<std::string> problems;
+  std::vector<std::string> problems, without;
   for (std::size_t i = 0; i < data.series.size(); ++i) {
     const Series& series = data.series[i];
     if (series.shake.kind != Motion::Kind::random) continue;
     const std::string where = data.units[series.unit].name + ", " + series.label;
-    if (vibration::at_rest(data, series).parts.empty())
-      problems.push_back(where +
-                         ": no segment at rest in the same power-up and position, so that there is nothing to take the "
-                         "pulse error from: record the units with the shaker at rest before and after");
-    else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512)
+    if (vibration::at_rest(data, series).parts.empty()) {
+      if (std::ranges::find(without, series.label) == without.end()) without.push_back(series.label);
+    } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512)
       problems.push_back(where + ": fewer than 512 windows, which say nothing of the statistics: vibrate for longer");
     else
       groups[{series.recording, series.begin, series.label}].push_back(i);
   }
+  if (!without.empty())
+    problems.push_back(
+        fmt::format("{}: no segment at rest in the same power-up and position, so that there is nothing "
+                    "to take the pulse error from: record the units with the shaker at rest before and "
+                    "after",
+                    fmt::join(without, ", ")));
   if (groups.empty() && problems.empty()) problems.emplace_back("the schedule has no random vibration");
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 

@@ -126,7 +126,8 @@ void append_unit(const Exposure& exposure, const Data& data, const Measured& uni
     Statistic own;
     own.parameter.value = unit.own_sd;
     own.influence = squares_of(unit.own, 0.0, 0.5 / unit.own_sd);
-    own.level = unit.own_sd;
+    const double rounding = vibration::rounding_variance(under_test, exposure.window);
+    own.level = std::max(0.0, unit.own_sd - rounding / unit.own_sd);  // rounding does not grow with the vibration
     own.scale[unit.unit] = -unit.own_sd;
     own = times(own, unit.per_force);
     if (under_test.pulse > 0.0) own.scale.clear();
