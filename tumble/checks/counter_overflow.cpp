@@ -45,10 +45,13 @@ Jumps jumps_in(const std::vector<double>& values, const Register& r, double step
   return jumps;
 }
 
-double usual_step(const std::vector<double>& values) {
+/// Nine in ten steps are smaller, on a circle of that size: a jump over the end is a small step there.
+double usual_step(const std::vector<double>& values, double size) {
   std::vector<double> steps;
-  for (std::size_t i = 1; i < values.size(); ++i)
-    if (std::isfinite(values[i] - values[i - 1])) steps.push_back(std::abs(values[i] - values[i - 1]));
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i] - values[i - 1]);
+    if (std::isfinite(step)) steps.push_back(std::min(step, std::abs(size - step)));
+  }
   if (steps.empty()) return 0.0;
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
   std::nth_element(steps.begin(), middle, steps.end());
@@ -56,9 +59,9 @@ double usual_step(const std::vector<double>& values) {
 }
 
 std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
-  const double step = usual_step(channel.values);
   for (const Register& r : registers()) {
     if (spread.lowest < r.lowest || spread.highest > r.highest) continue;
+    const double step = usual_step(channel.values, r.highest - r.lowest + 1.0);
     // Counts that use the whole of it anyway run over it or do not: that cannot be told.
     if (16.0 * (step + 1.0) > r.highest - r.lowest) continue;
     const Jumps jumps = jumps_in(channel.values, r, step);
@@ -82,7 +85,8 @@ std::optional<Finding> stopped(const Channel& channel, const Spread& spread) {
       if (end == 0.0 || end != (end > 0.0 ? spread.highest : spread.lowest)) continue;
       const double next = end > 0.0 ? end - 1.0 : end + 1.0;
       const auto there = std::ranges::count(channel.values, end), before = std::ranges::count(channel.values, next);
-      if (there < 5 || static_cast<double>(there) <= static_cast<double>(before) + 4.0 * std::sqrt(before + 1.0))
+      if (there < 5 || static_cast<double>(there) <=
+                           static_cast<double>(before) + 4.0 * std::sqrt(static_cast<double>(before) + 1.0))
         continue;
       return Finding{Finding::Severity::error,
                      fmt::format("the counter stands at {:.0f}, the end of {} bits{}, in {}: pulses beyond are lost; "
