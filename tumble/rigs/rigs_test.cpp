@@ -245,6 +245,36 @@ TEST(Shaker, SineAlongXOnTopOfGravity) {
   }
 }
 
+// Means over 5 ms of a sine of 80 Hz are its middle times sinc(0.4); of random vibration up to 2 kHz, sums of 400
+// steps: to 1e-3 g of 2.8 g, and without the gravity that the instrument feels.
+TEST(Shaker, ReferenceAsMeanOverTheSamples) {
+  const Rig& rig = find_rig("shaker");
+  const auto options = with(rig, {{"reference_noise", "0 mg", "test"}, {"reference_output", "mean", "test"}});
+  const double window = 0.005;
+  std::vector<double> readings(500);
+  rig.reference(run_of({{"sine", 10.0, 1, {{"shake", sine(3.0, 80.0)}}}}, options))
+      .sensors[0]
+      .read(1.0, window, readings);
+  const double x = std::numbers::pi * 0.4, amplitude = 3.0 * standard_gravity * std::sin(x) / x;
+  for (std::size_t i = 0; i < readings.size(); ++i)
+    ASSERT_NEAR(readings[i],
+                amplitude * std::sin(2.0 * std::numbers::pi * 80.0 * (1.0 + window * static_cast<double>(i))),
+                1e-4 * amplitude);
+  const auto reference =
+      rig.reference(run_of({{"random", 10.0, 1, {{"shake", random_vibration(20.0, 2000.0, 0.1)}}}}, options));
+  reference.sensors[0].read(1.0, window, readings);
+  constexpr std::size_t steps = 400;
+  const auto samples = felt(reference, 1.0 - 0.5 * window + 0.5 * window / steps, window / steps, 500 * steps);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    double mean = -9.7966;
+    for (std::size_t k = 0; k < steps; ++k) mean += samples[i * steps + k].specific_force.x / steps;
+    ASSERT_NEAR(readings[i], mean, 0.03) << i;
+    squares += readings[i] * readings[i] / 500.0;
+  }
+  EXPECT_NEAR(std::sqrt(squares) / standard_gravity, 2.8143, 4.0 * 2.8143 / std::sqrt(1000.0));
+}
+
 // Remounted between segments: the shake, and gravity, move to another axis of the instrument.
 TEST(Shaker, ShakesTheAxisThatIsMountedAlongIt) {
   const Rig& rig = find_rig("shaker");

@@ -8,7 +8,7 @@
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/models/electronics/response.hpp"
+#include "tumble/models/model.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -63,8 +63,12 @@ TEST(RandomVibration, RectificationBySimulation) {
 
 // eq. (3.14): a constant of p pulses a window gives variance p(1 - p) and lag-1 correlation -min/max of p and 1 - p.
 TEST(RandomVibration, RoundingOfAConstant) {
+  const Model& model = find_model("pendulous_accelerometer");
+  Settings truth = defaults(truth_options(model));
+  truth.set_word("output", "count");
+  truth.set_number("pulse_scale_factor", 1.0, Unit());
   for (const double p : {0.0, 0.1, 0.25, 0.5, 0.7}) {
-    auto counter = electronics::pulse_counter(1.0, 0.37);
+    const Response counter = model.record(truth, 0, 1.0, RandomStream(3)).response;
     // A little off p, so that the fraction runs through all phases: 1e-7 of a window.
     std::vector<double> n(100'000, 7.0 + p + 1e-7);
     counter(n);
