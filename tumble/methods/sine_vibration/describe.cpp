@@ -1,0 +1,381 @@
+#include "tumble/methods/sine_vibration/describe.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::sine {
+namespace {
+
+constexpr double forever = std::numeric_limits<double>::infinity();
+
+/// One independent error: what one standard deviation of it does to the raw quantities. Those of one group share the
+/// degrees of freedom of their variance.
+struct Component {
+  std::string source;
+  std::vector<double> shift;
+  std::size_t group = 0;
+  double degrees_of_freedom = forever;
+};
+
+/// What is measured, before it is combined: the coefficients of every rectification, then ln gain of every point.
+struct Raw {
+  std::vector<double> value;
+  std::vector<std::vector<std::size_t>> coefficient;  ///< of each rectification: its ways, then the quartic one
+  std::size_t first_gain = 0;
+  std::vector<Component> components;
+  std::size_t groups = 0;
+
+  Component& add(const std::string& source, double degrees_of_freedom = forever) {
+    components.push_back({source, std::vector<double>(value.size(), 0.0), groups++, degrees_of_freedom});
+    return components.back();
+  }
+};
+
+/// sd of an error of the plan's rig; none: there is no such.
+double rig_sd(const Evidence& evidence, const std::string& name, double without) {
+  if (evidence.plan.rig_kind.empty()) return without;
+  const Rig& rig = find_rig(evidence.plan.rig_kind);
+  if (!rig.errors) return without;
+  for (const auto& error : rig.errors(evidence.plan.rig))
+    if (error.name == name) return error.sd;
+  return without;
+}
+
+std::vector<double> unit_vector(std::size_t size, std::size_t at) {
+  std::vector<double> v(size, 0.0);
+  v[at] = 1.0;
+  return v;
+}
+
+/// Sources of one rectification as independent components.
+void add_fit(const Rectification& r, const std::vector<std::size_t>& at, Raw& raw) {
+  const auto p = static_cast<Eigen::Index>(at.size());
+  const std::size_t group = raw.groups++;
+  const double dof = degrees_of_freedom(r.fit, unit_vector(r.fit.parameters.size(), 0));
+  for (const auto& source : r.fit.sources) {
+    Eigen::MatrixXd c(p, p);
+    for (Eigen::Index i = 0; i < p; ++i)
+      for (Eigen::Index j = 0; j < p; ++j)
+        c(i, j) = source.covariance(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
+    const Eigen::VectorXd scale = c.diagonal().array().max(1e-300).sqrt();
+    const Eigen::MatrixXd unit = scale.cwiseInverse().asDiagonal() * c * scale.cwiseInverse().asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+    for (Eigen::Index k = 0; k < p; ++k) {
+      Component component{source.source, std::vector<double>(raw.value.size(), 0.0), group, dof};
+      for (Eigen::Index i = 0; i < p; ++i)
+        component.shift[at[static_cast<std::size_t>(i)]] =
+            scale[i] * eigen.eigenvectors()(i, k) * std::sqrt(std::max(0.0, eigen.eigenvalues()[k]));
+      raw.components.push_back(std::move(component));
+    }
+  }
+}
+
+void add_gain_noise(const Measured& measured, Raw& raw) {
+  std::map<std::size_t, std::vector<std::size_t>> motions;
+  for (std::size_t i = 0; i < measured.points.size(); ++i) {
+    const Point& p = measured.points[i];
+    raw.add("output noise", p.line.noise_degrees_of_freedom).shift[raw.first_gain + i] = std::sqrt(p.line.log_variance);
+    if (p.rounding_log_variance > 0.0)
+      raw.add("rounding to whole pulses").shift[raw.first_gain + i] = std::sqrt(p.rounding_log_variance);
+    motions[p.motion].push_back(i);
+  }
+  for (const auto& [motion, points] : motions) {
+    const Point& first = measured.points[points.front()];
+    if (!(first.level_log_variance > 0.0)) continue;
+    Component& component = raw.add("reference noise", first.level_degrees_of_freedom);
+    for (const std::size_t i : points) component.shift[raw.first_gain + i] = -std::sqrt(first.level_log_variance);
+  }
+}
+
+/// A relative error of the level moves ln gain by -1 and A^2 by 2 of it.
+void add_level(const Evidence& evidence, const Measured& measured, const std::vector<Rectification>& rectified,
+               Raw& raw) {
+  const double sd = measured.reference ? evidence.plan.settings.number("reference_gain_sd")
+                                       : rig_sd(evidence, "shake amplitude", 0.0);
+  if (!(sd > 0.0)) return;
+  Component& component = raw.add(measured.reference ? "reference gain" : "shake amplitude");
+  for (std::size_t i = 0; i < measured.points.size(); ++i) component.shift[raw.first_gain + i] = -sd;
+  for (std::size_t k = 0; k < rectified.size(); ++k)
+    for (std::size_t j = 0; j < raw.coefficient[k].size(); ++j) {
+      const std::size_t at = raw.coefficient[k][j];
+      component.shift[at] = (j < rectified[k].ways.size() ? -2.0 : -4.0) * sd * raw.value[at];
+    }
+}
+
+void add_scales(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
+                Raw& raw) {
+  for (std::size_t u = 0; u < data.units.size(); ++u) {
+    const double sd = data.units[u].scale_relative_sd;
+    if (!(sd > 0.0)) continue;
+    Component& component = raw.add("scale factor");
+    for (std::size_t i = 0; i < measured.points.size(); ++i)
+      if (measured.points[i].unit == u) component.shift[raw.first_gain + i] = sd;
+    for (std::size_t k = 0; k < rectified.size(); ++k)
+      if (rectified[k].unit == u)
+        for (const std::size_t at : raw.coefficient[k]) component.shift[at] = sd * raw.value[at];
+  }
+}
+
+/// Motion across the input axis: K_ip A_i A_p/2 is K_ip A_p/A_i of K_2,eff. A second harmonic of phase p: (3/4) K_3
+/// A_1^2 A_2 cos p is (3/2) K_3 A_2 cos p of it.
+void add_motion(const Evidence& evidence, const Measured& measured, const std::vector<Rectification>& rectified,
+                Raw& raw) {
+  const Settings& settings = evidence.plan.settings;
+  double level = 0.0, distortion = 0.0, known = 0.0;
+  for (const Point& p : measured.points) {
+    level += p.level / static_cast<double>(measured.points.size());
+    if (std::isnan(p.distortion)) continue;
+    distortion += p.distortion * p.distortion;
+    ++known;
+  }
+  distortion = known > 0.0 ? std::sqrt(distortion / known) : rig_sd(evidence, "second harmonic", 0.01);
+  const double third = settings.number("third_order") * 1.5 * distortion * level / std::sqrt(2.0);
+  for (std::size_t k = 0; k < rectified.size(); ++k) {
+    for (const char* direction : {"cross motion y", "cross motion z"}) {
+      const double sd = settings.number("cross_coupling") * rig_sd(evidence, direction, 0.02);
+      if (!(sd > 0.0)) continue;
+      Component& component = raw.add("motion across the input axis");
+      for (const auto& way : rectified[k].ways) component.shift[raw.coefficient[k][way.column]] = sd;
+    }
+    if (!(third > 0.0)) continue;
+    Component& component = raw.add("distortion of the shake");
+    for (const auto& way : rectified[k].ways) component.shift[raw.coefficient[k][way.column]] = third;
+  }
+}
+
+/// Parameters with their gradients over the raw quantities.
+struct Builder {
+  const Raw& raw;
+  Estimate estimate;
+  std::vector<std::vector<double>> gradients;
+
+  void add(const std::string& name, const std::string& symbol, const char* unit, double value,
+           std::vector<double> gradient, const std::string& description) {
+    estimate.parameters.push_back({name, symbol, Unit::parse(unit), value, description});
+    gradients.push_back(std::move(gradient));
+  }
+};
+
+void add_rectification(const vibration::Data& data, const Rectification& r, const std::vector<std::size_t>& at,
+                       Builder& builder) {
+  const Raw& raw = builder.raw;
+  const std::string& prefix = data.units[r.unit].prefix;
+  const Unit g = Unit::parse("g");
+  std::map<std::string, int> names;
+  for (const auto& way : r.ways) {
+    std::string name = "vibration_rectification";
+    if (r.ways.size() > 1) name += "_" + way_name(way.rest);
+    if (const int n = names[name]++; n > 0) name += fmt::format("_{}", n + 1);
+    const std::string posture = std::isnan(way.rest) ? "gravity along the input axis not known"
+                                                     : fmt::format("a_0 = {:+.4g} g", g.from_si(way.rest));
+    builder.add(prefix + name, "K_2+3K_3a_0", "ug/g^2", raw.value[at[way.column]],
+                unit_vector(raw.value.size(), at[way.column]),
+                fmt::format("shift of the mean over the mean square of vibration, {}", posture));
+  }
+  if (r.quartic)
+    builder.add(prefix + "vibration_rectification_quartic", "c", "ug/g^4", raw.value[at[r.quartic_column]],
+                unit_vector(raw.value.size(), at[r.quartic_column]), "shift of the mean per A^4");
+  if (r.ways.size() < 2) return;
+  const auto &up = r.ways.front(), &down = r.ways.back();
+  const double apart = up.rest - down.rest;
+  if (!(apart > 0.5 * 9.80665)) return;
+  std::vector<double> second(raw.value.size(), 0.0), third = second;
+  second[at[up.column]] = -down.rest / apart, second[at[down.column]] = up.rest / apart;
+  third[at[up.column]] = 1.0 / (3.0 * apart), third[at[down.column]] = -1.0 / (3.0 * apart);
+  const auto of = [&](const std::vector<double>& gradient) {
+    double value = 0.0;
+    for (std::size_t i = 0; i < gradient.size(); ++i) value += gradient[i] * raw.value[i];
+    return value;
+  };
+  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", of(second), second, "from both ways of the axis");
+  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", of(third), third, "from both ways of the axis");
+}
+
+/// Points of one unit at one frequency.
+using Tones = std::map<double, std::vector<std::size_t>>;
+
+Tones tones_of(const Measured& measured, std::size_t unit) {
+  Tones tones;
+  for (std::size_t i = 0; i < measured.points.size(); ++i)
+    if (measured.points[i].unit == unit) tones[measured.points[i].nominal].push_back(i);
+  return tones;
+}
+
+void add_gains(const vibration::Data& data, const Measured& measured, std::size_t unit, Builder& builder) {
+  for (const auto& [frequency, points] : tones_of(measured, unit)) {
+    std::vector<double> gradient(builder.raw.value.size(), 0.0);
+    double log_gain = 0.0;
+    for (const std::size_t i : points)
+      log_gain += std::log(measured.points[i].gain) / static_cast<double>(points.size());
+    const double gain = std::exp(log_gain);
+    for (const std::size_t i : points) gradient[builder.raw.first_gain + i] = gain / static_cast<double>(points.size());
+    builder.add(data.units[unit].prefix + "gain_" + response::label_of(frequency), "|G|", "1", gain,
+                std::move(gradient), "of the motion, the counting window taken out");
+  }
+}
+
+/// Mean over the frequencies that all units share of ln gain, with gradient.
+struct MeanGain {
+  double value = 0.0;
+  std::vector<double> gradient;
+};
+
+std::vector<MeanGain> mean_gains(const Measured& measured, std::size_t units, const Raw& raw) {
+  std::vector<Tones> tones;
+  for (std::size_t u = 0; u < units; ++u) tones.push_back(tones_of(measured, u));
+  std::vector<MeanGain> means(units, {0.0, std::vector<double>(raw.value.size(), 0.0)});
+  std::vector<double> shared;
+  for (const auto& [frequency, points] : tones.front())
+    if (std::ranges::all_of(tones, [f = frequency](const Tones& t) { return t.contains(f); }))
+      shared.push_back(frequency);
+  if (shared.empty()) return {};
+  for (std::size_t u = 0; u < units; ++u)
+    for (const double f : shared) {
+      const auto& points = tones[u][f];
+      const double weight = 1.0 / static_cast<double>(points.size() * shared.size());
+      for (const std::size_t i : points) {
+        means[u].value += weight * std::log(measured.points[i].gain);
+        means[u].gradient[raw.first_gain + i] += weight;
+      }
+    }
+  return means;
+}
+
+/// How the units differ: gains over the first unit's, and the spread of them all.
+void compare_gains(const vibration::Data& data, const Measured& measured, Builder& builder) {
+  const std::size_t units = data.units.size();
+  if (units < 2) return;
+  const auto means = mean_gains(measured, units, builder.raw);
+  if (means.empty()) return;
+  double centre = 0.0, squares = 0.0;
+  for (std::size_t u = 0; u < units; ++u) centre += means[u].value / static_cast<double>(units);
+  for (std::size_t u = 0; u < units; ++u) {
+    squares += std::pow(means[u].value - centre, 2);
+    if (u == 0) continue;
+    const double ratio = std::exp(means[u].value - means[0].value);
+    std::vector<double> gradient(builder.raw.value.size());
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+      gradient[i] = ratio * (means[u].gradient[i] - means[0].gradient[i]);
+    builder.add(data.units[u].prefix + "gain_ratio", "G/G_1", "1", ratio, std::move(gradient),
+                "gain over that of " + data.units[0].name + ", mean over the frequencies both were tested at");
+  }
+  const double sd = std::sqrt(squares / static_cast<double>(units - 1));
+  if (!(sd > 0.0)) return;
+  std::vector<double> gradient(builder.raw.value.size(), 0.0);
+  for (std::size_t u = 0; u < units; ++u)
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+      gradient[i] += (means[u].value - centre) / (static_cast<double>(units - 1) * sd) * means[u].gradient[i];
+  builder.add("gain_spread", "s(ln G)", "%", sd, std::move(gradient),
+              "standard deviation over the units of their mean gains");
+}
+
+void compare_rectifications(const vibration::Data& data, const std::vector<Rectification>& rectified,
+                            Builder& builder) {
+  const Raw& raw = builder.raw;
+  for (std::size_t k = 1; k < rectified.size(); ++k)
+    for (const auto& way : rectified[k].ways) {
+      const auto first = std::ranges::find_if(
+          rectified[0].ways, [&](const auto& other) { return way_name(other.rest) == way_name(way.rest); });
+      if (first == rectified[0].ways.end()) continue;
+      const std::size_t a = raw.coefficient[k][way.column], b = raw.coefficient[0][first->column];
+      std::vector<double> gradient(raw.value.size(), 0.0);
+      gradient[a] = 1.0, gradient[b] = -1.0;
+      builder.add(data.units[rectified[k].unit].prefix + "rectification_difference" +
+                      (rectified[k].ways.size() > 1 ? "_" + way_name(way.rest) : ""),
+                  "d K_2", "ug/g^2", raw.value[a] - raw.value[b], std::move(gradient),
+                  "vibration_rectification less that of " + data.units[rectified[0].unit].name);
+    }
+}
+
+double along(const std::vector<double>& gradient, const std::vector<double>& shift) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < gradient.size(); ++i) sum += gradient[i] * shift[i];
+  return sum;
+}
+
+/// Covariance, budget and degrees of freedom (Welch and Satterthwaite) of all parameters.
+void propagate(Builder& builder) {
+  Estimate& estimate = builder.estimate;
+  const std::size_t p = estimate.parameters.size();
+  estimate.covariance = Matrix(p, p);
+  std::vector<std::map<std::size_t, std::pair<double, double>>> groups(p);
+  for (const auto& component : builder.raw.components) {
+    std::vector<double> moved(p);
+    for (std::size_t i = 0; i < p; ++i) moved[i] = along(builder.gradients[i], component.shift);
+    auto line = std::ranges::find(estimate.budget, component.source, &Contribution::source);
+    if (line == estimate.budget.end())
+      line = estimate.budget.insert(line, {component.source, std::vector<double>(p, 0.0)});
+    for (std::size_t i = 0; i < p; ++i) {
+      line->variance[i] += moved[i] * moved[i];
+      if (std::isfinite(component.degrees_of_freedom)) {
+        auto& group = groups[i][component.group];
+        group.first += moved[i] * moved[i];
+        group.second = component.degrees_of_freedom;
+      }
+      for (std::size_t j = 0; j < p; ++j) estimate.covariance(i, j) += moved[i] * moved[j];
+    }
+  }
+  for (std::size_t i = 0; i < p; ++i) {
+    double fourth = 0.0;
+    for (const auto& [group, part] : groups[i]) fourth += part.first * part.first / part.second;
+    const double total = estimate.covariance(i, i);
+    if (fourth > 0.0) estimate.parameters[i].degrees_of_freedom = std::max(1.0, total * total / fourth);
+  }
+}
+
+Raw raw_of(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
+           const std::vector<Rectification>& rectified) {
+  Raw raw;
+  for (const auto& r : rectified) {
+    raw.coefficient.emplace_back();
+    for (std::size_t j = 0; j < r.ways.size() + (r.quartic ? 1 : 0); ++j) {
+      raw.coefficient.back().push_back(raw.value.size());
+      raw.value.push_back(r.fit.parameters[j]);
+    }
+  }
+  raw.first_gain = raw.value.size();
+  for (const auto& point : measured.points) raw.value.push_back(std::log(point.gain));
+  for (std::size_t k = 0; k < rectified.size(); ++k) add_fit(rectified[k], raw.coefficient[k], raw);
+  add_gain_noise(measured, raw);
+  add_level(evidence, measured, rectified, raw);
+  add_scales(data, measured, rectified, raw);
+  add_motion(evidence, measured, rectified, raw);
+  return raw;
+}
+
+}  // namespace
+
+std::string way_name(double rest) {
+  if (std::isnan(rest)) return "any";
+  return rest > 0.5 * 9.80665 ? "up" : rest < -0.5 * 9.80665 ? "down" : "level";
+}
+
+Estimate describe(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
+                  const std::vector<Rectification>& rectified) {
+  const Raw raw = raw_of(evidence, data, measured, rectified);
+  Builder builder{raw, {}, {}};
+  for (std::size_t k = 0; k < rectified.size(); ++k) add_rectification(data, rectified[k], raw.coefficient[k], builder);
+  compare_rectifications(data, rectified, builder);
+  compare_gains(data, measured, builder);
+  for (std::size_t u = 0; u < data.units.size(); ++u) add_gains(data, measured, u, builder);
+  propagate(builder);
+  Estimate& estimate = builder.estimate;
+  for (const auto& point : measured.points) estimate.fit.observations += point.line.samples;
+  for (const auto& rest : measured.rests) estimate.fit.observations += rest.line.samples;
+  for (const auto& r : rectified) {
+    estimate.fit.chi_square += r.fit.chi_square;
+    estimate.fit.degrees_of_freedom += r.fit.degrees_of_freedom;
+    estimate.fit.condition = std::max(estimate.fit.condition, r.fit.condition);
+  }
+  return std::move(builder.estimate);
+}
+
+}  // namespace tumble::sine

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/core/evidence.hpp"
+#include "tumble/methods/sine_vibration/measure.hpp"
+#include "tumble/methods/sine_vibration/rectification.hpp"
+
+namespace tumble::sine {
+
+/// Parameters with covariance and budget.
+Estimate describe(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
+                  const std::vector<Rectification>& rectified);
+
+/// Tables `response`, `units` and curves over frequency, with findings that read them.
+void add_tables(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
+                Estimate& estimate);
+
+/// "up", "down", "level": how the input axis points.
+std::string way_name(double rest);
+
+}  // namespace tumble::sine

@@ -1,0 +1,277 @@
+#include "tumble/methods/sine_vibration/line.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "tumble/math/sine_fit.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::sine {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr Eigen::Index rows = 256;
+
+struct Samples {
+  std::vector<double> time, value;  ///< time from the middle
+  double span = 0.0, interval = 0.0;
+};
+
+Samples usable(std::span<const double> time, std::span<const double> value, double interval) {
+  Samples s;
+  s.interval = interval;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (std::isnan(value[i])) continue;
+    s.time.push_back(time[i]);
+    s.value.push_back(value[i]);
+  }
+  if (s.time.size() < 32)
+    throw Error(Error::Kind::bad_data, fmt::format("{} windows are too few for a tone", s.time.size()));
+  const double centre = 0.5 * (s.time.front() + s.time.back());
+  s.span = s.time.back() - s.time.front() + interval;
+  for (double& t : s.time) t -= centre;
+  return s;
+}
+
+/// exp(i 2 pi f t), by products over runs of even windows.
+void waves(const Samples& s, double frequency, std::vector<Complex>& out) {
+  out.resize(s.time.size());
+  const Complex turn = std::polar(1.0, two_pi * frequency * s.interval);
+  for (std::size_t i = 0; i < s.time.size(); ++i) {
+    const bool next = i % 64 != 0 && std::abs(s.time[i] - s.time[i - 1] - s.interval) < 1e-9 * s.interval;
+    out[i] = next ? out[i - 1] * turn : std::polar(1.0, std::fmod(frequency * s.time[i], 1.0) * two_pi);
+  }
+}
+
+/// Least squares over columns made row by row.
+struct Normal {
+  Eigen::MatrixXd inverse;
+  Eigen::VectorXd b;
+};
+
+template <class MakeRow>
+Normal solve(const Samples& s, Eigen::Index columns, MakeRow make) {
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(columns, columns), x(columns, rows);
+  Eigen::VectorXd with = Eigen::VectorXd::Zero(columns);
+  const auto n = static_cast<Eigen::Index>(s.time.size());
+  for (Eigen::Index first = 0; first < n; first += rows) {
+    const Eigen::Index here = std::min(rows, n - first);
+    for (Eigen::Index i = 0; i < here; ++i) make(static_cast<std::size_t>(first + i), x.col(i).data());
+    a.selfadjointView<Eigen::Lower>().rankUpdate(x.leftCols(here));
+    with.noalias() += x.leftCols(here) * Eigen::Map<const Eigen::VectorXd>(s.value.data() + first, here);
+  }
+  const Eigen::VectorXd scale = a.diagonal().array().max(1e-300).rsqrt();
+  Eigen::MatrixXd scaled = a.selfadjointView<Eigen::Lower>();
+  scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(scaled);
+  Normal normal;
+  normal.inverse = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(columns, columns)) * scale.asDiagonal();
+  normal.b = scale.asDiagonal() * factor.solve(scale.cwiseProduct(with));
+  return normal;
+}
+
+/// Harmonics that show apart from the tone, from zero, from half of the rate and from each other.
+std::vector<int> harmonics_of(const Samples& s, double frequency) {
+  const double rate = 1.0 / s.interval, clear = 1.6 / s.span;
+  std::vector<double> taken{aliased_frequency(frequency, rate)};
+  std::vector<int> found;
+  for (const int k : {2, 3}) {
+    const double here = aliased_frequency(k * frequency, rate);
+    if (here < clear || here > 0.5 * rate - clear) continue;
+    if (std::ranges::any_of(taken, [&](double f) { return std::abs(f - here) < clear; })) continue;
+    taken.push_back(here);
+    found.push_back(k);
+  }
+  return found;
+}
+
+/// One step of the frequency: amplitude and phase may change linearly with time.
+double step_of_frequency(const Samples& s, const std::vector<Complex>& wave) {
+  const double scale = 2.0 / s.span;
+  const Normal fit = solve(s, 6, [&](std::size_t i, double* x) {
+    const double u = s.time[i] * scale;
+    x[0] = 1.0, x[1] = u, x[2] = wave[i].real(), x[3] = wave[i].imag(), x[4] = u * x[2], x[5] = u * x[3];
+  });
+  const Complex still(fit.b[2], -fit.b[3]), moving(fit.b[4], -fit.b[5]);
+  return (moving / still).imag() * scale / two_pi;
+}
+
+struct Model {
+  std::vector<int> harmonics;
+  Normal fit;
+  double frequency = 0.0;
+  std::vector<Complex> wave;
+};
+
+Complex coefficient(const Model& m, std::size_t line) {
+  const auto k = static_cast<Eigen::Index>(2 + 2 * line);
+  return {m.fit.b[k], -m.fit.b[k + 1]};
+}
+
+double search(const Samples& s, double start, std::vector<Complex>& wave) {
+  double f = start;
+  for (int round = 0; round < 12; ++round) {
+    waves(s, f, wave);
+    const double step = std::clamp(step_of_frequency(s, wave), -0.4 / s.span, 0.4 / s.span);
+    f += step;
+    if (!(std::abs(f - start) * s.span < 1.2))
+      throw Error(Error::Kind::bad_data, fmt::format("no steady tone near {:.6g} Hz", start));
+    if (std::abs(step) * s.span < 1e-6) break;
+  }
+  return f;
+}
+
+Model model_of(const Samples& s, double frequency) {
+  Model m;
+  m.frequency = search(s, frequency, m.wave);
+  waves(s, m.frequency, m.wave);
+  m.harmonics = harmonics_of(s, m.frequency);
+  const auto lines = 1 + static_cast<Eigen::Index>(m.harmonics.size());
+  const double scale = 2.0 / s.span;
+  const auto columns = 2 + 2 * lines;
+  m.fit = solve(s, columns, [&](std::size_t i, double* x) {
+    const Complex w = m.wave[i];
+    x[0] = 1.0, x[1] = s.time[i] * scale, x[2] = w.real(), x[3] = w.imag();
+    for (std::size_t h = 0; h < m.harmonics.size(); ++h) {
+      const Complex power = m.harmonics[h] == 2 ? w * w : w * w * w;
+      x[4 + 2 * h] = power.real(), x[5 + 2 * h] = power.imag();
+    }
+  });
+  return m;
+}
+
+double predicted(const Samples& s, const Model& m, std::size_t i) {
+  double value = m.fit.b[0] + m.fit.b[1] * s.time[i] * 2.0 / s.span + (coefficient(m, 0) * m.wave[i]).real();
+  for (std::size_t h = 0; h < m.harmonics.size(); ++h)
+    value += (coefficient(m, h + 1) * (m.harmonics[h] == 2 ? m.wave[i] * m.wave[i] : std::pow(m.wave[i], 3))).real();
+  return value;
+}
+
+/// Places of f +- m/T that are clear of the tone's image, zero, half of the rate and the harmonics.
+std::vector<double> neighbours(const Samples& s, double frequency, const std::vector<int>& harmonics) {
+  const double rate = 1.0 / s.interval, bin = 1.0 / s.span, here = aliased_frequency(frequency, rate);
+  std::vector<double> found;
+  for (int m = 3; m <= 12; ++m)
+    for (const double side : {-1.0, 1.0}) {
+      const double g = aliased_frequency(frequency + side * m * bin, rate);
+      bool clear = g > 1.4 * bin && g < 0.5 * rate - 1.4 * bin && std::abs(g - here) > 2.4 * bin;
+      for (const int k : harmonics) clear = clear && std::abs(g - aliased_frequency(k * frequency, rate)) > 1.4 * bin;
+      if (clear) found.push_back(side * m * bin);
+    }
+  return found;
+}
+
+/// Variance of a sample of white noise with the density about the line; demodulated in parts short against 1/(12/T).
+void set_noise(const Samples& s, const Model& m, const std::vector<double>& residual, Line& line) {
+  const std::size_t n = residual.size(), parts = std::min<std::size_t>(400, n);
+  std::vector<Complex> sum(parts);
+  std::vector<double> middle(parts);
+  for (std::size_t p = 0; p < parts; ++p) {
+    const std::size_t first = p * n / parts, last = (p + 1) * n / parts;
+    for (std::size_t i = first; i < last; ++i) sum[p] += residual[i] * std::conj(m.wave[i]);
+    middle[p] = 0.5 * (s.time[first] + s.time[last - 1]);
+  }
+  double squares = 0.0, count = 0.0;
+  for (const double off : neighbours(s, m.frequency, m.harmonics)) {
+    Complex at = 0.0;
+    for (std::size_t p = 0; p < parts; ++p) at += sum[p] * std::polar(1.0, -two_pi * off * middle[p]);
+    squares += std::norm(at) * 2.0 / static_cast<double>(n);
+    count += 2.0;
+  }
+  double variance = line.residual_rms * line.residual_rms;
+  line.noise_degrees_of_freedom = static_cast<double>(n);
+  if (count >= 8.0) {
+    variance = squares / count;
+    line.noise_degrees_of_freedom = count;
+  }
+  const Complex a = coefficient(m, 0);
+  const double c = a.real() / std::norm(a), d = -a.imag() / std::norm(a);
+  const auto& v = m.fit.inverse;
+  line.log_variance = variance * (c * c * v(2, 2) + 2.0 * c * d * v(2, 3) + d * d * v(3, 3));
+  // The frequency is 1/(pi T) sqrt(6/n) of noise over amplitude (Cramer-Rao).
+  line.frequency_sd = std::sqrt(6.0 * variance / static_cast<double>(n)) / (std::numbers::pi * s.span * std::abs(a));
+}
+
+void set_blocks(const std::vector<double>& residual, double interval, Line& line) {
+  constexpr std::size_t blocks = 16;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const std::size_t first = b * residual.size() / blocks, last = (b + 1) * residual.size() / blocks;
+    double sum = 0.0;
+    for (std::size_t i = first; i < last; ++i) sum += residual[i];
+    const double n = static_cast<double>(last - first);
+    line.block_mean.push_back(line.mean + sum / n);
+    line.block_seconds.push_back(n * interval);
+  }
+}
+
+void set_moments(const Samples& s, Line& line) {
+  const double n = static_cast<double>(s.value.size());
+  double sum = 0.0, squares = 0.0;
+  for (const double v : s.value) sum += v;
+  line.plain_mean = sum / n;
+  for (const double v : s.value) squares += (v - line.plain_mean) * (v - line.plain_mean);
+  line.sd = std::sqrt(squares / (n - 1.0));
+  line.samples = s.value.size();
+  line.span = s.span;
+}
+
+void set_rms(const std::vector<double>& residual, Line& line) {
+  double squares = 0.0;
+  for (const double r : residual) squares += r * r;
+  line.residual_rms = std::sqrt(squares / static_cast<double>(residual.size()));
+}
+
+}  // namespace
+
+Line fit_line(std::span<const double> time, std::span<const double> value, double interval, double frequency) {
+  const Samples s = usable(time, value, interval);
+  Line line;
+  set_moments(s, line);
+  const Model m = model_of(s, frequency);
+  line.frequency = m.frequency;
+  const Complex a = coefficient(m, 0);
+  line.amplitude = std::abs(a);
+  line.phase = std::arg(a);
+  line.mean = m.fit.b[0];
+  line.drift = m.fit.b[1] * 2.0 / s.span;
+  line.second = line.third = std::nan("");
+  for (std::size_t h = 0; h < m.harmonics.size(); ++h)
+    (m.harmonics[h] == 2 ? line.second : line.third) = std::abs(coefficient(m, h + 1));
+  std::vector<double> residual(s.value.size());
+  for (std::size_t i = 0; i < residual.size(); ++i) residual[i] = s.value[i] - predicted(s, m, i);
+  set_rms(residual, line);
+  set_noise(s, m, residual, line);
+  set_blocks(residual, interval, line);
+  return line;
+}
+
+Line fit_rest(std::span<const double> time, std::span<const double> value, double interval) {
+  const Samples s = usable(time, value, interval);
+  Line line;
+  set_moments(s, line);
+  const Normal fit = solve(s, 2, [&](std::size_t i, double* x) { x[0] = 1.0, x[1] = s.time[i] * 2.0 / s.span; });
+  line.mean = fit.b[0];
+  line.drift = fit.b[1] * 2.0 / s.span;
+  std::vector<double> residual(s.value.size());
+  for (std::size_t i = 0; i < residual.size(); ++i) residual[i] = s.value[i] - line.mean - line.drift * s.time[i];
+  set_rms(residual, line);
+  set_blocks(residual, interval, line);
+  return line;
+}
+
+double raster(double cycles_per_window, double samples) {
+  for (double p = 1.0; p < 0.25 * samples; ++p) {
+    const double turns = p * cycles_per_window;
+    if (std::abs(turns - std::round(turns)) * samples < 1.0) return p;
+  }
+  return samples;
+}
+
+}  // namespace tumble::sine

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/finding.hpp"
+#include "tumble/methods/sine_vibration/line.hpp"
+#include "tumble/methods/vibration/vibration.hpp"
+
+namespace tumble::sine {
+
+/// One unit at one frequency and level.
+struct Point {
+  std::size_t series = 0;  ///< index in Data::series
+  std::size_t unit = 0;
+  double nominal = 0.0;  ///< [Hz] as planned, to three digits: names the parameters
+  Line line;             ///< of the means over windows [m/s^2]
+  double window = 0.0;   ///< H [s]
+
+  double level = 0.0;               ///< A_ref [m/s^2] of the motion itself
+  double level_log_variance = 0.0;  ///< of ln level by the noise of the reference
+  double level_degrees_of_freedom = 1.0;
+  std::size_t motion = 0;   ///< tones of all units with the same number share their reference
+  double distortion = 0.0;  ///< second harmonic of the reference over its fundamental; NaN: not known
+
+  double gain = 0.0;                   ///< amplitude/(A_ref |sinc(fH)|)
+  double rounding_log_variance = 0.0;  ///< of ln gain: counts that repeat with the tone hide their rounding
+  double sd_from_window = 0.0;         ///< [m/s^2] that the window alone lets expect
+  double aliased_to = 0.0;             ///< [Hz]; 0: not aliased
+  double cycles_effect = 0.0;          ///< [m/s^2] plain mean less the mean of the fit
+  double cycles_bound = 0.0;           ///< [m/s^2] A |sinc(fH)|/(pi f T)
+
+  double shift = 0.0;       ///< [m/s^2] of the mean against the unit at rest; NaN: no segment at rest
+  bool both_sides = false;  ///< at rest before and after
+};
+
+/// The unit at rest in one segment.
+struct Rest {
+  std::size_t series = 0;
+  Line line;
+};
+
+struct Measured {
+  std::vector<Point> points;  ///< by unit, then frequency, then level, then time
+  std::vector<Rest> rests;    ///< as Data::series
+  bool reference = false;     ///< levels are those of the reference that was recorded; else the plan's
+  Findings findings;
+};
+
+/// Every tone of every unit. Those that cannot be used are findings: on half of the sampling rate or a null of the
+/// window, a unit that clips, a shaker that was not on or at another frequency or level.
+Measured measure(const vibration::Data& data);
+
+/// What is wrong with measuring a tone of that frequency by these windows over `span` [s]; empty: nothing.
+std::string objection(double frequency, double window, double interval, double span);
+
+/// sd of the window means that a sine of amplitude A gives by the window alone, with the rounding of its counts (3.8):
+/// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H. The same unit for all accelerations.
+double sd_from_window(double amplitude, double frequency, double window, double pulse);
+
+}  // namespace tumble::sine

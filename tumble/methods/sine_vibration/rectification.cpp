@@ -1,0 +1,254 @@
+#include "tumble/methods/sine_vibration/rectification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/core/say.hpp"
+#include "tumble/methods/linear/slow.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::sine {
+namespace {
+
+using Severity = Finding::Severity;
+constexpr double same_way = 0.02 * 9.80665;  ///< [m/s^2] of a_0
+
+/// One segment of the model: a point, or the unit at rest.
+struct Part {
+  std::size_t series = 0;
+  const Line* line = nullptr;
+  const Point* point = nullptr;
+};
+
+std::vector<Part> parts_of(const vibration::Data& data, const Measured& measured, std::size_t unit) {
+  std::vector<Part> parts;
+  for (const auto& rest : measured.rests)
+    if (data.series[rest.series].unit == unit) parts.push_back({rest.series, &rest.line, nullptr});
+  for (const auto& point : measured.points)
+    if (point.unit == unit && !std::isnan(point.shift)) parts.push_back({point.series, &point.line, &point});
+  std::ranges::sort(parts, {}, &Part::series);  // as Data::series: in order of time
+  return parts;
+}
+
+bool same(double a, double b) { return (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < same_way; }
+
+/// Power-ups, each in each way its fixture stood: an offset each.
+struct Groups {
+  std::vector<std::size_t> of_part;
+  std::vector<double> middle, half;  ///< [s] of the time each takes
+  std::vector<std::size_t> rests;    ///< segments at rest
+};
+
+Groups groups_of(const vibration::Data& data, const std::vector<Part>& parts) {
+  Groups groups;
+  std::vector<const vibration::Series*> first;
+  std::vector<double> begin, end;
+  for (const Part& part : parts) {
+    const auto& series = data.series[part.series];
+    std::size_t g = 0;
+    while (g < first.size() && !(first[g]->recording == series.recording && first[g]->run == series.run &&
+                                 same(first[g]->rest, series.rest)))
+      ++g;
+    if (g == first.size()) {
+      first.push_back(&series);
+      begin.push_back(series.begin);
+      end.push_back(series.end);
+      groups.rests.push_back(0);
+    }
+    end[g] = std::max(end[g], series.end);
+    groups.rests[g] += part.point == nullptr ? 1 : 0;
+    groups.of_part.push_back(g);
+  }
+  for (std::size_t g = 0; g < first.size(); ++g) {
+    groups.middle.push_back(0.5 * (begin[g] + end[g]));
+    groups.half.push_back(0.5 * (end[g] - begin[g]));
+  }
+  return groups;
+}
+
+std::vector<Rectification::Way> ways_of(const vibration::Data& data, const std::vector<Part>& parts) {
+  std::vector<Rectification::Way> ways;
+  for (const Part& part : parts) {
+    const double rest = data.series[part.series].rest;
+    if (part.point != nullptr && std::ranges::none_of(ways, [&](const auto& way) { return same(way.rest, rest); }))
+      ways.push_back({rest, ways.size()});
+  }
+  std::ranges::sort(ways, [](const auto& a, const auto& b) { return a.rest > b.rest; });
+  for (std::size_t w = 0; w < ways.size(); ++w) ways[w].column = w;
+  return ways;
+}
+
+/// Levels that differ by half at least tell A^4 from A^2.
+bool has_levels(const std::vector<Part>& parts) {
+  double low = INFINITY, high = 0.0;
+  for (const Part& part : parts) {
+    if (part.point == nullptr) continue;
+    low = std::min(low, part.point->level);
+    high = std::max(high, part.point->level);
+  }
+  return high > 1.5 * low;
+}
+
+struct Rows {
+  MixedData data;
+  std::vector<double> rounding;  ///< sd of the mean of each part [m/s^2]
+};
+
+/// Blocks about their means, drawn together by the share of their scatter that rounding makes: that does not add up,
+/// and enters as a source of its own.
+void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const Rectification& r, const Groups& groups,
+              const std::vector<std::size_t>& drift_column, std::size_t columns, Rows& rows) {
+  const double pulse = data.units[r.unit].pulse;
+  double scatter = 0.0, rounded = 0.0;
+  for (const Part& part : parts)
+    for (std::size_t b = 0; b < part.line->block_mean.size(); ++b) {
+      const double seconds = part.line->block_seconds[b];
+      scatter += seconds * std::pow(part.line->block_mean[b] - part.line->mean, 2);
+      rounded += pulse * pulse / 6.0 / seconds;
+    }
+  const double keep = scatter > 0.0 ? std::sqrt(std::max(1e-6, 1.0 - rounded / scatter)) : 1.0;
+  std::size_t n = 0;
+  for (const Part& part : parts) n += part.line->block_mean.size();
+  MixedData& m = rows.data;
+  m.design = Matrix(n, columns);
+  std::size_t i = 0;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const auto& series = data.series[parts[p].series];
+    const Line& line = *parts[p].line;
+    const std::size_t g = groups.of_part[p];
+    const double sd = pulse / std::sqrt(6.0) / (static_cast<double>(line.samples) * series.window);
+    for (std::size_t b = 0; b < line.block_mean.size(); ++b, ++i) {
+      m.observations.push_back(line.mean + keep * (line.block_mean[b] - line.mean));
+      m.weights.push_back(line.block_seconds[b]);
+      m.segment.push_back(p);
+      rows.rounding.push_back(sd);
+      m.design(i, r.ways.size() + (r.quartic ? 1 : 0) + g) = 1.0;
+      if (drift_column[g] > 0) m.design(i, drift_column[g]) = (series.middle() - groups.middle[g]) / groups.half[g];
+      if (parts[p].point == nullptr) continue;
+      const double a = parts[p].point->level;
+      for (const auto& way : r.ways)
+        if (same(way.rest, series.rest)) m.design(i, way.column) = 0.5 * a * a;
+      if (r.quartic) m.design(i, r.quartic_column) = a * a * a * a;
+    }
+  }
+}
+
+/// A share of K_2,eff for each frequency: A_a^2/2 A_b^2/2 between parts of the same.
+Matrix between_kernel(const std::vector<Part>& parts) {
+  Matrix kernel(parts.size(), parts.size());
+  for (std::size_t a = 0; a < parts.size(); ++a)
+    for (std::size_t b = 0; b < parts.size(); ++b) {
+      const Point *x = parts[a].point, *y = parts[b].point;
+      if (x == nullptr || y == nullptr || x->nominal != y->nominal) continue;
+      kernel(a, b) = 0.25 * x->level * x->level * y->level * y->level;
+    }
+  return kernel;
+}
+
+void add_noise(const vibration::Data& data, const std::vector<Part>& parts, std::size_t columns, bool between,
+               Rows& rows) {
+  std::vector<linear::Interval> intervals;
+  std::map<std::pair<std::size_t, int>, std::size_t> power_up;
+  for (const Part& part : parts) {
+    const auto& s = data.series[part.series];
+    const auto at = power_up.emplace(std::pair(s.recording, s.run), power_up.size()).first->second;
+    intervals.push_back({at, s.begin, s.end - s.begin});
+  }
+  // Offsets of the power-ups are columns: the bias of each is no noise.
+  for (auto& slow : linear::unknown_slow_noise(intervals, columns, data.series[parts.front().series].interval))
+    if (slow.source == linear::drift_source) rows.data.slow.push_back({"drift between segments", slow.kernel});
+  if (between) rows.data.slow.push_back({"differences between frequencies", between_kernel(parts)});
+  if (std::ranges::any_of(rows.rounding, [](double sd) { return sd > 0.0; }))
+    rows.data.effects.push_back({"rounding to whole pulses", rows.rounding, true});
+}
+
+/// Var of Point::shift: white noise and rounding of the segment and of those at rest, slow noise of all with their
+/// covariances.
+std::map<std::size_t, double> shift_variances(const vibration::Data& data, const std::vector<Part>& parts,
+                                              const Rows& rows, const MixedFit& fit, std::size_t slow_terms) {
+  std::vector<double> seconds(parts.size(), 0.0), rounding(parts.size(), 0.0);
+  for (std::size_t i = 0; i < rows.rounding.size(); ++i) {
+    seconds[rows.data.segment[i]] += rows.data.weights[i];
+    rounding[rows.data.segment[i]] = rows.rounding[i];
+  }
+  std::map<std::size_t, double> variances;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (parts[p].point == nullptr) continue;
+    std::vector<double> weight(parts.size(), 0.0);
+    weight[p] = 1.0;
+    for (const auto& rest : vibration::at_rest(data, data.series[parts[p].series]).parts)
+      for (std::size_t q = 0; q < parts.size(); ++q)
+        if (parts[q].series == rest.series) weight[q] -= rest.weight;
+    double variance = 0.0;
+    for (std::size_t a = 0; a < parts.size(); ++a) {
+      if (weight[a] == 0.0) continue;
+      variance += weight[a] * weight[a] * (fit.white_variance / seconds[a] + rounding[a] * rounding[a]);
+      for (std::size_t b = 0; b < parts.size(); ++b)
+        for (std::size_t c = 0; c < slow_terms; ++c)
+          variance += weight[a] * weight[b] * fit.slow_variance[c] * rows.data.slow[c].kernel(a, b);
+    }
+    variances[parts[p].series] = variance;
+  }
+  return variances;
+}
+
+Rectification rectification_of(const vibration::Data& data, const std::vector<Part>& parts, std::size_t unit,
+                               const std::string& levels) {
+  Rectification r;
+  r.unit = unit;
+  r.ways = ways_of(data, parts);
+  r.quartic = levels == "quartic" || (levels == "auto" && has_levels(parts));
+  r.quartic_column = r.ways.size();
+  const Groups groups = groups_of(data, parts);
+  std::size_t columns = r.ways.size() + (r.quartic ? 1 : 0) + groups.rests.size(), rests = 0;
+  std::vector<std::size_t> drift_column;
+  for (const std::size_t n : groups.rests) {
+    rests += n;
+    drift_column.push_back(n >= 3 ? columns++ : 0);
+  }
+  Rows rows;
+  add_rows(data, parts, r, groups, drift_column, columns, rows);
+  // With few segments at rest nothing tells a share of each frequency from noise of each segment.
+  const bool between = rests >= 4 && parts.size() - rests >= 4;
+  add_noise(data, parts, columns, between, rows);
+  r.fit = fit_mixed_model(rows.data);
+  const std::size_t slow_terms = rows.data.slow.size() - (between ? 1 : 0);
+  for (std::size_t c = 0; c < slow_terms; ++c) r.slow_sd += r.fit.slow_variance[c] * rows.data.slow[c].kernel(0, 0);
+  r.slow_sd = std::sqrt(r.slow_sd);
+  if (between) r.between_sd = std::sqrt(r.fit.slow_variance.back());
+  r.shift_variance = shift_variances(data, parts, rows, r.fit, slow_terms);
+  return r;
+}
+
+}  // namespace
+
+std::vector<Rectification> rectify(const vibration::Data& data, const Measured& measured, const std::string& levels,
+                                   Findings& findings) {
+  std::vector<Rectification> found;
+  for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
+    const auto points = std::ranges::count(measured.points, unit, &Point::unit);
+    if (points == 0) continue;
+    const auto parts = parts_of(data, measured, unit);
+    const auto shaken = std::ranges::count_if(parts, [](const Part& part) { return part.point != nullptr; });
+    const std::string where = data.units[unit].prefix.empty() ? "" : data.units[unit].name;
+    if (shaken < points)
+      findings.push_back({Severity::error,
+                          fmt::format("{} without a segment at rest in the same power-up and position: no shift of the "
+                                      "mean there; record the unit at rest before and after",
+                                      say_count(static_cast<std::size_t>(points - shaken), "tone")),
+                          where});
+    if (shaken == 0) continue;
+    try {
+      found.push_back(rectification_of(data, parts, unit, levels));
+    } catch (const Error& error) {
+      if (error.kind != Error::Kind::bad_data) throw;
+      findings.push_back({Severity::error, fmt::format("no vibration_rectification: {}", error.what()), where});
+    }
+  }
+  return found;
+}
+
+}  // namespace tumble::sine
