@@ -266,11 +266,10 @@ Line fit_rest(std::span<const double> time, std::span<const double> value, doubl
   return line;
 }
 
-double raster(double cycles_per_window, double samples) {
-  for (double p = 1.0; p < 0.25 * samples; ++p) {
-    const double turns = p * cycles_per_window;
-    if (std::abs(turns - std::round(turns)) * samples < 1.0) return p;
-  }
+double raster(double cycles_per_window, double pulses_per_window, double samples) {
+  const auto off = [](double turns) { return std::abs(turns - std::round(turns)); };
+  for (double p = 1.0; p < 0.25 * samples; ++p)
+    if (off(p * cycles_per_window) * samples < 1.0 && off(p * pulses_per_window) * samples < p) return p;
   return samples;
 }
 

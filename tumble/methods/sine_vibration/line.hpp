@@ -38,8 +38,8 @@ Line fit_line(std::span<const double> time, std::span<const double> value, doubl
 /// The same without a tone: mean, drift and what is left.
 Line fit_rest(std::span<const double> time, std::span<const double> value, double interval);
 
-/// Windows after which a tone meets the windows at the same phases again, to less than one spacing of them over
-/// `samples`; `samples` where it does not.
-double raster(double cycles_per_window, double samples);
+/// Windows after which tone and total count meet the windows at the same phases again, to less than one spacing of the
+/// phases and to less than one pulse over all `samples`; `samples` where they do not.
+double raster(double cycles_per_window, double pulses_per_window, double samples);
 
 }  // namespace tumble::sine

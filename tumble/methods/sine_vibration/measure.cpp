@@ -84,10 +84,12 @@ bool clipped(const Series& series, const Line& line, double pulse) {
 }
 
 /// (3.14): the rounding of the running total, 1/12 pulse^2, differenced, is 4 sin^2(pi f H) of it at f; over a raster
-/// of P phases only P of them are independent: 2/P of that on the square of the amplitude.
+/// of P windows, after which tone and total repeat, only P of them are independent: 2/P of that on the square of the
+/// amplitude. Where they do not repeat it is noise, and in the residuals.
 double rounding_log_variance(const Line& line, double cycles_per_window, double pulse_force) {
-  const double p = raster(cycles_per_window, static_cast<double>(line.samples));
-  if (p >= 0.25 * static_cast<double>(line.samples)) return 0.0;
+  const double n = static_cast<double>(line.samples);
+  const double p = raster(cycles_per_window, line.mean / pulse_force, n);
+  if (p >= 0.25 * n) return 0.0;
   const double pulses = line.amplitude / pulse_force;
   return 2.0 / (3.0 * p) * std::pow(std::sin(std::numbers::pi * cycles_per_window), 2) / (pulses * pulses);
 }

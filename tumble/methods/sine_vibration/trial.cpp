@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/math/random.hpp"
 #include "tumble/methods/trial/plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
