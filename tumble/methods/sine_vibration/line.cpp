@@ -92,12 +92,18 @@ std::vector<int> harmonics_of(const Samples& s, double frequency) {
   return found;
 }
 
+Complex power(Complex w, int k) { return k == 2 ? w * w : w * w * w; }
+
 /// One step of the frequency: amplitude and phase may change linearly with time.
-double step_of_frequency(const Samples& s, const std::vector<Complex>& wave) {
+double step_of_frequency(const Samples& s, const std::vector<Complex>& wave, const std::vector<int>& harmonics) {
   const double scale = 2.0 / s.span;
-  const Normal fit = solve(s, 6, [&](std::size_t i, double* x) {
+  const Normal fit = solve(s, 6 + 2 * static_cast<Eigen::Index>(harmonics.size()), [&](std::size_t i, double* x) {
     const double u = s.time[i] * scale;
     x[0] = 1.0, x[1] = u, x[2] = wave[i].real(), x[3] = wave[i].imag(), x[4] = u * x[2], x[5] = u * x[3];
+    for (std::size_t h = 0; h < harmonics.size(); ++h) {
+      const Complex w = power(wave[i], harmonics[h]);
+      x[6 + 2 * h] = w.real(), x[7 + 2 * h] = w.imag();
+    }
   });
   const Complex still(fit.b[2], -fit.b[3]), moving(fit.b[4], -fit.b[5]);
   return (moving / still).imag() * scale / two_pi;
@@ -119,7 +125,7 @@ double search(const Samples& s, double start, std::vector<Complex>& wave) {
   double f = start;
   for (int round = 0; round < 12; ++round) {
     waves(s, f, wave);
-    const double step = std::clamp(step_of_frequency(s, wave), -0.4 / s.span, 0.4 / s.span);
+    const double step = std::clamp(step_of_frequency(s, wave, {}), -0.4 / s.span, 0.4 / s.span);
     f += step;
     if (!(std::abs(f - start) * s.span < 1.2))
       throw Error(Error::Kind::bad_data, fmt::format("no steady tone near {:.6g} Hz", start));
@@ -133,6 +139,10 @@ Model model_of(const Samples& s, double frequency) {
   m.frequency = search(s, frequency, m.wave);
   waves(s, m.frequency, m.wave);
   m.harmonics = harmonics_of(s, m.frequency);
+  if (!m.harmonics.empty()) {
+    m.frequency += step_of_frequency(s, m.wave, m.harmonics);
+    waves(s, m.frequency, m.wave);
+  }
   const auto lines = 1 + static_cast<Eigen::Index>(m.harmonics.size());
   const double scale = 2.0 / s.span;
   const auto columns = 2 + 2 * lines;
@@ -140,8 +150,8 @@ Model model_of(const Samples& s, double frequency) {
     const Complex w = m.wave[i];
     x[0] = 1.0, x[1] = s.time[i] * scale, x[2] = w.real(), x[3] = w.imag();
     for (std::size_t h = 0; h < m.harmonics.size(); ++h) {
-      const Complex power = m.harmonics[h] == 2 ? w * w : w * w * w;
-      x[4 + 2 * h] = power.real(), x[5 + 2 * h] = power.imag();
+      const Complex line = power(w, m.harmonics[h]);
+      x[4 + 2 * h] = line.real(), x[5 + 2 * h] = line.imag();
     }
   });
   return m;
@@ -150,7 +160,7 @@ Model model_of(const Samples& s, double frequency) {
 double predicted(const Samples& s, const Model& m, std::size_t i) {
   double value = m.fit.b[0] + m.fit.b[1] * s.time[i] * 2.0 / s.span + (coefficient(m, 0) * m.wave[i]).real();
   for (std::size_t h = 0; h < m.harmonics.size(); ++h)
-    value += (coefficient(m, h + 1) * (m.harmonics[h] == 2 ? m.wave[i] * m.wave[i] : std::pow(m.wave[i], 3))).real();
+    value += (coefficient(m, h + 1) * power(m.wave[i], m.harmonics[h])).real();
   return value;
 }
 

@@ -191,7 +191,7 @@ Point point_of(const Context& context, std::size_t index, Findings& findings) {
   const double rate = 1.0 / series.interval;
   point.aliased_to = f > 0.5 * rate ? aliased_frequency(f, rate) : 0.0;
   point.cycles_effect = point.line.plain_mean - point.line.mean;
-  point.cycles_bound = point.line.amplitude / (std::numbers::pi * f * point.line.span);
+  point.cycles_bound = point.line.amplitude / (window * std::numbers::pi * f * point.line.span);
   return point;
 }
 

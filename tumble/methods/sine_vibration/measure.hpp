@@ -28,7 +28,7 @@ struct Point {
   double sd_from_window = 0.0;         ///< [m/s^2] that the window alone lets expect
   double aliased_to = 0.0;             ///< [Hz]; 0: not aliased
   double cycles_effect = 0.0;          ///< [m/s^2] plain mean less the mean of the fit
-  double cycles_bound = 0.0;           ///< [m/s^2] A |sinc(fH)|/(pi f T)
+  double cycles_bound = 0.0;           ///< [m/s^2] A/(pi f T), of the motion (3.11)
 
   double shift = 0.0;       ///< [m/s^2] of the mean against the unit at rest; NaN: no segment at rest
   bool both_sides = false;  ///< at rest before and after

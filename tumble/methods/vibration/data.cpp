@@ -271,24 +271,53 @@ void per_second(const Draft& draft, Data& data) {
   }
 }
 
-/// At rest the register does not run over: their mean says about what the others lie.
-void unwrap_counts(const Draft& draft, Data& data, std::vector<std::string>& problems) {
-  if (reading_of(*draft.channel) != Reading::pulses) return;
-  double expected = 0.0, n = 0.0;
+/// Greatest specific force of a vibration about its mean, as windows of H show it; of random vibration, 4 standard
+/// deviations of the widest band's.
+double reach_of(const Motion& shake, double window) {
+  if (shake.kind == Motion::Kind::sine) return shake.amplitude * std::abs(sinc(shake.frequency * window));
+  double variance = 0.0;
+  for (std::size_t i = 1; i < shake.psd.size(); ++i)
+    variance +=
+        0.5 * (shake.psd[i] + shake.psd[i - 1]) * (shake.psd_frequency[i] - shake.psd_frequency[i - 1]) *
+        std::pow(sinc(std::min(0.5 / window, 0.5 * (shake.psd_frequency[i] + shake.psd_frequency[i - 1])) * window), 2);
+  return 4.0 * std::sqrt(variance);
+}
+
+/// Counts of a window at rest, and per m/s^2.
+struct Expected {
+  double count = std::nan(""), scale = std::nan("");
+};
+
+Expected expected_of(const Settings& settings, const Draft& draft, const Data& data) {
+  double sum = 0.0, rest = 0.0, n = 0.0;
   for (const std::size_t s : draft.series) {
     if (!data.series[s].at_rest()) continue;
     for (const double c : data.series[s].force) {
       if (std::isnan(c)) continue;
-      expected += c;
+      sum += c;
+      rest += data.series[s].rest;
       ++n;
     }
   }
-  if (n == 0.0) return;
-  expected /= n;
+  Expected expected;
+  if (n == 0.0) return expected;
+  expected.count = sum / n;
+  if (const auto given = given_scale(settings, data.units[data.series[draft.series.front()].unit], *draft.channel))
+    expected.scale = *given * draft.windows.window;
+  else if (std::abs(rest / n) > 0.2 * 9.80665)
+    expected.scale = sum / rest;
+  return expected;
+}
+
+/// At rest the register does not run over: their mean says about what the others lie.
+void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems) {
+  if (reading_of(*draft.channel) != Reading::pulses || draft.series.empty()) return;
+  const Expected expected = expected_of(settings, draft, data);
   for (const std::size_t s : draft.series) {
     Series& series = data.series[s];
     if (series.at_rest()) continue;
-    const Unwrapped result = unwrap(series.force, expected);
+    const double reach = reach_of(series.shake, series.window) * std::abs(expected.scale);
+    const Unwrapped result = unwrap(series.force, expected.count, reach);
     if (result.outcome == Unwrapped::Outcome::repaired)
       data.findings.push_back(
           {Severity::warning,
@@ -298,9 +327,9 @@ void unwrap_counts(const Draft& draft, Data& data, std::vector<std::string>& pro
            draft.channel->name + ", " + series.label});
     if (result.outcome == Unwrapped::Outcome::ambiguous)
       problems.push_back(
-          fmt::format("{}, {}: the counter ran over its {} bits in {} and which cannot be told: use a "
-                      "wider register, a shorter counting period or less amplitude",
-                      draft.channel->name, series.label, result.bits, say_count(result.windows, "window")));
+          fmt::format("{}, {}: the counter ran over its {} bits and which windows did cannot be told: use "
+                      "a wider register, a shorter counting period or less amplitude",
+                      draft.channel->name, series.label, result.bits));
   }
 }
 
@@ -371,7 +400,7 @@ Data data_of(const Evidence& evidence) {
         const std::size_t unit = unit_index(channel->name, data);
         Draft draft{channel, windows_of(evidence, r, *channel, data), {}, {}};
         add_segments(evidence, r, unit, draft, data);
-        unwrap_counts(draft, data, problems);
+        unwrap_counts(settings, draft, data, problems);
         per_second(draft, data);
         for (std::size_t k = 0; reference != nullptr && k < draft.series.size(); ++k)
           add_reference(evidence, *reference, draft, draft.first[k], data.series[draft.series[k]], data);

@@ -134,7 +134,7 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
   return squares > 0.0 ? with / squares : std::nan("");
 }
 
-Unwrapped unwrap(std::vector<double>& counts, double expected) {
+Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
   double low = INFINITY, high = -INFINITY, sum = 0.0, n = 0.0;
   for (const double c : counts) {
     if (std::isnan(c)) continue;
@@ -143,13 +143,12 @@ Unwrapped unwrap(std::vector<double>& counts, double expected) {
     sum += c;
     ++n;
   }
-  if (n < 16.0 || !std::isfinite(expected)) return {};
+  if (n < 16.0 || !std::isfinite(expected) || !(reach > 0.0)) return {};
   for (const int bits : {8, 10, 12, 14, 15, 16, 20, 24}) {
     const double m = std::ldexp(1.0, bits);
     const bool is_signed = low < 0.0;
     const double bottom = is_signed ? -0.5 * m : 0.0, top = bottom + m - 1.0;
-    // Filled from end to end, as only a register that runs over is.
-    if (low < bottom || high > top || low > bottom + 0.03 * m || high < top - 0.03 * m) continue;
+    if (low < bottom || high > top || (expected - 0.9 * reach > bottom && expected + 0.9 * reach < top)) continue;
     Unwrapped result{Unwrapped::Outcome::repaired, bits, 0};
     std::vector<double> moved = counts;
     double mean = 0.0, before = 0.0, after = 0.0, farthest = 0.0;
@@ -161,7 +160,7 @@ Unwrapped unwrap(std::vector<double>& counts, double expected) {
       mean += c / n;
       farthest = std::max(farthest, std::abs(c - expected));
     }
-    if (result.windows == 0) return {};
+    if (result.windows == 0) continue;
     for (std::size_t i = 0; i < counts.size(); ++i) {
       if (std::isnan(counts[i])) continue;
       before += (counts[i] - sum / n) * (counts[i] - sum / n);
@@ -171,7 +170,7 @@ Unwrapped unwrap(std::vector<double>& counts, double expected) {
       counts = std::move(moved);
       return result;
     }
-    if (std::abs(sum / n - expected) > 0.05 * m) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
+    if (std::abs(sum / n - expected) > 0.1 * reach) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
   }
   return {};
 }

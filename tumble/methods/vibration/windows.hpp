@@ -30,12 +30,16 @@ Windows stamped_windows(const Channel& channel, const Windows& even);
 double slope_with_interval(const Channel& channel, const std::vector<std::pair<double, double>>& at_rest);
 
 /// Counts of a register of n bits that ran over: each is put within half of 2^n of `expected`.
+///
+/// Suspected where all counts fit into n bits although expected +- reach, what the plan lets them be, does not;
+/// repaired where all of them then lie well within that half and scatter less; ambiguous where they do not, although
+/// the mean of the counts as they are is off what is expected.
 struct Unwrapped {
   enum class Outcome { sound, repaired, ambiguous };
   Outcome outcome = Outcome::sound;
   int bits = 0;
   std::size_t windows = 0;  ///< moved
 };
-Unwrapped unwrap(std::vector<double>& counts, double expected);
+Unwrapped unwrap(std::vector<double>& counts, double expected, double reach);
 
 }  // namespace tumble::vibration
