@@ -95,6 +95,21 @@ void add_gain_noise(const Measured& measured, Raw& raw) {
   }
 }
 
+/// A harmonic that falls upon the line is part of the amplitude of unit and reference, in unlike shares and at any
+/// phase.
+void add_harmonics(const Evidence& evidence, const Measured& measured, Raw& raw) {
+  std::map<std::size_t, std::vector<std::size_t>> motions;
+  for (std::size_t i = 0; i < measured.points.size(); ++i)
+    if (measured.points[i].hidden_harmonic > 0) motions[measured.points[i].motion].push_back(i);
+  for (const auto& [motion, points] : motions) {
+    const bool second = measured.points[points.front()].hidden_harmonic == 2;
+    const double sd = rig_sd(evidence, second ? "second harmonic" : "third harmonic", 0.01);
+    if (!(sd > 0.0)) continue;
+    Component& component = raw.add("harmonic of the shake on the line");
+    for (const std::size_t i : points) component.shift[raw.first_gain + i] = sd;
+  }
+}
+
 /// A relative error of the level moves ln gain by -1 and A^2 by 2 of it.
 void add_level(const Evidence& evidence, const Measured& measured, const std::vector<Rectification>& rectified,
                Raw& raw) {
@@ -345,6 +360,7 @@ Raw raw_of(const Evidence& evidence, const vibration::Data& data, const Measured
   for (const auto& point : measured.points) raw.value.push_back(std::log(point.gain));
   for (std::size_t k = 0; k < rectified.size(); ++k) add_fit(rectified[k], raw.coefficient[k], raw);
   add_gain_noise(measured, raw);
+  add_harmonics(evidence, measured, raw);
   add_level(evidence, measured, rectified, raw);
   add_scales(data, measured, rectified, raw);
   add_motion(evidence, measured, rectified, raw);

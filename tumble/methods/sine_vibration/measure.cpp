@@ -190,6 +190,7 @@ Point point_of(const Context& context, std::size_t index, Findings& findings) {
   point.sd_from_window = sd_from_window(point.level, f, series.window, unit.pulse);
   const double rate = 1.0 / series.interval;
   point.aliased_to = f > 0.5 * rate ? aliased_frequency(f, rate) : 0.0;
+  point.hidden_harmonic = hidden_harmonic(f, series.interval, length);
   point.cycles_effect = point.line.plain_mean - point.line.mean;
   point.cycles_bound = point.line.amplitude / (window * std::numbers::pi * f * point.line.span);
   return point;
@@ -257,6 +258,13 @@ void set_shifts(const vibration::Data& data, Measured& measured) {
 }
 
 }  // namespace
+
+int hidden_harmonic(double frequency, double interval, double span) {
+  const double rate = 1.0 / interval, here = aliased_frequency(frequency, rate);
+  for (const int k : {2, 3})
+    if (std::abs(aliased_frequency(k * frequency, rate) - here) * span < 2.0) return k;
+  return 0;
+}
 
 double sd_from_window(double amplitude, double frequency, double window, double pulse) {
   const double line = amplitude * sinc(frequency * window), q = pulse / window;

@@ -25,6 +25,7 @@ struct Point {
 
   double gain = 0.0;                   ///< amplitude/(A_ref |sinc(fH)|)
   double rounding_log_variance = 0.0;  ///< of ln gain: counts that repeat with the tone hide their rounding
+  int hidden_harmonic = 0;             ///< of the shake, which shows at the tone's own frequency; 0: none does
   double sd_from_window = 0.0;         ///< [m/s^2] that the window alone lets expect
   double aliased_to = 0.0;             ///< [Hz]; 0: not aliased
   double cycles_effect = 0.0;          ///< [m/s^2] plain mean less the mean of the fit
@@ -53,6 +54,10 @@ Measured measure(const vibration::Data& data);
 
 /// What is wrong with measuring a tone of that frequency by these windows over `span` [s]; empty: nothing.
 std::string objection(double frequency, double window, double interval, double span);
+
+/// The lowest harmonic, second or third, that windows at this interval show within two cycles over `span` [s] of the
+/// tone itself: 3 at a quarter of their rate, for example. 0: none.
+int hidden_harmonic(double frequency, double interval, double span);
 
 /// sd of the window means that a sine of amplitude A gives by the window alone, with the rounding of its counts (3.8):
 /// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H. The same unit for all accelerations.

@@ -218,6 +218,23 @@ void tell_aliases(const Measured& measured, Findings& findings) {
          ""});
 }
 
+void tell_harmonics(const vibration::Data& data, const Measured& measured, Findings& findings) {
+  double last = 0.0;
+  for (const Point& p : measured.points) {
+    if (p.hidden_harmonic == 0 || p.nominal <= last) continue;
+    last = p.nominal;
+    const double off = std::max(0.003 * p.nominal, 3.0 / p.line.span);
+    findings.push_back(
+        {Severity::warning,
+         fmt::format("harmonic {} of {:.6g} Hz shows at the same frequency in {:.6g} windows a second: the "
+                     "distortion of the shake is in the gain there, and in its uncertainty; use {:.6g} Hz "
+                     "or {:.6g} Hz",
+                     p.hidden_harmonic, p.line.frequency, 1.0 / data.series[p.series].interval, p.nominal - off,
+                     p.nominal + off),
+         data.series[p.series].label});
+  }
+}
+
 void tell_rest(const vibration::Data& data, const Measured& measured, Findings& findings) {
   std::size_t one_side = 0;
   for (const Point& p : measured.points) one_side += !std::isnan(p.shift) && !p.both_sides ? 1 : 0;
@@ -246,6 +263,7 @@ void add_tables(const vibration::Data& data, const Measured& measured, const std
   tell_parts(data, measured, estimate.findings);
   tell_cycles(data, measured, rectified, estimate.findings);
   tell_aliases(measured, estimate.findings);
+  tell_harmonics(data, measured, estimate.findings);
   tell_rest(data, measured, estimate.findings);
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -28,11 +29,7 @@ std::string unit_name(const std::string& channel) {
 
 /// The accelerometers of a recording; Error::bad_data where there is none.
 std::vector<const Channel*> units_in(const Evidence& evidence, const Recording& recording) {
-  std::vector<const Channel*> found;
-  if (const Channel* named = channel_for(evidence, recording, role)) found.push_back(named);
-  if (!evidence.plan.channels.contains(role))
-    for (const Channel& channel : recording.channels)
-      if (channel.name.ends_with("." + role)) found.push_back(&channel);
+  auto found = channels_for(evidence, recording, role);
   if (found.empty()) require_channel(evidence, recording, role);
   return found;
 }
@@ -81,10 +78,9 @@ struct Draft {
 };
 
 std::size_t unit_index(const std::string& channel, Data& data) {
-  const std::string name = unit_name(channel);
-  const auto found = std::ranges::find(data.units, name, &UnitUnderTest::name);
+  const auto found = std::ranges::find(data.units, channel, &UnitUnderTest::channel);
   if (found != data.units.end()) return static_cast<std::size_t>(found - data.units.begin());
-  data.units.push_back({.name = name, .prefix = "", .channel = channel});
+  data.units.push_back({.name = unit_name(channel), .prefix = "", .channel = channel});
   return data.units.size() - 1;
 }
 
@@ -363,7 +359,16 @@ void refuse_impossible(const Settings& settings, std::vector<std::string>& probl
     problems.emplace_back("[settings] range must be positive");
 }
 
-void name_units(const Settings& settings, Data& data, std::vector<std::string>& problems) {
+/// The first instrument is called by its serial where others stand beside it.
+void name_units(const Evidence& evidence, Data& data, std::vector<std::string>& problems) {
+  const Settings& settings = evidence.plan.settings;
+  const std::string& serial = evidence.plan.instrument_serial;
+  const bool word =
+      !serial.empty() && std::ranges::all_of(serial, [](unsigned char c) { return std::isalnum(c) || c == '_'; });
+  for (auto& unit : data.units)
+    if (unit.name == role && data.units.size() > 1 && word &&
+        std::ranges::find(data.units, serial, &UnitUnderTest::name) == data.units.end())
+      unit.name = serial;
   for (auto& unit : data.units) unit.prefix = data.units.size() > 1 ? unit.name + "." : "";
   std::vector<std::string> names;
   for (const auto& unit : data.units) names.push_back(unit.name);
@@ -385,7 +390,7 @@ Data data_of(const Evidence& evidence) {
   if (settings.has("range")) data.range = settings.number("range");
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) unit_index(channel->name, data);
-  name_units(settings, data, problems);
+  name_units(evidence, data, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   std::map<std::size_t, std::vector<Draft>> drafts;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {

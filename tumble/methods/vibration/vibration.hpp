@@ -20,7 +20,8 @@ namespace tumble::vibration {
 
 /// One accelerometer on the fixture.
 struct UnitUnderTest {
-  std::string name;                ///< "S1" of a channel S1 or S1.accelerometer; "accelerometer"
+  /// "S2" of a channel S2 or S2.accelerometer; of "accelerometer" with others beside it the plan's serial.
+  std::string name;
   std::string prefix;              ///< of its parameters: "S1."; empty where it is the only one
   std::string channel;             ///< as recorded
   double force_per_value = 1.0;    ///< specific force [m/s^2] for one SI unit of the channel, over one window
