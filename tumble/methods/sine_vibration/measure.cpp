@@ -163,19 +163,19 @@ Point point_of(const Context& context, std::size_t index, Findings& findings) {
   const Series& series = context.data.series[index];
   const auto& unit = context.data.units[series.unit];
   const double length = series.end - series.begin;
-  if (const auto why = objection(series.shake.frequency, series.window, series.interval, length); !why.empty())
+  if (const auto why = objection(series.shake.frequency, series.averaging, series.interval, length); !why.empty())
     throw Error(Error::Kind::bad_data, why);
   Point point;
   point.series = index;
   point.unit = series.unit;
-  point.window = series.window;
+  point.window = series.averaging;
   point.nominal = three_digits(series.shake.frequency);
   point.line = line_of(series, series.force);
   const double f = point.line.frequency, pulse_force = unit.pulse / series.window;
-  if (const auto why = objection(f, series.window, series.interval, length); !why.empty())
+  if (const auto why = objection(f, series.averaging, series.interval, length); !why.empty())
     throw Error(Error::Kind::bad_data, why);
   set_level(context, series, point, findings);
-  const double window = std::abs(sinc(f * series.window));
+  const double window = std::abs(sinc(f * series.averaging));
   const double expected = (series.shake.amplitude > 0.0 ? series.shake.amplitude : point.level) * window;
   if (!(point.line.amplitude > 0.03 * expected) || point.line.log_variance > 0.04)
     throw Error(Error::Kind::bad_data,
@@ -187,7 +187,7 @@ Point point_of(const Context& context, std::size_t index, Findings& findings) {
   compare_with_plan(context, series, point, findings);
   if (unit.pulse > 0.0)
     point.rounding_log_variance = rounding_log_variance(point.line, f * series.interval, pulse_force);
-  point.sd_from_window = sd_from_window(point.level, f, series.window, unit.pulse);
+  point.sd_from_window = sd_from_window(point.level, f, series.averaging, unit.pulse);
   const double rate = 1.0 / series.interval;
   point.aliased_to = f > 0.5 * rate ? aliased_frequency(f, rate) : 0.0;
   point.hidden_harmonic = hidden_harmonic(f, series.interval, length);
@@ -230,7 +230,8 @@ Context context_of(const vibration::Data& data, Findings& findings) {
   parallel_for(first.size(), [&](std::size_t k) {
     const Series& series = data.series[first[k]];
     if (series.reference.empty() || series.shake.kind != Motion::Kind::sine) return;
-    if (!objection(series.shake.frequency, series.window, series.interval, series.end - series.begin).empty()) return;
+    if (!objection(series.shake.frequency, series.averaging, series.interval, series.end - series.begin).empty())
+      return;
     try {
       context.reference[k] = line_of(series, series.reference);
     } catch (const Error& error) {
@@ -267,7 +268,7 @@ int hidden_harmonic(double frequency, double interval, double span) {
 }
 
 double sd_from_window(double amplitude, double frequency, double window, double pulse) {
-  const double line = amplitude * sinc(frequency * window), q = pulse / window;
+  const double line = amplitude * sinc(frequency * window), q = pulse > 0.0 ? pulse / window : 0.0;
   return std::sqrt(0.5 * line * line + q * q / 6.0);
 }
 

@@ -15,7 +15,7 @@ struct Point {
   std::size_t unit = 0;
   double nominal = 0.0;  ///< [Hz] as planned, to three digits: names the parameters
   Line line;             ///< of the means over windows [m/s^2]
-  double window = 0.0;   ///< H [s]
+  double window = 0.0;   ///< [s] over which a sample is the mean
 
   double level = 0.0;               ///< A_ref [m/s^2] of the motion itself
   double level_log_variance = 0.0;  ///< of ln level by the noise of the reference

@@ -195,6 +195,17 @@ std::map<std::size_t, double> shift_variances(const vibration::Data& data, const
   return variances;
 }
 
+/// Mean variance of the segments about their mean.
+double about_their_mean(const Matrix& kernel) {
+  const double n = static_cast<double>(kernel.rows);
+  double own = 0.0, all = 0.0;
+  for (std::size_t a = 0; a < kernel.rows; ++a) {
+    own += kernel(a, a) / n;
+    for (std::size_t b = 0; b < kernel.rows; ++b) all += kernel(a, b) / (n * n);
+  }
+  return std::max(0.0, own - all);
+}
+
 Rectification rectification_of(const vibration::Data& data, const std::vector<Part>& parts, std::size_t unit,
                                const std::string& levels) {
   Rectification r;
@@ -216,7 +227,8 @@ Rectification rectification_of(const vibration::Data& data, const std::vector<Pa
   add_noise(data, parts, columns, between, rows);
   r.fit = fit_mixed_model(rows.data);
   const std::size_t slow_terms = rows.data.slow.size() - (between ? 1 : 0);
-  for (std::size_t c = 0; c < slow_terms; ++c) r.slow_sd += r.fit.slow_variance[c] * rows.data.slow[c].kernel(0, 0);
+  for (std::size_t c = 0; c < slow_terms; ++c)
+    r.slow_sd += r.fit.slow_variance[c] * about_their_mean(rows.data.slow[c].kernel);
   r.slow_sd = std::sqrt(r.slow_sd);
   if (between) r.between_sd = std::sqrt(r.fit.slow_variance.back());
   r.shift_variance = shift_variances(data, parts, rows, r.fit, slow_terms);

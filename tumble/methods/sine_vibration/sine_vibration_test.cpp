@@ -303,6 +303,22 @@ TEST(SineVibration, SeveralLevelsTellTheFourthPower) {
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
 }
 
+// The shake has a third harmonic of 1 %, which at a quarter of the rate of the windows falls upon the tone.
+TEST(SineVibration, HarmonicsOnTheLineAreInItsUncertainty) {
+  EXPECT_EQ(sine::hidden_harmonic(50.0, window, 100.0), 3);
+  EXPECT_EQ(sine::hidden_harmonic(200.0 / 3.0, window, 100.0), 2);
+  EXPECT_EQ(sine::hidden_harmonic(49.7, window, 100.0), 0);
+  const auto real = [](Plan& plan) { plan.rig.set_flag("ideal", false); };
+  const auto e = method().identify(shaken({.tones = {{40.0, 3.0}, {50.0, 3.0}}, .change = real}), {});
+  EXPECT_TRUE(says(e.findings, "harmonic 3 of 50 Hz shows at the same frequency"));
+  const auto sd = [&](const char* name) {
+    return standard_uncertainty(e, static_cast<std::size_t>(find_parameter(e, name) - e.parameters.data()));
+  };
+  EXPECT_NEAR(sd("gain_40Hz"), 0.0051, 0.0002);  // reference 0.5 %, scale factor 0.1 %
+  EXPECT_NEAR(sd("gain_50Hz"), 0.0112, 0.0004);  // and 1 %
+  EXPECT_NEAR(value(e, "gain_50Hz"), 1.0, 4.0 * sd("gain_50Hz"));
+}
+
 // Faults.
 
 TEST(SineVibration, OnHalfOfTheRateItSaysWhatToUse) {

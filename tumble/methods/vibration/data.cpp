@@ -101,6 +101,12 @@ void cut(const Draft& draft, double begin, double end, const Settings& settings,
   const double n = static_cast<double>(series.time.size());
   series.window = length / n;
   series.interval = w.window;
+  const Reading reading = reading_of(*draft.channel);
+  const bool instant =
+      reading != Reading::pulses && reading != Reading::velocity && settings.word("samples") == "instant";
+  series.averaging = instant ? 0.0 : series.window;
+  if (instant)
+    for (double& t : series.time) t -= 0.5 * w.window;
   series.begin = w.begin[first];
   series.end = w.begin[first + series.time.size() - 1] + w.length[first + series.time.size() - 1];
 }

@@ -27,6 +27,12 @@ std::vector<Option> options() {
        {"auto", "even", "stamps"},
        "counting windows where stamps scatter: all alike, or each from its stamp to the next; auto: as the counts at "
        "rest say"},
+      {"samples",
+       Type::word,
+       "1",
+       "window",
+       {"window", "instant"},
+       "a sample of a unit that does not count is its mean from stamp to stamp, or its value at the stamp"},
       {"reference_is",
        Type::word,
        "1",

@@ -38,6 +38,7 @@ struct Series {
   std::string label;               ///< of the segment
   Motion shake;                    ///< as commanded; hold: at rest
   double window = 0.0;             ///< H [s], mean
+  double averaging = 0.0;          ///< [s] over which a sample is the mean: H, or 0 where units are read as instants
   double interval = 0.0;           ///< [s] from one window to the next
   double begin = 0.0;              ///< [s] beginning of the first window, on the recording's clock
   double end = 0.0;                ///< [s] end of the last
