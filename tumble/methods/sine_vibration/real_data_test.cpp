@@ -74,19 +74,47 @@ TEST(SineVibrationRealData, DwellOnAShaker) {
   EXPECT_NEAR(cell("mean_shift"), si(0.015, "g"), si(0.002, "g"));
 }
 
-/// ln gain, phase [rad] and their variances, with a second-order system and delay fitted.
-response::LoopFit fitted(const response::Measured& m, double& worst) {
-  const auto fit = response::fit_loop(m, response::LoopKind::second_order);
-  worst = 0.0;
+/// Standard deviations by which gain and phase of each frequency are off the fit.
+std::vector<double> deviations(const response::Measured& m, const response::LoopFit& fit) {
+  std::vector<double> off;
   for (std::size_t i = 0; i < m.frequency.size(); ++i) {
     const double r = m.frequency[i] / std::exp(fit.theta[2]);
     const std::complex<double> d(1.0 - r * r, 2.0 * fit.theta[3] * r);
-    const double gain = fit.theta[0] - std::log(std::abs(d));
     const double phase = -2.0 * std::numbers::pi * m.frequency[i] * fit.theta[1] - std::arg(d);
-    worst = std::max({worst, std::abs(m.log_gain[i] - gain) / std::sqrt(m.log_gain_variance[i]),
-                      std::abs(m.phase[i] - phase) / std::sqrt(m.phase_variance[i])});
+    off.push_back((m.log_gain[i] - fit.theta[0] + std::log(std::abs(d))) / std::sqrt(m.log_gain_variance[i]));
+    off.push_back((m.phase[i] - phase) / std::sqrt(m.phase_variance[i]));
   }
-  return fit;
+  return off;
+}
+
+std::size_t beyond(const std::vector<double>& off, double limit) {
+  return static_cast<std::size_t>(std::ranges::count_if(off, [&](double z) { return std::abs(z) > limit; }));
+}
+
+double sd_of(const response::LoopFit& fit, const response::Measured& m, std::size_t parameter) {
+  double variance = 0.0;
+  const std::size_t n = m.frequency.size();
+  for (std::size_t i = 0; i < n; ++i)
+    variance += std::pow(fit.gain(parameter, i), 2) * m.log_gain_variance[i] +
+                std::pow(fit.gain(parameter, n + i), 2) * m.phase_variance[i];
+  return std::sqrt(variance);
+}
+
+/// S_0, f_n [Hz] and zeta without delay, linear in 1/H = (1 - (f/f_n)^2 + 2 i zeta f/f_n)/S_0: another way to the same.
+std::vector<double> by_reciprocals(const response::Measured& m) {
+  const std::size_t n = m.frequency.size();
+  Matrix x(2 * n, 3);
+  std::vector<double> y(2 * n), weight(2 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto h = std::polar(std::exp(-m.log_gain[i]), -m.phase[i]);
+    x(i, 0) = 1.0, x(i, 1) = -m.frequency[i] * m.frequency[i], x(n + i, 2) = m.frequency[i];
+    y[i] = h.real(), y[n + i] = h.imag();
+    weight[i] = 1.0 / (std::norm(h) * m.log_gain_variance[i]),
+    weight[n + i] = 1.0 / (std::norm(h) * m.phase_variance[i]);
+  }
+  const auto p = least_squares(x, y, weight, {}).parameters;
+  const double natural = std::sqrt(p[0] / p[1]);
+  return {1.0 / p[0], natural, 0.5 * p[2] * natural / p[0]};
 }
 
 // Reference accelerometer of the shock calibration example of PyDynamic: 49 frequencies, standard uncertainties 0.5 %
@@ -105,11 +133,22 @@ TEST(SineVibrationRealData, ShockAccelerometerIsOfSecondOrder) {
     m.phase_variance.push_back(std::pow((f <= 5000.0 ? 0.25 : 0.5) * std::numbers::pi / 180.0, 2));
   }
   ASSERT_EQ(m.frequency.size(), 49u);
-  double worst = 0.0;
-  const auto fit = fitted(m, worst);
-  std::printf("S0 %.5f delay %.3g us f0 %.1f Hz zeta %.4f chi2 %.1f/%.0f worst %.1f\n", std::exp(fit.theta[0]),
-              1e6 * fit.theta[1], std::exp(fit.theta[2]), fit.theta[3], fit.chi_square, fit.degrees_of_freedom, worst);
-  EXPECT_TRUE(fit.converged);
+  const auto fit = response::fit_loop(m, response::LoopKind::second_order);
+  ASSERT_TRUE(fit.converged);
+  // The published example states uncertainties, no fit. 49 gains and phases: seven tenths of the chi-square come from
+  // five frequencies, 9.5, 10, 14, 18.5 and 19 kHz, where the mounting resonates; the others hold what is stated.
+  EXPECT_FALSE(fit.accepted);
+  const auto off = deviations(m, fit);
+  EXPECT_EQ(off.size(), 98u);
+  EXPECT_LE(beyond(off, 2.0), 9u);  // 5 % and the mounting
+  EXPECT_LE(beyond(off, 3.0), 7u);
+  const auto other = by_reciprocals(m);
+  const double wider = std::sqrt(fit.chi_square / fit.degrees_of_freedom);
+  EXPECT_NEAR(std::log(other[0]), fit.theta[0], 3.0 * wider * sd_of(fit, m, 0));
+  EXPECT_NEAR(std::log(other[1]), fit.theta[2], 3.0 * wider * sd_of(fit, m, 2));
+  EXPECT_NEAR(other[1], 51273.0, 1.0);  // numbers of the page
+  EXPECT_NEAR(other[2], 0.0830, 1e-4);
+  EXPECT_NEAR(other[0], 0.22769, 1e-5);
 }
 
 // Primary calibration of an MPU-9250 at PTB, ten loops: second order with a delay.
@@ -140,11 +179,10 @@ TEST(SineVibrationRealData, Mpu9250) {
     m.log_gain_variance.push_back((std::pow(s[1] / 2.0, 2) + scatter / 9.0) / (s[0] * s[0]));
     m.phase_variance.push_back(std::pow(s[4] / 2.0, 2) + scatter_phase / 9.0);
   }
-  double worst = 0.0;
-  const auto fit = fitted(m, worst), delay = response::fit_loop(m, response::LoopKind::delay);
-  std::printf("S0 %.5f delay %.4g ms f0 %.1f Hz zeta %.4f chi2 %.1f/%.0f worst %.1f; delay alone %.4f ms\n",
-              std::exp(fit.theta[0]), 1e3 * fit.theta[1], std::exp(fit.theta[2]), fit.theta[3], fit.chi_square,
-              fit.degrees_of_freedom, worst, 1e3 * delay.theta[1]);
+  const auto fit = response::fit_loop(m, response::LoopKind::second_order);
+  const auto delay = response::fit_loop(m, response::LoopKind::delay);
+  // Its digital filter is of higher order: no second order holds gains known to 0.01 %, and the fit says so.
+  EXPECT_FALSE(fit.accepted);
   EXPECT_NEAR(delay.theta[1], 1.511e-3, 0.0005e-3);
 }
 

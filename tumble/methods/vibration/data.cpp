@@ -156,6 +156,8 @@ Windows windows_of(const Evidence& evidence, std::size_t r, const Channel& chann
   const std::string& how = evidence.plan.settings.word("windows");
   if (channel.timeline.uniform() || how == "even") return even;
   if (how == "stamps") return stamped_windows(channel, even);
+  const Reading reading = reading_of(channel);
+  if (reading != Reading::pulses && reading != Reading::velocity) return even;
   if (even.scatter < 1e-4 * even.window) return even;
   std::vector<std::pair<double, double>> rests;
   const Recording& recording = evidence.recordings[r];

@@ -111,7 +111,7 @@ Windows stamped_windows(const Channel& channel, const Windows& even) {
 }
 
 double slope_with_interval(const Channel& channel, const std::vector<std::pair<double, double>>& at_rest) {
-  double with = 0.0, squares = 0.0;
+  double with = 0.0, squares = 0.0, counts = 0.0, windows = 0.0;
   for (const auto& [begin, end] : at_rest) {
     double n = 0.0, count = 0.0, time = 0.0;
     const std::size_t first = index_at(channel, begin);
@@ -127,11 +127,17 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
       if (std::isnan(channel.values[i])) continue;
       const double interval = (channel.time(i + 1) - channel.time(i)) * n / time - 1.0;
       if (std::abs(interval) > 0.5) continue;  // a gap
-      with += interval * (channel.values[i] * n / count - 1.0);
+      const double more = channel.values[i] * n / count - 1.0;
+      with += interval * more;
       squares += interval * interval;
+      counts += more * more;
+      ++windows;
     }
   }
-  return squares > 0.0 ? with / squares : std::nan("");
+  if (!(squares > 0.0)) return std::nan("");
+  const double slope = with / squares;
+  const double variance = (counts - slope * with) / (windows * squares);
+  return variance < 0.01 ? slope : std::nan("");
 }
 
 Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {

@@ -26,7 +26,8 @@ Windows even_windows(const Channel& channel, Findings& findings);
 Windows stamped_windows(const Channel& channel, const Windows& even);
 
 /// Whether counts taken at a constant input go with the time between the stamps (1) or not (0): the slope of count over
-/// mean count against interval over mean interval. NaN: the stamps or the counts do not scatter.
+/// mean count against interval over mean interval. NaN: the
+/// stamps do not scatter, or too little against the counts to tell by a tenth.
 double slope_with_interval(const Channel& channel, const std::vector<std::pair<double, double>>& at_rest);
 
 /// Counts of a register of n bits that ran over: each is put within half of 2^n of `expected`.
