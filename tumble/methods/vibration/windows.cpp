@@ -36,21 +36,36 @@ void leave_out_neighbours(const Channel& channel, const Clock& clock, Windows& w
   for (std::size_t i = 0; i < n; ++i) windows.usable[i] = !bad[i];
 }
 
-/// Least late stamps: where the even clock begins in each part between gaps.
+/// What an even clock leaves of the stamps of samples `from` to `to`: the mean over 257 neighbours follows a clock that
+/// wanders, and not the scatter of single stamps.
+std::vector<double> wander(const Channel& channel, std::size_t from, std::size_t to, double rate) {
+  constexpr std::size_t half = 128;
+  const std::size_t n = to - from;
+  std::vector<double> total(n + 1, 0.0), mean(n);
+  for (std::size_t i = 0; i < n; ++i)
+    total[i + 1] = total[i] + (channel.time(from + i) - channel.time(from) - static_cast<double>(i) / rate);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t reach = std::min({half, i, n - 1 - i});  // symmetric: a drift does not shift it
+    mean[i] = (total[i + reach + 1] - total[i - reach]) / static_cast<double>(2 * reach + 1);
+  }
+  return mean;
+}
+
+/// Even times in each part between gaps, with the wander of its clock where that is more than a thousandth of a window.
 void set_even_times(const Channel& channel, const Clock& clock, Windows& windows) {
   const std::size_t n = channel.values.size();
   std::size_t from = 0;
   for (std::size_t g = 0; g <= clock.gaps.size(); ++g) {
     const std::size_t to = g < clock.gaps.size() ? clock.gaps[g].after + 1 : n;
-    // The clock of a long part may drift against the mean rate: straight line through its stamps, shifted to the
-    // earliest.
     const double length = static_cast<double>(to - from);
-    double rate = clock.rate;
-    if (length > 64.0) rate = (length - 1.0) / (channel.time(to - 1) - channel.time(from));
-    double late = 0.0;
-    for (std::size_t i = from; i < to; ++i) late += channel.time(i) - static_cast<double>(i - from) / rate;
-    late /= length;
-    for (std::size_t i = from; i < to; ++i) windows.begin[i] = late + static_cast<double>(i - from) / rate;
+    const double rate = length > 64.0 ? (length - 1.0) / (channel.time(to - 1) - channel.time(from)) : clock.rate;
+    const auto off = wander(channel, from, to, rate);
+    double mean = 0.0, squares = 0.0;
+    for (const double x : off) mean += x / length;
+    for (const double x : off) squares += (x - mean) * (x - mean) / length;
+    const bool wanders = std::sqrt(squares) > 1e-3 / rate;
+    for (std::size_t i = from; i < to; ++i)
+      windows.begin[i] = channel.time(from) + static_cast<double>(i - from) / rate + (wanders ? off[i - from] : mean);
     from = to;
   }
 }
