@@ -435,6 +435,15 @@ TEST(SineVibration, WithoutRestNoShiftButGains) {
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
 }
 
+TEST(SineVibration, RestThatMovesIsNone) {
+  Evidence evidence = shaken({});
+  for (auto& segment : evidence.plan.schedule)
+    if (segment.label == "tone 2") segment.axes.clear();
+  const auto e = method().identify(evidence, {});
+  EXPECT_TRUE(says(e.findings, "not at rest, as planned"));
+  EXPECT_NEAR(value(e, "vibration_rectification"), si(20.0, "ug/g^2"), si(5.0, "ug/g^2"));
+}
+
 TEST(SineVibration, ScaleFactorFromRest) {
   const auto forget = [](Plan& plan) {
     plan.settings.set_word("scale_factor", "");

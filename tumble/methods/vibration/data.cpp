@@ -359,6 +359,36 @@ void drop_dead(Data& data) {
   data.series = std::move(alive);
 }
 
+double spread(const std::vector<double>& values) {
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (const double v : values)
+    if (!std::isnan(v)) ++n, sum += v;
+  for (const double v : values)
+    if (!std::isnan(v)) squares += (v - sum / n) * (v - sum / n);
+  return std::sqrt(squares / n);
+}
+
+/// A segment planned at rest in which the unit moves, as while the shaker runs up, is none: its spread is 20 times that
+/// of the unit's quietest, and more than three pulses or a thousandth of the mean.
+void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& data) {
+  std::vector<double> quietest(data.units.size(), INFINITY);
+  for (const Series& s : data.series)
+    if (s.at_rest()) quietest[s.unit] = std::min(quietest[s.unit], spread(s.force));
+  std::erase_if(data.series, [&](const Series& s) {
+    if (!s.at_rest()) return false;
+    const bool pulses = reading_of(*drafts.at(s.unit).front().channel) == Reading::pulses;
+    const double own = spread(s.force), least = pulses ? 3.0 / s.window : 1e-3 * std::abs(mean_of(s, 0.0).value);
+    if (own <= std::max(20.0 * quietest[s.unit], least)) return false;
+    data.findings.push_back(
+        {Severity::warning,
+         fmt::format("not at rest, as planned: it spreads {:.3g} times as much as the quietest; not "
+                     "used as the unit at rest",
+                     own / quietest[s.unit]),
+         data.units[s.unit].prefix + s.label});
+    return true;
+  });
+}
+
 void refuse_impossible(const Settings& settings, std::vector<std::string>& problems) {
   for (const char* name : {"scale_factor_sd", "bias_sd", "settling", "reference_gain_sd"})
     if (!(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
@@ -423,6 +453,7 @@ Data data_of(const Evidence& evidence) {
     }
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  drop_moving(drafts, data);
   for (const auto& [unit, of_unit] : drafts)
     attempt(problems, [&] {
       set_scale(evidence, of_unit, unit, data);
