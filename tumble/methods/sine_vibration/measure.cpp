@@ -245,6 +245,20 @@ Context context_of(const vibration::Data& data, Findings& findings) {
   return context;
 }
 
+/// What is said of several units alike, of the motion, is said once.
+void add_finding(Finding finding, Findings& findings) {
+  const auto label = [](const std::string& where) {
+    const auto comma = where.find(", ");
+    return comma == std::string::npos ? where : where.substr(comma + 2);
+  };
+  for (auto& known : findings) {
+    if (known.message != finding.message || label(known.where) != label(finding.where)) continue;
+    known.where = label(known.where);
+    return;
+  }
+  findings.push_back(std::move(finding));
+}
+
 /// Mean against the unit at rest before and after.
 void set_shifts(const vibration::Data& data, Measured& measured) {
   for (Point& point : measured.points) {
@@ -300,7 +314,7 @@ Measured measure(const vibration::Data& data) {
   parallel_for(outcomes.size(), [&](std::size_t i) { outcomes[i] = outcome_of(context, i); });
   std::size_t with = 0;
   for (auto& outcome : outcomes) {
-    measured.findings.insert(measured.findings.end(), outcome.findings.begin(), outcome.findings.end());
+    for (auto& finding : outcome.findings) add_finding(std::move(finding), measured.findings);
     if (outcome.rest) measured.rests.push_back(std::move(*outcome.rest));
     if (!outcome.point) continue;
     with += context.reference[outcome.point->motion] ? 1 : 0;

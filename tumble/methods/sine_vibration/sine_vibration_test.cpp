@@ -12,7 +12,6 @@
 #include "tumble/methods/sine_vibration/measure.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/trial/plan.hpp"
-#include "tumble/models/electronics/response.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble {
@@ -150,13 +149,16 @@ TEST(SineVibration, FastFitAgreesWithTheGeneralOne) {
   EXPECT_NEAR(fast.log_variance / slow.log_gain_variance(), 1.0, 0.4);
 }
 
-/// Whole pulses of windows of a force that is constant plus a sine, both in pulses a window.
+/// Whole pulses (3.3) of windows of a force that is constant plus a sine, both in pulses a window.
 std::vector<double> counted(double constant, double amplitude, double cycles, double start, std::size_t count) {
-  std::vector<double> rate(count);
-  for (std::size_t j = 0; j < count; ++j)
-    rate[j] = (constant + amplitude * std::cos(2.0 * pi * cycles * (static_cast<double>(j) + 0.5) + 0.3)) / window;
-  electronics::pulse_counter(window, start)(rate);
-  return rate;
+  std::vector<double> whole(count);
+  double total = start, given = std::floor(start);
+  for (std::size_t j = 0; j < count; ++j) {
+    total += constant + amplitude * std::cos(2.0 * pi * cycles * (static_cast<double>(j) + 0.5) + 0.3);
+    whole[j] = std::floor(total + 1e-9) - given;  // sums of twentieths are not exact
+    given += whole[j];
+  }
+  return whole;
 }
 
 /// Variance and correlation of neighbours of what rounding does to each window [pulse^2], and of it all together.
