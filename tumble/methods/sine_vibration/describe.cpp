@@ -191,7 +191,7 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
     if (const int n = names[name]++; n > 0) name += fmt::format("_{}", n + 1);
     const std::string posture = std::isnan(way.rest) ? "gravity along the input axis not known"
                                                      : fmt::format("a_0 = {:+.4g} g", g.from_si(way.rest));
-    builder.add(prefix + name, "K_2+3K_3a_0", "ug/g^2", raw.value[at[way.column]],
+    builder.add(prefix + name, "K_v", "ug/g^2", raw.value[at[way.column]],
                 unit_vector(raw.value.size(), at[way.column]),
                 fmt::format("shift of the mean over the mean square of vibration, {}", posture));
   }
@@ -342,7 +342,8 @@ void propagate(Builder& builder) {
     double fourth = 0.0;
     for (const auto& [group, part] : groups[i]) fourth += part.first * part.first / part.second;
     const double total = estimate.covariance(i, i);
-    if (fourth > 0.0) estimate.parameters[i].degrees_of_freedom = std::max(1.0, total * total / fourth);
+    const double dof = fourth > 0.0 ? total * total / fourth : forever;
+    estimate.parameters[i].degrees_of_freedom = dof < 1e5 ? std::max(1.0, dof) : forever;
   }
 }
 

@@ -49,9 +49,7 @@ Groups groups_of(const vibration::Data& data, const std::vector<Part>& parts) {
   for (const Part& part : parts) {
     const auto& series = data.series[part.series];
     std::size_t g = 0;
-    while (g < first.size() && !(first[g]->recording == series.recording && first[g]->run == series.run &&
-                                 same(first[g]->rest, series.rest)))
-      ++g;
+    while (g < first.size() && !(first[g]->power_up == series.power_up && same(first[g]->rest, series.rest))) ++g;
     if (g == first.size()) {
       first.push_back(&series);
       begin.push_back(series.begin);
@@ -151,11 +149,9 @@ Matrix between_kernel(const std::vector<Part>& parts) {
 void add_noise(const vibration::Data& data, const std::vector<Part>& parts, std::size_t columns, bool between,
                Rows& rows) {
   std::vector<linear::Interval> intervals;
-  std::map<std::pair<std::size_t, int>, std::size_t> power_up;
   for (const Part& part : parts) {
-    const auto& s = data.series[part.series];
-    const auto at = power_up.emplace(std::pair(s.recording, s.run), power_up.size()).first->second;
-    intervals.push_back({at, s.begin, s.end - s.begin});
+    const auto& series = data.series[part.series];
+    intervals.push_back({series.power_up, series.begin, series.end - series.begin});
   }
   // Offsets of the power-ups are columns: the bias of each is no noise.
   for (auto& slow : linear::unknown_slow_noise(intervals, columns, data.series[parts.front().series].interval))

@@ -437,6 +437,29 @@ TEST(SineVibration, WithoutRestNoShiftButGains) {
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
 }
 
+// A file for each segment, each with a clock of its own, is the same power-up.
+TEST(SineVibration, FilesOfOnePowerUpBelongTogether) {
+  Evidence evidence = shaken({});
+  const auto whole = method().identify(evidence, {});
+  const Recording all = evidence.recordings[0];
+  evidence.recordings.clear();
+  for (std::size_t k = 0; k < all.marks.size(); ++k) {
+    Recording part;
+    const double begin = all.marks[k].begin, end = k + 1 < all.marks.size() ? all.marks[k + 1].begin : 1e9;
+    for (const Channel& channel : all.channels) {
+      Channel cut = channel;
+      cut.values.clear();
+      for (std::size_t i = 0; i < channel.values.size(); ++i)
+        if (channel.time(i) >= begin - 1e-6 && channel.time(i) < end - 1e-6) cut.values.push_back(channel.values[i]);
+      part.channels.push_back(std::move(cut));
+    }
+    part.marks = {{all.marks[k].label, 0.0, 1}};
+    evidence.recordings.push_back(std::move(part));
+  }
+  const auto parts = method().identify(evidence, {});
+  EXPECT_NEAR(value(parts, "vibration_rectification") / value(whole, "vibration_rectification"), 1.0, 1e-6);
+}
+
 TEST(SineVibration, RestThatMovesIsNone) {
   Evidence evidence = shaken({});
   for (auto& segment : evidence.plan.schedule)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/say.hpp"
@@ -132,6 +133,10 @@ void add_segments(const Evidence& evidence, std::size_t r, std::size_t unit, Dra
     if (!rest.contains(mark.run)) rest[mark.run] = rest_of(plan, mark.run, 1.0 / draft.windows.window);
     Series series{.unit = unit, .recording = r, .run = mark.run, .label = mark.label, .shake = shake_of(*segment)};
     const auto known = rest[mark.run].find(mark.label);
+    for (const Segment& earlier : plan.schedule) {
+      if (&earlier == segment) break;
+      if (earlier.run == segment->run) series.planned_begin += earlier.duration;
+    }
     series.rest = known == rest[mark.run].end() ? std::nan("") : known->second;
     const double next = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : forever;
     std::size_t first = 0;
@@ -389,6 +394,27 @@ void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& 
   });
 }
 
+/// A run whose segments stand in several recordings, each but once, is one power-up: a file for each tone. Its times
+/// are then those of the schedule. Else each run of each recording is one.
+void set_power_ups(Data& data) {
+  std::map<int, std::map<std::pair<std::size_t, std::string>, std::size_t>>
+      seen;  // by run: recording of unit and label
+  std::map<int, bool> split, repeated;
+  for (const Series& s : data.series) {
+    const auto [known, first] = seen[s.run].emplace(std::pair(s.unit, s.label), s.recording);
+    repeated[s.run] = repeated[s.run] || !first;
+    split[s.run] = split[s.run] || seen[s.run].begin()->second != s.recording;
+  }
+  std::map<std::pair<std::size_t, int>, std::size_t> power_ups;
+  for (Series& s : data.series) {
+    const bool one = split[s.run] && !repeated[s.run];
+    s.power_up = power_ups.emplace(std::pair(one ? 0 : s.recording, s.run), power_ups.size()).first->second;
+    if (!one) continue;
+    s.end = s.planned_begin + s.end - s.begin;
+    s.begin = s.planned_begin;
+  }
+}
+
 void refuse_impossible(const Settings& settings, std::vector<std::string>& problems) {
   for (const char* name : {"scale_factor_sd", "bias_sd", "settling", "reference_gain_sd"})
     if (!(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
@@ -461,7 +487,10 @@ Data data_of(const Evidence& evidence) {
     });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   drop_dead(data);
-  std::ranges::stable_sort(data.series, [](const Series& a, const Series& b) { return a.unit < b.unit; });
+  set_power_ups(data);
+  std::ranges::stable_sort(data.series, [](const Series& a, const Series& b) {
+    return std::tie(a.unit, a.power_up, a.begin) < std::tie(b.unit, b.power_up, b.begin);
+  });
   if (std::ranges::none_of(data.series, [](const Series& s) { return !s.at_rest(); })) {
     for (const auto& finding : data.findings)
       if (finding.severity != Severity::info)

@@ -49,12 +49,15 @@ AtRest at_rest(const Data& data, const Series& series) {
   std::size_t before = data.series.size(), after = data.series.size();
   for (std::size_t i = 0; i < data.series.size(); ++i) {
     const Series& other = data.series[i];
-    if (!other.at_rest() || other.unit != series.unit || other.recording != series.recording || other.run != series.run)
-      continue;
+    if (!other.at_rest() || other.unit != series.unit || other.power_up != series.power_up) continue;
     // A fixture that was turned in between shows another gravity.
     if (std::abs(other.rest - series.rest) > 1e-3 * 9.80665) continue;
-    if (other.middle() <= series.middle()) before = i;
-    if (other.middle() > series.middle() && after == data.series.size()) after = i;
+    const auto nearer = [&](std::size_t known) {
+      return known == data.series.size() ||
+             std::abs(other.middle() - series.middle()) < std::abs(data.series[known].middle() - series.middle());
+    };
+    std::size_t& side = other.middle() <= series.middle() ? before : after;
+    if (nearer(side)) side = i;
   }
   const bool earlier = before < data.series.size(), later = after < data.series.size();
   if (!earlier && !later) return {};

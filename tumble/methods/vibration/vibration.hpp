@@ -35,12 +35,14 @@ struct Series {
   std::size_t unit = 0;       ///< index in Data::units
   std::size_t recording = 0;  ///< index in Evidence::recordings
   int run = 1;
+  std::size_t power_up = 0;        ///< series of one power-up share it, whichever recordings hold them
+  double planned_begin = 0.0;      ///< [s] of the segment, since the power-up began
   std::string label;               ///< of the segment
   Motion shake;                    ///< as commanded; hold: at rest
   double window = 0.0;             ///< H [s], mean
   double averaging = 0.0;          ///< [s] over which a sample is the mean: H, or 0 where units are read as instants
   double interval = 0.0;           ///< [s] from one window to the next
-  double begin = 0.0;              ///< [s] beginning of the first window, on the recording's clock
+  double begin = 0.0;              ///< [s] beginning of the first window, on a clock common to the power-up
   double end = 0.0;                ///< [s] end of the last
   std::vector<double> time = {};   ///< [s] middle of each window
   std::vector<double> force = {};  ///< [m/s^2] mean over each window; NaN: missed
@@ -54,7 +56,7 @@ struct Series {
 
 struct Data {
   std::vector<UnitUnderTest> units;
-  std::vector<Series> series;         ///< by unit, then recording, then time
+  std::vector<Series> series;         ///< by unit, then power-up, then time
   bool reference_integrated = false;  ///< false: the reference is read as an instant in the middle of each window
   std::optional<double> range;        ///< [m/s^2] of the units
   Findings findings;
