@@ -11,11 +11,13 @@
 #include <set>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/methods/accelerometer/samples.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {
 namespace {
+
+Eigen::Index at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
 using linear::SegmentSummary;
 using linear::Solution;
@@ -56,15 +58,6 @@ bool same_place(const Place& a, const Place& b) {
     one[1] = other[1] = 0.0;
     return one == other && std::abs(off) < 1e-6;
   });
-}
-
-std::string quoted(const std::vector<std::string>& labels) {
-  constexpr std::size_t most = 6;
-  std::vector<std::string> out;
-  for (std::size_t i = 0; i < std::min(labels.size(), most); ++i) out.push_back("'" + labels[i] + "'");
-  if (labels.size() > most) out.push_back(fmt::format("{} more", labels.size() - most));
-  if (out.size() < 2) return out.empty() ? "" : out.front();
-  return fmt::format("{} and {}", fmt::join(out.begin(), out.end() - 1, ", "), out.back());
 }
 
 Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
@@ -164,108 +157,16 @@ std::vector<std::string> short_of_the_others(const Solution& solution) {
   return labels;
 }
 
-/// By which power of two the counts of some segments must be raised to lie on the line of those near zero; 0: none.
-struct Overflow {
-  double modulus = 0.0;
-  std::vector<std::string> labels;
-};
-
-Overflow overflow_of(const Normalised& found) {
-  const auto& segments = found.solution.segments;
-  const std::size_t n = segments.size();
-  std::vector<double> a, count;
-  for (const auto& s : segments) {
-    a.push_back(s.felt.specific_force.x);
-    count.push_back(s.measured / found.problem.scale);
-  }
-  std::vector<double> sizes;
-  for (const double one : a) sizes.push_back(std::abs(one));
-  std::ranges::sort(sizes);
-  // the line through the half of the positions that feel least
-  double sa = 0, sn = 0, saa = 0, san = 0, used = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (std::abs(a[i]) > sizes[(n - 1) / 2] * (1.0 + 1e-9)) continue;
-    sa += a[i], sn += count[i], saa += a[i] * a[i], san += a[i] * count[i], used += 1.0;
-  }
-  const double spread = saa - sa * sa / used;
-  if (used < 3 || !(spread > 1e-6 * saa)) return {};
-  const double slope = (san - sa * sn / used) / spread, zero = (sn - slope * sa) / used;
-  const auto off = [&](std::size_t i) { return zero + slope * a[i] - count[i]; };
-  double worst = 0.0, most = 0.0;
-  for (std::size_t i = 0; i < n; ++i)
-    worst = std::max(worst, std::abs(off(i))), most = std::max(most, std::abs(count[i]));
-  for (int k = 32; k >= 7; --k) {  // half the modulus fits as well
-    const double modulus = std::ldexp(1.0, k);
-    if (modulus < 0.9 * most || modulus > 1.2 * worst) continue;
-    Overflow out{modulus, {}};
-    double left = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const double turns = std::round(off(i) / modulus);
-      if (turns != 0.0) out.labels.push_back(segments[i].label);
-      left = std::max(left, std::abs(off(i) - turns * modulus));
-    }
-    if (!out.labels.empty() && left < 0.02 * worst) return out;
-  }
-  return {};
-}
-
-/// From the least to the greatest count. A counter of so many bits cannot show more than its modulus.
-double span_of(const Channel& channel) {
-  double low = 1e300, high = -1e300;
-  for (const double v : channel.values)
-    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-  return std::max(0.0, high - low);
-}
-
-/// Samples of one segment that are off its median by a power of two, `least` or more.
-std::size_t overflown_samples(const Channel& channel, double begin, double end, double least, double& modulus) {
-  std::vector<double> values;
-  for (std::size_t i = index_at(channel, begin); i < channel.values.size() && channel.time(i) < end; ++i)
-    if (std::isfinite(channel.values[i])) values.push_back(channel.values[i]);
-  if (values.size() < 4) return 0;
-  auto sorted = values;
-  std::ranges::sort(sorted);
-  const double median = sorted[sorted.size() / 2];
-  for (auto& v : sorted) v = std::abs(v - median);
-  std::ranges::sort(sorted);
-  const double usual = std::max(1.0, sorted[sorted.size() / 2]);
-  std::map<int, std::size_t> by_power;
-  for (const double v : values) {
-    const double off = std::abs(v - median);
-    if (off < std::max(100.0, least)) continue;
-    const int k = static_cast<int>(std::lround(std::log2(off)));
-    if (std::abs(off - std::ldexp(1.0, k)) < 10.0 * usual && 10.0 * usual < 0.05 * off) ++by_power[k];
-  }
-  if (by_power.empty()) return 0;
-  const auto most = std::ranges::max_element(by_power, {}, [](const auto& one) { return one.second; });
-  modulus = std::ldexp(1.0, most->first);
-  return most->second;
-}
-
-/// Overflows within segments of one recording, in the samples that were used.
-void find_overflown_samples(const Evidence& evidence, const Recording& recording, const Solution& solution,
-                            std::vector<std::string>& problems) {
-  const Channel& channel = require_channel(evidence, recording, "accelerometer");
-  const double least = 0.95 * span_of(channel);
-  const double last = channel.time(channel.values.size() - 1) + 1.0 / output_of(channel).per_second;
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const auto& mark = recording.marks[m];
-    const double end = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : last;
-    double used = 0.0;
-    for (const auto& segment : solution.segments)
-      if (segment.label == mark.label && segment.steady && (used == 0.0 || segment.duration < used))
-        used = segment.duration;
-    double modulus = 0.0;
-    const auto bad = overflown_samples(channel, end - used, end, least, modulus);
-    if (bad > 0)
-      problems.push_back(
-          fmt::format("segment '{}': {} off the others by {:.0f}: the counter overflowed there; "
-                      "read it more often, or add {:.0f} to these counts",
-                      mark.label, say_count(bad, "count"), modulus, modulus));
-  }
-}
-
 }  // namespace
+
+std::string quoted(const std::vector<std::string>& labels) {
+  constexpr std::size_t most = 6;
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < std::min(labels.size(), most); ++i) out.push_back("'" + labels[i] + "'");
+  if (labels.size() > most) out.push_back(fmt::format("{} more", labels.size() - most));
+  if (out.size() < 2) return out.empty() ? "" : out.front();
+  return fmt::format("{} and {}", fmt::join(out.begin(), out.end() - 1, ", "), out.back());
+}
 
 Findings about_labels(const Plan& plan) {
   const auto places = places_of(plan);
@@ -330,15 +231,7 @@ Findings about_windows(const Evidence& evidence) {
 
 void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& found) {
   std::vector<std::string> problems;
-  if (found.output.pulses) {
-    for (const auto& recording : evidence.recordings)
-      find_overflown_samples(evidence, recording, found.solution, problems);
-    if (const auto overflow = overflow_of(found); problems.empty() && overflow.modulus > 0.0)
-      problems.push_back(fmt::format(
-          "the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
-          "read it more often, or add {:.0f} (subtract it where the input axis is down)",
-          quoted(overflow.labels), overflow.modulus, overflow.modulus));
-  }
+  if (found.output.pulses) problems = overflows_of(evidence, found);
   if (problems.empty())
     for (const double sign : {1.0, -1.0})
       if (const auto labels = clipped(found.solution, sign); !labels.empty())

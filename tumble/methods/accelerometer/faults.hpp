@@ -20,6 +20,9 @@ Findings about_windows(const Evidence& evidence);
 /// Where counts are off by a power of two: the counter overflowed. Throws Error::bad_data for both.
 void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& found);
 
+/// Segments whose output goes on changing between the halves of the samples used, beyond a 1e-4 of it and its noise.
+Findings about_unsettled(const Evidence& evidence, const Normalised& found);
+
 /// A single position without which the others agree with the model at least five times better, and where it would fit.
 Findings about_misplaced(const linear::Solution& solution);
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "tumble/core/clock.hpp"
-#include "tumble/models/pendulous_accelerometer/physics.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {
@@ -47,11 +46,7 @@ double scale_factor_of(const Settings& truth) {
   const auto& word = truth.word("output");
   if (word == "specific_force") return 1.0;
   const std::string name = (word == "count" ? "pulse" : word) + "_scale_factor";
-  double scale = 0.0;
-  if (truth.has(name))
-    scale = truth.number(name);
-  else if (word == "current")
-    scale = models::pendulum::current_scale_factor(truth);
+  const double scale = truth.has(name) ? truth.number(name) : 0.0;
   if (scale == 0.0)
     throw Error(Error::Kind::bad_input, fmt::format("[truth] output = \"{}\" needs {}, not zero", word, name));
   return scale;

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {
@@ -50,7 +49,8 @@ void set_scale(double scale_factor, const Output& output, linear::Problem& probl
 }
 
 void transform(const Eigen::MatrixXd& j, Matrix& covariance) {
-  const Eigen::MatrixXd c = j * map(covariance) * j.transpose();
+  const Eigen::Map<const Eigen::MatrixXd> before(covariance.values.data(), j.rows(), j.cols());
+  const Eigen::MatrixXd c = j * before * j.transpose();
   const Eigen::MatrixXd symmetric = 0.5 * (c + c.transpose());
   std::copy_n(symmetric.data(), symmetric.size(), covariance.values.begin());
 }
@@ -127,6 +127,44 @@ Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refi
   const double found = nominal * one_and_error(solution);
   normalise(solution, nominal, output);
   return {std::move(problem), std::move(solution), output, found};
+}
+
+namespace {
+
+/// Scale, pulse and the uncertainty of a scale factor that is known.
+double set_known_scale(const Settings& settings, const Output& output, linear::Problem& problem) {
+  const double sd = settings.number("scale_factor_sd");
+  const bool wanted = output.scale_factor != Unit();
+  const auto given = given_scale_factor(settings, output);
+  std::vector<std::string> problems;
+  if (wanted && !given) problems.push_back("[settings] scale_factor_sd without scale_factor: give both, or neither");
+  if (!(sd >= 0.0)) problems.push_back("[settings] scale_factor_sd must not be negative");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  const double scale_factor = given.value_or(1.0);
+  set_scale(scale_factor, output, problem);
+  if (sd > 0.0)
+    problem.reading_errors.push_back({"scale factor", sd, [](const Felt&, double predicted) { return predicted; }});
+  return scale_factor;
+}
+
+}  // namespace
+
+Normalised identify_with_known_scale_factor(const Evidence& evidence, linear::Problem problem, const Refine& refine) {
+  const Output output = output_of(require_channel(evidence, evidence.recordings.front(), "accelerometer"));
+  const double scale_factor = set_known_scale(evidence.plan.settings, output, problem);
+  if (refine) refine(linear::identify(evidence, problem), problem);
+  auto solution = linear::identify(evidence, problem);
+  return {std::move(problem), std::move(solution), output, scale_factor};
+}
+
+Normalised predict_with_known_scale_factor(const Plan& plan, linear::Problem problem, const Refine& refine) {
+  const Output output = output_of(plan.truth, plan.sample_rate);
+  const double scale_factor = set_known_scale(plan.settings, output, problem);
+  problem.scale = 1.0;
+  const auto truth = linear::truth_of(plan, "accelerometer");
+  if (refine) refine(linear::predict(plan, problem, truth), problem);
+  auto solution = linear::predict(plan, problem, truth);
+  return {std::move(problem), std::move(solution), output, scale_factor};
 }
 
 Table in_local_g(const Estimate& estimate, double gravity) {

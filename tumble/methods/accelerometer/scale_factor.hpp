@@ -31,6 +31,11 @@ Normalised identify(const Evidence& evidence, linear::Problem problem, const Ref
 /// The same from the plan's [truth].
 Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refine);
 
+/// A problem without the column `scale_factor_error`: the settings give scale_factor and scale_factor_sd, which is an
+/// error of the reading. Throws Error::bad_input where they do not.
+Normalised identify_with_known_scale_factor(const Evidence& evidence, linear::Problem problem, const Refine& refine);
+Normalised predict_with_known_scale_factor(const Plan& plan, linear::Problem problem, const Refine& refine);
+
 /// Puts K_1 = nominal (1 + dK_1) and the coefficients over 1 + dK_1 into the solution, with their covariance:
 ///
 ///   d b_j/(1 + d) = d b_j/(1 + d) - b_j d d/(1 + d)^2

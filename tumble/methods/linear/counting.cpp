@@ -106,7 +106,7 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
     const std::size_t g = rows.segment[first];
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
     const Stretch& stretch = evidence.stretches[g];
-    if (!stretch.steady) continue;
+    if (!stretch.steady && !stretch.even) continue;
     const double sd = problem.pulse * std::sqrt(2.0 * of_a_reading * pieces_of(stretch)) / rows.segments[g].duration;
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),
               effect.column.begin() + static_cast<std::ptrdiff_t>(end), sd);

@@ -68,7 +68,7 @@ void add_rows(const Evidences& evidence, const Rows& rows, std::size_t plan, con
     if (evidence.power_ups[stretch.power_up].plan_number != plan) continue;
     const Reference& reference = references[stretch.power_up];
     const auto length = [&](std::size_t samples) { return static_cast<double>(samples) * stretch.step; };
-    if (stretch.steady) {
+    if (stretch.steady || stretch.even) {
       const std::size_t points = std::min<std::size_t>(stretch.samples, 192);
       const double mean = mean_over(reference, stretch.first, length(stretch.samples), points, value);
       for (std::size_t i = first; i < row; ++i) column[i] += mean;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
@@ -67,18 +68,37 @@ double use_from(const PowerUp& power_up, std::size_t segment, double settling) {
 /// So many blocks are enough to tell white noise from the rounding to whole pulses.
 constexpr std::size_t counted_blocks = 32;
 
+/// Whether what is felt stays within 1e-4 of its mean while the rig turns: on the arm of a centrifuge.
+bool hardly_changes(const PowerUp& power_up, const Stretch& stretch) {
+  constexpr std::size_t instants = 16;
+  constexpr double golden = 0.6180339887498949;
+  const double length = static_cast<double>(stretch.samples) * stretch.step;
+  Felt first;
+  for (std::size_t k = 0; k < instants; ++k) {
+    Felt felt;
+    const double share = std::fmod(golden * static_cast<double>(k) + 0.5, 1.0);
+    power_up.reference.felt(stretch.first + share * length, stretch.step, std::span(&felt, 1));
+    if (k == 0) first = felt;
+    if (norm(felt.specific_force - first.specific_force) > 1e-4 * norm(first.specific_force) ||
+        norm(felt.rate - first.rate) > 1e-4 * norm(first.rate))
+      return false;
+  }
+  return true;
+}
+
 /// Whether the rig stands still or turns evenly over these samples, and how many samples make a block.
 void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretch) {
   const double from = stretch.first + 0.5 * power_up.step;
   const double last = stretch.first + (static_cast<double>(stretch.samples) - 0.5) * stretch.step;
   const auto& until = power_up.reference.steady_until;
   stretch.steady = !until || until(from) >= last;
+  stretch.even = problem.pulse > 0.0 && !stretch.steady && hardly_changes(power_up, stretch);
   double length = problem.averaging;
-  if (!stretch.steady)
+  if (!stretch.steady && !stretch.even)
     if (const double f = quickest(power_up.rig.segments[stretch.segment]); f > 0.0) length = std::min(length, 0.1 / f);
   const auto wanted = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(length / stretch.step)));
   std::size_t blocks = std::max<std::size_t>(1, stretch.samples / wanted);
-  if (problem.pulse > 0.0 && stretch.steady) blocks = std::min(blocks, counted_blocks);
+  if (problem.pulse > 0.0 && (stretch.steady || stretch.even)) blocks = std::min(blocks, counted_blocks);
   stretch.per_block = (stretch.samples + blocks - 1) / blocks;
 }
 

@@ -31,6 +31,7 @@ struct Stretch {
   std::size_t samples = 0;     ///< present or missing
   std::vector<double> values;  ///< [SI of the output], NaN: missing; empty: predicted
   bool steady = false;
+  bool even = false;  ///< counted pulses of a rig that turns, but what is felt hardly changes: as if it were steady
   std::size_t per_block = 1;
 };
 

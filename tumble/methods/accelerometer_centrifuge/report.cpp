@@ -1,0 +1,262 @@
+#include "tumble/methods/accelerometer_centrifuge/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/earth/earth.hpp"
+#include "tumble/methods/accelerometer/faults.hpp"
+#include "tumble/methods/accelerometer/hidden.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::arm {
+namespace {
+
+using accelerometer::Normalised;
+using linear::SegmentSummary;
+
+constexpr double turning = 0.05;  ///< [rad/s] below it the arm stands
+
+Finding note(std::string text) { return {Finding::Severity::info, std::move(text), ""}; }
+Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
+
+double squared(Vector3 v) { return dot(v, v); }
+
+/// Along the input axis, for a radius longer by a metre: w^2 towards the axis of rotation, where the part of the
+/// specific force across the rate points.
+double of_the_radius(const Felt& felt) {
+  const double w2 = squared(felt.rate);
+  if (!(w2 > 0.0)) return 0.0;
+  const Vector3 across = felt.specific_force - (dot(felt.specific_force, felt.rate) / w2) * felt.rate;
+  const double size = norm(across);
+  return size > 0.0 ? w2 * across.x / size : 0.0;
+}
+
+/// For an effective centre a metre out along the input axis, which turns with the instrument.
+double of_the_centre(const Felt& felt) { return -(felt.rate.y * felt.rate.y + felt.rate.z * felt.rate.z); }
+
+const std::vector<std::string> along_p{"cross_coupling_ip", "misalignment_o", "second_order_pp"};
+const std::vector<std::string> along_o{"cross_coupling_io", "misalignment_p", "second_order_oo"};
+
+std::vector<Term> terms(const std::vector<std::string>& names) {
+  return linear::terms_of("pendulous_accelerometer", defaults(find_model("pendulous_accelerometer").constants()),
+                          names);
+}
+
+/// Their symbols are as sentences need them: in metres.
+std::vector<Term> geometry(bool centre) {
+  std::vector<Term> terms{{"effective_radius", "dR/m", "mm",
+                           "from the axis of the arm to the effective centre, at rest",
+                           [](const Felt& felt) { return of_the_radius(felt); }}};
+  if (centre)
+    terms.push_back({"centre_offset", "e/m", "mm", "effective centre along the input axis from the mounting's centre",
+                     [](const Felt& felt) { return of_the_centre(felt); }});
+  return terms;
+}
+
+bool is_level(const SegmentSummary& segment) { return norm(segment.felt.rate) > turning; }
+
+/// The radius that the plans of the arm suppose.
+double supposed_radius(const Evidence& evidence) {
+  std::vector<const Plan*> plans{&evidence.plan};
+  for (const auto& plan : evidence.plans) plans.push_back(plan.get());
+  for (const auto& entry : evidence.plan.recordings) plans.push_back(entry.plan.get());
+  for (const Plan* plan : plans)
+    if (plan && plan->rig_kind == "centrifuge") return plan->rig.number("radius") + plan->rig.number("lever_x");
+  throw Error(Error::Kind::bad_input,
+              "the plan needs [rig] kind = \"centrifuge\", or a [[recording]] whose plan has it");
+}
+
+Table levels(const linear::Solution& solution) {
+  const Unit g = Unit::parse("g");
+  Table table{"levels", "output at each level of the arm (means over the samples used)", {}, {}};
+  table.columns = {{"label", Unit()}, {"arm_rate", Unit::parse("deg/s")}, {"acceleration", g}, {"sense", Unit()}};
+  const bool measured = !std::isnan(solution.segments.front().measured);
+  table.columns.push_back({"predicted", g});
+  if (measured)
+    for (const char* name : {"measured", "residual"}) table.columns.push_back({name, g});
+  for (const auto& segment : solution.segments) {
+    if (!is_level(segment)) continue;
+    const double a = segment.felt.specific_force.x;
+    std::vector<Table::Cell> row{segment.label, norm(segment.felt.rate), std::abs(a), a < 0.0 ? "outward" : "inward",
+                                 segment.predicted};
+    if (measured) row.insert(row.end(), {segment.measured, segment.measured - segment.predicted});
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+/// What the output is off the specific force, measured and by the model.
+void add_departures(const linear::Solution& solution, Estimate& estimate) {
+  std::vector<const SegmentSummary*> sorted;
+  for (const auto& segment : solution.segments) sorted.push_back(&segment);
+  std::ranges::sort(sorted, {}, [](const auto* s) { return s->felt.specific_force.x; });
+  Curve points{"measured",
+               "departure from the specific force",
+               {"a_i", Unit::parse("g"), {}},
+               {"E/K_1 - a_i", Unit::parse("mg"), {}},
+               {},
+               {},
+               ""};
+  points.points = true;
+  Curve line = points;
+  line.name = "model";
+  line.points = false;
+  for (const auto* s : sorted) {
+    const double a = s->felt.specific_force.x;
+    line.x.values.push_back(a);
+    line.y.values.push_back(s->predicted - a);
+    if (std::isnan(s->measured)) continue;
+    points.x.values.push_back(a);
+    points.y.values.push_back(s->measured - a);
+  }
+  if (!points.x.values.empty()) estimate.curves.push_back(std::move(points));
+  estimate.curves.push_back(std::move(line));
+}
+
+void say_what_stretch_does(Estimate& estimate) {
+  const Parameter* odd = find_parameter(estimate, "odd_quadratic_coefficient");
+  if (!odd) return;
+  const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
+  for (const auto& line : estimate.budget)
+    if (line.source == "stretch of the radius")
+      estimate.findings.push_back(note(
+          fmt::format("odd_quadratic_coefficient and a growth of the radius with the squared rate look alike, both go "
+                      "with w^4: what the rig's stretch_sd leaves of the growth is {} of it. A radius measured at "
+                      "speed makes it smaller",
+                      say_difference(std::sqrt(line.variance[j]), odd->unit))));
+}
+
+/// What the terms across the input axis do where nothing across it changes.
+void say_what_gravity_adds(const Normalised& found, Estimate& estimate) {
+  for (const auto* names : {&along_p, &along_o})
+    for (const auto& term : terms(*names)) {
+      if (std::ranges::find(found.problem.columns, term.name, &Term::name) != found.problem.columns.end()) continue;
+      const auto words = accelerometer::said(accelerometer::shares_of(term, found.solution), term);
+      if (!words.empty())
+        estimate.findings.push_back(
+            note(fmt::format("gravity across the input axis is the same at all levels: {} "
+                             "changes {}. A tumble tells them apart",
+                             term.symbol, words)));
+    }
+}
+
+void say_what_is_lacking(const Normalised& found, const Settings& settings, Estimate& estimate) {
+  bool inward = false, outward = false, rest = false;
+  for (const auto& segment : found.solution.segments) {
+    const double a = segment.felt.specific_force.x;
+    inward = inward || (is_level(segment) && a > 0.0);
+    outward = outward || (is_level(segment) && a < 0.0);
+    rest = rest || !is_level(segment);
+  }
+  if (!inward && !outward)
+    throw Error(Error::Kind::bad_data, "no segment turns the arm: nothing is felt beyond gravity");
+  if (inward != outward)
+    estimate.findings.push_back(
+        warning(fmt::format("the input axis points {} at all levels: even and odd terms cannot be told apart. Take the "
+                            "levels in the other sense too (mount_yaw = {{hold = \"180 deg\"}})",
+                            inward ? "inwards" : "outwards")));
+  if (!find_parameter(estimate, "effective_radius") && !scale_factor_is_known(settings))
+    estimate.findings.push_back(
+        warning("the arm alone does not tell radius from scale factor: scale_factor holds an error of the radius, "
+                "relative, in full. Add a tumble of the same unit ([[recording]] file, plan), or give scale_factor "
+                "with scale_factor_sd"));
+}
+
+}  // namespace
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  auto options = linear::options("5 s", "10 s");
+  options.push_back(accelerometer::scale_factor_option(
+      "nominal; not needed where a tumble is part of the evidence. With scale_factor_sd it is taken as known"));
+  options.push_back(
+      {"scale_factor_sd", Type::quantity, "ppm", "", {}, "relative standard uncertainty of scale_factor"});
+  options.push_back({"centre_offset",
+                     Type::flag,
+                     "1",
+                     "true",
+                     {},
+                     "whether the effective centre may lie off the mounting's centre along the input axis, so that the "
+                     "two senses have different radii"});
+  return options;
+}
+
+bool scale_factor_is_known(const Settings& settings) { return settings.has("scale_factor_sd"); }
+
+linear::Problem problem_of(const Settings& settings) {
+  linear::Problem problem;
+  linear::set_options(settings, problem);
+  problem.role = "accelerometer";
+  problem.input = [](const Felt& felt) { return felt.specific_force.x; };
+  std::vector<std::string> names{"bias"};
+  if (!scale_factor_is_known(settings)) names.emplace_back("scale_factor_error");
+  for (const char* name :
+       {"second_order_coefficient", "third_order_coefficient", "odd_quadratic_coefficient", "cross_coupling_ip",
+        "cross_coupling_io", "misalignment_o", "misalignment_p", "second_order_pp", "second_order_oo"})
+    names.emplace_back(name);
+  problem.columns = terms(names);
+  for (auto& term : geometry(settings.flag("centre_offset"))) problem.columns.push_back(std::move(term));
+  problem.leave_out_first = {"second_order_oo",        "second_order_pp",   "misalignment_p",
+                             "misalignment_o",         "cross_coupling_io", "cross_coupling_ip",
+                             "centre_offset",          "effective_radius",  "odd_quadratic_coefficient",
+                             "third_order_coefficient"};
+  return problem;
+}
+
+void leave_out_what_is_constant(const linear::Solution& first, linear::Problem& problem) {
+  Vector3 low{1e300, 1e300, 1e300}, high = -1.0 * low;
+  for (const auto& segment : first.segments) {
+    const Vector3 f = segment.felt.specific_force;
+    low = {std::min(low.x, f.x), std::min(low.y, f.y), std::min(low.z, f.z)};
+    high = {std::max(high.x, f.x), std::max(high.y, f.y), std::max(high.z, f.z)};
+  }
+  const auto leave_out = [&](const std::vector<std::string>& names) {
+    std::erase_if(problem.columns,
+                  [&](const Term& term) { return std::ranges::find(names, term.name) != names.end(); });
+  };
+  const double enough = 0.05 * standard_gravity;
+  if (high.y - low.y < enough) leave_out(along_p);
+  if (high.z - low.z < enough) leave_out(along_o);
+}
+
+Plan with_radius_to_find(Plan plan, double longer) {
+  if (plan.rig_kind != "centrifuge") return plan;
+  plan.rig.set_number("radius", plan.rig.number("radius") + longer, Unit::parse("m"));
+  plan.rig.set_number("radius_sd", 0.0, Unit::parse("um"));
+  plan.rig.set_number("lever_sd", 0.0, Unit::parse("mm"));
+  return plan;
+}
+
+Estimate answer_of(const Evidence& evidence, Normalised found) {
+  const bool measured = !evidence.recordings.empty();
+  const double radius = supposed_radius(evidence);
+  if (measured) accelerometer::refuse_clipped_and_overflown(evidence, found);
+  accelerometer::describe_dropped(found, "");
+  Estimate estimate = linear::answer_of(found.solution, "accelerometer_centrifuge", "g", {"i", "p", "o"});
+  for (auto& parameter : estimate.parameters) {
+    if (parameter.name == "centre_offset") parameter.symbol = "e";
+    if (parameter.name != "effective_radius") continue;
+    parameter.symbol = "R";
+    parameter.value += radius;
+  }
+  const auto add = [&](Findings findings) {
+    for (auto& one : findings) estimate.findings.push_back(std::move(one));
+  };
+  say_what_is_lacking(found, evidence.plan.settings, estimate);
+  if (measured) {
+    add(accelerometer::about_windows(evidence));
+    add(accelerometer::about_unsettled(evidence, found));
+    add(accelerometer::about_misplaced(found.solution));
+    add(accelerometer::about_signs(estimate, evidence.plan.settings, found.output));
+  }
+  say_what_gravity_adds(found, estimate);
+  say_what_stretch_does(estimate);
+  estimate.tables.insert(estimate.tables.begin(), levels(found.solution));
+  add_departures(found.solution, estimate);
+  return estimate;
+}
+
+}  // namespace tumble::methods::arm
