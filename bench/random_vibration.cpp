@@ -36,6 +36,7 @@ Plan plan_of(double seconds, int steps, bool mean_reference, std::size_t units) 
   plan.rig_kind = "shaker";
   plan.rig = defaults(find_rig("shaker").options());
   plan.rig.set_word("reference_output", mean_reference ? "mean" : "instant");
+  plan.rig.set_flag("ideal", true);
   plan.settings = defaults(find_method("random_vibration").options());
   plan.settings.set_word("scale_factor", "2000 pulse/s/g");
   const double density = si(0.1, "g^2/Hz");

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cmath>
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/random_vibration/describe.hpp"
@@ -87,13 +87,16 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.title = evidence.plan.title;
   estimate.findings = data.findings;
   const auto exposures = exposures_of(evidence, data, estimate.findings);
+  std::vector<Common> common;
   for (const Exposure& exposure : exposures) {
-    append(exposure, data, statistics_of(exposure, data, types, estimate.findings), estimate);
+    append(exposure, data, statistics_of(exposure, data, types, estimate.findings), common, estimate);
     look_at(exposure, data, estimate.findings);
     for (auto& curve : error_curves(exposure, data)) estimate.curves.push_back(std::move(curve));
     for (const auto& unit : exposure.units) estimate.fit.observations += unit.windows;
   }
+  append_orders(exposures, data, common, estimate);
   estimate.fit.degrees_of_freedom = static_cast<double>(estimate.fit.observations);
+  estimate.fit.chi_square = std::nan("");  // nothing is fitted to the windows
   estimate.tables.push_back(units_table(exposures, data, types, estimate));
   report(progress, 1.0, "done");
   return estimate;

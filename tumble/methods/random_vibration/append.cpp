@@ -107,8 +107,7 @@ Source of_units(const std::string& name, const std::vector<Statistic>& statistic
 
 Source level(const Exposure& exposure, const std::vector<Statistic>& statistics) {
   const std::size_t m = statistics.size();
-  Source source{exposure.from_reference ? "gain of the reference" : "level of the vibration", Matrix(m, m),
-                std::vector<double>(m, 1e6)};
+  Source source{exposure.from_reference ? gain_source : level_source, Matrix(m, m), std::vector<double>(m, 1e6)};
   const double variance = exposure.rms_sd * exposure.rms_sd;
   for (std::size_t i = 0; i < m; ++i)
     for (std::size_t j = 0; j < m; ++j) source.covariance(i, j) = statistics[i].level * statistics[j].level * variance;
@@ -128,12 +127,20 @@ std::vector<Source> sources_of(const Exposure& exposure, const vibration::Data& 
       [](const Measured&) { return 4.0; }));
   sources.push_back(level(exposure, statistics));
   sources.push_back(of_units(
-      "scale factor", statistics, exposure, &Statistic::scale,
+      scale_source, statistics, exposure, &Statistic::scale,
       [&](const Measured& u) { return std::pow(data.units[u.unit].scale_relative_sd, 2); }, many));
   std::erase_if(sources, [&](const Source& s) {
     return std::ranges::all_of(s.covariance.values, [](double v) { return v == 0.0; });
   });
   return sources;
+}
+
+/// Covariance of two parameters of different vibrations.
+double product(const Common& a, const Common& b) {
+  double sum = a.level * b.level;
+  for (const auto& [unit, slope] : a.scale)
+    if (const auto other = b.scale.find(unit); other != b.scale.end()) sum += slope * other->second;
+  return sum;
 }
 
 /// Room for `more` parameters in covariance and budget.
@@ -149,7 +156,7 @@ void grow(Estimate& estimate, std::size_t more) {
 }  // namespace
 
 void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
-            Estimate& estimate) {
+            std::vector<Common>& common, Estimate& estimate) {
   const std::size_t m = statistics.size(), first = estimate.parameters.size();
   grow(estimate, m);
   std::vector<double> squares(m, 0.0);
@@ -167,6 +174,11 @@ void append(const Exposure& exposure, const vibration::Data& data, std::vector<S
     }
   }
   for (std::size_t i = 0; i < m; ++i) {
+    Common one{statistics[i].level * exposure.rms_sd, statistics[i].scale};
+    for (auto& [unit, slope] : one.scale) slope *= data.units[unit].scale_relative_sd;
+    common.push_back(std::move(one));
+    for (std::size_t j = 0; j < first; ++j)
+      estimate.covariance(first + i, j) = estimate.covariance(j, first + i) = product(common[first + i], common[j]);
     Parameter p = std::move(statistics[i].parameter);
     const double v = estimate.covariance(first + i, first + i);
     p.degrees_of_freedom = squares[i] > 0.0 ? std::max(1.0, v * v / squares[i]) : 1e6;

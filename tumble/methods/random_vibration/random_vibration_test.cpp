@@ -201,6 +201,33 @@ TEST(RandomVibration, RestOnOneSideOnlyAndNone) {
   EXPECT_NE(words.find("record the units with the shaker at rest before and after"), std::string::npos) << words;
 }
 
+// Axis up and axis down: K_2 + 3 K_3 a_0 twice. The level is off by the same in both.
+TEST(RandomVibration, TwoPositionsSplitTheOrders) {
+  Evidence evidence = trial(1).evidence;
+  Plan& plan = evidence.plan;
+  plan.beside.clear();
+  plan.settings.set_word("scale_factor", "2000 pulse/s/g");
+  const Schedule up = plan.schedule;
+  for (Segment segment : up) {
+    segment.label += " down";
+    segment.run = 2;
+    segment.axes["mount_pitch"] = {.value = M_PI};
+    plan.schedule.push_back(segment);
+  }
+  evidence.recordings = {simulate(plan, 5, {})};
+  const Estimate e = identified(evidence);
+  EXPECT_NEAR(value(e, "second_order_coefficient"), si(20.0, "ug/g^2"), 4.0 * sd(e, "second_order_coefficient"));
+  EXPECT_NEAR(value(e, "third_order_coefficient"), si(0.5, "ug/g^3"), 4.0 * sd(e, "third_order_coefficient"));
+  EXPECT_LT(sd(e, "second_order_coefficient"), si(0.2, "ug/g^2"));
+  EXPECT_LT(sd(e, "third_order_coefficient"), si(0.05, "ug/g^3"));
+  const std::size_t n = e.parameters.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0.0;
+    for (const auto& line : e.budget) sum += line.variance[i];
+    EXPECT_NEAR(sum / e.covariance(i, i), 1.0, 1e-9) << e.parameters[i].name;
+  }
+}
+
 TEST(RandomVibration, KnocksAreSaid) {
   Evidence evidence = trial(1).evidence;
   auto& values = evidence.recordings[0].channels[0].values;

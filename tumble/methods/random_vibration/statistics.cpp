@@ -137,7 +137,7 @@ void append_unit(const Exposure& exposure, const Data& data, const Measured& uni
   }
   Statistic rectification = rectification_of(exposure, t.mean);
   const double a_0 = Unit::parse("g").from_si(unit.rest.value);
-  name(rectification, prefix + "vibration_rectification", "dMean/g_rms^2", "ug/g^2",
+  name(rectification, prefix + "vibration_rectification", "VRC", "ug/g^2",
        fmt::format("K_2 + 3 K_3 a_0 with a_0 = {:+.3f} g", a_0));
   out.push_back(std::move(rectification));
 }

@@ -39,8 +39,24 @@ struct Statistic {
 std::vector<Statistic> statistics_of(const Exposure& exposure, const vibration::Data& data,
                                      const std::vector<Type>& types, Findings& findings);
 
-/// Parameters, covariance and budget of statistics of one vibration, appended.
+/// Sources that all vibrations of a test have in common, as the budget names them.
+inline constexpr const char *level_source = "level of the vibration", *gain_source = "gain of the reference",
+                            *scale_source = "scale factor";
+
+/// How a parameter hangs on what all vibrations of a test have in common.
+struct Common {
+  double level = 0.0;                   ///< times the standard uncertainty of the level
+  std::map<std::size_t, double> scale;  ///< by unit: times that of its scale factor
+};
+
+/// Parameters, covariance and budget of statistics of one vibration, appended. `common`: one a parameter, kept along;
+/// the covariance with the parameters of earlier vibrations follows from it.
 void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
-            Estimate& estimate);
+            std::vector<Common>& common, Estimate& estimate);
+
+/// K_2 and K_3 of each unit that was vibrated in positions whose a_0 differ by more than 1 g, from the rectification
+/// K_2 + 3 K_3 a_0 in each.
+void append_orders(const std::vector<Exposure>& exposures, const vibration::Data& data,
+                   const std::vector<Common>& common, Estimate& estimate);
 
 }  // namespace tumble::random_vibration
