@@ -205,30 +205,6 @@ std::size_t different_positions(const Plan& plan) {
   return count;
 }
 
-Findings about_windows(const Evidence& evidence) {
-  Findings findings;
-  for (const auto& recording : evidence.recordings) {
-    const Channel& channel = require_channel(evidence, recording, "accelerometer");
-    if (!output_of(channel).pulses || channel.timeline.uniform() || channel.values.size() < 8) continue;
-    std::vector<double> lengths;
-    for (std::size_t i = 0; i + 1 < channel.values.size(); ++i)
-      lengths.push_back(channel.time(i + 1) - channel.time(i));
-    auto sorted = lengths;
-    std::ranges::sort(sorted);
-    const double usual = sorted[sorted.size() / 2];
-    const auto unequal = std::ranges::count_if(
-        lengths, [&](double one) { return std::abs(one - usual) > 1e-3 * usual && one < 1.9 * usual; });
-    if (static_cast<double>(unequal) < 0.01 * static_cast<double>(lengths.size())) continue;
-    findings.push_back({Finding::Severity::warning,
-                        fmt::format("{} of {} counting windows differ from {} by more than 0.1 %: counts are taken as "
-                                    "of equal windows, so a window that is really 1 % longer reads 1 % too much. "
-                                    "Record counts of one length, or divide them by their windows and record the rate",
-                                    unequal, lengths.size(), say_seconds(usual)),
-                        recording.origin.file});
-  }
-  return findings;
-}
-
 void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& found) {
   std::vector<std::string> problems;
   if (found.output.pulses) problems = overflows_of(evidence, found);

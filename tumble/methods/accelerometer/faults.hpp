@@ -12,9 +12,6 @@ Findings about_labels(const Plan& plan);
 /// Different positions, after repeats are taken together.
 std::size_t different_positions(const Plan& plan);
 
-/// Counts of windows that are not of one length: stamps that are not even.
-Findings about_windows(const Evidence& evidence);
-
 /// Where the greatest or the least output is the same at positions that should differ, or short of what the others say
 /// in more than one: the output is clipped there.
 /// Where counts are off by a power of two: the counter overflowed. Throws Error::bad_data for both.

@@ -376,16 +376,6 @@ TEST(accelerometer_tumble, a_counter_that_overflows_is_refused) {
   EXPECT_NE(refusal(method(), evidence).find("1 count off the others by 65536"), std::string::npos);
 }
 
-TEST(accelerometer_tumble, windows_of_unequal_length_are_named) {
-  Evidence evidence = counted(40000.0);
-  auto& channel = evidence.recordings[0].channels[0];
-  std::vector<double> stamps;
-  for (std::size_t i = 0; i < channel.values.size(); ++i)
-    stamps.push_back(static_cast<double>(i) + (i % 2 == 0 ? 0.0 : 0.1));
-  channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
-  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "counting windows differ"));
-}
-
 TEST(accelerometer_tumble, a_head_that_counts_the_other_way_is_named) {
   const auto found = answer(turn(12), unit, [](double th) { return -2.0 * th; });
   EXPECT_NEAR(found("scale_factor"), -unit.k_1, 1e-3);

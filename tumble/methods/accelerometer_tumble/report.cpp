@@ -194,7 +194,6 @@ Estimate answer_of(const Evidence& evidence, Normalised found) {
   };
   add(accelerometer::about_labels(evidence.plan));
   if (measured) {
-    add(accelerometer::about_windows(evidence));
     add(accelerometer::about_unsettled(evidence, found));
     add(accelerometer::about_misplaced(found.solution));
     add(accelerometer::about_signs(estimate, evidence.plan.settings, found.output));
