@@ -58,7 +58,12 @@ Option scale_factor_option(const std::string& description) {
 
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output) {
   if (!settings.has("scale_factor") || settings.word("scale_factor").empty()) return std::nullopt;
-  const double scale = parse_si(settings.word("scale_factor"), output.scale_factor);
+  double scale = 0.0;
+  try {
+    scale = parse_si(settings.word("scale_factor"), output.scale_factor);
+  } catch (const Error& error) {
+    throw Error(Error::Kind::bad_input, fmt::format("[settings] scale_factor: {}", error.what()));
+  }
   if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
     throw Error(Error::Kind::bad_input, "[settings] scale_factor must not be zero");
   return scale;
