@@ -21,6 +21,10 @@ struct PowerUp {
 
 std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate);
 
+/// Segment `index` where it is all that was recorded, without the way to it: axes that it does not mention stand where
+/// the segments of its power-up before it left them.
+Segment standing_alone(const Schedule& schedule, std::size_t index);
+
 /// One value of every error of the rig (row) in every segment (column), drawn from their standard deviations: those of
 /// the whole test from `test`, those of each segment from `run`. Empty where the rig has none.
 Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, const RandomStream& test,

@@ -9,6 +9,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/sim/power_up.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/tasks/sets.hpp"
@@ -51,7 +52,8 @@ struct Reading {
   const Method* method = nullptr;
   const Model* model = nullptr;
   const Rig* rig = nullptr;
-  bool part = false;  ///< of another plan, which says the method
+  bool part = false;            ///< of another plan, which says the method
+  bool clean_schedule = false;  ///< and a clean rig: what they ask can be put to it
 };
 
 Plan load(const std::string& path, const Sets& sets, bool part);
@@ -312,12 +314,32 @@ void read_schedule(Reading& reading, Section& root) {
   const auto before = reading.problems.all.size();
   if (const auto* array = tables(root, "schedule"))
     reading.plan.schedule = plan_file::read_schedule(*array, reading.rig, reading.problems);
-  const bool clean = reading.problems.all.size() == before && !reading.plan.rig.texts().empty();
-  if (reading.rig && reading.rig->refusals && clean && !reading.plan.schedule.empty())
-    if (const auto refusals = reading.rig->refusals(reading.plan.schedule, reading.plan.rig); !refusals.empty()) {
-      const Places places(reading, root);
-      for (const auto& refusal : refusals) reading.problems.all.push_back(places.of(refusal) + ": " + refusal);
-    }
+  reading.clean_schedule = reading.problems.all.size() == before && !reading.plan.rig.texts().empty();
+}
+
+/// Whether every segment has a file of its own: then nobody asks how the rig went from one to the next.
+bool recorded_one_by_one(const Plan& plan) {
+  return std::ranges::all_of(plan.schedule, [&](const Segment& segment) {
+    return std::ranges::any_of(plan.recordings, [&](const RecordingEntry& entry) {
+      return !entry.plan && entry.segment == segment.label && (entry.run == 0 || entry.run == segment.run);
+    });
+  });
+}
+
+/// What the rig cannot do.
+void check_schedule(Reading& reading, Section& root) {
+  const auto& schedule = reading.plan.schedule;
+  if (!reading.rig || !reading.rig->refusals || !reading.clean_schedule || schedule.empty()) return;
+  std::vector<std::string> refusals;
+  if (!recorded_one_by_one(reading.plan))
+    refusals = reading.rig->refusals(schedule, reading.plan.rig);
+  else
+    for (std::size_t s = 0; s < schedule.size(); ++s)
+      for (auto& refusal : reading.rig->refusals({sim::standing_alone(schedule, s)}, reading.plan.rig))
+        if (std::ranges::find(refusals, refusal) == refusals.end()) refusals.push_back(std::move(refusal));
+  if (refusals.empty()) return;
+  const Places places(reading, root);
+  for (const auto& refusal : refusals) reading.problems.all.push_back(places.of(refusal) + ": " + refusal);
 }
 
 void read_channel_sets(Reading& reading) {
@@ -363,6 +385,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   read_channels(reading, section("channels"));
   read_channel_sets(reading);
   if (const auto* array = tables(root, "recording")) read_recordings(reading, *array);
+  check_schedule(reading, root);
   read_settings(reading, section("settings"));
   if (const auto* array = tables(root, "limit")) read_limits(reading, *array);
   const auto& truth = section("truth");

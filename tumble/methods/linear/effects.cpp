@@ -126,8 +126,7 @@ class Difference {
     const auto value = [this](const Felt& felt) { return shown(felt); };
     for (const Look look : {close, glance}) {
       without_[look].assign(rows.weights.size(), 0.0);
-      for (std::size_t p = 0; p <= evidence.power_ups.back().plan_number; ++p)
-        add(p, nominal_, look, value, without_[look]);
+      for (std::size_t p = 0; p < evidence.plans; ++p) add(p, nominal_, look, value, without_[look]);
     }
     for (const double one : without_[close]) size_ = std::max(size_, std::abs(one));
   }
@@ -249,7 +248,7 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
     if (!(error.sd > 0.0)) continue;
     KnownEffect effect{error.source, std::vector<double>(rows.weights.size(), 0.0), false};
     const auto value = [&](const Felt& felt) { return error.sd * error.change(felt, difference.shown(felt)); };
-    for (std::size_t p = 0; p <= evidence.power_ups.back().plan_number; ++p)
+    for (std::size_t p = 0; p < evidence.plans; ++p)
       difference.add(p, difference.nominal(), close, value, effect.column);
     effects.push_back(std::move(effect));
   }

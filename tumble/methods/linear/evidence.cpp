@@ -27,21 +27,35 @@ void require(const Plan& plan, double rate, const Problem& problem, std::vector<
   if (!(rate > 0.0)) problems.push_back(where + "the plan needs [instrument] rate = \"1 Hz\" or the like");
 }
 
-/// Adds the power-ups of a plan; returns the index of the first.
-std::size_t add_power_ups(const Plan& plan, double rate, const Problem& problem, Evidences& out) {
+PowerUp power_up_of(const Plan& plan, std::size_t number, Schedule segments, double rate, const Problem& problem) {
+  PowerUp one;
+  one.plan = &plan;
+  one.plan_number = number;
+  one.step = 1.0 / (rate * problem.oversampling);
+  one.begins = {0.0};
+  for (const auto& segment : segments) one.begins.push_back(one.begins.back() + segment.duration);
+  one.rig = {std::move(segments), plan.rig, plan.site, 1.0 / one.step, {}, RandomStream(0)};
+  one.reference = find_rig(plan.rig_kind).reference(one.rig);
+  return one;
+}
+
+/// The power-ups of a plan, as its schedule says; returns the index of the first.
+std::size_t add_power_ups(const Plan& plan, std::size_t number, double rate, const Problem& problem, Evidences& out) {
   const std::size_t first = out.power_ups.size();
-  const std::size_t number = first == 0 ? 0 : out.power_ups.back().plan_number + 1;
-  const Rig& rig = find_rig(plan.rig_kind);
-  for (auto& run : sim::power_ups(plan.schedule, rate)) {
-    PowerUp one;
-    one.plan = &plan;
-    one.plan_number = number;
-    one.step = 1.0 / (rate * problem.oversampling);
-    one.begins = {0.0};
-    for (const auto& segment : run.segments) one.begins.push_back(one.begins.back() + segment.duration);
-    one.rig = {std::move(run.segments), plan.rig, plan.site, 1.0 / one.step, {}, RandomStream(0)};
-    one.reference = rig.reference(one.rig);
-    out.power_ups.push_back(std::move(one));
+  for (auto& run : sim::power_ups(plan.schedule, rate))
+    out.power_ups.push_back(power_up_of(plan, number, std::move(run.segments), rate, problem));
+  return first;
+}
+
+/// The segments of a plan each by itself, where it was recorded in a file of its own; returns the index of the first.
+std::size_t add_segments(const Plan& plan, std::size_t number, double rate, const Problem& problem, Evidences& out) {
+  const std::size_t first = out.power_ups.size();
+  double begin = 0.0;
+  for (std::size_t s = 0; s < plan.schedule.size(); ++s) {
+    if (s > 0 && plan.schedule[s].run != plan.schedule[s - 1].run) begin = 0.0;
+    out.power_ups.push_back(power_up_of(plan, number, {sim::standing_alone(plan.schedule, s)}, rate, problem));
+    out.power_ups.back().offset = begin;
+    begin += plan.schedule[s].duration;
   }
   return first;
 }
@@ -65,8 +79,9 @@ double use_from(const PowerUp& power_up, std::size_t segment, double settling) {
   return (segment < settled.size() ? std::max(begin, settled[segment]) : begin) + settling;
 }
 
-/// So many blocks are enough to tell white noise from the rounding to whole pulses.
-constexpr std::size_t counted_blocks = 32;
+/// So many blocks of a steady stretch are needed at least to show its noise, and are enough to tell white noise from the
+/// rounding to whole pulses.
+constexpr std::size_t least_blocks = 4, counted_blocks = 32;
 
 /// Whether what is felt stays within 1e-4 of its mean while the rig turns: on the arm of a centrifuge.
 bool hardly_changes(const PowerUp& power_up, const Stretch& stretch) {
@@ -99,6 +114,7 @@ void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretc
   const auto wanted = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(length / stretch.step)));
   std::size_t blocks = std::max<std::size_t>(1, stretch.samples / wanted);
   if (problem.pulse > 0.0 && (stretch.steady || stretch.even)) blocks = std::min(blocks, counted_blocks);
+  if (stretch.steady) blocks = std::max(blocks, std::min(least_blocks, stretch.samples));
   stretch.per_block = (stretch.samples + blocks - 1) / blocks;
 }
 
@@ -165,6 +181,28 @@ void refuse_unlike_units(const Evidence& evidence, const Problem& problem) {
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
+/// A unit that is dead, or not connected. A single position may well give the same count in every sample.
+void refuse_constant(const Evidence& evidence, const Problem& problem) {
+  double some = std::nan("");
+  for (const auto& recording : evidence.recordings)
+    for (const double v : require_channel(evidence, recording, problem.role).values) {
+      if (std::isnan(v) || v == some) continue;
+      if (!std::isnan(some)) return;
+      some = v;
+    }
+  if (std::isnan(some)) return;
+  const auto& first = evidence.recordings.front();
+  throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds the same value throughout",
+                                                 first.origin.file.empty() ? "" : first.origin.file + ": ",
+                                                 require_channel(evidence, first, problem.role).name));
+}
+
+/// Whether a recording is the file of one segment, as [[recording]] says.
+bool stands_alone(const Evidence& evidence, std::size_t recording) {
+  const auto& entries = evidence.plan.recordings;
+  return recording < entries.size() && !entries[recording].segment.empty();
+}
+
 /// The samples whose interval lies from `begin` to `end` [s, recording's clock], on an even grid.
 void take_samples(const Channel& channel, double rate, double begin, double end, double scale, Stretch& stretch) {
   const double step = 1.0 / rate, slack = 1e-6 * step;
@@ -197,7 +235,7 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   Evidences out;
   for (const Plan* one : plans) {
-    const std::size_t begin = add_power_ups(*one, one->sample_rate, problem, out);
+    const std::size_t begin = add_power_ups(*one, out.plans++, one->sample_rate, problem, out);
     for (std::size_t u = begin; u < out.power_ups.size(); ++u) {
       const PowerUp& power_up = out.power_ups[u];
       for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) {
@@ -260,9 +298,11 @@ void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_po
 Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
   std::vector<std::string> problems;
   Evidences out;
-  std::map<const Plan*, std::size_t> first;
+  std::map<const Plan*, std::size_t> numbers;
+  std::map<std::pair<const Plan*, bool>, std::size_t> first;  // of the power-ups, or of the segments standing alone
   std::set<std::pair<std::size_t, std::size_t>> taken;
   if (!evidence.recordings.empty()) refuse_unlike_units(evidence, problem);
+  refuse_constant(evidence, problem);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
     const Channel& channel = require_channel(evidence, evidence.recordings[r], problem.role);
@@ -273,17 +313,16 @@ Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
         std::ranges::none_of(channel.values, finite))
       throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds no evenly timed samples",
                                                      name.empty() ? "" : name + ": ", channel.name));
-    const double some = *std::ranges::find_if(channel.values, finite);
-    if (std::ranges::all_of(channel.values, [&](double v) { return v == some || std::isnan(v); }))
-      throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds the same value throughout",
-                                                     name.empty() ? "" : name + ": ", channel.name));
     require(plan, rate, problem, problems);
     if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-    if (!first.contains(&plan)) first[&plan] = add_power_ups(plan, rate, problem, out);
+    const bool alone = stands_alone(evidence, r);
+    if (numbers.try_emplace(&plan, out.plans).second) ++out.plans;
+    if (!first.contains({&plan, alone}))
+      first[{&plan, alone}] = (alone ? add_segments : add_power_ups)(plan, numbers[&plan], rate, problem, out);
     if (evidence.recordings[r].marks.empty())
       throw Error(Error::Kind::bad_data,
                   "the recording does not say when its segments begin, and the plan has no schedule");
-    add_recording(evidence, r, first[&plan], channel, problem, taken, out);
+    add_recording(evidence, r, first[{&plan, alone}], channel, problem, taken, out);
   }
   if (out.stretches.empty()) {
     std::vector<std::string> why;

@@ -52,7 +52,8 @@ std::vector<Interval> intervals_of(const Evidences& evidence) {
   for (const auto& stretch : evidence.stretches) {
     const std::pair key{evidence.power_ups[stretch.power_up].plan_number, stretch.run};
     const std::size_t number = numbers.try_emplace(key, numbers.size()).first->second;
-    intervals.push_back({number, stretch.first, static_cast<double>(stretch.samples) * stretch.step});
+    const double begin = evidence.power_ups[stretch.power_up].offset + stretch.first;
+    intervals.push_back({number, begin, static_cast<double>(stretch.samples) * stretch.step});
   }
   return intervals;
 }

@@ -17,6 +17,7 @@ struct PowerUp {
   RigRun rig;
   Reference reference;
   double step = 0.0;           ///< [s] between points at which the rig is asked
+  double offset = 0.0;         ///< [s] of its first segment in the schedule of the power-up it is part of
   std::vector<double> begins;  ///< [s] of each segment, and the end of the last
 };
 
@@ -38,6 +39,7 @@ struct Stretch {
 struct Evidences {
   std::vector<PowerUp> power_ups;
   std::vector<Stretch> stretches;
+  std::size_t plans = 0;  ///< how many different ones there are
   Findings findings;
 };
 
