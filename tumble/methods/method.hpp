@@ -47,6 +47,8 @@ struct Method {
   Compensation (*compensate)(const Estimate& estimate, const Recording& recording);
   /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
   Estimate (*predict)(const Plan& plan);
+  /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.
+  bool several_instruments = false;
 };
 
 namespace methods {

@@ -145,7 +145,9 @@ Recording read(const std::string& file, const ReadOptions& options, const Progre
 
 void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const ReadOptions& options) {
   std::vector<std::string> problems;
-  for (const auto& recording : evidence.recordings) {
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const auto& recording = evidence.recordings[r];
+    const bool part = evidence.plans[r] && !evidence.plans[r]->channels.empty();  // says itself what it holds
     for (auto& problem : unit_conflicts(recording, options)) problems.push_back(std::move(problem));
     for (const auto& role : roles) {
       const auto channels = role.several ? channels_for(evidence, recording, role.name)
@@ -153,7 +155,7 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
       for (const auto* channel : channels)
         if (channel)
           if (auto problem = wrong_unit(role, *channel, recording); !problem.empty()) problems.push_back(problem);
-      const bool named = evidence.plan.channels.contains(role.name);
+      const bool named = !part && evidence.plan.channels.contains(role.name);
       if (!named && (!role.required || (!channels.empty() && channels.front()))) continue;
       for (const auto& column : columns_of(evidence.plan, role))
         if (!find_channel(recording, column))

@@ -201,7 +201,8 @@ std::shared_ptr<const Plan> plan_of_recording(Reading& reading, Section& section
   const auto& model = reading.plan.instrument_model;
   try {
     auto plan = load(file, {}, true);
-    if (plan.instrument_model == model) return std::make_shared<const Plan>(std::move(plan));
+    if (plan.instrument_model == model || (reading.method && reading.method->several_instruments))
+      return std::make_shared<const Plan>(std::move(plan));
     section.problem_at("plan", fmt::format("{} is of a '{}', this plan of a '{}': one instrument is identified", file,
                                            plan.instrument_model, model));
   } catch (const Error& error) {

@@ -281,6 +281,8 @@ void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_po
     take_samples(channel, sampling.rate, power_on + use_from(power_up, place.segment, problem.settling),
                  std::min(next, power_on + power_up.begins[place.segment + 1]), problem.scale, stretch);
     stretch.first -= power_on;
+    stretch.recording = r;
+    stretch.power_on = power_on;
     const auto present = std::ranges::count_if(stretch.values, [](double v) { return !std::isnan(v); });
     if (present == 0) {
       const bool any = has_samples(channel, mark.begin, std::min(next, power_on + power_up.begins[place.segment + 1]));

@@ -27,6 +27,8 @@ struct Stretch {
   std::size_t segment = 0;  ///< in the power-up
   std::string label;
   int run = 1;
+  std::size_t recording = 0;   ///< index in Evidence::recordings; 0 where predicted
+  double power_on = 0.0;       ///< [s] on the recording's clock
   double first = 0.0;          ///< stamp of the first sample
   double step = 0.0;           ///< between samples
   std::size_t samples = 0;     ///< present or missing

@@ -1,0 +1,275 @@
+// The closed forms of (3.5) against the model that they invert, the polynomials of (3.6), and evidence that is wrong.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tumble/methods/accelerometer_four_position/components.hpp"
+#include "tumble/methods/accelerometer_four_position/estimator.hpp"
+#include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/trial/plan.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble {
+namespace {
+
+using namespace methods::four;
+
+constexpr double G = 9.797;
+const Method& method() { return find_method("accelerometer_four_position"); }
+
+/// E/K_m in the four positions of an accelerometer with these coefficients, p up in position 2.
+FourOutputs outputs(double s, double K_0, double K_2, double K_3, double theta) {
+  const double a[] = {G, 0.0, -G, 0.0}, p[] = {0.0, G, 0.0, -G};
+  FourOutputs y{};
+  for (int k = 0; k < 4; ++k) y[k] = s * (K_0 + a[k] + K_2 * a[k] * a[k] + K_3 * a[k] * a[k] * a[k] + theta * p[k]);
+  return y;
+}
+
+// 1e-15 relative of quantities that are differences of outputs of size G: 1e-14 m/s^2, over G and G^2.
+TEST(FourPositions, ClosedFormsReturnWhatTheyShould) {
+  const double s = 1.0015, K_0 = 0.03, K_2 = 4e-6, K_3 = 3e-8, theta = 4e-4, third = 1.0 + K_3 * G * G;
+  const auto y = outputs(s, K_0, K_2, K_3, theta);
+  const auto two = from_two(y, G), four = from_four(y, G, 1.0);
+  EXPECT_NEAR(two.value[scale_factor_error], 1.0 / (s * third) - 1.0, 4e-15);
+  EXPECT_NEAR(two.value[bias], (K_0 + K_2 * G * G) / third, 4e-14);
+  EXPECT_NEAR(four.value[scale_factor_error], 1.0 / (s * third) - 1.0, 4e-15);
+  EXPECT_NEAR(four.value[bias], K_0 / third, 4e-14);
+  EXPECT_NEAR(four.value[second_order], K_2 / third, 1e-15);
+  EXPECT_NEAR(four.value[misalignment], theta / third, 4e-15);
+  EXPECT_NEAR(from_four(y, G, -1.0).value[misalignment], -theta / third, 4e-15);
+}
+
+// Central differences at 1e-4 of G: error of the third derivative, (1e-4)^2 relative.
+TEST(FourPositions, SlopesAreTheDerivatives) {
+  const auto y = outputs(0.99, 0.05, 1e-5, 0.0, 1e-3);
+  const double h = 1e-3;
+  const FourResults at = from_four(y, G, 1.0);
+  for (std::size_t k = 0; k < 4; ++k) {
+    FourOutputs up = y, down = y;
+    up[k] += h;
+    down[k] -= h;
+    const auto above = from_four(up, G, 1.0), below = from_four(down, G, 1.0);
+    for (std::size_t q = 0; q < quantities; ++q)
+      EXPECT_NEAR((above.value[q] - below.value[q]) / (2.0 * h), at.slope[q][k], 1e-8) << q << k;
+  }
+}
+
+// In a balanced design with known variance k the restricted likelihood has its top at SS/(n - p) - k.
+TEST(FourPositions, RepeatabilityIsWhatTheRepeatsScatterByBeyondTheNoise) {
+  const std::size_t n = 12;
+  Matrix x(n, 4), known(n, n), one(n, n);
+  std::vector<double> z(n);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    x(i, i % 4) = 1.0;
+    known(i, i) = 0.5;
+    one(i, i) = 1.0;
+    z[i] = 3.0 * std::sin(7.0 * static_cast<double>(i));
+  }
+  for (std::size_t g = 0; g < 4; ++g) {
+    const double mean = (z[g] + z[g + 4] + z[g + 8]) / 3.0;
+    for (const std::size_t i : {g, g + 4, g + 8}) squares += (z[i] - mean) * (z[i] - mean);
+  }
+  const double expected = squares / 8.0 - 0.5;
+  const auto found = components_of(x, z, known, {one});
+  EXPECT_NEAR(found.variance[0], expected, 1e-6 * expected);
+  EXPECT_NEAR(found.covariance(0, 0), 2.0 * std::pow(expected + 0.5, 2) / 8.0, 1e-5 * expected * expected);
+  for (std::size_t i = 0; i < n; ++i) known(i, i) = 100.0;
+  EXPECT_EQ(components_of(x, z, known, {one}).variance[0], 0.0);
+}
+
+struct Stand {
+  std::string label;
+  double head;  ///< [deg]
+};
+
+const std::vector<Stand> figure_11{{"1", 90.0}, {"2", 0.0}, {"3", 270.0}, {"4", 180.0}};
+
+/// One run on a head: these positions at each temperature.
+Plan plan_of(const std::vector<Stand>& stands, const std::vector<double>& celsius, double rate = 1.0) {
+  Plan plan = methods::trial_plan(method().name, method().options(), "pendulous_accelerometer", "dividing_head", rate);
+  plan.site->gravity = G;
+  plan.settings.set_word("scale_factor", "2000 pulse/s/g");
+  plan.truth.set_word("output", "count");
+  methods::set_truth(plan, "pulse_scale_factor", 2000.0, "pulse/s/g");
+  methods::set_truth(plan, "bias", 2.5, "mg");
+  methods::set_truth(plan, "angle_random_walk", 0.01, "(m/s)/sqrt(h)");
+  methods::set_truth(plan, "bias_temperature_coefficient", 20.0, "ug/K");
+  const auto hold = [](double value) { return Motion{.kind = Motion::Kind::hold, .value = value}; };
+  for (const double t : celsius) {
+    if (celsius.size() > 1) plan.schedule.push_back({"soak", 4500.0, 1, {{"temperature", hold(t + 273.15)}}});
+    for (const auto& stand : stands)
+      plan.schedule.push_back(
+          {fmt::format("{} at {}", stand.label, t), 60.0, 1, {{"head", hold(si(stand.head, "deg"))}}});
+  }
+  return plan;
+}
+
+Evidence simulated(const Plan& plan, std::uint64_t seed = 1) { return {plan, {simulate(plan, seed, {})}}; }
+
+void without_errors(Plan& plan) {
+  plan.rig.set_flag("ideal", true);
+  methods::set_truth(plan, "angle_random_walk", 0.0, "(m/s)/sqrt(h)");
+  plan.truth.set_word("output", "current");
+  methods::set_truth(plan, "current_scale_factor", 1.2, "mA/g");
+  plan.settings.set_word("scale_factor", "1.2 mA/g");
+}
+
+// Rounding of means of 60 outputs of size G, 1e-15 G, and of the powers of T: (40 K/40 K)^2 and 1e-13 in b_2.
+TEST(FourPositions, GivesTheTruthBackToRoundingWithoutNoise) {
+  Plan plan = plan_of(figure_11, {-20.0, 15.0, 60.0});
+  without_errors(plan);
+  methods::set_truth(plan, "bias_temperature_square", 0.3, "ug/K^2");
+  methods::set_truth(plan, "second_order_coefficient", 30.0, "ug/g^2");
+  methods::set_truth(plan, "misalignment_o", 100.0, "arcsec");
+  const auto estimate = method().identify(simulated(plan), {});
+  // bias about 20 degC: 2.5 mg + 20 ug/K (T - 20) + 0.3 ug/K^2 (T - 20)^2
+  EXPECT_NEAR(value(estimate, "b_0"), si(2500.0 - 400.0 + 120.0, "ug"), 1e-12);
+  EXPECT_NEAR(value(estimate, "b_1"), si(20.0 - 12.0, "ug/K"), 1e-13);
+  EXPECT_NEAR(value(estimate, "b_2"), si(0.3, "ug/K^2"), 1e-14);
+  EXPECT_NEAR(value(estimate, "bias"), si(2.5, "mg"), 1e-12);
+  for (const char* name : {"c_0", "c_1", "c_2", "scale_factor_error"}) EXPECT_NEAR(value(estimate, name), 0.0, 1e-13);
+  EXPECT_NEAR(value(estimate, "second_order_coefficient"), si(30.0, "ug/g^2"), 1e-13);
+  EXPECT_NEAR(value(estimate, "misalignment"), si(100.0, "arcsec"), 1e-12);
+}
+
+TEST(FourPositions, TheSourcesEstimatorTakesK2AsBias) {
+  Plan plan = plan_of(figure_11, {20.0});
+  without_errors(plan);
+  methods::set_truth(plan, "second_order_coefficient", 30.0, "ug/g^2");
+  plan.settings.set_word("estimator", "up_and_down");
+  const auto estimate = method().identify(simulated(plan), {});
+  EXPECT_NEAR(value(estimate, "bias"), si(2.5, "mg") + si(30.0, "ug/g^2") * G * G, 1e-12);
+  EXPECT_EQ(find_parameter(estimate, "second_order_coefficient"), nullptr);
+  EXPECT_TRUE(says(estimate.findings, "the bias holds K_2 G^2"));
+}
+
+// With the instrument turned on the head the output axis is up in position 2: theta_p, of the other sign.
+TEST(FourPositions, TheOtherMountGivesTheOtherAngle) {
+  Plan plan = plan_of(figure_11, {20.0});
+  without_errors(plan);
+  methods::set_truth(plan, "misalignment_p", -70.0, "arcsec");
+  for (auto& segment : plan.schedule)
+    segment.axes["mount_roll"] = {.kind = Motion::Kind::hold, .value = si(-90.0, "deg")};
+  const auto estimate = method().identify(simulated(plan), {});
+  EXPECT_NEAR(value(estimate, "misalignment"), si(-70.0, "arcsec"), 1e-12);
+  EXPECT_EQ(find_parameter(estimate, "misalignment")->symbol, "theta_p");
+}
+
+TEST(FourPositions, APositionMissingOrUnderTwoLabelsIsNamed) {
+  const auto missing = refusal(method(), simulated(plan_of({figure_11[0], figure_11[1], figure_11[2]}, {20.0})));
+  EXPECT_NE(missing.find("position 4 (level, turned over against 2) missing"), std::string::npos) << missing;
+  auto stands = figure_11;
+  stands[3].head = 0.0;
+  const auto twice = refusal(method(), simulated(plan_of(stands, {20.0})));
+  EXPECT_NE(twice.find("segments '2 at 20' and '4 at 20' both hold position 2"), std::string::npos) << twice;
+}
+
+TEST(FourPositions, ExchangedPositionsTurnTheSignOfTheScaleFactor) {
+  Evidence evidence = simulated(plan_of(figure_11, {20.0}));
+  std::swap(evidence.plan.schedule[0].axes, evidence.plan.schedule[2].axes);
+  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "positions 1 and 3 are exchanged"));
+}
+
+TEST(FourPositions, TwoPositionsUnderOneLabelShowAsAStep) {
+  Evidence evidence = simulated(plan_of(figure_11, {20.0}));
+  auto& counts = evidence.recordings[0].channels[0].values;
+  for (std::size_t i = 165; i < 180; ++i) counts[i] = 3.0;
+  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "it may hold two positions"));
+}
+
+TEST(FourPositions, ACounterThatRanOverIsRefused) {
+  Plan plan = plan_of(figure_11, {20.0});
+  methods::set_truth(plan, "pulse_scale_factor", 50000.0, "pulse/s/g");
+  plan.settings.set_word("scale_factor", "50000 pulse/s/g");
+  Evidence evidence = simulated(plan);
+  for (double& n : evidence.recordings[0].channels[0].values)
+    n = n > 32767.0 ? n - 65536.0 : n < -32768.0 ? n + 65536.0 : n;
+  const auto message = refusal(method(), evidence);
+  EXPECT_NE(message.find("differ by 2^16"), std::string::npos) << message;
+  EXPECT_NE(message.find("'1 at 20'"), std::string::npos) << message;
+  EXPECT_NE(message.find("'3 at 20'"), std::string::npos) << message;
+}
+
+// Position 3 counted over windows of half the length: K_i follows from each N over its own H. Counting: 1/6 pulse^2
+// over 2000 x 58 pulses is 3.5 ppm in one position, noise less; 5 standard deviations of the half difference.
+TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {
+  Plan plan = plan_of(figure_11, {20.0});
+  plan.rig.set_flag("ideal", true);
+  methods::set_truth(plan, "angle_random_walk", 0.0, "(m/s)/sqrt(h)");
+  Evidence evidence{plan, {}};
+  for (std::size_t k = 0; k < 4; ++k) {
+    Plan part = plan;
+    part.schedule = {plan.schedule[k]};
+    part.sample_rate = k == 2 ? 2.0 : 1.0;
+    evidence.recordings.push_back(simulate(part, k + 1, {}));
+  }
+  const auto estimate = method().identify(evidence, {});
+  EXPECT_NEAR(value(estimate, "scale_factor_error"), 0.0, 15e-6);
+}
+
+TEST(FourPositions, AWindowThatHoldsTwoCountsByItsOwnTime) {
+  Plan plan = plan_of(figure_11, {20.0});
+  Evidence evidence = simulated(plan);
+  const double whole = value(method().identify(evidence, {}), "scale_factor_error");
+  // counts 30 and 31 in one: the stamp of the second is missing
+  auto& channel = evidence.recordings[0].channels[0];
+  auto stamps = std::make_shared<std::vector<double>>();
+  std::vector<double> counts;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    if (i == 31) {
+      counts.back() += channel.values[i];
+      continue;
+    }
+    stamps->push_back(static_cast<double>(i));
+    counts.push_back(channel.values[i]);
+  }
+  channel.values = counts;
+  channel.timeline = {0.0, 0.0, stamps};
+  const auto estimate = method().identify(evidence, {});
+  EXPECT_TRUE(says(estimate.findings, "hold as many pulses more"));
+  // the mean of the position is over 57 windows instead of 58: white noise of 1.7e-4 m/s^2/sqrt(Hz), 3 ppm of G each
+  EXPECT_NEAR(value(estimate, "scale_factor_error"), whole, 5e-6);
+}
+
+TEST(FourPositions, TooFewTemperaturesAreSaidInWords) {
+  const auto estimate = method().identify(simulated(plan_of(figure_11, {0.0, 40.0})), {});
+  EXPECT_TRUE(says(estimate.findings, "2 temperatures carry polynomials of order 1: 1 more is needed for order 2"));
+  EXPECT_NE(find_parameter(estimate, "b_1"), nullptr);
+  EXPECT_EQ(find_parameter(estimate, "b_2"), nullptr);
+  EXPECT_TRUE(says(estimate.findings, "repeatability is not in the uncertainties"));
+}
+
+TEST(FourPositions, ATemperatureThatMovesIsSeen) {
+  Plan plan = plan_of(figure_11, {20.0});
+  for (std::size_t k = 0; k < 4; ++k)
+    plan.schedule[k].axes["temperature"] = {.kind = Motion::Kind::hold,
+                                            .value = 293.15 + 0.45 * static_cast<double>(k)};
+  plan.rig.set_number("oven_time", 1.0, Unit::parse("s"));
+  EXPECT_TRUE(says(method().identify(simulated(plan), {}).findings, "moved between the positions of one set"));
+}
+
+TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
+  Plan plan = plan_of(figure_11, {0.0, 20.0, 40.0});
+  without_errors(plan);
+  methods::set_truth(plan, "scale_factor_error", 400.0, "ppm");
+  const Evidence evidence = simulated(plan);
+  Estimate estimate = method().identify(evidence, {});
+  estimate.provenance.settings = plan.settings.texts();
+  const auto done = method().compensate(estimate, evidence.recordings[0]);
+  const Channel& channel = done.recording.channels[0];
+  EXPECT_EQ(channel.kind, QuantityKind::specific_force);
+  // position 3 at 40 degC, the last but one segment; 0.4e-3 of the bias in K_0 is of second order and is in nabla
+  const std::size_t at = channel.values.size() - 90;
+  EXPECT_NEAR(channel.values[at], -G, 1e-9);
+  auto hot = evidence.recordings[0];
+  for (auto& one : hot.channels)
+    if (one.name == "temperature")
+      for (double& t : one.values) t += 50.0;
+  EXPECT_TRUE(says(method().compensate(estimate, hot).findings, "outside of the calibrated 0.0 degC to 40.0 degC"));
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,160 @@
+#include "tumble/methods/accelerometer_four_position/compensate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/accelerometer_four_position/counts.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::four {
+namespace {
+
+/// b_0, b_1, ... of a result, or the one value of a test at one temperature.
+struct Coefficients {
+  std::vector<std::size_t> bias, scale;  ///< indices of parameters, by power
+};
+
+Coefficients coefficients_of(const Estimate& estimate) {
+  Coefficients out;
+  const auto add = [&](const std::string& name, std::vector<std::size_t>& to) {
+    for (std::size_t p = 0; p < estimate.parameters.size(); ++p)
+      if (estimate.parameters[p].name == name) to.push_back(p);
+  };
+  for (const char* power : {"0", "1", "2"}) {
+    add(std::string("b_") + power, out.bias);
+    add(std::string("c_") + power, out.scale);
+  }
+  if (out.bias.empty()) add("bias", out.bias);
+  if (out.scale.empty()) add("scale_factor_error", out.scale);
+  std::vector<std::string> faults;
+  if (out.bias.empty()) faults.push_back("the result has neither b_0 nor bias");
+  if (out.scale.empty()) faults.push_back("the result has neither c_0 nor scale_factor_error");
+  for (const auto& parameter : estimate.parameters)
+    if (!std::isfinite(parameter.value))
+      faults.push_back(fmt::format("the result's parameter '{}' has no value", parameter.name));
+  const Table* range = find_table(estimate, "calibrated_range");
+  if (!range || range->rows.size() != 1 || range->columns.size() != 2)
+    faults.push_back("the result has no table calibrated_range: it cannot be said where the compensation holds");
+  if (!faults.empty()) throw Error(Error::Kind::bad_file, faults);
+  return out;
+}
+
+const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
+  const auto found = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+}
+
+double scale_factor_of(const Estimate& estimate, const Channel& channel) {
+  const auto output = accelerometer::output_of(channel);
+  if (output.scale_factor == Unit()) return 1.0;
+  const auto found = estimate.provenance.settings.find("scale_factor");
+  if (found == estimate.provenance.settings.end() || found->second.empty())
+    throw Error(Error::Kind::bad_file, "the result's provenance lacks the setting 'scale_factor'");
+  return parse_si(found->second, output.scale_factor);
+}
+
+struct Found {
+  std::size_t accelerometer = 0;
+  const Channel* temperature = nullptr;
+};
+
+Found channels_of(const Estimate& estimate, const Recording& recording, bool needs_temperature) {
+  const Channel* accelerometer = role(estimate, recording, "accelerometer");
+  Found out{0, role(estimate, recording, "temperature")};
+  std::vector<std::string> problems;
+  if (!accelerometer) problems.push_back("the recording has no channel for the role accelerometer");
+  if (needs_temperature && !out.temperature)
+    problems.push_back("the recording has no channel for the role temperature, over which the result was fitted");
+  if (accelerometer && find_channel(recording, accelerometer->name + ".extrapolated"))
+    problems.push_back("channel " + accelerometer->name + " is compensated already: it would be done twice");
+  if (!problems.empty()) {
+    for (auto& problem : problems)
+      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
+    throw Error(Error::Kind::bad_data, problems);
+  }
+  out.accelerometer = static_cast<std::size_t>(accelerometer - recording.channels.data());
+  return out;
+}
+
+/// The reading at or before a time, NaN before the first.
+double reading_at(const Channel& channel, double time) {
+  std::size_t i = index_at(channel, time);
+  if (i < channel.values.size() && channel.time(i) <= time) return channel.values[i];
+  return i > 0 ? channel.values[i - 1] : std::nan("");
+}
+
+double polynomial(const Estimate& estimate, const std::vector<std::size_t>& of, double celsius) {
+  double sum = 0.0;
+  for (std::size_t j = of.size(); j-- > 0;) sum = sum * celsius + estimate.parameters[of[j]].value;
+  return sum;
+}
+
+/// Variance of y (1 + dK) - nabla where y has none.
+double variance_of(const Estimate& estimate, const Coefficients& c, double y, double celsius) {
+  std::vector<std::pair<std::size_t, double>> weights;
+  for (std::size_t j = 0; j < c.bias.size(); ++j) weights.emplace_back(c.bias[j], -std::pow(celsius, j));
+  for (std::size_t j = 0; j < c.scale.size(); ++j) weights.emplace_back(c.scale[j], y * std::pow(celsius, j));
+  double sum = 0.0;
+  for (const auto& [i, a] : weights)
+    for (const auto& [j, b] : weights) sum += a * b * estimate.covariance(i, j);
+  return std::max(0.0, sum);
+}
+
+Finding extrapolation(std::size_t outside, std::size_t samples, double low, double high, const std::string& channel) {
+  return {Finding::Severity::warning,
+          fmt::format("{:.2g} % of the samples lie outside of the calibrated {} to {}: the compensation is "
+                      "extrapolated there and its stated uncertainty does not hold; channel {} marks the samples",
+                      100.0 * static_cast<double>(outside) / static_cast<double>(samples), in_words(low),
+                      in_words(high), channel),
+          ""};
+}
+
+}  // namespace
+
+Compensation compensate(const Estimate& estimate, const Recording& recording) {
+  const Coefficients c = coefficients_of(estimate);
+  const bool over = c.bias.size() > 1 || c.scale.size() > 1;
+  const Found found = channels_of(estimate, recording, over);
+  const Table& range = *find_table(estimate, "calibrated_range");
+  const double low = std::get<double>(range.rows[0][0]), high = std::get<double>(range.rows[0][1]), slack = 1.0;
+
+  Compensation out{recording, {}, {}};
+  const Channel& raw = recording.channels[found.accelerometer];
+  const double reference = scale_factor_of(estimate, raw);
+  Evidence evidence;
+  evidence.recordings = {recording};
+  evidence.plan.channels["accelerometer"] = {{raw.name, std::nullopt}};
+  Channel& channel = out.recording.channels[found.accelerometer];
+  channel.values = per_second(evidence, "accelerometer", out.findings).recordings[0].channels[0].values;
+  channel.kind = QuantityKind::specific_force;
+  channel.unit = Unit::parse("g");
+  Channel sd = channel, outside = channel;
+  sd.name += ".compensation_sd";
+  outside.name += ".extrapolated";
+  outside.kind = QuantityKind::other;
+  outside.unit = Unit{};
+  std::size_t far = 0, blank = 0;
+  for (std::size_t k = 0; k < channel.values.size(); ++k) {
+    const double t = found.temperature ? reading_at(*found.temperature, raw.time(k)) : low;
+    const double celsius = over ? t - 273.15 : 0.0, y = channel.values[k] / reference;
+    const bool known = !std::isnan(y) && std::isnan(t) && over;
+    channel.values[k] = y * (1.0 + polynomial(estimate, c.scale, celsius)) - polynomial(estimate, c.bias, celsius);
+    sd.values[k] = std::isnan(channel.values[k]) ? std::nan("") : std::sqrt(variance_of(estimate, c, y, celsius));
+    outside.values[k] = t < low - slack || t > high + slack ? 1.0 : 0.0;
+    far += outside.values[k] > 0.0;
+    blank += known;
+  }
+  if (far > 0) out.findings.push_back(extrapolation(far, channel.values.size(), low, high, outside.name));
+  if (blank > 0)
+    out.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("{} samples have no temperature: they could not be compensated and are left blank", blank),
+         raw.name});
+  out.recording.channels.push_back(std::move(sd));
+  out.recording.channels.push_back(std::move(outside));
+  return out;
+}
+
+}  // namespace tumble::methods::four

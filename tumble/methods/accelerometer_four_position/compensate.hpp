@@ -1,0 +1,15 @@
+#pragma once
+
+#include "tumble/methods/method.hpp"
+
+namespace tumble::methods::four {
+
+/// Specific force from the output of the accelerometer, eq. (3.4) for one channel:
+///
+///   A = (1 + dK(T)) N/(K_m H) - nabla(T)
+///
+/// The channel keeps its name and becomes a specific force. Beside it `<name>.compensation_sd` (uncertainty of what was
+/// done, at the output given) and `<name>.extrapolated` (1 outside of the calibrated temperatures).
+Compensation compensate(const Estimate& estimate, const Recording& recording);
+
+}  // namespace tumble::methods::four

@@ -1,0 +1,144 @@
+#include "tumble/methods/accelerometer_four_position/counts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/methods/vibration/windows.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::four {
+namespace {
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// [s] from each stamp to the next; the last as the median.
+std::vector<double> intervals_of(const Channel& channel) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < channel.values.size(); ++i) intervals.push_back(channel.time(i) - channel.time(i - 1));
+  if (!channel.values.empty()) intervals.push_back(median(intervals));
+  return intervals;
+}
+
+std::vector<std::pair<double, double>> segments_of(const Recording& recording, const Channel& channel) {
+  std::vector<std::pair<double, double>> segments;
+  const double end = channel.values.empty() ? 0.0 : channel.time(channel.values.size() - 1);
+  for (std::size_t m = 0; m < recording.marks.size(); ++m)
+    segments.emplace_back(recording.marks[m].begin,
+                          m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : end);
+  return segments;
+}
+
+/// Counts over their windows, which last from stamp to stamp where `own` says so.
+void divide_by_windows(Channel& channel, bool own, const std::string& file, Findings& findings) {
+  const auto intervals = intervals_of(channel);
+  const double usual = median(intervals);
+  std::size_t missed = 0, together = 0;
+  double before = NAN;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    double window = usual;
+    if (own && intervals[i] < 1.5 * usual) window = intervals[i];
+    if (intervals[i] > 1.5 * usual && std::isfinite(before)) {
+      const double whole = channel.values[i] / intervals[i], one = channel.values[i] / usual;
+      const bool all = std::abs(whole - before) < std::abs(one - before);
+      if (all) window = intervals[i];
+      ++(all ? together : missed);
+    }
+    channel.values[i] /= window;
+    if (std::isfinite(channel.values[i])) before = channel.values[i];
+  }
+  const auto say = [&](std::size_t count, const char* what) {
+    if (count > 0)
+      findings.push_back({Finding::Severity::warning,
+                          fmt::format("{} of {} counting windows {}", count, channel.values.size(), what),
+                          (file.empty() ? "" : file + ": ") + channel.name});
+  };
+  say(missed,
+      "are followed by a gap and hold the pulses of one window alone: windows were missed, whose pulses are lost");
+  say(together, "last longer than the others and hold as many pulses more: each count is divided by its own window");
+}
+
+void to_rates(const Recording& recording, Channel& channel, Findings& findings) {
+  const auto output = accelerometer::output_of(channel);
+  if (!output.pulses) return;
+  if (channel.timeline.uniform()) {
+    for (double& v : channel.values) v *= channel.timeline.rate;
+  } else {
+    const double slope = vibration::slope_with_interval(channel, segments_of(recording, channel));
+    divide_by_windows(channel, slope > 0.5, recording.origin.file, findings);
+  }
+  channel.unit = Unit::parse("pulse/s");
+  channel.kind = QuantityKind::other;
+}
+
+/// The n for which the means differ by 2^n pulses; 0: none.
+int overflow_bits(double measured, double expected) {
+  if (std::abs(measured + expected) < 0.1 * std::abs(expected)) return 0;  // turned over: another fault
+  for (const int bits : {32, 31, 24, 20, 18, 16, 15, 14, 12, 10, 8}) {
+    const double size = std::ldexp(1.0, bits), turns = (measured - expected) / size;
+    if (std::abs(turns) > 0.5 && std::abs(turns) < 4.5 && std::abs(turns - std::round(turns)) < 0.02 &&
+        std::abs(expected) > 0.3 * size)
+      return bits;
+  }
+  return 0;
+}
+
+}  // namespace
+
+double reference_scale_factor(const Settings& settings, const accelerometer::Output& output) {
+  if (output.scale_factor == Unit()) return 1.0;
+  const auto given = accelerometer::given_scale_factor(settings, output);
+  if (!given)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("[settings] scale_factor must give the reference scale factor K_m in {}: the errors of "
+                            "scale factor are counted from it",
+                            output.scale_factor.text()));
+  return *given;
+}
+
+Evidence per_second(const Evidence& evidence, const std::string& role, Findings& findings) {
+  Evidence out;
+  out.plan = evidence.plan;
+  out.plans = evidence.plans;
+  for (const auto& recording : evidence.recordings) {
+    const Channel& channel = require_channel(evidence, recording, role);
+    Recording one;
+    one.instrument = recording.instrument;
+    one.marks = recording.marks;
+    one.origin = recording.origin;
+    one.channels = {channel};
+    to_rates(recording, one.channels.front(), findings);
+    out.recordings.push_back(std::move(one));
+  }
+  return out;
+}
+
+void refuse_overflow(const Bench& bench) {
+  if (!bench.output.pulses) return;
+  std::vector<std::string> problems;
+  for (const auto& position : bench.positions) {
+    const auto& stretch = bench.evidence.stretches[position.stretch];
+    const double window = bench.reference_scale_factor * stretch.step;  // pulses for a unit of specific force
+    const double expected = window * bench.rows.segments[position.stretch].felt.specific_force.x;
+    std::map<int, std::size_t> windows;  // by bits; while the head moves a window may look like it by chance
+    for (const double v : stretch.values) ++windows[overflow_bits(v * window, expected)];
+    windows.erase(0);
+    const auto most = std::ranges::max_element(windows, {}, [](const auto& one) { return one.second; });
+    const int bits = most == windows.end() || 10 * most->second < stretch.values.size() ? 0 : most->first;
+    if (bits > 0)
+      problems.push_back(
+          fmt::format("segment '{}' of run {}: counts differ by 2^{} from the {:.0f} pulses per window that K_m lets "
+                      "expect: a counter of {} bits ran over. Count over shorter windows, or add what was lost",
+                      position.label, position.run, bits, expected, bits));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+}  // namespace tumble::methods::four

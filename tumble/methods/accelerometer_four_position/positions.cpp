@@ -1,0 +1,327 @@
+#include "tumble/methods/accelerometer_four_position/positions.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/core/say.hpp"
+#include "tumble/methods/accelerometer_four_position/counts.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::four {
+namespace {
+
+constexpr double near_axis = 0.05;  ///< [rad] by which an axis may lean and still count as vertical
+constexpr double whole = 1e9;       ///< [s] longer than any segment: one row for each
+
+linear::Problem problem_of(const Settings& settings, const std::string& role) {
+  linear::Problem problem;
+  problem.role = role;
+  problem.input = [](const Felt& felt) { return felt.specific_force.x; };
+  problem.settling = settings.number("settling");
+  problem.averaging = whole;
+  return problem;
+}
+
+void check_settings(const Settings& settings) {
+  std::vector<std::string> problems;
+  if (settings.number("settling") < 0.0) problems.push_back("[settings] settling must not be negative");
+  for (const char* name : {"averaging", "same_temperature"})
+    if (!(settings.number(name) > 0.0)) problems.push_back(fmt::format("[settings] {} must be above zero", name));
+  if (settings.number("thermometer_sd") < 0.0) problems.push_back("[settings] thermometer_sd must not be negative");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+/// What the rig makes the instrument feel over a stretch: temperature in the mean, and second half minus first.
+void set_commanded_temperature(const linear::PowerUp& power_up, const linear::Stretch& stretch, Position& position) {
+  constexpr std::size_t points = 16;
+  std::vector<Felt> felt(points);
+  const double length = static_cast<double>(stretch.samples) * stretch.step, step = length / points;
+  power_up.reference.felt(stretch.first + 0.5 * step, step, felt);
+  double halves[2] = {0.0, 0.0};
+  for (std::size_t k = 0; k < points; ++k) halves[k / (points / 2)] += felt[k].temperature / (points / 2);
+  position.temperature = 0.5 * (halves[0] + halves[1]);
+  position.temperature_drift = halves[1] - halves[0];
+}
+
+/// The same as measured. False where the channel has no samples there.
+bool set_measured_temperature(const Channel& channel, const linear::Stretch& stretch, Position& position) {
+  const double begin = stretch.power_on + stretch.first,
+               end = begin + static_cast<double>(stretch.samples) * stretch.step;
+  const double middle = 0.5 * (begin + end);
+  double sum[2] = {0.0, 0.0}, count[2] = {0.0, 0.0};
+  for (std::size_t i = index_at(channel, begin - 1e-6); i < channel.values.size() && channel.time(i) < end; ++i) {
+    if (!std::isfinite(channel.values[i])) continue;
+    const int half = channel.time(i) < middle ? 0 : 1;
+    sum[half] += channel.values[i];
+    count[half] += 1.0;
+  }
+  if (!(count[0] + count[1] > 0.0)) return false;
+  position.temperature = (sum[0] + sum[1]) / (count[0] + count[1]);
+  position.temperature_drift = count[0] > 0.0 && count[1] > 0.0 ? sum[1] / count[1] - sum[0] / count[0] : 0.0;
+  return true;
+}
+
+void set_place(const Felt& felt, Position& position) {
+  const Vector3 f = felt.specific_force;
+  position.gravity = norm(f);
+  const double lean = std::cos(near_axis) * position.gravity;
+  if (std::abs(f.x) > lean) position.place = f.x > 0.0 ? Place::up : Place::down;
+  for (const bool o : {false, true}) {
+    const double along = o ? f.z : f.y;
+    if (!(std::abs(along) > lean)) continue;
+    position.place = Place::level;
+    position.o_level = o;
+    position.upwards = along > 0.0;
+  }
+}
+
+/// Scatter of the averages within a stretch, as a density.
+void set_scatter(const linear::Stretch& stretch, double averaging, Position& position) {
+  const auto wanted = static_cast<std::size_t>(std::llround(averaging / stretch.step));
+  const std::size_t each = std::max<std::size_t>(1, std::min(wanted, stretch.values.size() / 4));
+  position.averaging = static_cast<double>(each) * stretch.step;
+  std::vector<double> means;
+  for (std::size_t first = 0; first + each <= stretch.values.size(); first += each) {
+    double sum = 0.0;
+    for (std::size_t i = first; i < first + each; ++i) sum += stretch.values[i];
+    if (std::isfinite(sum)) means.push_back(sum / static_cast<double>(each));
+  }
+  if (means.size() < 2) return;
+  double mean = 0.0;
+  for (const double m : means) mean += m / static_cast<double>(means.size());
+  for (const double m : means) position.squares += (m - mean) * (m - mean);
+  position.squares *= position.averaging;
+  position.freedom = static_cast<double>(means.size() - 1);
+}
+
+/// A segment that commands the temperature alone is for the instrument to soak.
+bool is_soak(const linear::PowerUp& power_up, const linear::Stretch& stretch) {
+  const auto& axes = power_up.rig.segments[stretch.segment].axes;
+  return axes.size() == 1 && axes.begin()->first == "temperature";
+}
+
+void add_positions(const Evidence* measured, double averaging, Bench& bench) {
+  std::map<std::pair<std::size_t, int>, std::size_t> power_ups;
+  std::vector<std::string> odd;
+  bench.measured_temperature = measured != nullptr;
+  for (std::size_t g = 0; g < bench.evidence.stretches.size(); ++g) {
+    const auto& stretch = bench.evidence.stretches[g];
+    const auto& power_up = bench.evidence.power_ups[stretch.power_up];
+    if (is_soak(power_up, stretch)) continue;
+    Position position{.stretch = g, .label = stretch.label, .run = stretch.run};
+    position.power_up = power_ups.try_emplace({power_up.plan_number, stretch.run}, power_ups.size()).first->second;
+    position.output = bench.rows.segments[g].measured;
+    position.seconds = bench.rows.segments[g].duration;
+    set_place(bench.rows.segments[g].felt, position);
+    set_commanded_temperature(power_up, stretch, position);
+    const Channel* thermometer =
+        measured ? channel_for(*measured, measured->recordings[stretch.recording], "temperature") : nullptr;
+    if (!thermometer || !set_measured_temperature(*thermometer, stretch, position)) bench.measured_temperature = false;
+    set_scatter(stretch, averaging, position);
+    if (position.place == Place::none) {
+      odd.push_back("'" + stretch.label + "'");
+      continue;
+    }
+    bench.positions.push_back(std::move(position));
+  }
+  if (!odd.empty())
+    bench.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("not used, since no axis of the instrument is vertical there: {}", fmt::join(odd, ", ")), ""});
+}
+
+const char* words_of(const Position& position) {
+  if (position.place == Place::up) return "1 (input axis up)";
+  if (position.place == Place::down) return "3 (input axis down)";
+  if (position.o_level) return position.upwards ? "2 (output axis up)" : "4 (output axis down)";
+  return position.upwards ? "2 (pendulum axis up)" : "4 (pendulum axis down)";
+}
+
+/// A cell being filled.
+struct Open {
+  std::optional<std::size_t> slots[4];  ///< positions 1 to 4
+  double first_temperature = 0.0;
+  bool empty = true;
+};
+
+std::size_t slot_of(const Position& position) {
+  if (position.place == Place::up) return 0;
+  if (position.place == Place::down) return 2;
+  return position.upwards ? 1 : 3;
+}
+
+/// What a cell lacks, in words; empty: nothing.
+std::string lack_of(const Open& open, bool all_four) {
+  const char* names[4] = {"1 (input axis up)", "2 (level)", "3 (input axis down)", "4 (level, turned over against 2)"};
+  std::vector<std::string> missing;
+  for (std::size_t k = 0; k < 4; ++k)
+    if (!open.slots[k] && (all_four || k % 2 == 0)) missing.emplace_back(names[k]);
+  return missing.empty() ? "" : fmt::format("position {} missing", fmt::join(missing, " and "));
+}
+
+class Cells {
+ public:
+  Cells(Bench& bench, bool all_four, double same) : bench_(bench), all_four_(all_four), same_(same) {}
+
+  void add(std::size_t index) {
+    const Position& position = bench_.positions[index];
+    const std::size_t slot = slot_of(position);
+    const bool elsewhere =
+        !open_.empty && (position.power_up != bench_.positions[last_].power_up ||
+                         std::abs(position.temperature - open_.first_temperature) > same_ || other_axis(position));
+    if (elsewhere) close("");
+    if (open_.slots[slot])
+      close(fmt::format("; segments '{}' and '{}' both hold position {}", bench_.positions[*open_.slots[slot]].label,
+                        position.label, words_of(position)));
+    if (open_.empty) open_.first_temperature = position.temperature;
+    open_.empty = false;
+    open_.slots[slot] = last_ = index;
+  }
+
+  void close(const std::string& why) {
+    if (open_.empty) return;
+    const auto lack = lack_of(open_, all_four_);
+    const Position& position = bench_.positions[last_];
+    if (lack.empty())
+      push();
+    else
+      lacks_.push_back(fmt::format("run {}, {}: {}{}", position.run, in_words(position.temperature), lack, why));
+    open_ = {};
+  }
+
+  const std::vector<std::string>& lacks() const { return lacks_; }
+
+ private:
+  bool other_axis(const Position& position) const {
+    return position.place == Place::level && std::ranges::any_of(open_.slots, [&](const auto& slot) {
+             return slot && bench_.positions[*slot].place == Place::level &&
+                    bench_.positions[*slot].o_level != position.o_level;
+           });
+  }
+
+  void push() {
+    Cell cell{.up = *open_.slots[0], .down = *open_.slots[2], .power_up = bench_.positions[last_].power_up};
+    cell.run = bench_.positions[last_].run;
+    if (all_four_) {
+      cell.second = open_.slots[1];
+      cell.fourth = open_.slots[3];
+      cell.o_level = bench_.positions[*cell.second].o_level;
+    }
+    double low = INFINITY, high = -INFINITY, count = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!open_.slots[k] || (!all_four_ && k % 2 == 1)) continue;
+      const double t = bench_.positions[*open_.slots[k]].temperature;
+      cell.temperature += t;
+      low = std::min(low, t);
+      high = std::max(high, t);
+      count += 1.0;
+    }
+    cell.temperature /= count;
+    cell.spread = high - low;
+    bench_.cells.push_back(cell);
+  }
+
+  Bench& bench_;
+  bool all_four_;
+  double same_;
+  Open open_;
+  std::size_t last_ = 0;
+  std::vector<std::string> lacks_;
+};
+
+void add_cells(const Settings& settings, Bench& bench) {
+  Cells cells(bench, settings.word("estimator") == "four_positions", settings.number("same_temperature"));
+  for (std::size_t i = 0; i < bench.positions.size(); ++i) cells.add(i);
+  cells.close("");
+  if (bench.cells.empty()) {
+    auto problems = cells.lacks();
+    if (problems.empty()) problems.push_back("no segment holds the instrument with an axis up or down");
+    problems.push_back(
+        "four positions are needed at each temperature: input axis up, level, down, and level turned over; where the "
+        "rig stands says which is which");
+    throw Error(Error::Kind::bad_data, problems);
+  }
+  for (const auto& lack : cells.lacks())
+    bench.findings.push_back({Finding::Severity::warning, "not used: " + lack, ""});
+  std::vector<std::size_t> order(bench.cells.size());
+  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
+  std::ranges::stable_sort(order, {}, [&](std::size_t c) { return bench.cells[c].temperature; });
+  std::vector<double> counts;
+  double before = -INFINITY;
+  for (const std::size_t c : order) {
+    Cell& cell = bench.cells[c];
+    if (cell.temperature - before > settings.number("same_temperature")) {
+      bench.group_temperature.push_back(0.0);
+      counts.push_back(0.0);
+    }
+    before = cell.temperature;
+    cell.group = counts.size() - 1;
+    bench.group_temperature.back() += cell.temperature;
+    counts.back() += 1.0;
+  }
+  for (std::size_t k = 0; k < counts.size(); ++k) bench.group_temperature[k] /= counts[k];
+}
+
+/// Level of the white noise: what the averages scatter by, the rounding to pulses of variance 1/6 pulse^2 each taken
+/// off (3.14).
+void set_white(Bench& bench) {
+  double squares = 0.0, rounding = 0.0;
+  for (const auto& position : bench.positions) {
+    if (!(position.freedom > 0.0)) continue;
+    squares += position.squares;
+    bench.white_freedom += position.freedom;
+    // n roundings correlated by -1/2 with their neighbours: squares about the mean of (n - 1/n) variances
+    const double n = position.freedom + 1.0;
+    rounding += (n - 1.0 / n) * bench.pulse * bench.pulse / 6.0 / position.averaging;
+  }
+  if (bench.white_freedom > 0.0) bench.white = std::max(0.0, (squares - rounding) / bench.white_freedom);
+}
+
+}  // namespace
+
+std::string in_words(double temperature) {
+  return fmt::format("{:.1f} degC", std::round(10.0 * (temperature - 273.15)) / 10.0 + 0.0);
+}
+
+Bench bench_of(const Evidence& evidence, const std::string& role) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
+  const Settings& settings = evidence.plan.settings;
+  check_settings(settings);
+  Bench bench;
+  bench.output = accelerometer::output_of(require_channel(evidence, evidence.recordings.front(), role));
+  bench.reference_scale_factor = reference_scale_factor(settings, bench.output);
+  if (bench.output.pulses) bench.pulse = 1.0 / std::abs(bench.reference_scale_factor);
+  bench.problem = problem_of(settings, role);
+  bench.problem.scale = 1.0 / bench.reference_scale_factor;
+  bench.problem.pulse = bench.pulse;
+  bench.rates = std::make_shared<const Evidence>(per_second(evidence, role, bench.findings));
+  bench.evidence = linear::evidence_of(*bench.rates, bench.problem);
+  bench.rows = linear::rows_of(bench.evidence, bench.problem);
+  for (const auto& finding : bench.evidence.findings) bench.findings.push_back(finding);
+  add_positions(&evidence, settings.number("averaging"), bench);
+  refuse_overflow(bench);
+  add_cells(settings, bench);
+  set_white(bench);
+  return bench;
+}
+
+Bench bench_of(const Plan& plan) {
+  check_settings(plan.settings);
+  Bench bench;
+  bench.output = accelerometer::output_of(plan.truth, plan.sample_rate);
+  bench.reference_scale_factor = accelerometer::scale_factor_of(plan.truth);
+  if (bench.output.pulses) bench.pulse = 1.0 / std::abs(bench.reference_scale_factor);
+  bench.problem = problem_of(plan.settings, "accelerometer");
+  bench.evidence = linear::evidence_of(plan, bench.problem);
+  bench.rows = linear::rows_of(bench.evidence, bench.problem);
+  for (const auto& finding : bench.evidence.findings) bench.findings.push_back(finding);
+  add_positions(nullptr, plan.settings.number("averaging"), bench);
+  add_cells(plan.settings, bench);
+  return bench;
+}
+
+}  // namespace tumble::methods::four

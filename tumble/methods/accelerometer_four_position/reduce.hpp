@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/accelerometer_four_position/estimator.hpp"
+#include "tumble/methods/accelerometer_four_position/positions.hpp"
+
+/// From positions to coefficients over temperature with their covariance.
+namespace tumble::methods::four {
+
+/// One cell: value and standard uncertainty, all sources together [SI].
+struct CellResult {
+  std::array<double, quantities> value{};
+  std::array<double, quantities> sd{};
+};
+
+/// A polynomial in T [degC], its covariance among the parameters of the estimate.
+struct Polynomial {
+  std::size_t first = 0;  ///< index of b_0 (or c_0, or the mean) in Reduced::parameters
+  std::size_t count = 0;  ///< order + 1
+};
+
+struct Reduced {
+  std::vector<Quantity> active;  ///< bias and scale factor error; with four positions all
+  std::vector<CellResult> cells;
+  std::array<Polynomial, quantities> polynomial;
+  std::vector<double> parameters;  ///< plain polynomials, one quantity after the other [SI per K^j]
+  Matrix covariance;
+  std::vector<double> degrees_of_freedom;
+  std::vector<SourceCovariance> sources;
+  std::array<double, quantities> repeatability{};  ///< sd of a cell beyond what is known [SI]
+  bool repeated = false;                           ///< some temperature was taken more than once
+  bool repeatability_known = false;                ///< there is freedom enough to find it
+  Fit fit;
+};
+
+/// What is known of the noise where there are no data: turn-on repeatability of the bias [m/s^2].
+struct Expected {
+  double turn_on_sd = 0.0;
+};
+
+/// Positions -> cells by (3.5) -> polynomials (3.6) by generalised least squares, weights from the noise, the rig's
+/// errors and the repeatability found by restricted likelihood.
+///
+/// Given     order     highest power of T
+///           two       the source's estimator, positions 1 and 3 alone
+///           expected  null: from measurements
+Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermometer_sd, const Expected* expected);
+
+/// P(T) = sum_j p_j T^j at `temperature` [K].
+double at_temperature(const std::vector<double>& parameters, const Polynomial& polynomial, double temperature);
+/// 1, T, T^2 with T in degC.
+std::vector<double> powers(double temperature, std::size_t count);
+
+}  // namespace tumble::methods::four

@@ -1,0 +1,265 @@
+#include "tumble/methods/accelerometer_four_position/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/core/say.hpp"
+#include "tumble/math/least_squares.hpp"
+#include "tumble/methods/accelerometer_four_position/findings.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::four {
+namespace {
+
+/// How a quantity is named and shown.
+struct Face {
+  const char* name;
+  const char* symbol;
+  const char* letter;  ///< of its polynomial; null: it has none
+  const char* unit;
+  const char* fine;  ///< unit of the polynomial's coefficients, over K^j
+  const char* description;
+};
+
+Face face_of(Quantity quantity, bool two, bool o_level) {
+  switch (quantity) {
+    case bias:
+      return {
+          "bias", two ? "nabla" : "K_0",
+          "b",    "mg",
+          "ug",   two ? "bias from positions 1 and 3: (K_0 + K_2 G^2)/(1 + K_3 G^2)" : "bias from positions 2 and 4"};
+    case scale_factor_error:
+      return {"scale_factor_error", "dK", "c", "ppm", "ppm", "K_m/K_i - 1, with K_i = K_1 (1 + K_3 G^2)"};
+    case second_order:
+      return {"second_order_coefficient",
+              "K_2",
+              nullptr,
+              "ug/g^2",
+              "ug/g^2",
+              o_level ? "K_2 - K_oo: as 1 g shows it" : "K_2 - K_pp: as 1 g shows it"};
+    default:
+      return {"misalignment",
+              o_level ? "theta_p" : "theta_t",
+              nullptr,
+              "arcsec",
+              "arcsec",
+              o_level ? "turn of the input axis about the pendulum axis, with the zero of the head"
+                      : "turn of the input axis about the output (wire) axis, with the zero of the head"};
+  }
+}
+
+Unit unit_of_power(const Face& face, std::size_t power) {
+  if (power == 0) return Unit::parse(face.fine);
+  return Unit::parse(fmt::format("{}/K{}", face.fine, power == 1 ? "" : "^" + std::to_string(power)));
+}
+
+/// One row of weights on the polynomials' coefficients for each parameter reported.
+struct Reported {
+  std::vector<Parameter> parameters;
+  std::vector<std::vector<double>> weights;
+};
+
+void add_polynomial(const Reduced& reduced, Quantity quantity, const Face& face, double from, bool over_temperature,
+                    Reported& out) {
+  const Polynomial& p = reduced.polynomial[quantity];
+  const std::size_t n = reduced.parameters.size();
+  const auto add = [&](Parameter parameter, const std::vector<double>& weights) {
+    for (std::size_t j = 0; j < n; ++j) parameter.value += weights[j] * reduced.parameters[j];
+    out.parameters.push_back(std::move(parameter));
+    out.weights.push_back(weights);
+  };
+  std::vector<double> weights(n, 0.0);
+  const auto t = powers(from, p.count);
+  for (std::size_t j = 0; j < p.count; ++j) weights[p.first + j] = t[j];
+  const std::string where = face.letter && over_temperature ? ", at " + in_words(from) : "";
+  add({face.name, face.symbol, Unit::parse(face.unit), 0.0, face.description + where}, weights);
+  if (!face.letter || !over_temperature) return;
+  for (std::size_t j = 0; j < p.count; ++j) {
+    std::vector<double> one(n, 0.0);
+    one[p.first + j] = 1.0;
+    const std::string name = fmt::format("{}_{}", face.letter, j);
+    add({name, name, unit_of_power(face, j), 0.0,
+         fmt::format("{} per T^{}, T in degC", quantity == bias ? "bias" : "scale factor error", j)},
+        one);
+  }
+}
+
+double covariance_of(const Matrix& c, const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j)
+      if (a[i] != 0.0 && b[j] != 0.0) sum += a[i] * b[j] * c(i, j);
+  return sum;
+}
+
+/// Of a combination: Welch-Satterthwaite over the coefficients by their shares of its variance.
+double freedom_of(const Reduced& reduced, const std::vector<double>& weights) {
+  double freedom = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < weights.size(); ++j)
+    if (weights[j] != 0.0) freedom = std::min(freedom, reduced.degrees_of_freedom[j]);
+  return freedom;
+}
+
+void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate& estimate) {
+  const std::size_t n = reported.parameters.size();
+  estimate.parameters = reported.parameters;
+  estimate.covariance = Matrix(n, n);
+  for (std::size_t i = 0; i < n; ++i) {
+    estimate.parameters[i].degrees_of_freedom = freedom_of(reduced, reported.weights[i]);
+    for (std::size_t j = 0; j < n; ++j)
+      estimate.covariance(i, j) = covariance_of(reduced.covariance, reported.weights[i], reported.weights[j]);
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < i; ++j) estimate.covariance(i, j) = estimate.covariance(j, i);
+  for (const auto& source : reduced.sources) {
+    Contribution line{source.source, {}};
+    for (std::size_t i = 0; i < n; ++i)
+      line.variance.push_back(
+          std::max(0.0, covariance_of(source.covariance, reported.weights[i], reported.weights[i])));
+    if (std::ranges::any_of(line.variance, [](double v) { return v > 0.0; }))
+      estimate.budget.push_back(std::move(line));
+  }
+  for (std::size_t i = 0; i < n; ++i) {  // the budget's sum, to the last digit
+    double sum = 0.0;
+    for (const auto& line : estimate.budget) sum += line.variance[i];
+    estimate.covariance(i, i) = sum;
+  }
+}
+
+Table temperatures(const Bench& bench, const Reduced& reduced) {
+  const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), one;
+  Table table{"temperatures", "one row for each set of positions: scale factor and bias by (3.5)", {}, {}};
+  table.columns = {{"run", one},
+                   {"temperature", Unit::parse("degC")},
+                   {"temperature_spread", kelvin},
+                   {"scale_factor", bench.output.scale_factor},
+                   {"scale_factor_error", ppm},
+                   {"scale_factor_error_sd", ppm},
+                   {"bias", mg},
+                   {"bias_sd", mg}};
+  const bool four = reduced.active.size() > 2;
+  if (four)
+    for (const char* name : {"second_order_coefficient", "second_order_coefficient_sd"})
+      table.columns.push_back({name, Unit::parse("ug/g^2")});
+  if (four)
+    for (const char* name : {"misalignment", "misalignment_sd"}) table.columns.push_back({name, Unit::parse("arcsec")});
+  for (std::size_t c = 0; c < bench.cells.size(); ++c) {
+    const Cell& cell = bench.cells[c];
+    const CellResult& result = reduced.cells[c];
+    std::vector<Table::Cell> row{static_cast<double>(cell.run), cell.temperature, cell.spread,
+                                 bench.reference_scale_factor / (1.0 + result.value[scale_factor_error])};
+    for (const Quantity q : {scale_factor_error, bias, second_order, misalignment}) {
+      if (!four && q > scale_factor_error) continue;
+      row.insert(row.end(), {result.value[q], result.sd[q]});
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Table positions(const Bench& bench) {
+  const Unit one, g = Unit::parse("g");
+  Table table{"positions", "mean output of each position over the reference scale factor", {}, {}};
+  table.columns = {{"label", one},
+                   {"run", one},
+                   {"position", one},
+                   {"temperature", Unit::parse("degC")},
+                   {"duration", Unit::parse("s")},
+                   {"window", Unit::parse("s")},
+                   {"output", g},
+                   {"noise_sd", g}};
+  for (const auto& p : bench.positions) {
+    const double number = p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
+    const double noise = bench.white / p.seconds + bench.pulse * bench.pulse / 6.0 / (p.seconds * p.seconds);
+    table.rows.push_back({p.label, static_cast<double>(p.run), number, p.temperature, p.seconds,
+                          bench.evidence.stretches[p.stretch].step, p.output, std::sqrt(noise)});
+  }
+  return table;
+}
+
+/// The polynomial over the temperatures of the test with its band, and what each set of positions gave.
+void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, const Face& face, Estimate& estimate) {
+  constexpr std::size_t points = 60;
+  const Polynomial& p = reduced.polynomial[quantity];
+  const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
+  const Unit celsius = Unit::parse("degC"), unit = Unit::parse(face.unit);
+  const std::string figure = fmt::format("{} over temperature", quantity == bias ? "bias" : "scale factor error");
+  Curve line{std::string(face.name) + "_fit",
+             figure,
+             {"temperature", celsius, {}},
+             {face.name, unit, {}},
+             {},
+             {},
+             "95 % confidence"};
+  const std::size_t n = reduced.parameters.size();
+  for (std::size_t k = 0; k <= points; ++k) {
+    const double t = low + (high - low) * static_cast<double>(k) / points;
+    std::vector<double> weights(n, 0.0);
+    const auto power = powers(t, p.count);
+    for (std::size_t j = 0; j < p.count; ++j) weights[p.first + j] = power[j];
+    const double value = at_temperature(reduced.parameters, p, t);
+    const double half = student_quantile(0.975, freedom_of(reduced, weights)) *
+                        std::sqrt(std::max(0.0, covariance_of(reduced.covariance, weights, weights)));
+    line.x.values.push_back(t);
+    line.y.values.push_back(value);
+    line.lower.push_back(value - half);
+    line.upper.push_back(value + half);
+  }
+  Curve dots{face.name, figure, {"temperature", celsius, {}}, {face.name, unit, {}}, {}, {}, "95 % confidence"};
+  dots.points = true;
+  for (std::size_t c = 0; c < bench.cells.size(); ++c) {
+    const double value = reduced.cells[c].value[quantity], half = 1.96 * reduced.cells[c].sd[quantity];
+    dots.x.values.push_back(bench.cells[c].temperature);
+    dots.y.values.push_back(value);
+    dots.lower.push_back(value - half);
+    dots.upper.push_back(value + half);
+  }
+  estimate.curves.push_back(std::move(line));
+  estimate.curves.push_back(std::move(dots));
+}
+
+/// What `compensate` may rely on.
+Table calibrated_range(const Bench& bench) {
+  Table table{"calibrated_range", "temperatures of the test", {}, {}};
+  const Unit celsius = Unit::parse("degC");
+  table.columns = {{"lowest", celsius}, {"highest", celsius}};
+  table.rows = {{bench.group_temperature.front(), bench.group_temperature.back()}};
+  table.for_programs = true;
+  return table;
+}
+
+}  // namespace
+
+std::size_t order_of(const Settings& settings, const Bench& bench) {
+  const auto& word = settings.word("order");
+  const std::size_t wanted = word == "auto" ? 2 : static_cast<std::size_t>(word[0] - '0');
+  return std::min(wanted, bench.group_temperature.size() - 1);
+}
+
+Estimate described(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured) {
+  Estimate estimate;
+  estimate.method = "accelerometer_four_position";
+  const bool over = bench.group_temperature.size() > 1, two = reduced.active.size() == 2;
+  const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
+  const double from = over ? std::clamp(settings.number("report_temperature"), low, high) : low;
+  Reported reported;
+  for (const Quantity quantity : reduced.active)
+    add_polynomial(reduced, quantity, face_of(quantity, two, bench.cells.front().o_level), from, over, reported);
+  fill_parameters(reduced, reported, estimate);
+  estimate.fit = reduced.fit;
+  if (measured) {
+    estimate.tables = {temperatures(bench, reduced), positions(bench)};
+    if (over)
+      for (const Quantity quantity : {bias, scale_factor_error})
+        add_curves(bench, reduced, quantity, face_of(quantity, two, false), estimate);
+  }
+  estimate.tables.push_back(calibrated_range(bench));
+  estimate.findings = bench.findings;
+  add_findings(bench, reduced, settings, measured, estimate.findings);
+  return estimate;
+}
+
+}  // namespace tumble::methods::four

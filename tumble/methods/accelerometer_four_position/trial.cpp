@@ -1,0 +1,103 @@
+#include "tumble/methods/accelerometer_four_position/trial.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/math/least_squares.hpp"
+#include "tumble/methods/accelerometer_four_position/estimator.hpp"
+#include "tumble/methods/trial/plan.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble::methods::four {
+namespace {
+
+constexpr double temperatures[] = {-20.0, 0.0, 20.0, 40.0, 60.0};  ///< [degC]
+
+void add_schedule(Plan& plan) {
+  const auto hold = [](double value) { return Motion{.kind = Motion::Kind::hold, .value = value}; };
+  for (int run = 1; run <= 4; ++run)
+    for (const double t : temperatures) {
+      plan.schedule.push_back({fmt::format("soak at {} degC", t), 4500.0, run, {{"temperature", hold(t + 273.15)}}});
+      for (int position = 1; position <= 4; ++position)
+        plan.schedule.push_back({fmt::format("{} at {} degC", position, t),
+                                 120.0,
+                                 run,
+                                 {{"head", hold(si(90.0 * (position == 1   ? 1
+                                                           : position == 2 ? 0
+                                                           : position == 3 ? 3
+                                                                           : 2),
+                                                   "deg"))}}});
+    }
+}
+
+/// What the closed forms give without noise at one temperature.
+FourResults exact(const Plan& plan, double celsius, double gravity) {
+  const Model& model = find_model("pendulous_accelerometer");
+  const Output output = model.outputs(plan.truth).front();
+  const auto coefficients = coefficients_of(model, output, plan.truth);
+  const Vector3 forces[] = {{gravity, 0, 0}, {0, gravity, 0}, {-gravity, 0, 0}, {0, -gravity, 0}};
+  FourOutputs y{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    Felt felt;
+    felt.specific_force = forces[k];
+    felt.temperature = celsius + 273.15;
+    y[k] = output.input(felt);
+    for (std::size_t t = 0; t < coefficients.size(); ++t) y[k] += coefficients[t] * output.terms[t].regressor(felt);
+  }
+  return from_four(y, gravity, 1.0);
+}
+
+/// The quadratic through the exact results at the temperatures of the test; what they differ from it by is 1e-8 of
+/// them.
+void add_truth(const Plan& plan, Quantity quantity, const char* letter, Trial& trial) {
+  Matrix design(std::size(temperatures), 3);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < std::size(temperatures); ++i) {
+    const double t = temperatures[i];
+    design(i, 0) = 1.0;
+    design(i, 1) = t;
+    design(i, 2) = t * t;
+    values.push_back(exact(plan, t, *plan.site->gravity).value[quantity]);
+  }
+  const auto fit = least_squares(design, values, {}, {});
+  for (std::size_t j = 0; j < 3; ++j) trial.truth.emplace_back(fmt::format("{}_{}", letter, j), fit.parameters[j]);
+}
+
+}  // namespace
+
+Trial trial(std::uint64_t seed) {
+  const Method& method = find_method("accelerometer_four_position");
+  Plan plan = trial_plan(method.name, method.options(), "pendulous_accelerometer", "dividing_head", 0.2);
+  plan.site->gravity = 9.797;
+  plan.settings.set_word("scale_factor", "2000 pulse/s/g");
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
+  plan.truth.set_word("output", "count");
+  plan.truth.set_integer("oversampling", 5);
+  set("pulse_scale_factor", 2000.0, "pulse/s/g");
+  set("bias", 2.5, "mg");
+  set("scale_factor_error", 150.0, "ppm");
+  set("second_order_coefficient", 25.0, "ug/g^2");
+  set("third_order_coefficient", 8.0, "ug/g^3");
+  set("misalignment_o", 60.0, "arcsec");
+  set("bias_temperature_coefficient", 12.0, "ug/K");
+  set("bias_temperature_square", 0.06, "ug/K^2");
+  set("scale_factor_temperature_coefficient", -25.0, "ppm/K");
+  set("scale_factor_temperature_square", 0.15, "ppm/K^2");
+  set("angle_random_walk", 0.005, "(m/s)/sqrt(h)");
+  set("bias_instability", 2.0, "ug");
+  set("turn_on_repeatability", 15.0, "ug");
+  add_schedule(plan);
+  Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
+  add_truth(plan, bias, "b", trial);
+  add_truth(plan, scale_factor_error, "c", trial);
+  const auto at_20 = exact(plan, 20.0, *plan.site->gravity);
+  trial.truth.emplace_back("bias", at_20.value[bias]);
+  trial.truth.emplace_back("scale_factor_error", at_20.value[scale_factor_error]);
+  trial.truth.emplace_back("second_order_coefficient", at_20.value[second_order]);
+  trial.truth.emplace_back("misalignment", at_20.value[misalignment]);
+  return trial;
+}
+
+}  // namespace tumble::methods::four

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "tumble/methods/method.hpp"
+
+namespace tumble::methods::four {
+
+/// Five temperatures in each of four power-ups, pulses counted over 5 s.
+Trial trial(std::uint64_t seed);
+
+}  // namespace tumble::methods::four

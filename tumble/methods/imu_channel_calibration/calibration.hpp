@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/methods/imu_channel_calibration/evidence.hpp"
+#include "tumble/methods/linear/linear.hpp"
+
+/// Three channels of one kind in the form of the whole-unit model
+///
+///   A = M N/(K_m H) - nabla,   M = 1 + [dK_x E_xy E_xz; E_yx dK_y E_yz; E_zx E_zy dK_z]                    (3.4)
+///
+/// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019
+namespace tumble::methods::channels {
+
+inline constexpr std::size_t per_axis = 4;          ///< nabla_i, dK_i, and the two E of its row
+inline constexpr std::size_t terms = 3 * per_axis;  ///< of three channels
+
+/// Index of a term: which = 0 bias, 1 scale factor error, 2 and 3 the E with the other axes in order.
+constexpr std::size_t index_of(std::size_t axis, std::size_t which) { return axis * per_axis + which; }
+/// The other axis of E number `which` (2 or 3).
+constexpr std::size_t other_axis(std::size_t axis, std::size_t which) {
+  const std::size_t first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
+  return which == 2 ? first : second;
+}
+
+struct Calibration {
+  std::vector<double> value;               ///< 12 [SI]
+  std::vector<double> degrees_of_freedom;  ///< 12
+  std::vector<SourceCovariance> sources;   ///< 12 x 12 each
+  double temperature = 293.15;             ///< [K] at which it holds
+  Findings findings;
+};
+
+/// Output [SI of the quantity] for one SI unit of a channel, and what a pulse is of it; from the settings.
+struct Reading {
+  double scale = 1.0;
+  double pulse = 0.0;
+};
+Reading reading_of(Kind kind, const Settings& settings, const Channel& channel);
+
+/// All three channels of the unit, each by linear identification over the positions (and rates), turned into (3.4).
+Calibration whole_of(Kind kind, const Evidence& whole);
+
+/// Each channel by itself: accelerometers from four positions, at `temperature` where there are several; gyros from
+/// rates. E is `assembly_sd` from zero.
+Calibration split_of(Kind kind, const Sorted& sorted, double temperature);
+
+}  // namespace tumble::methods::channels

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/imu_channel_calibration/calibration.hpp"
+
+namespace tumble::methods::channels {
+
+/// One kind of sensor, calibrated both ways.
+struct Pair {
+  Kind kind = Kind::accelerometer;
+  Calibration whole, split;
+};
+
+/// Parameters of both and their differences; the error of gravity is common to both where `same_gravity`.
+void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate& estimate);
+
+/// Which terms differ by more than twice the standard uncertainty and the tolerance, in words.
+void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate);
+
+/// Table `comparison`: what is left of each channel in the positions for the check after compensation by either.
+Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings& findings);
+
+/// Table `terms`: whole, split and difference side by side.
+Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate);
+
+}  // namespace tumble::methods::channels

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+
+/// Which recordings are of the whole unit and which of a channel alone.
+namespace tumble::methods::channels {
+
+enum class Kind { accelerometer, gyro };
+
+inline constexpr std::array<Kind, 2> kinds{Kind::accelerometer, Kind::gyro};
+inline constexpr std::array<char, 3> letters{'x', 'y', 'z'};
+
+/// "accelerometer_x"
+std::string role_of(Kind kind, std::size_t axis);
+
+struct Sorted {
+  Evidence whole;                         ///< recordings without a plan of their own, segments for the check left out
+  Evidence check;                         ///< the same recordings, segments for the check alone; none: no recording
+  std::map<std::string, Evidence> alone;  ///< by role; the channel plays the role "accelerometer" or "gyro"
+  bool gyros = false;                     ///< calibrated as well
+  Findings findings;
+};
+
+/// A recording with a plan of its own is of the channels that its [channels] name; the others are of the whole unit.
+/// Throws Error::bad_data with all that is missing.
+Sorted sorted(const Evidence& evidence);
+
+/// The evidence without segments in which the rig turns.
+Evidence at_rest(const Evidence& evidence);
+
+}  // namespace tumble::methods::channels

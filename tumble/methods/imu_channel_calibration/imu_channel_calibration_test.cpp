@@ -1,0 +1,151 @@
+// Whole unit and channels alone against the instrument that both were simulated with, and what is refused.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "tumble/methods/testing/answer.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble {
+namespace {
+
+const Method& method() { return find_method("imu_channel_calibration"); }
+
+/// The trial's tests carried out again, each plan changed.
+Evidence again(const std::function<void(Plan&)>& change) {
+  Evidence evidence = method().trial(1).evidence;
+  change(evidence.plan);
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    if (evidence.plans[r]) {
+      Plan part = *evidence.plans[r];
+      change(part);
+      evidence.plans[r] = std::make_shared<const Plan>(std::move(part));
+    }
+    evidence.recordings[r] = simulate(plan_of(evidence, r), r + 1, {});
+  }
+  return evidence;
+}
+
+/// Neither noise nor errors of rigs, outputs as they are.
+void exact(Plan& plan) {
+  plan.rig.set_flag("ideal", true);
+  for (const char* name : {"gyro_angle_random_walk", "gyro_bias_instability", "accelerometer_angle_random_walk",
+                           "accelerometer_bias_instability", "angle_random_walk", "bias_instability"})
+    if (plan.truth.has(name)) plan.truth.set_number(name, 0.0, Unit::parse("1"));
+  for (const char* name : {"gyro_output", "accelerometer_output"})
+    if (plan.truth.has(name)) plan.truth.set_word(name, "as_output");
+  if (plan.truth.has("output") && plan.instrument_model == "pendulous_accelerometer")
+    plan.truth.set_word("output", "specific_force");
+}
+
+double truth(const Plan& plan, const std::string& name) { return plan.truth.number(name); }
+
+/// M = (1 + S)^-1 and M b of the unit as simulated.
+struct Expected {
+  Eigen::Matrix3d m;
+  Eigen::Vector3d nabla;
+};
+
+Expected expected(const Plan& plan, const std::string& kind) {
+  const std::string letters = "xyz";
+  Eigen::Matrix3d s = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b;
+  for (int i = 0; i < 3; ++i) {
+    const std::string role = kind + "_" + letters[static_cast<std::size_t>(i)];
+    b[i] = truth(plan, role + "_bias");
+    for (int j = 0; j < 3; ++j)
+      s(i, j) += truth(
+          plan, i == j ? role + "_scale_factor_error" : role + "_misalignment_" + letters[static_cast<std::size_t>(j)]);
+  }
+  return {s.inverse(), s.inverse() * b};
+}
+
+// Rounding of outputs of 10 m/s^2 and 0.5 rad/s over a well conditioned fit: 1e-14 relative, some tens of it.
+TEST(ImuChannels, GivesTheTruthBackToRoundingWithoutNoise) {
+  const Evidence evidence = again(exact);
+  const auto estimate = method().identify(evidence, {});
+  for (const std::string kind : {"accelerometer", "gyro"}) {
+    const Expected right = expected(evidence.plan, kind);
+    const double size = kind == "gyro" ? 0.5 : 10.0;
+    EXPECT_NEAR(value(estimate, kind + "_x_bias"), right.nabla[0], 1e-12 * size) << kind;
+    EXPECT_NEAR(value(estimate, kind + "_z_bias"), right.nabla[2], 1e-12 * size) << kind;
+    EXPECT_NEAR(value(estimate, kind + "_y_scale_factor_error"), right.m(1, 1) - 1.0, 1e-12) << kind;
+    EXPECT_NEAR(value(estimate, kind + "_x_misalignment_y"), right.m(0, 1), 1e-12) << kind;
+    EXPECT_NEAR(value(estimate, kind + "_z_misalignment_x"), right.m(2, 0), 1e-12) << kind;
+    const double k = truth(evidence.plan, kind + "_y_scale_factor_error"), b = truth(evidence.plan, kind + "_y_bias");
+    EXPECT_NEAR(value(estimate, "split." + kind + "_y_scale_factor_error"), 1.0 / (1.0 + k) - 1.0, 1e-12) << kind;
+    EXPECT_NEAR(value(estimate, "split." + kind + "_y_bias"), b / (1.0 + k), 1e-12 * size) << kind;
+  }
+}
+
+double sd(const Estimate& estimate, const std::string& name) {
+  return standard_uncertainty(estimate,
+                              static_cast<std::size_t>(find_parameter(estimate, name) - estimate.parameters.data()));
+}
+
+// gravity_sd is 5 ug, 5 ppm of every scale factor, of the unit and alone: it is not in the difference.
+TEST(ImuChannels, GravityCancelsInTheDifference) {
+  Evidence evidence = method().trial(1).evidence;
+  const auto shared = method().identify(evidence, {});
+  EXPECT_GT(sd(shared, "accelerometer_x_scale_factor_error"), 4.9e-6);
+  EXPECT_GT(sd(shared, "split.accelerometer_x_scale_factor_error"), 4.9e-6);
+  EXPECT_LT(sd(shared, "whole_minus_split.accelerometer_x_scale_factor_error"), 2.5e-6);
+  for (auto& plan : evidence.plans) {
+    if (!plan) continue;
+    Plan part = *plan;
+    part.site->gravity = *part.site->gravity + 1e-9;  // another place: its gravity was measured by itself
+    plan = std::make_shared<const Plan>(std::move(part));
+  }
+  const auto apart = method().identify(evidence, {});
+  EXPECT_GT(sd(apart, "whole_minus_split.accelerometer_x_scale_factor_error"), 7e-6);
+}
+
+TEST(ImuChannels, ATermThatChangedIsNamed) {
+  const auto same = method().identify(method().trial(1).evidence, {});
+  EXPECT_FALSE(says(same.findings, "accelerometer_y_bias by"));
+  const auto evidence = again([](Plan& plan) {
+    if (plan.channels.contains("accelerometer_y"))
+      plan.truth.set_number("bias", plan.truth.number("bias") + si(1.0, "mg"), Unit::parse("mg"));
+  });
+  const auto changed = method().identify(evidence, {});
+  EXPECT_TRUE(says(changed.findings, "accelerometer_y_bias by -")) << changed.findings.back().message;
+}
+
+TEST(ImuChannels, AllThatIsMissingIsNamed) {
+  Evidence evidence = method().trial(1).evidence;
+  evidence.recordings.erase(evidence.recordings.begin() + 1, evidence.recordings.begin() + 3);
+  evidence.plans.erase(evidence.plans.begin() + 1, evidence.plans.begin() + 3);
+  std::erase_if(evidence.recordings[0].channels, [](const Channel& channel) { return channel.name == "gyro_z"; });
+  const auto message = refusal(method(), evidence);
+  EXPECT_NE(message.find("no recording is of accelerometer_x alone"), std::string::npos) << message;
+  EXPECT_NE(message.find("no recording is of accelerometer_y alone"), std::string::npos) << message;
+  EXPECT_NE(message.find("have no channel gyro_z"), std::string::npos) << message;
+}
+
+TEST(ImuChannels, AScheduleThatHidesATermIsRefusedWithItsName) {
+  Evidence evidence = again([](Plan& plan) {
+    if (plan.instrument_model == "imu")
+      std::erase_if(plan.schedule, [](const Segment& segment) { return segment.label.starts_with("z at"); });
+    for (auto& segment : plan.schedule)
+      if (segment.label.starts_with("y at")) segment.axes["inner"].value = 0.0;
+  });
+  const auto message = refusal(method(), evidence);
+  EXPECT_NE(message.find("does not show gyro_"), std::string::npos) << message;
+}
+
+TEST(ImuChannels, WithoutGyrosTheAccelerometersStand) {
+  Evidence evidence = method().trial(1).evidence;
+  evidence.recordings.resize(4);
+  evidence.plans.resize(4);
+  const auto estimate = method().identify(evidence, {});
+  EXPECT_NE(find_parameter(estimate, "whole_minus_split.accelerometer_z_bias"), nullptr);
+  EXPECT_EQ(find_parameter(estimate, "gyro_x_bias"), nullptr);
+  EXPECT_TRUE(says(estimate.findings, "the gyros are left out"));
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,184 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/core/attempt.hpp"
+#include "tumble/methods/accelerometer_four_position/report.hpp"
+#include "tumble/methods/imu_channel_calibration/calibration.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::channels {
+namespace {
+
+/// Bias and scale factor error of one channel in the form of (3.4), with their covariance by source.
+struct Alone {
+  double value[2] = {0.0, 0.0};
+  double degrees_of_freedom[2] = {0.0, 0.0};
+  std::vector<std::pair<std::string, Matrix>> sources;  ///< 2 x 2
+  Findings findings;
+};
+
+double combined(const Matrix& c, const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j) sum += a[i] * b[j] * c(i, j);
+  return sum;
+}
+
+/// The settings of the method of four positions, as those of this one say.
+Settings settings_of_four(const Settings& own) {
+  Settings settings = defaults(find_method("accelerometer_four_position").options());
+  for (const char* name : {"settling", "averaging", "same_temperature"})
+    settings.set_number(name, own.number(name), Unit::parse(name == std::string("same_temperature") ? "K" : "s"));
+  settings.set_word("order", own.word("order"));
+  if (own.has("accelerometer_scale_factor")) settings.set_word("scale_factor", own.word("accelerometer_scale_factor"));
+  return settings;
+}
+
+Alone accelerometer_alone(Evidence evidence, double temperature) {
+  evidence.plan.settings = settings_of_four(evidence.plan.settings);
+  const auto bench = four::bench_of(evidence, "accelerometer");
+  const auto reduced = four::reduce(bench, four::order_of(evidence.plan.settings, bench), false, 0.0, nullptr);
+  const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
+  const double from = std::clamp(temperature, low, high);
+  Alone out;
+  std::vector<std::vector<double>> weights;
+  for (const auto quantity : {four::bias, four::scale_factor_error}) {
+    const auto& polynomial = reduced.polynomial[quantity];
+    std::vector<double> row(reduced.parameters.size(), 0.0);
+    const auto powers = four::powers(from, polynomial.count);
+    double freedom = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < polynomial.count; ++j) {
+      row[polynomial.first + j] = powers[j];
+      freedom = std::min(freedom, reduced.degrees_of_freedom[polynomial.first + j]);
+    }
+    const std::size_t k = weights.size();
+    out.value[k] = four::at_temperature(reduced.parameters, polynomial, from);
+    out.degrees_of_freedom[k] = freedom;
+    weights.push_back(std::move(row));
+  }
+  for (const auto& source : reduced.sources) {
+    Matrix two(2, 2);
+    for (std::size_t a = 0; a < 2; ++a)
+      for (std::size_t b = 0; b < 2; ++b) two(a, b) = combined(source.covariance, weights[a], weights[b]);
+    out.sources.emplace_back(source.source, std::move(two));
+  }
+  const double slack = evidence.plan.settings.number("same_temperature");
+  if (temperature < low - slack || temperature > high + slack)
+    out.findings.push_back({Finding::Severity::warning,
+                            fmt::format("the channel alone was tested from {} to {}, the unit at {}: "
+                                        "the nearest temperature is taken",
+                                        four::in_words(low), four::in_words(high), four::in_words(temperature)),
+                            ""});
+  for (const auto& finding : bench.findings) out.findings.push_back(finding);
+  return out;
+}
+
+/// What the model of the channel's own plan takes as its input.
+std::function<double(const Felt&)> input_of(const Plan& plan, const std::string& channel) {
+  if (!plan.instrument_model.empty()) {
+    const Model& model = find_model(plan.instrument_model);
+    const Settings constants = plan.truth.texts().empty() ? defaults(model.constants()) : plan.truth;
+    for (const auto& output : model.outputs(constants))
+      if (output.channel == channel && output.input) return output.input;
+  }
+  throw Error(Error::Kind::bad_input,
+              fmt::format("{}: [instrument] model must be one with an output '{}': its input axis is needed", plan.file,
+                          channel));
+}
+
+/// y = w + b + k w: nabla = b/(1 + k), dK = 1/(1 + k) - 1.
+Alone gyro_alone(const Evidence& evidence) {
+  const Channel& channel = require_channel(evidence, evidence.recordings.front(), "gyro");
+  linear::Problem problem;
+  problem.role = "gyro";
+  const Reading reading = reading_of(Kind::gyro, evidence.plan.settings, channel);
+  problem.scale = reading.scale;
+  problem.pulse = reading.pulse;
+  problem.input = input_of(evidence.plan, channel.name);
+  linear::set_options(evidence.plan.settings, problem);
+  problem.columns = {{"bias", "b", "deg/h", "bias", [](const Felt&) { return 1.0; }},
+                     {"scale_factor_error", "k", "ppm", "scale factor error", problem.input}};
+  const auto solution = linear::identify(evidence, problem);
+  if (solution.columns.size() != 2)
+    throw Error(Error::Kind::bad_data, "the schedule does not show bias and scale factor: rates of both signs do");
+  const double b = solution.fit.parameters[0], s = 1.0 + solution.fit.parameters[1];
+  const std::vector<double> slopes[2] = {{1.0 / s, -b / (s * s)}, {0.0, -1.0 / (s * s)}};
+  Alone out{{b / s, 1.0 / s - 1.0}, {}, {}, solution.findings};
+  for (std::size_t k = 0; k < 2; ++k) out.degrees_of_freedom[k] = degrees_of_freedom(solution.fit, slopes[k]);
+  for (const auto& source : solution.fit.sources) {
+    Matrix two(2, 2);
+    for (std::size_t i = 0; i < 2; ++i)
+      for (std::size_t j = 0; j < 2; ++j) two(i, j) = combined(source.covariance, slopes[i], slopes[j]);
+    out.sources.emplace_back(source.source, std::move(two));
+  }
+  return out;
+}
+
+Matrix& source(Calibration& calibration, const std::string& name) {
+  const auto found = std::ranges::find(calibration.sources, name, &SourceCovariance::source);
+  if (found != calibration.sources.end()) return found->covariance;
+  calibration.sources.push_back({name, Matrix(terms, terms)});
+  return calibration.sources.back().covariance;
+}
+
+void add_channel(std::size_t axis, const Alone& alone, Calibration& out) {
+  for (std::size_t a = 0; a < 2; ++a) {
+    out.value[index_of(axis, a)] = alone.value[a];
+    out.degrees_of_freedom[index_of(axis, a)] = alone.degrees_of_freedom[a];
+    for (const auto& [name, covariance] : alone.sources)
+      for (std::size_t b = 0; b < 2; ++b) source(out, name)(index_of(axis, a), index_of(axis, b)) += covariance(a, b);
+  }
+}
+
+/// One and the same gravity acts on all: more of it makes every dK smaller.
+void join_gravity(Calibration& out) {
+  for (auto& one : out.sources) {
+    if (one.source != "gravity") continue;
+    std::vector<double> shift(terms, 0.0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t k = index_of(axis, 1);
+      const double sd = std::sqrt(one.covariance(k, k));
+      for (std::size_t a = 0; a < per_axis && sd > 0.0; ++a)
+        shift[index_of(axis, a)] = -one.covariance(index_of(axis, a), k) / sd;
+    }
+    for (std::size_t i = 0; i < terms; ++i)
+      for (std::size_t j = 0; j < terms; ++j) one.covariance(i, j) = shift[i] * shift[j];
+  }
+}
+
+}  // namespace
+
+Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
+  Calibration out;
+  out.value.assign(terms, 0.0);
+  out.degrees_of_freedom.assign(terms, std::numeric_limits<double>::infinity());
+  out.temperature = temperature;
+  const double assembly = sorted.whole.plan.settings.number("assembly_sd");
+  std::vector<std::string> problems;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto role = role_of(kind, axis);
+    const auto& evidence = sorted.alone.at(role);
+    try {
+      const Alone alone = kind == Kind::gyro ? gyro_alone(evidence) : accelerometer_alone(evidence, temperature);
+      add_channel(axis, alone, out);
+      for (auto finding : alone.findings) {
+        finding.where = finding.where.empty() ? role : role + ", " + finding.where;
+        out.findings.push_back(std::move(finding));
+      }
+    } catch (const Error& error) {
+      if (error.kind == Error::Kind::internal) throw;
+      for (const auto& problem : error.problems) problems.push_back(role + " alone: " + problem);
+    }
+    for (const std::size_t which : {2u, 3u})
+      source(out, "assembly")(index_of(axis, which), index_of(axis, which)) = assembly * assembly;
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  join_gravity(out);
+  return out;
+}
+
+}  // namespace tumble::methods::channels

@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/methods/accelerometer/output.hpp"
+#include "tumble/methods/imu_channel_calibration/calibration.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::channels {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Index at(std::size_t i) { return static_cast<Index>(i); }
+
+Matrix plain(const MatrixXd& m) {
+  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
+  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
+  return out;
+}
+
+double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+Vector3 Felt::*field_of(Kind kind) { return kind == Kind::gyro ? &Felt::rate : &Felt::specific_force; }
+
+/// y = u_i + b + k u_i + m_j u_j + m_l u_l, in the order bias, scale factor, misalignments; accelerometers with K_2 as
+/// well, which is not of (3.4).
+linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings, const Channel& channel) {
+  const std::string role = role_of(kind, axis);
+  linear::Problem problem;
+  problem.role = role;
+  const Reading reading = reading_of(kind, settings, channel);
+  problem.scale = reading.scale;
+  problem.pulse = reading.pulse;
+  problem.input = [field = field_of(kind), axis](const Felt& felt) { return component(felt.*field, axis); };
+  linear::set_options(settings, problem);
+  std::vector<std::string> names{role + "_bias", role + "_scale_factor_error"};
+  for (const std::size_t which : {2u, 3u})
+    names.push_back(fmt::format("{}_misalignment_{}", role, letters[other_axis(axis, which)]));
+  if (kind == Kind::accelerometer) names.push_back(role + "_second_order_coefficient");
+  problem.columns = linear::terms_of("imu", defaults(find_model("imu").constants()), names);
+  problem.leave_out_first = {role + "_second_order_coefficient"};
+  problem.condition_limit = 1e3;
+  return problem;
+}
+
+/// What was found of each channel: y = (1 + S) u + b, one column of 12, and its covariance by source.
+struct Forward {
+  VectorXd value = VectorXd::Zero(at(terms));
+  std::vector<double> degrees_of_freedom = std::vector<double>(terms, std::numeric_limits<double>::infinity());
+  std::vector<std::pair<std::string, MatrixXd>> sources;
+};
+
+MatrixXd& source(Forward& forward, const std::string& name) {
+  for (auto& [known, covariance] : forward.sources)
+    if (known == name) return covariance;
+  forward.sources.emplace_back(name, MatrixXd::Zero(at(terms), at(terms)));
+  return forward.sources.back().second;
+}
+
+void add_channel(std::size_t axis, const linear::Solution& solution, Forward& forward) {
+  for (std::size_t a = 0; a < per_axis; ++a) {
+    const Index i = at(index_of(axis, a));
+    forward.value[i] = solution.fit.parameters[a];
+    std::vector<double> one(solution.columns.size(), 0.0);
+    one[a] = 1.0;
+    forward.degrees_of_freedom[index_of(axis, a)] = degrees_of_freedom(solution.fit, one);
+    for (const auto& from : solution.fit.sources)
+      for (std::size_t b = 0; b < per_axis; ++b)
+        source(forward, from.source)(i, at(index_of(axis, b))) += from.covariance(a, b);
+  }
+}
+
+/// One and the same gravity acts on all three: its covariance is that of one number.
+void join_gravity(Forward& forward) {
+  for (auto& [name, covariance] : forward.sources) {
+    if (name != "gravity") continue;
+    VectorXd shift = VectorXd::Zero(at(terms));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Index k = at(index_of(axis, 1)), first = at(index_of(axis, 0));
+      if (covariance(k, k) > 0.0)
+        shift.segment(first, at(per_axis)) = covariance.block(first, k, at(per_axis), 1) / std::sqrt(covariance(k, k));
+    }
+    covariance = shift * shift.transpose();
+  }
+}
+
+/// M = (1 + S)^-1, nabla = M b and their derivatives: dM = -M dS M, d nabla = M db - M dS M b.
+struct Inverted {
+  VectorXd value = VectorXd(at(terms));
+  MatrixXd slope = MatrixXd::Zero(at(terms), at(terms));
+};
+
+std::size_t column_of(std::size_t axis, std::size_t which) { return which == 1 ? axis : other_axis(axis, which); }
+
+Inverted inverted(const VectorXd& forward) {
+  Eigen::Matrix3d s = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b;
+  for (std::size_t i = 0; i < 3; ++i) {
+    b[at(i)] = forward[at(index_of(i, 0))];
+    for (const std::size_t which : {1u, 2u, 3u}) s(at(i), at(column_of(i, which))) += forward[at(index_of(i, which))];
+  }
+  const Eigen::Matrix3d m = s.inverse();
+  const Eigen::Vector3d nabla = m * b;
+  Inverted out;
+  const auto put = [](const Eigen::Matrix3d& matrix, const Eigen::Vector3d& bias, auto&& to) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      to(index_of(i, 0), bias[at(i)]);
+      for (const std::size_t which : {1u, 2u, 3u}) to(index_of(i, which), matrix(at(i), at(column_of(i, which))));
+    }
+  };
+  put(m - Eigen::Matrix3d::Identity(), nabla, [&](std::size_t k, double v) { out.value[at(k)] = v; });
+  for (std::size_t p = 0; p < 3; ++p) {
+    const auto bias_column = [&](std::size_t k, double v) { out.slope(at(k), at(index_of(p, 0))) = v; };
+    put(Eigen::Matrix3d::Zero(), m.col(at(p)), bias_column);
+    for (const std::size_t which : {1u, 2u, 3u}) {
+      const std::size_t q = column_of(p, which);
+      const auto column = [&](std::size_t k, double v) { out.slope(at(k), at(index_of(p, which))) = v; };
+      put(-m.col(at(p)) * m.row(at(q)), -m.col(at(p)) * nabla[at(q)], column);
+    }
+  }
+  return out;
+}
+
+double temperature_of(const Evidence& whole, const linear::Solution& solution) {
+  double sum = 0.0, count = 0.0;
+  for (const auto& recording : whole.recordings)
+    if (const Channel* channel = channel_for(whole, recording, "temperature"))
+      for (const double v : channel->values)
+        if (std::isfinite(v)) {
+          sum += v;
+          count += 1.0;
+        }
+  return count > 0.0 ? sum / count : solution.segments.front().felt.temperature;
+}
+
+void keep_findings(const linear::Solution& solution, Findings& findings) {
+  for (const auto& finding : solution.findings)
+    if (std::ranges::find(findings, finding.message, &Finding::message) == findings.end()) findings.push_back(finding);
+}
+
+}  // namespace
+
+Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) {
+  const auto pulses_of = [&](const char* option, const char* unit) {
+    if (!settings.has(option) || settings.word(option).empty())
+      throw Error(Error::Kind::bad_input,
+                  fmt::format("channel '{}' is in {}: [settings] {} must give the reference scale factor in {}",
+                              channel.name, channel.unit.text(), option, unit));
+    const double scale = parse_si(settings.word(option), Unit::parse(unit));
+    if (!(std::abs(scale) > 0.0))
+      throw Error(Error::Kind::bad_input, fmt::format("[settings] {} must not be zero", option));
+    return scale;
+  };
+  if (kind == Kind::accelerometer) {
+    const auto output = accelerometer::output_of(channel);
+    if (output.scale_factor == Unit()) return {};
+    const double scale = pulses_of("accelerometer_scale_factor", output.scale_factor.text().c_str());
+    return {output.per_second / scale, output.pulses ? 1.0 / std::abs(scale) : 0.0};
+  }
+  const auto is = [&](const char* unit) { return channel.unit.dimension() == Unit::parse(unit).dimension(); };
+  if (is("deg/s")) return {};
+  if (is("deg")) return {mean_rate(channel), 0.0};
+  if (!is("pulse"))
+    throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: a gyro's output must be an angular rate, an "
+                                                   "angle gained in each sample, or pulses",
+                                                   channel.name, channel.unit.text()));
+  const double scale = pulses_of("gyro_scale_factor", "pulse/arcsec");
+  return {mean_rate(channel) / scale, 1.0 / std::abs(scale)};
+}
+
+Calibration whole_of(Kind kind, const Evidence& all) {
+  const Evidence whole = kind == Kind::accelerometer ? at_rest(all) : all;
+  if (whole.recordings.empty())
+    throw Error(Error::Kind::bad_data, "the recordings of the whole unit have no segment at rest");
+  const Settings& settings = whole.plan.settings;
+  Forward forward;
+  Calibration out;
+  std::vector<std::string> hidden;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Channel& channel = require_channel(whole, whole.recordings.front(), role_of(kind, axis));
+    const auto problem = problem_of(kind, axis, settings, channel);
+    const auto solution = linear::identify(whole, problem);
+    for (const auto& dropped : solution.dropped)
+      if (dropped.column < per_axis) hidden.push_back(problem.columns[dropped.column].name);
+    if (!hidden.empty()) continue;
+    add_channel(axis, solution, forward);
+    keep_findings(solution, out.findings);
+    out.temperature = temperature_of(whole, solution);
+  }
+  if (!hidden.empty()) {
+    std::vector<std::string> problems;
+    for (const auto& name : hidden)
+      problems.push_back(fmt::format("the schedule of the whole unit does not show {}", name));
+    problems.push_back(
+        "six faces show all terms of accelerometers, rates of both signs about three axes those of gyros");
+    throw Error(Error::Kind::bad_data, problems);
+  }
+  join_gravity(forward);
+  const Inverted result = inverted(forward.value);
+  out.value.assign(result.value.data(), result.value.data() + result.value.size());
+  out.degrees_of_freedom = forward.degrees_of_freedom;
+  for (const auto& [name, covariance] : forward.sources)
+    out.sources.push_back({name, plain(result.slope * covariance * result.slope.transpose())});
+  return out;
+}
+
+}  // namespace tumble::methods::channels
