@@ -9,7 +9,7 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/sim/power_up.hpp"
+#include "tumble/tasks/plan_file/check_schedule.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/tasks/sets.hpp"
@@ -284,63 +284,11 @@ const toml::array* tables(Section& root, const char* key) {
   return good ? array : nullptr;
 }
 
-/// Where the refusals of a rig point: "[rig] option ..." and "segment 'label' ..." to their lines, others to the file.
-class Places {
- public:
-  Places(const Reading& reading, Section& root) : problems_(reading.problems), rig_(root.table("rig")) {
-    const auto* segments = root.find("schedule");
-    for (const auto& node : *segments->as_array())
-      if (const auto* label = node.as_table()->get_as<std::string>("label"))
-        segments_.emplace(label->get(), &node);  // the first of those that share it
-  }
-
-  std::string of(const std::string& refusal) const {
-    const auto quoted = [&](std::size_t from, char end) {
-      return refusal.substr(from, refusal.find(end, from) - from);
-    };
-    const toml::node* node = nullptr;
-    if (refusal.starts_with("[rig] ") && rig_) node = rig_->get(quoted(6, ' '));
-    if (refusal.starts_with("segment '"))
-      if (const auto found = segments_.find(quoted(9, '\'')); found != segments_.end()) node = found->second;
-    return node ? problems_.place(node->source()) : problems_.file;
-  }
-
- private:
-  const Problems& problems_;
-  const toml::table* rig_;
-  std::map<std::string, const toml::node*> segments_;
-};
-
 void read_schedule(Reading& reading, Section& root) {
   const auto before = reading.problems.all.size();
   if (const auto* array = tables(root, "schedule"))
     reading.plan.schedule = plan_file::read_schedule(*array, reading.rig, reading.problems);
   reading.clean_schedule = reading.problems.all.size() == before && !reading.plan.rig.texts().empty();
-}
-
-/// Whether every segment has a file of its own: then nobody asks how the rig went from one to the next.
-bool recorded_one_by_one(const Plan& plan) {
-  return std::ranges::all_of(plan.schedule, [&](const Segment& segment) {
-    return std::ranges::any_of(plan.recordings, [&](const RecordingEntry& entry) {
-      return !entry.plan && entry.segment == segment.label && (entry.run == 0 || entry.run == segment.run);
-    });
-  });
-}
-
-/// What the rig cannot do.
-void check_schedule(Reading& reading, Section& root) {
-  const auto& schedule = reading.plan.schedule;
-  if (!reading.rig || !reading.rig->refusals || !reading.clean_schedule || schedule.empty()) return;
-  std::vector<std::string> refusals;
-  if (!recorded_one_by_one(reading.plan))
-    refusals = reading.rig->refusals(schedule, reading.plan.rig);
-  else
-    for (std::size_t s = 0; s < schedule.size(); ++s)
-      for (auto& refusal : reading.rig->refusals({sim::standing_alone(schedule, s)}, reading.plan.rig))
-        if (std::ranges::find(refusals, refusal) == refusals.end()) refusals.push_back(std::move(refusal));
-  if (refusals.empty()) return;
-  const Places places(reading, root);
-  for (const auto& refusal : refusals) reading.problems.all.push_back(places.of(refusal) + ": " + refusal);
 }
 
 void read_channel_sets(Reading& reading) {
@@ -386,7 +334,8 @@ void read_sections(Reading& reading, const toml::table& document) {
   read_channels(reading, section("channels"));
   read_channel_sets(reading);
   if (const auto* array = tables(root, "recording")) read_recordings(reading, *array);
-  check_schedule(reading, root);
+  if (reading.rig && reading.clean_schedule)
+    plan_file::check_schedule(reading.plan, *reading.rig, root, reading.problems);
   read_settings(reading, section("settings"));
   if (const auto* array = tables(root, "limit")) read_limits(reading, *array);
   const auto& truth = section("truth");

@@ -107,6 +107,27 @@ model = "pendulous_accelerometer"
   EXPECT_DOUBLE_EQ(plate.truth.number("bias"), si(3.0, "mg"));
 }
 
+TEST_F(LoadPlan, AsksARigNoWayBetweenPositionsRecordedOneByOne) {
+  const std::string head = R"(
+[rig]
+kind = "dividing_head"
+[[schedule]]
+label = "down"
+duration = "20 s"
+head = {hold = "-90 deg"}
+[[schedule]]
+label = "up"
+duration = "20 s"
+head = {hold = "180 deg"}
+)";
+  const auto file = [](const std::string& label) {
+    return "[[recording]]\nfile = \"" + label + ".csv\"\nsegment = \"" + label + "\"\n";
+  };
+  EXPECT_EQ(load(head + file("down") + file("up")).schedule.size(), 2u);
+  EXPECT_THROW(load(head), Error);
+  EXPECT_THROW(load(head + file("down")), Error);
+}
+
 TEST_F(LoadPlan, RepeatsASegmentForItsRunsAndSortsByRun) {
   const auto plan = load(chamber + R"(
 [[schedule]]
