@@ -1,0 +1,140 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/random.hpp"
+#include "tumble/methods/sine_vibration/testing/shaken.hpp"
+
+namespace tumble {
+namespace {
+
+using namespace methods::testing;
+
+const Method& method() { return sine_vibration(); }
+
+TEST(SineVibrationFaults, OnHalfOfTheRateItSaysWhatToUse) {
+  Evidence evidence = shaken({.tones = {{40.0, 3.0}, {100.0, 3.0}}});
+  const auto e = method().identify(evidence, {});
+  EXPECT_TRUE(says(e.findings, "half of the 200 windows a second"));
+  EXPECT_TRUE(says(e.findings, "99.5 Hz or 100.5 Hz"));  // 3/T of 6 s
+  EXPECT_EQ(find_parameter(e, "gain_100Hz"), nullptr);
+  EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
+  EXPECT_NE(refusal(method(), shaken({.tones = {{200.0, 3.0}}})).find("null of the counting window"),
+            std::string::npos);
+}
+
+// 10 000 pulse/s/g: 50 a window at rest, 2 g reach -50...150; a register of 8 bits holds -128...127.
+TEST(SineVibrationFaults, CounterThatRanOverIsPutRight) {
+  Evidence evidence = shaken({.tones = {{10.0, 2.0}, {40.0, 2.0}}, .scale = 10000.0});
+  const double before = value(method().identify(evidence, {}), "gain_40Hz");
+  for (double& v : counts(evidence).values)
+    if (v > 127.0) v -= 256.0;
+  const auto e = method().identify(evidence, {});
+  EXPECT_DOUBLE_EQ(value(e, "gain_40Hz"), before);
+  EXPECT_TRUE(says(e.findings, "ran over its 8 bits"));
+}
+
+// 3 g reach -100...200, more than the register holds about the mean of 50: which windows ran over cannot be told.
+TEST(SineVibrationFaults, CounterThatRanOverTooFarIsRefused) {
+  Evidence evidence = shaken({.tones = {{10.0, 3.0}}, .scale = 10000.0});
+  for (double& v : counts(evidence).values) v -= 256.0 * std::floor((v + 128.0) / 256.0);
+  EXPECT_NE(refusal(method(), evidence).find("ran over its 8 bits"), std::string::npos);
+}
+
+TEST(SineVibrationFaults, MissedWindowsAreLeftOutWithTheirNeighbours) {
+  Evidence evidence = shaken({});
+  const auto whole = method().identify(evidence, {});
+  auto& channel = counts(evidence);
+  std::vector<double> stamps, values;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    if (i >= 1200 && i < 1203) continue;  // in the first tone, 4...10.5 s
+    stamps.push_back(channel.time(i));
+    values.push_back(channel.values[i] +
+                     (i == 1203 ? channel.values[1200] + channel.values[1201] + channel.values[1202] : 0.0));
+  }
+  channel.values = values;
+  channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
+  const auto e = method().identify(evidence, {});
+  EXPECT_TRUE(says(e.findings, "3 windows missed in 1 gap"));
+  // rounding of the windows left out: some pulses of 1300 windows of 300
+  EXPECT_NEAR(value(e, "gain_10Hz"), value(whole, "gain_10Hz"), 3e-5);
+  EXPECT_NEAR(cell(e, 0, "mean_shift"), cell(whole, 0, "mean_shift"), si(10.0, "ug"));
+}
+
+// Gate times that scatter by 2 % move each count by 2 % of 1 g; divided by their own time they do not.
+TEST(SineVibrationFaults, UnequalWindowsAreDividedByTheirOwnTime) {
+  Evidence evidence = shaken({.scale = 2e6});
+  auto& channel = counts(evidence);
+  const RandomStream random(3);
+  std::vector<double> stamps(channel.values.size());
+  for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i] = channel.time(i) + 5e-5 * random.normal(i);
+  const std::vector<double> even = channel.values;
+  std::vector<double> total{0.0};
+  for (const double v : even) total.push_back(total.back() + v);
+  for (std::size_t i = 0; i + 1 < stamps.size(); ++i) {
+    const auto at = [&](double t) {
+      const double x = std::clamp(t * 200.0, 0.0, static_cast<double>(stamps.size()) - 1.0);
+      const auto k = static_cast<std::size_t>(x);
+      return total[k] + (x - std::floor(x)) * even[k];
+    };
+    channel.values[i] = std::round(at(stamps[i + 1]) - at(stamps[i]));
+  }
+  channel.values.pop_back();
+  stamps.pop_back();
+  channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
+  const auto e = method().identify(evidence, {});
+  EXPECT_TRUE(says(e.findings, "the windows are unequal"));
+  EXPECT_NEAR(value(e, "gain_10Hz"), 1.0, 2e-3);
+}
+
+TEST(SineVibrationFaults, UnitThatClipsIsLeftOut) {
+  const auto narrow = [](Plan& plan) { plan.settings.set_number("range", si(3.5, "g"), Unit::parse("g")); };
+  EXPECT_NE(refusal(method(), shaken({.change = narrow})).find("range of 3.5 g: it clips"), std::string::npos);
+  // Not told of the range, the flat tops show.
+  const auto clipped = [](Plan& plan) { methods::set_truth(plan, "range", 3.0, "g"); };
+  const auto e = method().identify(shaken({.change = clipped}), {});
+  EXPECT_TRUE(says(e.findings, "the unit is clipped"));
+  EXPECT_EQ(find_parameter(e, "gain_10Hz"), nullptr);
+}
+
+TEST(SineVibrationFaults, UnitThatIsDeadIsNamed) {
+  Evidence evidence = shaken({});
+  Channel dead = counts(evidence);
+  dead.name = "S2.accelerometer";
+  std::fill(dead.values.begin() + 1000, dead.values.end(), 100.0);
+  evidence.recordings[0].channels.push_back(dead);
+  const auto e = method().identify(evidence, {});
+  EXPECT_TRUE(says(e.findings, "gives the same value throughout"));
+  EXPECT_NE(find_parameter(e, "accelerometer.gain_40Hz"), nullptr);
+  EXPECT_EQ(find_parameter(e, "S2.gain_40Hz"), nullptr);
+}
+
+TEST(SineVibrationFaults, ShakerThatWasNotOnOrAtAnotherFrequency) {
+  Evidence evidence = shaken({});
+  for (auto& segment : evidence.plan.schedule)
+    if (segment.label == "tone 2") segment.axes["shake"].frequency = 55.0;
+  const auto other = method().identify(evidence, {});
+  EXPECT_TRUE(says(other.findings, "the plan says 55 Hz, the unit is shaken at 40 Hz"));
+  for (double& v : counts(evidence).values) v = 100.0 + std::fmod(v, 2.0);
+  EXPECT_NE(refusal(method(), evidence).find("the shaker was not on"), std::string::npos);
+}
+
+TEST(SineVibrationFaults, WithoutRestNoShiftButGains) {
+  const auto e = method().identify(shaken({.rests = false}), {});
+  EXPECT_TRUE(says(e.findings, "record the unit at rest before and after"));
+  EXPECT_EQ(find_parameter(e, "vibration_rectification"), nullptr);
+  EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
+}
+
+TEST(SineVibrationFaults, RestThatMovesIsNone) {
+  Evidence evidence = shaken({});
+  for (auto& segment : evidence.plan.schedule)
+    if (segment.label == "tone 2") segment.axes.clear();
+  const auto e = method().identify(evidence, {});
+  EXPECT_TRUE(says(e.findings, "not at rest, as planned"));
+  EXPECT_NEAR(value(e, "vibration_rectification"), si(20.0, "ug/g^2"), si(5.0, "ug/g^2"));
+}
+
+}  // namespace
+}  // namespace tumble
