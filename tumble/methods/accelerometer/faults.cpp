@@ -12,12 +12,11 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/methods/accelerometer/samples.hpp"
+#include "tumble/methods/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {
 namespace {
-
-Eigen::Index at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
 using linear::SegmentSummary;
 using linear::Solution;

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/methods/eigen/view.hpp"
+
 namespace tumble::methods::accelerometer {
 namespace {
-
-Eigen::Index at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
 /// What a unit without its ppm, micro and arcsec comes to: 1/g for ug/g^2.
 double power_of_g(const std::string& text) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/clock.hpp"
+#include "tumble/methods/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {
@@ -50,6 +51,11 @@ double scale_factor_of(const Settings& truth) {
   if (scale == 0.0)
     throw Error(Error::Kind::bad_input, fmt::format("[truth] output = \"{}\" needs {}, not zero", word, name));
   return scale;
+}
+
+std::vector<Term> terms_of(const std::vector<std::string>& names) {
+  const char* model = "pendulous_accelerometer";
+  return linear::terms_of(model, defaults(find_model(model).constants()), names);
 }
 
 Option scale_factor_option(const std::string& description) {

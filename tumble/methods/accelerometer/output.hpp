@@ -7,6 +7,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/models/model.hpp"
 
 /// What the methods for accelerometers share: how an output is read as specific force.
 namespace tumble::methods::accelerometer {
@@ -28,6 +29,8 @@ Output output_of(const Channel& channel);
 Output output_of(const Settings& truth, double sample_rate);
 /// Its K_1 [SI].
 double scale_factor_of(const Settings& truth);
+/// Its terms of these names, with the constants of a model that states none.
+std::vector<Term> terms_of(const std::vector<std::string>& names);
 
 /// Option `scale_factor`, a text: its unit depends on the output.
 Option scale_factor_option(const std::string& description);

@@ -9,6 +9,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/accelerometer/faults.hpp"
 #include "tumble/methods/accelerometer/hidden.hpp"
+#include "tumble/methods/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::arm {
@@ -39,11 +40,6 @@ double of_the_centre(const Felt& felt) { return -(felt.rate.y * felt.rate.y + fe
 
 const std::vector<std::string> along_p{"cross_coupling_ip", "misalignment_o", "second_order_pp"};
 const std::vector<std::string> along_o{"cross_coupling_io", "misalignment_p", "second_order_oo"};
-
-std::vector<Term> terms(const std::vector<std::string>& names) {
-  return linear::terms_of("pendulous_accelerometer", defaults(find_model("pendulous_accelerometer").constants()),
-                          names);
-}
 
 /// Their symbols are as sentences need them: in metres.
 std::vector<Term> geometry(bool centre) {
@@ -132,7 +128,7 @@ void say_what_stretch_does(Estimate& estimate) {
 /// What the terms across the input axis do where nothing across it changes.
 void say_what_gravity_adds(const Normalised& found, Estimate& estimate) {
   for (const auto* names : {&along_p, &along_o})
-    for (const auto& term : terms(*names)) {
+    for (const auto& term : accelerometer::terms_of(*names)) {
       if (std::ranges::find(found.problem.columns, term.name, &Term::name) != found.problem.columns.end()) continue;
       const auto words = accelerometer::said(accelerometer::shares_of(term, found.solution), term);
       if (!words.empty())
@@ -197,7 +193,7 @@ linear::Problem problem_of(const Settings& settings) {
        {"second_order_coefficient", "third_order_coefficient", "odd_quadratic_coefficient", "cross_coupling_ip",
         "cross_coupling_io", "misalignment_o", "misalignment_p", "second_order_pp", "second_order_oo"})
     names.emplace_back(name);
-  problem.columns = terms(names);
+  problem.columns = accelerometer::terms_of(names);
   for (auto& term : geometry(settings.flag("centre_offset"))) problem.columns.push_back(std::move(term));
   problem.leave_out_first = {"second_order_oo",        "second_order_pp",   "misalignment_p",
                              "misalignment_o",         "cross_coupling_io", "cross_coupling_ip",

@@ -4,22 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/methods/eigen/view.hpp"
+
 namespace tumble::methods::four {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-Index at(std::size_t i) { return static_cast<Index>(i); }
-
-Eigen::Map<const MatrixXd> map(const Matrix& m) { return {m.values.data(), at(m.rows), at(m.columns)}; }
-
-Matrix plain(const MatrixXd& m) {
-  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
-  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
-  return out;
-}
 
 /// z'PK_iPz, tr(PK_i) and tr(PK_iPK_j)/2 on the contrasts, P = V^-1.
 struct Point {

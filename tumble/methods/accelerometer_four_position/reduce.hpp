@@ -5,6 +5,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
+#include "tumble/methods/accelerometer_four_position/polynomial.hpp"
 #include "tumble/methods/accelerometer_four_position/positions.hpp"
 
 /// From positions to coefficients over temperature with their covariance.
@@ -14,12 +15,6 @@ namespace tumble::methods::four {
 struct CellResult {
   std::array<double, quantities> value{};
   std::array<double, quantities> sd{};
-};
-
-/// A polynomial in T [degC], its covariance among the parameters of the estimate.
-struct Polynomial {
-  std::size_t first = 0;  ///< index of b_0 (or c_0, or the mean) in Reduced::parameters
-  std::size_t count = 0;  ///< order + 1
 };
 
 struct Reduced {
@@ -48,10 +43,5 @@ struct Expected {
 ///           two       the source's estimator, positions 1 and 3 alone
 ///           expected  null: from measurements
 Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermometer_sd, const Expected* expected);
-
-/// P(T) = sum_j p_j T^j at `temperature` [K].
-double at_temperature(const std::vector<double>& parameters, const Polynomial& polynomial, double temperature);
-/// 1, T, T^2 with T in degC.
-std::vector<double> powers(double temperature, std::size_t count);
 
 }  // namespace tumble::methods::four

@@ -9,6 +9,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/accelerometer/faults.hpp"
 #include "tumble/methods/accelerometer/hidden.hpp"
+#include "tumble/methods/accelerometer/output.hpp"
 
 namespace tumble::methods::multi_position {
 namespace {
@@ -29,11 +30,6 @@ const std::vector<std::string> gjb{"bias",
 /// What a field of 1 g hides, wholly or nearly.
 const std::vector<std::string> beyond{"second_order_pp", "second_order_oo", "cross_coupling_po",
                                       "odd_quadratic_coefficient"};
-
-std::vector<Term> terms(const std::vector<std::string>& names) {
-  return linear::terms_of("pendulous_accelerometer", defaults(find_model("pendulous_accelerometer").constants()),
-                          names);
-}
 
 Finding note(std::string text) { return {Finding::Severity::info, std::move(text), ""}; }
 Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
@@ -63,7 +59,7 @@ void withhold_aliases(const Normalised& found, Estimate& estimate) {
 
 /// What each term outside the model does to the coefficients at these positions.
 void say_what_one_g_hides(const Normalised& found, Estimate& estimate) {
-  for (const auto& term : terms(beyond)) {
+  for (const auto& term : accelerometer::terms_of(beyond)) {
     if (std::ranges::find(found.problem.columns, term.name, &Term::name) != found.problem.columns.end()) continue;
     const auto shares = accelerometer::shares_of(term, found.solution);
     const auto words = accelerometer::said(shares, term);
@@ -161,7 +157,7 @@ linear::Problem problem_of(const Settings& settings) {
   const auto& word = settings.word("terms");
   auto names = word == "simple" ? simple : gjb;
   if (word == "all") names.insert(names.end(), beyond.begin(), beyond.end());
-  problem.columns = terms(names);
+  problem.columns = accelerometer::terms_of(names);
   problem.leave_out_first = {"odd_quadratic_coefficient",
                              "third_order_coefficient",
                              "second_order_oo",
@@ -179,7 +175,7 @@ accelerometer::Refine refine_of(const Settings& settings) {
   if (settings.word("terms") != "mounts") return nullptr;
   return [](const Solution& first, linear::Problem& problem) {
     if (!in_both_mounts(first)) return;
-    for (auto& term : terms({"second_order_pp"})) problem.columns.push_back(std::move(term));
+    for (auto& term : accelerometer::terms_of({"second_order_pp"})) problem.columns.push_back(std::move(term));
   };
 }
 

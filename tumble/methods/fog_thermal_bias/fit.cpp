@@ -12,6 +12,7 @@
 #include "tumble/math/least_squares.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/whitening.hpp"
+#include "tumble/methods/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::fog {
@@ -20,16 +21,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Index = Eigen::Index;
-
-Eigen::Map<const MatrixXd> map(const Matrix& m) {
-  return {m.values.data(), static_cast<Index>(m.rows), static_cast<Index>(m.columns)};
-}
-
-Matrix plain(const MatrixXd& m) {
-  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
-  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
-  return out;
-}
 
 /// [1 | columns | y], rows without data zero.
 Matrix block_of(const RunData& run, const std::vector<std::size_t>& columns) {

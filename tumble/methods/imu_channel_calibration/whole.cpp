@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tumble/methods/accelerometer/output.hpp"
+#include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/units/error.hpp"
 
@@ -15,14 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-Index at(std::size_t i) { return static_cast<Index>(i); }
-
-Matrix plain(const MatrixXd& m) {
-  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
-  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
-  return out;
-}
 
 double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
