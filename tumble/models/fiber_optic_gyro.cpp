@@ -68,6 +68,22 @@ void append_series(std::vector<Term>& terms, char letter, int highest, const std
     }
 }
 
+/// scale factor, misalignments and sensitivity to specific force: x = the input axis, y and z across it
+void append_input_terms(std::vector<Term>& table) {
+  table.push_back({"scale_factor_error", "dS", "ppm", "relative error of the nominal scale factor",
+                   [](const Felt& felt) { return felt.rate.x; }});
+  table.push_back({"gamma_y", "gamma_y", "arcsec", "angle of the input axis toward y",
+                   [](const Felt& felt) { return felt.rate.y; }});
+  table.push_back({"gamma_z", "gamma_z", "arcsec", "angle of the input axis toward z",
+                   [](const Felt& felt) { return felt.rate.z; }});
+  table.push_back({"D_x", "D_x", "deg/h/g", "drift per specific force along the input axis",
+                   [](const Felt& felt) { return felt.specific_force.x; }});
+  table.push_back({"D_y", "D_y", "deg/h/g", "drift per specific force along y",
+                   [](const Felt& felt) { return felt.specific_force.y; }});
+  table.push_back({"D_z", "D_z", "deg/h/g", "drift per specific force along z",
+                   [](const Felt& felt) { return felt.specific_force.z; }});
+}
+
 std::vector<Term> terms(const Settings& constants) {
   const double reference = constants.number("start_temperature_reference");
   const bool raw = constants.word("form") == "raw";
@@ -94,6 +110,7 @@ std::vector<Term> terms(const Settings& constants) {
                 [](const Felt& felt) { return felt.temperature_rate; });
   table.push_back({"startup_transient", "E", "deg/h", "exp(-t/startup_time) since power-on",
                    [=](const Felt& felt) { return std::exp(-felt.since_power_on / startup_time); }});
+  append_input_terms(table);
   return table;
 }
 

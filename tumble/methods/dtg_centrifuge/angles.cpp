@@ -1,0 +1,117 @@
+#include "tumble/methods/dtg_centrifuge/angles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace tumble::dtg {
+namespace {
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double full_turn = 2.0 * std::numbers::pi;
+
+/// The sample of `other` taken when sample `first` of `channel` was, if both have one clock; else nothing.
+bool same_clock(const Channel& channel, std::size_t first, std::size_t count, const Channel& other, double shift,
+                std::size_t& at) {
+  if (!channel.timeline.uniform() || !other.timeline.uniform()) {
+    at = first;
+    return channel.timeline.stamps == other.timeline.stamps && shift == 0.0 && first + count <= other.values.size();
+  }
+  const double rate = other.timeline.rate;
+  if (std::abs(channel.timeline.rate - rate) > 1e-12 * rate) return false;
+  const double position = (channel.time(first) + shift - other.timeline.start) * rate;
+  const double whole = std::round(position);
+  at = static_cast<std::size_t>(std::max(0.0, whole));
+  return std::abs(position - whole) < 1e-4 && whole >= 0.0 && at + count <= other.values.size();
+}
+
+}  // namespace
+
+Angles::Axis Angles::axis_of(const Channel& channel, bool in_middle, double begin, double end) {
+  Axis axis;
+  axis.channel = &channel;
+  axis.offset = in_middle ? to_middle(channel) : 0.0;
+  const std::size_t first = index_at(channel, begin);
+  const std::size_t last = std::min(index_at(channel, end), channel.values.size());
+  if (last < first + 32) {
+    axis.rate = axis.unsteady = nothing;
+    return axis;
+  }
+  // Readings that start anew every turn stay within one turn.
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (std::size_t i = first; i < last; ++i) {
+    least = channel.values[i] < least ? channel.values[i] : least;
+    most = channel.values[i] > most ? channel.values[i] : most;
+  }
+  bool jumps = false;
+  for (std::size_t i = first + 1; i < last && most - least < 1.001 * full_turn && !jumps; ++i)
+    jumps = std::abs(channel.values[i] - channel.values[i - 1]) > 0.5 * full_turn;
+  if (jumps) {
+    axis.first = first > 0 ? first - 1 : 0;
+    const std::size_t beyond = std::min(last + 1, channel.values.size());
+    double turns = 0.0, before = nothing;
+    for (std::size_t i = axis.first; i < beyond; ++i) {
+      const double v = channel.values[i];
+      if (std::abs(v - before) > 0.5 * full_turn) turns += v < before ? 1.0 : -1.0;
+      if (!std::isnan(v)) before = v;
+      axis.unwound.push_back(v + full_turn * turns);
+    }
+  }
+  const auto rate = [&](std::size_t a, std::size_t b) {
+    while (a < b && std::isnan(axis.value(a))) ++a;
+    while (b > a && std::isnan(axis.value(b))) --b;
+    return b > a ? (axis.value(b) - axis.value(a)) / (channel.time(b) - channel.time(a)) : nothing;
+  };
+  axis.rate = rate(first, last - 1);
+  constexpr std::size_t parts = 16;
+  for (std::size_t k = 0; k < parts; ++k) {
+    const double one = rate(first + k * (last - 1 - first) / parts, first + (k + 1) * (last - 1 - first) / parts);
+    if (!std::isnan(one)) axis.unsteady = std::max(axis.unsteady, std::abs(one / axis.rate - 1.0));
+  }
+  return axis;
+}
+
+Angles::Angles(const Channel& arm, const Channel& table, bool in_middle, double begin, double end)
+    : arm_(axis_of(arm, in_middle, begin, end)), table_(axis_of(table, in_middle, begin, end)) {}
+
+Angles::Angles(double arm_rate, double table_rate, double centre) : centre_(centre) {
+  arm_.rate = arm_rate;
+  table_.rate = table_rate;
+}
+
+double Angles::unsteady() const { return std::max(arm_.unsteady, table_.unsteady); }
+
+const double* Angles::of(const Axis& axis, const Channel& channel, std::size_t first, std::size_t count,
+                         double* work) const {
+  const double middle = to_middle(channel);
+  if (axis.channel == nullptr) {
+    for (std::size_t i = 0; i < count; ++i) work[i] = axis.rate * (channel.time(first + i) + middle - centre_);
+    return work;
+  }
+  const Channel& encoder = *axis.channel;
+  std::size_t at = 0;
+  if (same_clock(channel, first, count, encoder, middle - axis.offset, at) && axis.unwound.empty())
+    return encoder.values.data() + at;
+  const std::size_t n = encoder.values.size();
+  const std::size_t low = axis.first, high = axis.unwound.empty() ? n : axis.first + axis.unwound.size();
+  std::size_t k = std::max(low, index_at(encoder, channel.time(first) + middle - axis.offset));
+  for (std::size_t i = 0; i < count; ++i) {
+    const double time = channel.time(first + i) + middle - axis.offset;
+    while (k < high && encoder.time(k) < time) ++k;
+    // half a sample beyond the readings the turning goes on
+    const std::size_t b = std::clamp<std::size_t>(k, low + 1, high - 1), a = b - 1;
+    const double gap = encoder.time(b) - encoder.time(a), share = (time - encoder.time(a)) / gap;
+    work[i] = share < -1.0 || share > 2.0 ? nothing : axis.value(a) + share * (axis.value(b) - axis.value(a));
+  }
+  return work;
+}
+
+void Angles::at(const Channel& channel, std::size_t first, std::size_t count, std::vector<double>& work,
+                const double*& arm, const double*& table) const {
+  if (work.size() < 2 * count) work.resize(2 * count);
+  arm = of(arm_, channel, first, count, work.data());
+  table = of(table_, channel, first, count, work.data() + count);
+}
+
+}  // namespace tumble::dtg

@@ -1,0 +1,429 @@
+#include "tumble/methods/dtg_centrifuge/describe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/math/allan_fit.hpp"
+#include "tumble/math/least_squares.hpp"
+
+namespace tumble::dtg {
+namespace {
+
+using Severity = Finding::Severity;
+using Row = std::vector<double>;
+
+Unit sensitivity() { return Unit::parse("deg/h/g"); }
+
+/// A number and its derivatives by the level quantities.
+struct Function {
+  double value = 0.0;
+  Row gradient;
+};
+
+Row times(double factor, Row row) {
+  for (double& one : row) one *= factor;
+  return row;
+}
+
+Row plus(Row a, const Row& b) {
+  for (std::size_t k = 0; k < a.size(); ++k) a[k] += b[k];
+  return a;
+}
+
+/// K, zeta and what the polynomial makes of them.
+class Levels {
+ public:
+  Levels(const Outcome& outcome, const std::vector<Level>& levels) : outcome_(outcome), levels_(levels) {}
+
+  std::size_t size() const { return outcome_.levels.value.size(); }
+  std::size_t parts() const { return outcome_.polynomial.parts; }
+
+  /// K_i, less what noise adds to its square, eq. (1.14).
+  Function K(std::size_t level) const {
+    Function out{0.0, Row(size())};
+    double square = 0.0, noise = 0.0;
+    for (std::size_t c = 0; c < parts(); ++c) {
+      const std::size_t k = level * parts() + c;
+      square += outcome_.levels.value[k] * outcome_.levels.value[k];
+      noise += outcome_.levels.fit.covariance(k, k);
+    }
+    const double size = std::sqrt(square);
+    for (std::size_t c = 0; c < parts(); ++c) {
+      const std::size_t k = level * parts() + c;
+      out.gradient[k] = size > 0.0 ? outcome_.levels.value[k] / size : 1.0;
+    }
+    const bool take_off = outcome_.corrected && outcome_.take == Take::both_parts;
+    out.value = take_off ? std::sqrt(std::max(0.0, square - noise)) : size;
+    return out;
+  }
+
+  /// The same from the polynomial.
+  Function fitted(std::size_t level) const {
+    const Polynomial& p = outcome_.polynomial;
+    const Row row = p.row(levels_[level]);
+    std::vector<Function> part(parts());
+    double square = 0.0;
+    for (std::size_t c = 0; c < parts(); ++c) {
+      part[c].gradient.assign(size(), 0.0);
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        const std::size_t at = c * p.each() + k;
+        part[c].value += row[k] * p.value[at];
+        for (std::size_t n = 0; n < size(); ++n) part[c].gradient[n] += row[k] * p.of_levels(at, n);
+      }
+      square += part[c].value * part[c].value;
+    }
+    Function out{std::sqrt(square), Row(size())};
+    for (const Function& one : part) out.gradient = plus(out.gradient, times(one.value / out.value, one.gradient));
+    return out;
+  }
+
+  /// The lowest level with the same orientation.
+  std::size_t first(std::size_t level) const {
+    std::size_t first = level;
+    while (first > 0 && levels_[first - 1].spin_up == levels_[level].spin_up) --first;
+    return first;
+  }
+
+  template <class Of>
+  Function zeta(std::size_t level, const Of& of) const {
+    const Function here = of(level), there = of(first(level));
+    if (!(there.value > 0.0)) return {std::nan(""), Row(size())};
+    return {here.value / there.value - 1.0, plus(times(1.0 / there.value, here.gradient),
+                                                 times(-here.value / (there.value * there.value), there.gradient))};
+  }
+  Function zeta(std::size_t level) const {
+    return zeta(level, [this](std::size_t l) { return K(l); });
+  }
+  Function zeta_fitted(std::size_t level) const {
+    return zeta(level, [this](std::size_t l) { return fitted(l); });
+  }
+
+ private:
+  const Outcome& outcome_;
+  const std::vector<Level>& levels_;
+};
+
+Group group_of(const Found& found) {
+  return {found.value.size(), found.fit.sources,
+          [fit = found.fit](const std::vector<double>& function) { return degrees_of_freedom(fit, function); }};
+}
+
+void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, Ledger& ledger,
+                Findings& findings) {
+  const Levels of(outcome, levels);
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const Function K = of.K(l);
+    const std::string where = fmt::format(
+        "{:.4g} g{}", levels[l].force / si(1.0, "g"),
+        outcome.polynomial.both_orientations ? (levels[l].spin_up > 0.0 ? ", spin axis up" : ", spin axis down") : "");
+    ledger.add({fmt::format("sensitive_term_{}", l + 1), fmt::format("K_{}", l + 1), sensitivity(), K.value,
+                "vector sum of the first-order specific-force-sensitive drift at " + where},
+               {{group, K.gradient}});
+    if (const double sd = std::sqrt(ledger.variance({{group, K.gradient}})); K.value < 3.0 * sd)
+      findings.push_back({Severity::warning,
+                          "the sensitive term is not seen above its uncertainty: its size means little and its "
+                          "nonlinearity nothing",
+                          fmt::format("level {}", l + 1)});
+  }
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    if (of.first(l) == l) continue;
+    const Function zeta = outcome.corrected ? of.zeta_fitted(l) : of.zeta(l);
+    if (!std::isfinite(zeta.value)) continue;
+    if (!(ledger.variance({{group, zeta.gradient}}) > 0.0)) continue;  // a polynomial of order 0 says zero
+    ledger.add({fmt::format("nonlinearity_{}", l + 1), fmt::format("zeta_{}", l + 1), Unit::parse("%"), zeta.value,
+                fmt::format("K_{0} over K_{1} less one{2}", l + 1, of.first(l) + 1,
+                            outcome.corrected ? ", by the polynomial through all levels" : "")},
+               {{group, zeta.gradient}});
+  }
+}
+
+/// Coefficients of the drift from the polynomial and the third harmonic.
+struct Coefficients {
+  const Outcome& outcome;
+  std::size_t levels, third;  ///< groups
+  std::string prefix, symbol;
+
+  Row of(std::size_t part, std::size_t index) const {
+    const Polynomial& p = outcome.polynomial;
+    Row row(outcome.levels.value.size());
+    for (std::size_t n = 0; n < row.size(); ++n) row[n] = p.of_levels(part * p.each() + index, n);
+    return row;
+  }
+  double value(std::size_t part, std::size_t index) const {
+    return outcome.polynomial.value[part * outcome.polynomial.each() + index];
+  }
+  Parameter named(const std::string& letters, const std::string& unit, double value, const std::string& words) const {
+    return {prefix + "D_" + letters, symbol + letters, Unit::parse(unit), value, words};
+  }
+};
+
+void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
+  const Polynomial& p = c.outcome.polynomial;
+  const bool both = p.both_orientations;
+  const std::string up = force_along > 0.0 ? "+1 g" : "-1 g";
+  const char* letters[] = {"x", "y"};
+  for (std::size_t part = 0; part < 2; ++part) {
+    const std::string x = letters[part];
+    ledger.add(c.named(x, "deg/h/g", c.value(part, 0),
+                       both ? "drift per f_" + std::string(part == 0 ? "X" : "Y")
+                            : fmt::format("stands for D_{0} + D_{0}z f_Z with f_Z = {1}", x, up)),
+               {{c.levels, c.of(part, 0)}});
+    if (both)
+      ledger.add(
+          c.named(x + "z", "deg/h/g^2", c.value(part, 1), fmt::format("drift per f_{} f_Z", part == 0 ? "X" : "Y")),
+          {{c.levels, c.of(part, 1)}});
+  }
+  if (!both)
+    findings.push_back({Severity::info,
+                        fmt::format("{0}D_x stands for {0}D_x + {0}D_xz f_Z, and {0}D_y for {0}D_y + {0}D_yz f_Z, with "
+                                    "f_Z = {1}: levels with the spin axis {2} tell them apart",
+                                    c.prefix, up, force_along > 0.0 ? "down" : "up"),
+                        ""});
+  if (p.powers == 0) {
+    findings.push_back(
+        {Severity::info,
+         "the levels show no change of " + c.prefix + "D_x and D_y with specific force: the cubic terms are left out",
+         ""});
+    return;
+  }
+  const std::size_t cubic = both ? 2 : 1;
+  // third harmonic: D_xxx - D_xyy = -4 C_3/a^3, D_yyy - D_yxx = 4 S_3/a^3; first: 3/4 D_xxx + 1/4 D_xyy = p_2
+  for (std::size_t part = 0; part < 2; ++part) {
+    const double sign = part == 0 ? -1.0 : 1.0, t = 4.0 * sign * c.outcome.third->value[part];
+    const std::string own = part == 0 ? "xxx" : "yyy", other = part == 0 ? "xyy" : "yxx";
+    const auto third = [&](double factor) {
+      Row row(2);
+      row[part] = 4.0 * sign * factor;
+      return row;
+    };
+    const double p2 = c.value(part, cubic);
+    ledger.add(c.named(own, "deg/h/g^3", p2 + 0.25 * t, "from the first and third harmonic over specific force"),
+               {{c.levels, c.of(part, cubic)}, {c.third, third(0.25)}});
+    ledger.add(c.named(other, "deg/h/g^3", p2 - 0.75 * t, "the same"),
+               {{c.levels, c.of(part, cubic)}, {c.third, third(-0.75)}});
+    if (p.powers > 1)
+      ledger.add({c.prefix + (part == 0 ? "p_4" : "q_4"), part == 0 ? "p_4" : "q_4", Unit::parse("deg/h/g^5"),
+                  c.value(part, cubic + 1),
+                  "coefficient of a^4 in the first-order term along " + std::string(part == 0 ? "X" : "Y")},
+                 {{c.levels, c.of(part, cubic + 1)}});
+  }
+}
+
+void add_second(const Outcome& outcome, const std::string& prefix, const std::string& symbol, std::size_t group,
+                Ledger& ledger) {
+  ledger.add({prefix + "D_xx_less_D_yy", symbol + "xx - " + symbol + "yy", Unit::parse("deg/h/g^2"),
+              2.0 * outcome.second->value[0], "from the second harmonic"},
+             {{group, {2.0, 0.0}}});
+  ledger.add({prefix + "D_xy", symbol + "xy", Unit::parse("deg/h/g^2"), 2.0 * outcome.second->value[1],
+              "drift per f_X f_Y, from the second harmonic"},
+             {{group, {0.0, 2.0}}});
+}
+
+void add_relation(const Relation& relation, Ledger& ledger) {
+  Matrix covariance(2, 2);
+  covariance(0, 0) = std::pow(relation.log_gain_sd, 2);
+  covariance(1, 1) = std::pow(relation.azimuth_sd, 2);
+  const std::size_t group = ledger.add(
+      Group{2, {{relation_source, covariance}}, [](const Row&) { return std::numeric_limits<double>::infinity(); }});
+  if (!(covariance(0, 0) > 0.0) || !(covariance(1, 1) > 0.0)) return;
+  const double gain = std::exp(-relation.log_gain);
+  ledger.add({"reference_gain", "S_f/S_g", Unit(), gain, "scale factor of the reference gyro over that of the gyro"},
+             {{group, {-gain, 0.0}}});
+  ledger.add({"reference_azimuth", "eta", Unit::parse("deg"), relation.azimuth,
+              "input axis of the reference gyro from X toward Y"},
+             {{group, {0.0, 1.0}}});
+}
+
+/// The size of the shift from power-up to power-up, with an interval; a finding where it is not seen.
+void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger& ledger, Findings& findings) {
+  if (outcome.levels.fit.slow_variance.empty()) {
+    if (prefix.empty() && outcome.power_ups < 2)
+      findings.push_back({Severity::info,
+                          "one power-up: how the term changes from power-up to power-up is not in the uncertainties",
+                          ""});
+    return;
+  }
+  const double parts = static_cast<double>(outcome.polynomial.parts);
+  const double dof = parts * (static_cast<double>(outcome.power_ups) - 1.0);
+  double weight = 0.0;  // of one power-up
+  for (const Observation& one : outcome.observations)
+    for (const double w : one.weight) weight += w / static_cast<double>(outcome.power_ups);
+  const double left = outcome.levels.fit.slow_variance.front();
+  const double within = outcome.levels.fit.white_variance / weight, between = left + within;
+  const Unit unit = sensitivity();
+  if (!(left > 1e-3 * within)) {
+    findings.push_back(
+        {Severity::info,
+         fmt::format("{}turn_on_repeatability is not seen: the power-ups differ no more than the noise explains; below "
+                     "{:.2g} {} (95 %)",
+                     prefix,
+                     unit.from_si(std::sqrt(std::max(0.0, within * dof / chi_square_quantile(0.05, dof) - within))),
+                     unit.text()),
+         ""});
+    return;
+  }
+  Matrix covariance(1, 1);
+  covariance(0, 0) = 2.0 * between * between / dof / (4.0 * left);
+  const double nu = root_interval_degrees_of_freedom(dof, left / between);
+  const std::size_t group =
+      ledger.add(Group{1, {{outcome.levels.fit.sources[1].source, covariance}}, [nu](const Row&) { return nu; }});
+  ledger.add({prefix + "turn_on_repeatability", "s_D", unit, std::sqrt(left),
+              parts > 1 ? "standard deviation of each of D_x and D_y from power-up to power-up, noise taken off"
+                        : "standard deviation of K from power-up to power-up, noise taken off"},
+             {{group, {1.0}}});
+}
+
+Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, const Ledger& ledger) {
+  const Unit one, rate = Unit::parse("deg/h"), term = sensitivity(), percent = Unit::parse("%");
+  Table table{"nonlinearity",
+              "sensitive term over specific force; A and B as with the table's angle counted from the arm",
+              {{"level", one},
+               {"arm_rate", Unit::parse("deg/s")},
+               {"acceleration", Unit::parse("g")},
+               {"spin_axis", one},
+               {"A", rate},
+               {"B", rate},
+               {"K", term},
+               {"K_sd", term},
+               {"zeta", percent},
+               {"zeta_sd", percent},
+               {"zeta_fitted", percent},
+               {"zeta_fitted_sd", percent}},
+              {}};
+  const Levels of(outcome, levels);
+  const auto sd = [&](const Function& f) { return std::sqrt(ledger.variance({{group, f.gradient}})); };
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    double A = std::nan(""), B = A;
+    const double a = levels[l].force, sigma = levels[l].spin_up;
+    if (outcome.take == Take::both_parts) {
+      A = -a * outcome.levels.value[2 * l];
+      B = -a * sigma * outcome.levels.value[2 * l + 1];
+    } else if (!outcome.corrected) {
+      Complex sum = 0.0;
+      double count = 0.0;
+      for (const Observation& o : outcome.observations)
+        if (o.level == l) sum += o.value, count += 1.0;
+      A = -a * sum.real() / count;
+      B = -a * sigma * sum.imag() / count;
+    }
+    const Function K = of.K(l), zeta = of.zeta(l), fitted = of.zeta_fitted(l);
+    table.rows.push_back({static_cast<double>(l + 1), levels[l].arm_rate, a, std::string(sigma > 0.0 ? "up" : "down"),
+                          A, B, K.value, sd(K), zeta.value, sd(zeta), fitted.value, sd(fitted)});
+  }
+  return table;
+}
+
+Table segments(const Outcome& outcome, const std::vector<Measured>& measured) {
+  const Unit one, turn = Unit::parse("deg/s"), rate = Unit::parse("deg/h");
+  Table table{"segments",
+              "what each level showed in each power-up",
+              {{"run", one},
+               {"segment", one},
+               {"level", one},
+               {"arm_rate", turn},
+               {"table_rate", turn},
+               {"net_rate", turn},
+               {"true_rate", rate},
+               {"tilt", Unit::parse("arcsec")},
+               {"K", sensitivity()},
+               {"gyro_noise", rate},
+               {"reference_noise", rate},
+               {"missing", one}},
+              {}};
+  table.for_programs = true;
+  for (const Observation& o : outcome.observations) {
+    const Measured& m = measured[o.measured];
+    table.rows.push_back({static_cast<double>(m.stretch->run), m.stretch->label, static_cast<double>(o.level + 1),
+                          m.arm_rate, m.table_rate, m.beta_rate(), std::abs(o.true_rate),
+                          std::abs(o.true_rate / m.arm_rate), std::abs(o.value), m.of[gyro].residual_sd,
+                          m.of[reference].residual_sd, m.of[gyro].lost});
+  }
+  return table;
+}
+
+Table orders(const Polynomial& polynomial) {
+  const Unit one;
+  static constexpr const char* names[] = {"constant", "cubic", "quintic"};
+  Table table{"models",
+              "p and q over specific force",
+              {{"order", one}, {"chi_square", one}, {"AICc", one}, {"chosen", one}},
+              {}};
+  for (const Order& order : polynomial.tried)
+    table.rows.push_back(
+        {std::string(names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
+  return table;
+}
+
+/// K or zeta: the levels as points, the polynomial as a line, with 95 % bands.
+void add_curves(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, const Ledger& ledger,
+                Estimate& estimate) {
+  const Levels of(outcome, levels);
+  for (const double spin : {1.0, -1.0})
+    for (const bool of_zeta : {false, true}) {
+      const std::string side =
+          outcome.polynomial.both_orientations ? (spin > 0.0 ? ", spin axis up" : ", spin axis down") : "";
+      const std::string what = of_zeta ? "nonlinearity" : "sensitive term";
+      Curve points;
+      points.name = what + ", measured" + side;
+      points.figure = what + " over specific force";
+      points.x = {"specific force", Unit::parse("g"), {}};
+      points.y = {of_zeta ? "zeta" : "K", of_zeta ? Unit::parse("%") : sensitivity(), {}};
+      points.band = "95 % confidence";
+      points.points = true;
+      Curve line = points;
+      line.name = what + ", polynomial" + side;
+      line.points = false;
+      for (std::size_t l = 0; l < levels.size(); ++l) {
+        if (levels[l].spin_up != spin) continue;
+        const auto put = [&](Curve& curve, const Function& f) {
+          const Ledger::Gradient gradient{{group, f.gradient}};
+          const double v = ledger.variance(gradient);
+          const double half =
+              v > 0.0 ? student_quantile(0.975, ledger.degrees_of_freedom(gradient)) * std::sqrt(v) : 0.0;
+          curve.x.values.push_back(levels[l].force);
+          curve.y.values.push_back(f.value);
+          curve.lower.push_back(f.value - half);
+          curve.upper.push_back(f.value + half);
+        };
+        put(points, of_zeta ? of.zeta(l) : of.K(l));
+        put(line, of_zeta ? of.zeta_fitted(l) : of.fitted(l));
+      }
+      if (points.x.values.empty()) continue;
+      estimate.curves.push_back(std::move(points));
+      if (outcome.corrected) estimate.curves.push_back(std::move(line));
+    }
+}
+
+}  // namespace
+
+void describe(const Outcome& outcome, const std::vector<Measured>& measured, const Reduction& reduction, Ledger& ledger,
+              Estimate& estimate) {
+  const bool first = outcome.output == gyro;
+  const std::string prefix = first ? "" : "y_", symbol = first ? "D(X)_" : "D(Y)_";
+  const std::size_t group = ledger.add(group_of(outcome.levels));
+  if (first) add_levels(outcome, reduction.levels, group, ledger, estimate.findings);
+  if (outcome.take == Take::both_parts) {
+    const std::size_t second = ledger.add(group_of(*outcome.second)), third = ledger.add(group_of(*outcome.third));
+    add_coefficients({outcome, group, third, prefix, symbol}, reduction.levels.front().spin_up, ledger,
+                     estimate.findings);
+    add_second(outcome, prefix, symbol, second, ledger);
+  }
+  if (first && outcome.corrected) add_relation(outcome.relation, ledger);
+  add_repeatability(outcome, prefix, ledger, estimate.findings);
+  if (!first) return;
+  const MixedFit& fit = outcome.levels.fit;
+  for (const Observation& o : outcome.observations)
+    estimate.fit.observations += outcome.polynomial.parts * o.part.size();
+  estimate.fit.degrees_of_freedom = fit.degrees_of_freedom;
+  estimate.fit.chi_square = fit.chi_square;
+  estimate.fit.condition = fit.condition;
+  estimate.tables.push_back(nonlinearity(outcome, reduction.levels, group, ledger));
+  if (outcome.corrected) estimate.tables.push_back(orders(outcome.polynomial));
+  estimate.tables.push_back(segments(outcome, measured));
+  add_curves(outcome, reduction.levels, group, ledger, estimate);
+}
+
+}  // namespace tumble::dtg

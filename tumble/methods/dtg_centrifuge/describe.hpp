@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/dtg_centrifuge/fit.hpp"
+#include "tumble/methods/dtg_centrifuge/ledger.hpp"
+
+/// Parameters, tables and curves.
+namespace tumble::dtg {
+
+/// Everything found of one output.
+struct Outcome {
+  Signal output = gyro;
+  Take take = Take::both_parts;
+  bool corrected = true;  ///< regression: bias by noise taken off, nonlinearity from the polynomial
+  std::vector<Observation> observations;
+  Relation relation;
+  Found levels;
+  Polynomial polynomial;
+  std::optional<Found> second, third;
+  std::size_t power_ups = 1;
+};
+
+/// Adds what was found of an output. The table and curves are those of the first output.
+void describe(const Outcome& outcome, const std::vector<Measured>& measured, const Reduction& reduction, Ledger& ledger,
+              Estimate& estimate);
+
+}  // namespace tumble::dtg

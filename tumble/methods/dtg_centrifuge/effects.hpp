@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/methods/dtg_centrifuge/reduce.hpp"
+
+/// What errors of the rig and of the instruments' stated constants do to the sensitive term of every observation.
+namespace tumble::dtg {
+
+struct Effect {
+  std::string source;
+  std::vector<Complex> value;          ///< of each observation: shift of p + i q by one standard deviation
+  std::vector<Complex> second, third;  ///< the same of Z_2/a^2 and Z_3/a^3
+};
+
+/// All that the estimator was given besides the lines.
+struct Circumstances {
+  const Test& test;
+  const std::vector<Measured>& measured;
+  const Reduction& reduction;
+  const Settings& settings;
+  const Relation& relation;
+  const Sensitivity& sensitivity;
+  Signal output;
+  bool phase_known;
+  bool plain_difference;  ///< the source's estimator: the reference as it is
+};
+
+/// Errors of the rig: the estimator on what the rig with the error would make an instrument of these terms show, less
+/// the same without.
+std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
+                                const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
+                                const std::vector<Seen>& nominal, const std::vector<const Stretch*>& cells);
+
+/// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag of the loop.
+std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations);
+
+inline constexpr const char* relation_source = "gain and azimuth of the reference gyro";
+
+}  // namespace tumble::dtg

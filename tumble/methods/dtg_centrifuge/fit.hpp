@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/math/mixed_model.hpp"
+#include "tumble/methods/dtg_centrifuge/effects.hpp"
+
+/// From observations to levels, and across the levels, eq. (1.13).
+namespace tumble::dtg {
+
+/// Quantities found together, with their covariance by source.
+struct Found {
+  std::vector<double> value;  ///< [SI]
+  MixedFit fit;               ///< covariance, sources, degrees of freedom of functions
+};
+
+/// What is fitted in the observations: p + i q of the levels, or their size alone where the phase is not known.
+enum class Take { both_parts, size };
+
+/// p_1, q_1, p_2, q_2 ... (or K_1, K_2 ...), with one shift of all levels for each power-up.
+///
+/// The white noise is that of the parts about their mean. Where its level differs between the rates beyond chance (0.1
+/// % of a chi-square of Bartlett's), each level has its own.
+Found fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects, std::size_t levels,
+                 Take take, bool unbiased, Findings& findings);
+
+/// Mean over all observations of Z_h/a^h, real and imaginary part.
+Found fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic);
+
+/// Order of p and q in a: p(a) = p_0 + p_2 a^2 + ..., eq. (1.13), and with both orientations of the spin axis
+/// p_0 = D_x + D_xz f_Z.
+struct Order {
+  int powers = 0;  ///< of a^2
+  double aicc = 0.0, chi_square = 0.0;
+  bool chosen = false;
+};
+
+/// p and q as polynomials in a.
+struct Polynomial {
+  std::vector<Order> tried;
+  int powers = 0;
+  bool both_orientations = false;
+  std::size_t parts = 2;      ///< p and q, or K alone
+  std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q
+  Matrix of_levels;           ///< d value / d level quantities
+  std::size_t each() const { return static_cast<std::size_t>(1 + powers) + (both_orientations ? 1 : 0); }
+  std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level
+};
+
+/// Generalised least squares on the levels with their whole covariance; the order by AICc, or as told (-1: AICc).
+Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
+                         double observations);
+
+}  // namespace tumble::dtg

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "tumble/core/settings.hpp"
+#include "tumble/methods/dtg_centrifuge/data.hpp"
+
+/// The lines of the gyros at the table's angle and at the heading, by least squares, eq. (1.12).
+namespace tumble::dtg {
+
+using Complex = std::complex<double>;
+
+/// Phasors of one signal: y = mean + drift + Re sum_h Z_h exp(i h theta) + Re E exp(i beta), theta = -table angle,
+/// beta = arm angle + table angle. [SI]
+struct Phasors {
+  std::array<Complex, 3> line{};  ///< Z_1, Z_2, Z_3
+  Complex earth;                  ///< E
+};
+
+struct Lines {
+  Phasors value;
+  double mean = 0.0;
+  /// What parts of the time say on their own: their mean, weighted with the samples of each, is `value`, and their
+  /// scatter is that of the noise near the lines.
+  std::vector<Phasors> part;
+  std::vector<double> weight;  ///< samples of each part; 0: none
+  double samples = 0.0;        ///< used
+  double lost = 0.0;           ///< missing
+  double step = 0.0;           ///< [s] between samples
+  double residual_sd = 0.0;    ///< [SI] of a sample
+  bool present = false;
+  std::string fault;  ///< why it cannot be used: clipped, constant
+};
+
+/// What was measured of one level in one power-up.
+struct Measured {
+  const Stretch* stretch = nullptr;
+  std::array<Lines, most_signals> of;       ///< by Signal
+  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as turned
+  double unsteady = 0.0;                    ///< greatest relative departure of a sixteenth's rate from the mean
+  double weakest = 1.0;     ///< least eigenvalue of the design's correlations: 0: lines cannot be told apart
+  bool rates_found = true;  ///< without encoders: a line showed them
+  std::string fault;        ///< why the level cannot be used
+  double theta_rate() const { return -table_rate; }
+  double beta_rate() const { return arm_rate + table_rate; }
+};
+
+/// What the electronics make of a line: averaging over a sample, eq. (1.15), capture loop, late clock.
+struct Channelling {
+  double averaging = -1.0;                              ///< [s]; below 0: one sampling interval
+  double natural_frequency = 0.0, damping_ratio = 0.0;  ///< [rad/s], [1]; 0: no loop of second order
+  double time_constant = 0.0;                           ///< [s] of a loop of first order
+  double late = 0.0;                                    ///< [s] by which the stamps are late
+  /// Factor by which a line at `rate` [rad/s] is shown.
+  Complex gain(double rate, double step) const;
+};
+
+struct Instruments {
+  std::array<Channelling, most_signals> of;
+  bool encoders_in_middle = true;  ///< the angles are those of the middle of the interval that begins at the stamp
+};
+
+Instruments instruments_of(const Settings& settings);
+
+Measured measure(const Test& test, const Stretch& stretch, const Instruments& instruments);
+
+/// Mean of a signal from `begin` to `end`; NaN without samples.
+double mean_of(const Channel& channel, double begin, double end);
+
+}  // namespace tumble::dtg

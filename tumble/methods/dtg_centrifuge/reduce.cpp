@@ -1,0 +1,264 @@
+#include "tumble/methods/dtg_centrifuge/reduce.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <tuple>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::dtg {
+namespace {
+
+double spin_of(const Measured& m) { return m.stretch->spin_up; }
+
+/// Rates are alike that would give the same level in words.
+long key_of(double rate) { return std::lround(rate * 1e3); }
+
+/// Mean lines of one power-up (or one level, where no encoder says the heading) in two gyros.
+struct Pair {
+  Complex output, reference;  ///< weighted sums
+  double weight = 0.0;
+  std::vector<std::pair<Complex, Complex>> part;
+  std::vector<double> part_weight;
+};
+
+double variance_of_mean(const Pair& pair, Complex c, bool of_reference) {
+  double sum = 0.0, weight = 0.0, count = 0.0;
+  const Complex mean = of_reference ? pair.reference / pair.weight : (pair.output - c * pair.reference) / pair.weight;
+  for (std::size_t k = 0; k < pair.part.size(); ++k) {
+    const Complex one = of_reference ? pair.part[k].second : pair.part[k].first - c * pair.part[k].second;
+    sum += pair.part_weight[k] * std::norm(one - mean);
+    weight += pair.part_weight[k];
+    count += 1.0;
+  }
+  return count > 1.0 ? sum / (2.0 * weight * (count - 1.0)) : 0.0;  // of each of two components
+}
+
+std::vector<Pair> pairs_of(const std::vector<Measured>& measured, Signal output, bool encoders) {
+  std::map<std::pair<std::size_t, double>, Pair> pairs;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const Measured& m = measured[i];
+    const auto group = encoders ? std::pair(m.stretch->power_up, spin_of(m)) : std::pair(i, 0.0);
+    const Lines &a = m.of[output], &b = m.of[reference];
+    if (!a.present || !b.present) continue;
+    Pair& pair = pairs[group];
+    const bool down = spin_of(m) < 0.0;
+    const auto facing = [down](Complex z) { return down ? std::conj(z) : z; };
+    for (std::size_t k = 0; k < a.part.size(); ++k) {
+      const double weight = std::min(a.weight[k] * a.step, b.weight[k] * b.step);
+      if (!(weight > 0.0)) continue;
+      pair.part.emplace_back(facing(a.part[k].earth), facing(b.part[k].earth));
+      pair.part_weight.push_back(weight);
+      pair.output += weight * pair.part.back().first;
+      pair.reference += weight * pair.part.back().second;
+      pair.weight += weight;
+    }
+  }
+  std::vector<Pair> out;
+  for (auto& [key, pair] : pairs)
+    if (pair.weight > 0.0) out.push_back(std::move(pair));
+  return out;
+}
+
+/// c = sum w E_g conj(E_f) / sum w |E_f|^2, less what the noise alone gives the denominator.
+struct Ratio {
+  Complex c = 1.0;
+  double sd = 0.0;  ///< of each part of ln c
+  bool found = false;
+};
+
+Ratio ratio_of(const std::vector<Pair>& pairs) {
+  Ratio out;
+  for (int round = 0; round < 3; ++round) {
+    Complex above = 0.0;
+    double below = 0.0, information = 0.0;
+    for (const Pair& pair : pairs) {
+      const Complex e = pair.output / pair.weight, f = pair.reference / pair.weight;
+      const double scatter = variance_of_mean(pair, out.c, false), own = 2.0 * variance_of_mean(pair, out.c, true);
+      const double weight = 1.0 / std::max(scatter, 1e-26 * std::norm(f));
+      above += weight * e * std::conj(f);
+      below += weight * (std::norm(f) - own);
+      information += weight * std::norm(e);
+    }
+    if (!(below > 0.0) || std::abs(above) == 0.0) return {};
+    out.c = above / below;
+    out.sd = std::sqrt(1.0 / information);
+    out.found = true;
+  }
+  return out;
+}
+
+/// Mean of two values with their standard deviations; an sd of 0 or infinity decides.
+void combine(double& value, double& sd, double other, double other_sd) {
+  if (!std::isfinite(other_sd)) return;
+  if (!std::isfinite(sd) || other_sd == 0.0) {
+    value = other;
+    sd = other_sd;
+    return;
+  }
+  const double share = sd * sd / (sd * sd + other_sd * other_sd);
+  value += share * (other - value);
+  sd = std::sqrt(share) * other_sd;
+}
+
+}  // namespace
+
+Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) {
+  Reduction out;
+  using Key = std::tuple<int, long, long>;
+  std::map<Key, std::vector<std::size_t>> cells;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const Stretch& s = *measured[i].stretch;
+    cells[{s.spin_up > 0.0 ? 0 : 1, key_of(std::abs(s.arm_rate)), key_of(std::abs(s.table_rate))}].push_back(i);
+  }
+  out.level_of.resize(measured.size());
+  out.nominal.resize(measured.size());
+  for (const auto& [key, members] : cells) {
+    Level level{.spin_up = measured[members.front()].stretch->spin_up,
+                .label = measured[members.front()].stretch->label};
+    std::map<std::pair<const Plan*, double>, std::size_t> seen;  // alike in every power-up
+    for (const std::size_t i : members) {
+      const Measured& m = measured[i];
+      const RigPowerUp& rig = test.rigs[m.stretch->rig];
+      const auto [known, fresh] = seen.try_emplace({rig.plan, m.stretch->arm_rate}, i);
+      out.nominal[i] = fresh ? seen_of(rig, *m.stretch) : out.nominal[known->second];
+      out.level_of[i] = out.levels.size();
+      const double share = 1.0 / static_cast<double>(members.size());
+      level.arm_rate += share * std::abs(m.arm_rate);
+      level.table_rate += share * m.table_rate * (m.arm_rate < 0.0 ? -1.0 : 1.0);
+      level.force += share * std::abs(force_of(out.nominal[i], m.arm_rate, 0.0, 0.0));
+      level.force_along += share * out.nominal[i].force_along;
+    }
+    out.levels.push_back(level);
+  }
+  return out;
+}
+
+Relation relation_of(const std::vector<Measured>& measured, Signal output, const Settings& settings, bool encoders,
+                     Findings& findings) {
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  const double right_angle = output == gyro_y ? -0.5 * std::numbers::pi : 0.0;  // the reference lies beside X
+  Relation out{.log_gain_sd = unknown, .azimuth_sd = unknown, .from_earth = false, .earth_sd = unknown};
+  if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.found) {
+    out.log_gain = std::log(std::abs(ratio.c));
+    out.azimuth = -std::arg(ratio.c);
+    out.log_gain_sd = out.azimuth_sd = out.earth_sd = ratio.sd;
+    out.from_earth = true;
+  }
+  const bool gain_known = settings.has("reference_gain_sd"), azimuth_known = settings.has("reference_azimuth_sd");
+  if (gain_known)
+    combine(out.log_gain, out.log_gain_sd, -std::log(settings.number("reference_gain")),
+            settings.number("reference_gain_sd"));
+  if (azimuth_known) {
+    const double known = settings.number("reference_azimuth") + right_angle;
+    const double turns = std::round((out.azimuth - known) / (2.0 * std::numbers::pi));
+    out.azimuth -= 2.0 * std::numbers::pi * turns;
+    combine(out.azimuth, out.azimuth_sd, known, settings.number("reference_azimuth_sd"));
+  }
+  if (!std::isfinite(out.log_gain_sd)) out.log_gain = 0.0, out.log_gain_sd = 0.1;
+  if (!std::isfinite(out.azimuth_sd)) out.azimuth = right_angle, out.azimuth_sd = 0.1;
+  if (std::max(out.log_gain_sd, out.azimuth_sd) > 0.1 || !out.from_earth)
+    if (!gain_known || !azimuth_known)
+      findings.push_back(
+          {Finding::Severity::warning,
+           fmt::format("the line of the Earth's rate gives gain and azimuth of the reference gyro to {:.2g} "
+                       "% only, and by so much of the true rate the sensitive term is in doubt: state "
+                       "reference_gain and reference_azimuth with their standard uncertainties from a "
+                       "rate table",
+                       100.0 * std::min(1.0, out.earth_sd)),
+           output == gyro_y ? "gyro_y" : "gyro"});
+  return out;
+}
+
+Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction) {
+  // columns: rates of arm and table for each orientation of the spin axis, specific force
+  std::map<double, Eigen::Index> sides;
+  for (const Measured& m : measured) sides.try_emplace(spin_of(m), 2 * static_cast<Eigen::Index>(sides.size()));
+  const Eigen::Index n = static_cast<Eigen::Index>(measured.size()),
+                     p = 2 * static_cast<Eigen::Index>(sides.size()) + 1;
+  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(n, p);
+  Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(n, 2);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Measured& m = measured[static_cast<std::size_t>(i)];
+    const Seen& nominal = reduction.nominal[static_cast<std::size_t>(i)];
+    const double weight = std::sqrt(m.of[reference].samples * m.of[reference].step);
+    const Complex z = m.of[reference].value.line[0];
+    design(i, sides[spin_of(m)]) = weight * m.arm_rate;
+    design(i, sides[spin_of(m)] + 1) = weight * m.table_rate;
+    design(i, p - 1) = weight * std::abs(force_of(nominal, m.arm_rate, 0.0, 0.0));
+    seen.row(i) << weight * z.real(), weight * (spin_of(m) < 0.0 ? -z.imag() : z.imag());
+  }
+  Sensitivity out;
+  const std::set<std::size_t> levels(reduction.level_of.begin(), reduction.level_of.end());
+  if (levels.size() < static_cast<std::size_t>(p) + 2) return out;
+  const Eigen::VectorXd scale = design.colwise().norm().cwiseInverse();
+  const Eigen::MatrixXd unit = design * scale.asDiagonal();
+  const Eigen::MatrixXd normal = unit.transpose() * unit;
+  const Eigen::LDLT<Eigen::MatrixXd> root(normal);
+  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0] < 1e-8)
+    return out;
+  const Eigen::MatrixXd b = root.solve(unit.transpose() * seen);
+  const double noise = (seen - unit * b).squaredNorm() / static_cast<double>(2 * (n - p));
+  const double inverse = root.solve(Eigen::VectorXd::Unit(p, p - 1))[p - 1];
+  out.v = Complex(b(p - 1, 0), b(p - 1, 1)) * scale[p - 1];
+  out.sd = std::sqrt(noise * inverse) * scale[p - 1];
+  out.known = true;
+  return out;
+}
+
+Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double gravity) {
+  const double ratio = arm_rate / nominal.arm_rate;
+  return nominal.force[0].line[0] * ratio * ratio + (gravity == 0.0 ? 0.0 : gravity / arm_rate * true_rate);
+}
+
+Observation observe(const Measured& m, const Reduction& reduction, std::size_t index, Signal output,
+                    const Relation& relation, Complex sensitivity, bool phase_known) {
+  Observation out;
+  const Seen& nominal = reduction.nominal[index];
+  const double sigma = spin_of(m), gravity = std::abs(nominal.force_along);
+  const Complex c = std::conj(relation.c(sigma));
+  const Lines &g = m.of[output], &f = m.of[reference];
+  const double a = std::abs(force_of(nominal, m.arm_rate, 0.0, 0.0));
+  const Complex own = a * (sigma < 0.0 ? std::conj(sensitivity) : sensitivity);
+  out.measured = index;
+  out.level = reduction.level_of[index];
+  out.power_up = m.stretch->power_up;
+  out.raw = g.value.line[0];
+  out.true_rate = c * (f.value.line[0] - own);
+  // seen from X: the output Y shows what is fixed to the arm a right angle later
+  const Complex along_x = output == gyro_y ? Complex(0.0, sigma) : 1.0;
+  out.force = force_of(nominal, m.arm_rate, out.true_rate * along_x, phase_known ? gravity : 0.0);
+  const auto facing = [sigma](Complex y) { return Complex(y.real(), -sigma * y.imag()); };
+  const Complex turn = -out.force / std::abs(out.force);
+  const double size = std::abs(out.force);
+  const bool both = output == gyro;  // the reference lies along X: what both see there is true rate
+  const double gain = both ? std::exp(relation.log_gain) : 0.0;
+  const auto term = [&](const Phasors& x, const Phasors& y) {
+    return facing((x.line[0] - c * (y.line[0] - own)) / out.force);
+  };
+  const auto harmonic = [&](const Phasors& x, const Phasors& y, int h) {
+    return facing((x.line[static_cast<std::size_t>(h - 1)] - gain * y.line[static_cast<std::size_t>(h - 1)]) /
+                  std::pow(turn, h) / std::pow(size, h));
+  };
+  out.value = term(g.value, f.value);
+  out.second = harmonic(g.value, f.value, 2);
+  out.third = harmonic(g.value, f.value, 3);
+  for (std::size_t k = 0; k < g.part.size(); ++k) {
+    const double weight = std::min(g.weight[k] * g.step, f.weight[k] * f.step);
+    if (!(weight > 0.0)) continue;
+    out.part.push_back(term(g.part[k], f.part[k]));
+    out.second_part.push_back(harmonic(g.part[k], f.part[k], 2));
+    out.third_part.push_back(harmonic(g.part[k], f.part[k], 3));
+    out.weight.push_back(weight * size * size);
+  }
+  return out;
+}
+
+}  // namespace tumble::dtg

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/finding.hpp"
+#include "tumble/core/settings.hpp"
+#include "tumble/methods/dtg_centrifuge/lines.hpp"
+#include "tumble/methods/dtg_centrifuge/seen.hpp"
+
+/// From lines to the sensitive term: gain and azimuth of the reference gyro, true rate taken off, specific force.
+namespace tumble::dtg {
+
+/// One rate of the arm with one orientation of the spin axis.
+struct Level {
+  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] means as turned, arm positive
+  double spin_up = 1.0;                     ///< +1 or -1
+  double force = 0.0;                       ///< a [m/s^2], mean
+  double force_along = 0.0;                 ///< f_Z [m/s^2]
+  std::string label;                        ///< of the first segment at this level
+};
+
+/// gyro line = gain e^{-i sigma azimuth} x reference line for what is fixed in the Earth, sigma = +1 spin axis up.
+struct Relation {
+  double log_gain = 0.0, azimuth = 0.0;  ///< ln(S_g/S_f) [1], [rad]
+  double log_gain_sd = 0.0, azimuth_sd = 0.0;
+  bool from_earth = true;  ///< the Earth's rate has a part in it
+  double earth_sd = 0.0;   ///< [1] of what the Earth's rate alone says, of both
+  Complex c(double spin_up) const { return std::polar(std::exp(log_gain), -spin_up * azimuth); }
+};
+
+/// The reference gyro's own sensitivity to specific force: Z_f = u w_t + k w_s + v a with u the tilt of the table's
+/// axis, k its wobble twice a turn.
+struct Sensitivity {
+  Complex v;           ///< [rad/s / (m/s^2)] for the spin axis up; the conjugate with it down
+  double sd = 0.0;     ///< of each part
+  bool known = false;  ///< there are levels enough
+};
+
+/// The sensitive term of one level in one power-up, for one output.
+struct Observation {
+  std::size_t measured = 0, level = 0;
+  std::size_t power_up = 0;
+  Complex value;  ///< p + i q [rad/s / (m/s^2)]
+  std::vector<Complex> part;
+  std::vector<double> weight;  ///< of each part [s (m/s^2)^2]: over the density of the noise its inverse variance
+  Complex second, third;       ///< Z_2/a^2, Z_3/a^3, turned as `value`: cosine + i sine x sigma
+  std::vector<Complex> second_part, third_part;
+  Complex force;      ///< F_X [m/s^2]
+  Complex true_rate;  ///< V [rad/s]: what was taken off at the table's angle
+  Complex raw;        ///< Z_g [rad/s]
+};
+
+/// What it takes to make an observation of lines.
+struct Reduction {
+  std::vector<Level> levels;
+  std::vector<std::size_t> level_of;  ///< of each measured
+  std::vector<Seen> nominal;          ///< of each measured: what the plan's rig gives
+};
+
+/// Numbers the levels: spin axis up first, then by specific force.
+Reduction reduction_of(const Test& test, const std::vector<Measured>& measured);
+
+/// From the lines at the heading, with what the settings know beforehand.
+Relation relation_of(const std::vector<Measured>& measured, Signal output, const Settings& settings, bool encoders,
+                     Findings& findings);
+
+Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction);
+
+/// Specific force along X at the table's angle [m/s^2]: centripetal and the gravity that a tilt of the table's axis
+/// lets in.
+Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double gravity);
+
+Observation observe(const Measured& measured, const Reduction& reduction, std::size_t index, Signal output,
+                    const Relation& relation, Complex sensitivity, bool phase_known);
+
+}  // namespace tumble::dtg

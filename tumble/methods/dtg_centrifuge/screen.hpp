@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/methods/dtg_centrifuge/lines.hpp"
+
+namespace tumble::dtg {
+
+/// The levels that can be used; a finding for every other and for what is odd about those that are.
+/// Throws Error::bad_data with all reasons where none is left.
+std::vector<Measured> screened(std::vector<Measured> measured, const Test& test, bool fourier, Findings& findings);
+
+/// Whether the reference gyro shows the Earth's rate at the heading as large as the site says.
+void check_earth(const std::vector<Measured>& measured, const Test& test, Findings& findings);
+
+}  // namespace tumble::dtg

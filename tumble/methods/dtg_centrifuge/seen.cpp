@@ -1,0 +1,144 @@
+#include "tumble/methods/dtg_centrifuge/seen.hpp"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "tumble/math/circle.hpp"
+#include "tumble/math/parallel.hpp"
+
+namespace tumble::dtg {
+namespace {
+
+constexpr Eigen::Index points = 192;
+
+/// Lines that errors of the rig give besides those of the estimator: multiples of arm and theta.
+constexpr std::array<std::array<int, 2>, 8> others{{{1, 0}, {2, 0}, {1, 2}, {1, -2}, {2, 1}, {2, -1}, {2, -2}, {0, 4}}};
+constexpr Eigen::Index own = static_cast<Eigen::Index>(columns);
+constexpr Eigen::Index all = own + 2 * static_cast<Eigen::Index>(others.size());
+
+struct Instants {
+  Eigen::VectorXd tau, arm, theta;
+  Eigen::Matrix<double, points, 5> felt;  ///< f_x, f_y, f_z, w_x, w_y
+  double first = 0.0, last = 0.0;
+};
+
+double angle(const Reference& reference, const char* name, double time) {
+  double reading = 0.0;
+  for (const auto& sensor : reference.sensors)
+    if (sensor.channel.name == name) sensor.read(time, 0.0, std::span(&reading, 1));
+  return reading;
+}
+
+/// So spaced that the instants fall in step with nothing.
+Instants look(const Reference& reference, const Stretch& stretch) {
+  constexpr double golden = 0.6180339887498949;
+  Instants out;
+  out.tau.resize(points);
+  out.arm.resize(points);
+  out.theta.resize(points);
+  const double begin = stretch.begin - stretch.power_on, length = stretch.end - stretch.begin;
+  for (Eigen::Index k = 0; k < points; ++k) {
+    const double share = std::fmod(golden * static_cast<double>(k) + 0.5 / points, 1.0), time = begin + share * length;
+    Felt felt;
+    reference.felt(time, 0.0, std::span(&felt, 1));
+    out.tau[k] = 2.0 * share - 1.0;
+    out.arm[k] = angle(reference, "arm_angle", time);
+    out.theta[k] = -angle(reference, "table_angle", time);
+    out.felt.row(k) << felt.specific_force.x, felt.specific_force.y, felt.specific_force.z, felt.rate.x, felt.rate.y;
+  }
+  return out;
+}
+
+Seen lines_of(const Instants& at) {
+  Eigen::MatrixXd design(points, all);
+  design.col(0).setOnes();
+  design.col(1) = at.tau;
+  Eigen::Index next = 2;
+  const auto line = [&](int of_arm, int of_theta) {
+    for (Eigen::Index k = 0; k < points; ++k) {
+      const double turns = (of_arm * at.arm[k] + of_theta * at.theta[k]) * 0.5 / M_PI;
+      const CirclePoint p = on_circle(turns);
+      design(k, next) = p.cosine;
+      design(k, next + 1) = p.sine;
+    }
+    next += 2;
+  };
+  for (int h = 1; h <= 3; ++h) line(0, h);
+  line(1, -1);
+  line(1, 1);
+  for (const auto& [of_arm, of_theta] : others) line(of_arm, of_theta);
+  // Other lines may coincide with those of the estimator: what cannot be told apart is then theirs.
+  Eigen::MatrixXd normal = design.transpose() * design;
+  normal.diagonal().tail(all - own).array() += 1e-6 * static_cast<double>(points);
+  normal.diagonal().array() += 1e-12 * static_cast<double>(points);
+  const Eigen::LDLT<Eigen::MatrixXd> root(normal);
+  Eigen::MatrixXd b = root.solve(design.transpose() * at.felt);
+  b += root.solve(design.transpose() * (at.felt - design * b));
+  const auto phasors = [&](Eigen::Index c) {
+    return Phasors{{Complex(b(2, c), -b(3, c)), Complex(b(4, c), -b(5, c)), Complex(b(6, c), -b(7, c))},
+                   Complex(b(8, c), -b(9, c))};
+  };
+  Seen seen;
+  seen.force[0] = phasors(0);
+  seen.force[1] = phasors(1);
+  seen.force_along = b(0, 2);
+  seen.rate[0] = phasors(3);
+  seen.rate[1] = phasors(4);
+  return seen;
+}
+
+Seen seen_at(const Reference& reference, const Stretch& stretch) {
+  const Instants at = look(reference, stretch);
+  Seen seen = lines_of(at);
+  const double begin = stretch.begin - stretch.power_on, end = stretch.end - stretch.power_on;
+  for (const auto& [name, rate] : {std::pair{"arm_angle", &Seen::arm_rate}, {"table_angle", &Seen::table_rate}})
+    seen.*rate = (angle(reference, name, end) - angle(reference, name, begin)) / (end - begin);
+  return seen;
+}
+
+}  // namespace
+
+Seen seen_of(const RigPowerUp& rig, const Stretch& stretch) { return seen_at(rig.reference, stretch); }
+
+std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Stretch*>& stretches,
+                                 const std::vector<Seen>& nominal) {
+  struct Job {
+    const Plan* plan;
+    std::size_t index, count;
+  };
+  std::vector<Job> jobs;
+  std::vector<SeenShift> shifts;
+  std::map<const Plan*, bool> done;
+  for (const Stretch* stretch : stretches) {
+    const Plan* plan = test.rigs[stretch->rig].plan;
+    if (std::exchange(done[plan], true)) continue;
+    const auto errors = find_rig(plan->rig_kind).errors(plan->rig);
+    for (std::size_t e = 0; e < errors.size(); ++e) {
+      if (!(errors[e].sd > 0.0)) continue;
+      jobs.push_back({plan, e, errors.size()});
+      shifts.push_back({errors[e].name, errors[e].each_segment, nominal});
+    }
+  }
+  parallel_for(jobs.size(), [&](std::size_t k) {
+    const Job& job = jobs[k];
+    const double sd = find_rig(job.plan->rig_kind).errors(job.plan->rig)[job.index].sd;
+    std::map<std::size_t, Reference> references;
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      const RigPowerUp& rig = test.rigs[stretches[i]->rig];
+      if (rig.plan != job.plan) continue;
+      if (!references.contains(stretches[i]->rig)) {
+        RigRun run = rig.run;
+        run.errors = Matrix(job.count, run.segments.size());
+        for (std::size_t s = 0; s < run.segments.size(); ++s) run.errors(job.index, s) = sd;
+        references[stretches[i]->rig] = find_rig(job.plan->rig_kind).reference(run);
+      }
+      shifts[k].seen[i] = seen_at(references[stretches[i]->rig], *stretches[i]);
+    }
+  });
+  return shifts;
+}
+
+}  // namespace tumble::dtg
