@@ -89,6 +89,7 @@ class Levels {
 
   template <class Of>
   Function zeta(std::size_t level, const Of& of) const {
+    if (first(level) == level) return {0.0, Row(size())};
     const Function here = of(level), there = of(first(level));
     if (!(there.value > 0.0)) return {std::nan(""), Row(size())};
     return {here.value / there.value - 1.0, plus(times(1.0 / there.value, here.gradient),
@@ -254,7 +255,7 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
   const double left = outcome.levels.fit.slow_variance.front();
   const double within = outcome.levels.fit.white_variance / weight, between = left + within;
   const Unit unit = sensitivity();
-  if (!(left > 1e-3 * within)) {
+  if (!(left > 0.05 * within)) {
     findings.push_back(
         {Severity::info,
          fmt::format("{}turn_on_repeatability is not seen: the power-ups differ no more than the noise explains; below "

@@ -50,7 +50,9 @@ struct Polynomial {
   std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level
 };
 
-/// Generalised least squares on the levels with their whole covariance; the order by AICc, or as told (-1: AICc).
+/// Generalised least squares on the levels with their whole covariance, so that what is common to the levels (gain and
+/// azimuth of the reference gyro) is learnt from their pattern too. The order as told, or with -1 the lowest whose AICc
+/// is within 4 of the least.
 Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 

@@ -171,7 +171,7 @@ struct Rates {
 Rates rates_from_data(const Channels& channels, const Stretch& stretch) {
   Rates rates{stretch.arm_rate, stretch.table_rate};
   const double part = (stretch.end - stretch.begin) / parts;
-  for (int round = 0; round < 4; ++round) {
+  for (int round = 0; round < 8; ++round) {
     const Angles angles(rates.arm, rates.table, 0.5 * (stretch.begin + stretch.end));
     std::vector<Complex> theta, beta;
     for (Group& group : groups_of(channels)) {
@@ -192,7 +192,7 @@ Rates rates_from_data(const Channels& channels, const Stretch& stretch) {
     if (std::isnan(of_beta)) of_beta = 0.0;
     rates.table -= of_theta;
     rates.arm += of_theta + of_beta;
-    if (std::abs(of_theta) * (stretch.end - stretch.begin) < 1e-3) break;
+    if ((std::abs(of_theta) + std::abs(of_beta)) * (stretch.end - stretch.begin) < 1e-6) break;
   }
   return rates;
 }

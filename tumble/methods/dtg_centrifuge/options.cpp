@@ -23,7 +23,7 @@ std::vector<Option> options() {
        "1",
        "auto",
        {"auto", "constant", "cubic", "quintic"},
-       "of the drift in specific force, eq. (1.13); auto: the lowest AICc"},
+       "of the drift in specific force, eq. (1.13); auto: the simplest whose AICc is within 4 of the lowest"},
       {"settling", Type::quantity, "s", "1 s", {}, "time dropped in each segment after the rig has settled"},
       {"averaging",
        Type::quantity,
