@@ -9,7 +9,7 @@
 #include <set>
 
 #include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/math/parallel.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
@@ -52,8 +52,12 @@ Channels channels_of(const Evidence& evidence, std::size_t r, std::vector<std::s
         s == gyro_y ? channel_for(evidence, recording, roles[s]) : &require_channel(evidence, recording, roles[s]);
   out.arm = channel_for(evidence, recording, "arm_angle");
   out.table = channel_for(evidence, recording, "table_angle");
-  for (const Channel* channel : {out.signal[gyro], out.signal[gyro_y], out.signal[reference], out.arm, out.table})
-    if (channel != nullptr) complain_of(*channel, recording.origin.file, problems);
+  const std::array all{out.signal[gyro], out.signal[gyro_y], out.signal[reference], out.arm, out.table};
+  std::array<std::vector<std::string>, all.size()> found;
+  parallel_for(all.size(), [&](std::size_t k) {
+    if (all[k] != nullptr) complain_of(*all[k], recording.origin.file, found[k]);
+  });
+  for (const auto& some : found) problems.insert(problems.end(), some.begin(), some.end());
   return out;
 }
 
