@@ -127,6 +127,28 @@ void say_missing(const Test& test, bool fourier, Findings& findings) {
        ""});
 }
 
+/// What the plain difference of the source leaves of the true rate, by the reference gyro as the Earth's rate shows it.
+void say_left(const std::vector<Measured>& measured, const Outcome& outcome, const Settings& settings, bool encoders,
+              Findings& findings) {
+  Findings unused;
+  const Relation relation = relation_of(measured, gyro, settings, encoders, unused);
+  double worst = 0.0;
+  for (const Observation& one : outcome.observations) {
+    const Complex c = std::conj(relation.c(measured[one.measured].stretch->spin_up));
+    worst = std::max(worst, std::abs((c - 1.0) * one.true_rate / one.force / one.value));
+  }
+  if (!relation.from_earth || worst < 1e-3) return;
+  findings.push_back(
+      {Finding::Severity::warning,
+       fmt::format(
+           "the plain difference leaves what the reference gyro shows otherwise than the gyro: by the line of the "
+           "Earth's rate its gain is {:.2g} % off and its azimuth {:.2g} deg, and of the true rate up to {:.2g} % of "
+           "the sensitive term is left; the uncertainties do not hold it unless reference_gain_sd and "
+           "reference_azimuth_sd are given. estimator = \"regression\" takes it off",
+           100.0 * (std::exp(-relation.log_gain) - 1.0), relation.azimuth / si(1.0, "deg"), 100.0 * worst),
+       ""});
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   refuse_impossible(settings);
@@ -155,8 +177,10 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   for (const Signal output : {gyro, gyro_y}) {
     const bool whole = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
     if (output == gyro_y && (!whole || fourier || !test.encoders)) continue;
-    describe(outcome_of(test, measured, reduction, cells, shifts, settings, output, sensitivity, estimate.findings),
-             measured, reduction, ledger, estimate);
+    const Outcome outcome =
+        outcome_of(test, measured, reduction, cells, shifts, settings, output, sensitivity, estimate.findings);
+    if (fourier) say_left(measured, outcome, settings, test.encoders, estimate.findings);
+    describe(outcome, measured, reduction, ledger, estimate);
   }
   ledger.settle(estimate);
   report(progress, 1.0, "done");

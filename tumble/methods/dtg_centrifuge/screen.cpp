@@ -69,21 +69,6 @@ std::string refusal(const Measured& m, bool fourier) {
   return "";
 }
 
-void compare_rates(const Measured& m, Findings& findings) {
-  const Stretch& s = *m.stretch;
-  const double net = s.arm_rate + s.table_rate;
-  const double off = std::max(std::abs(m.arm_rate / s.arm_rate - 1.0), std::abs(m.table_rate / s.table_rate - 1.0));
-  const double net_off = net != 0.0 ? std::abs(m.beta_rate() / net - 1.0) : 0.0;
-  if (off < 1e-3 && net_off < 1e-2) return;
-  findings.push_back(
-      {Severity::warning,
-       fmt::format("arm and table turn at {:.6g} and {:.6g} deg/s, net {:.5g}, but the plan says {:.6g} and "
-                   "{:.6g}, net {:.5g}: the rates as turned are used",
-                   deg_per_s(m.arm_rate), deg_per_s(m.table_rate), deg_per_s(m.beta_rate()), deg_per_s(s.arm_rate),
-                   deg_per_s(s.table_rate), deg_per_s(net)),
-       where_of(s)});
-}
-
 /// One finding for all segments with the same words.
 class Collected {
  public:
@@ -106,6 +91,20 @@ class Collected {
   std::map<std::string, int> more_;
 };
 
+void compare_rates(const Measured& m, Collected& collected) {
+  const Stretch& s = *m.stretch;
+  const double net = s.arm_rate + s.table_rate;
+  const double off = std::max(std::abs(m.arm_rate / s.arm_rate - 1.0), std::abs(m.table_rate / s.table_rate - 1.0));
+  const double net_off = net != 0.0 ? std::abs(m.beta_rate() / net - 1.0) : 0.0;
+  if (off < 1e-3 && net_off < 1e-2) return;
+  collected.add(Severity::warning,
+                fmt::format("arm and table turn at {:.6g} and {:.6g} deg/s, net {:.5g}, but the plan says {:.6g} and "
+                            "{:.6g}, net {:.5g}: the rates as turned are used",
+                            deg_per_s(m.arm_rate), deg_per_s(m.table_rate), deg_per_s(m.beta_rate()),
+                            deg_per_s(s.arm_rate), deg_per_s(s.table_rate), deg_per_s(net)),
+                where_of(s));
+}
+
 }  // namespace
 
 std::vector<Measured> screened(std::vector<Measured> measured, const Test& test, bool fourier, Findings& findings) {
@@ -123,7 +122,7 @@ std::vector<Measured> screened(std::vector<Measured> measured, const Test& test,
       collected.add(Severity::error, m.of[gyro_y].fault + ": left out", where_of(s));
       m.of[gyro_y].present = false;
     }
-    compare_rates(m, findings);
+    compare_rates(m, collected);
     if (!test.encoders && !m.rates_found)
       collected.add(Severity::warning, "no line stands out at the table's rate, so the rates are taken from the plan",
                     where_of(s));
