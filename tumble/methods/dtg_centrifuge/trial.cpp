@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/math/random.hpp"
@@ -77,24 +78,38 @@ Plan plan_of_trial(const std::vector<Option>& options) {
   return plan;
 }
 
-/// Each power-up has its own D_x and D_y: what that adds to the output, from the plan's specific force.
-void add_turn_on(const Plan& plan, std::uint64_t seed, Recording& recording) {
-  Channel& gyro = recording.channels.front();
+/// What accelerometers beside the gyro would show, from the angles: f_X, f_Y, f_Z.
+std::vector<Channel> specific_force(const Plan& plan, const Recording& recording) {
   const Channel& arm = *find_channel(recording, "arm_angle");
   const Channel& table = *find_channel(recording, "table_angle");
+  const double r = plan.rig.number("radius"), rate = arm.timeline.rate;
+  std::vector<Channel> out;
+  for (const char* axis : {"x", "y", "z"})
+    out.push_back({std::string("specific_force_") + axis, QuantityKind::specific_force, Unit::parse("g"), arm.timeline,
+                   std::vector<double>(arm.values.size(), si(1.0, "g"))});
+  for (std::size_t i = 0; i < arm.values.size(); ++i) {
+    const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, arm.values.size() - 1);
+    const double w = rate * (arm.values[after] - arm.values[before]) / static_cast<double>(after - before);
+    // the arm's angle starts anew with each power-up
+    const double a = std::abs(w) < si(2000.0, "deg/s") ? w * w * r : 0.0;
+    out[0].values[i] = -a * std::cos(table.values[i]);
+    out[1].values[i] = a * std::sin(table.values[i]);
+  }
+  return out;
+}
+
+/// Each power-up has its own D_x and D_y: what that adds to the output.
+void add_turn_on(std::uint64_t seed, const std::vector<Channel>& force, Recording& recording) {
+  Channel& gyro = recording.channels.front();
   const RandomStream random = RandomStream(seed).split("turn-on of the drift");
   const double unit = si(repeatability, "deg/h/g");
-  const double r = plan.rig.number("radius"), rate = gyro.timeline.rate;
   for (std::size_t m = 0; m < recording.marks.size(); ++m) {
     const std::size_t begin = index_at(gyro, recording.marks[m].begin);
     const std::size_t end =
         m + 1 < recording.marks.size() ? index_at(gyro, recording.marks[m + 1].begin) : gyro.values.size();
     const auto draw = 2 * static_cast<std::uint64_t>(recording.marks[m].run);
     const double x = unit * random.normal(draw), y = unit * random.normal(draw + 1);
-    for (std::size_t i = begin + 1; i + 1 < end; ++i) {
-      const double w = 0.5 * rate * (arm.values[i + 1] - arm.values[i - 1]), a = w * w * r;
-      gyro.values[i] -= a * (x * std::cos(table.values[i]) - y * std::sin(table.values[i]));
-    }
+    for (std::size_t i = begin; i < end; ++i) gyro.values[i] += x * force[0].values[i] + y * force[1].values[i];
   }
 }
 
@@ -114,7 +129,9 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   out.evidence.plan = plan_of_trial(options);
   Recording recording = simulate(out.evidence.plan, seed, {});
   std::erase_if(recording.channels, [](const Channel& channel) { return channel.name == "gyro_y"; });
-  add_turn_on(out.evidence.plan, seed, recording);
+  auto force = specific_force(out.evidence.plan, recording);
+  add_turn_on(seed, force, recording);
+  for (Channel& channel : force) recording.channels.push_back(std::move(channel));
   out.evidence.recordings.push_back(std::move(recording));
   const double first = K(acceleration(arm_rates[0]));
   int level = 1;
