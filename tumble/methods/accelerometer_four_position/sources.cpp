@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/methods/eigen/view.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 
 namespace tumble::methods::four {
 namespace {
@@ -57,7 +58,7 @@ std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const 
   VectorXd noise = VectorXd::Zero(stretches), counting = VectorXd::Zero(stretches);
   for (const auto& position : bench.positions) {
     noise[at(position.stretch)] = bench.white / position.seconds;
-    counting[at(position.stretch)] = bench.pulse * bench.pulse / 6.0 / (position.seconds * position.seconds);
+    counting[at(position.stretch)] = rounding_variance(bench.pulse, position.seconds);
   }
   add(sources, "output noise", all.slope * noise.asDiagonal() * all.slope.transpose());
   if (bench.pulse > 0.0) add(sources, "counting", all.slope * counting.asDiagonal() * all.slope.transpose());

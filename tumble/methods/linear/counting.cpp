@@ -3,11 +3,10 @@
 #include <numbers>
 
 #include "tumble/methods/linear/rows.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 
 namespace tumble::linear {
 namespace {
-
-constexpr double of_a_reading = 1.0 / 12.0;  ///< [pulse^2] variance of the part of a pulse that a reading leaves out
 
 /// Stretches of samples without a hole in it: each begins and ends with a reading of the counter.
 double pieces_of(const Stretch& stretch) {
@@ -44,7 +43,7 @@ Blocks blocks_of(const Problem& problem, const Rows& rows, std::size_t first, st
   }
   blocks.mean /= time;
   const std::size_t n = end - first;
-  const double unit = problem.pulse * problem.pulse * of_a_reading;
+  const double unit = problem.pulse * problem.pulse * reading_variance;
   for (std::size_t k = 1; k < n; ++k) {
     double wave = 0.0, differences = 0.0, before = 0.0;
     for (std::size_t b = 0; b < n; ++b) {
@@ -107,7 +106,7 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
     const Stretch& stretch = evidence.stretches[g];
     if (!stretch.steady && !stretch.even) continue;
-    const double sd = problem.pulse * std::sqrt(2.0 * of_a_reading * pieces_of(stretch)) / rows.segments[g].duration;
+    const double sd = std::sqrt(pieces_of(stretch) * rounding_variance(problem.pulse, rows.segments[g].duration));
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),
               effect.column.begin() + static_cast<std::ptrdiff_t>(end), sd);
     if (!rows.output.empty()) all.push_back(blocks_of(problem, rows, first, end));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 
 namespace tumble::random_vibration {
@@ -33,7 +34,7 @@ double motion_sd(const Exposure& exposure, const Measured& unit) {
 }
 
 double counting_sd(const Exposure& exposure, const Data& data, const Measured& unit) {
-  return std::sqrt(vibration::rounding_variance(data.units[unit.unit], exposure.window));
+  return std::sqrt(rounding_variance(data.units[unit.unit].pulse, exposure.window));
 }
 
 /// What neither motion nor rounding explains; NaN where only the density is known and hides it.

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "tumble/core/say.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
@@ -59,8 +60,7 @@ Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest&
     (series.middle() < vibrating.middle() ? rest.before : rest.after) = mean;
     rest.value += part.weight * mean;
     const auto n = static_cast<double>(series.force.size());
-    const double rounding = pulse / (n * series.window);
-    double variance = rounding * rounding / 6.0, freedom = 1e6;
+    double variance = rounding_variance(pulse, n * series.window), freedom = 1e6;
     if (series.force.size() >= 64) {
       const auto run = long_run({series.force}, highest_share, true);
       const auto& density = run.density.front();

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/math/least_squares.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/units/error.hpp"
 
@@ -132,7 +133,7 @@ MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool lo
     data.weights.push_back(point.duration);
     data.segment.push_back(k);
     // a difference of two counter readings: 1/6 count^2
-    counts.column[k] = std::abs(slope) * g * std::sqrt(1.0 / 6.0) / (options.edges * point.duration);
+    counts.column[k] = std::abs(slope) * std::sqrt(rounding_variance(g, options.edges * point.duration));
   }
   data.effects.push_back(std::move(counts));
   for (std::size_t e = 0; e < sweep.effects.size(); ++e) {

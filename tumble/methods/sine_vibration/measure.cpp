@@ -10,6 +10,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/sine_fit.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine {
@@ -282,8 +283,8 @@ int hidden_harmonic(double frequency, double interval, double span) {
 }
 
 double sd_from_window(double amplitude, double frequency, double window, double pulse) {
-  const double line = amplitude * sinc(frequency * window), q = pulse > 0.0 ? pulse / window : 0.0;
-  return std::sqrt(0.5 * line * line + q * q / 6.0);
+  const double line = amplitude * sinc(frequency * window);
+  return std::sqrt(0.5 * line * line + rounding_variance(pulse, window));
 }
 
 std::string objection(double frequency, double window, double interval, double span) {

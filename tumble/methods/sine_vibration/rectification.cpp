@@ -8,6 +8,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/methods/linear/slow.hpp"
+#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine {
@@ -105,7 +106,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
     for (std::size_t b = 0; b < part.line->block_mean.size(); ++b) {
       const double seconds = part.line->block_seconds[b];
       scatter += seconds * std::pow(part.line->block_mean[b] - part.line->mean, 2);
-      rounded += pulse * pulse / 6.0 / seconds;
+      rounded += seconds * rounding_variance(pulse, seconds);
     }
   const double keep = scatter > 0.0 ? std::sqrt(std::max(1e-6, 1.0 - rounded / scatter)) : 1.0;
   std::size_t n = 0;
@@ -117,7 +118,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
     const auto& series = data.series[parts[p].series];
     const Line& line = *parts[p].line;
     const std::size_t g = groups.of_part[p];
-    const double sd = pulse / std::sqrt(6.0) / (static_cast<double>(line.samples) * series.window);
+    const double sd = std::sqrt(rounding_variance(pulse, static_cast<double>(line.samples) * series.window));
     for (std::size_t b = 0; b < line.block_mean.size(); ++b, ++i) {
       m.observations.push_back(line.mean + keep * (line.block_mean[b] - line.mean));
       m.weights.push_back(line.block_seconds[b]);

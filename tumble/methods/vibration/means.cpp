@@ -2,16 +2,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/vibration/vibration.hpp"
 
 namespace tumble::vibration {
 
 double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
-
-double rounding_variance(const UnitUnderTest& unit, double window) {
-  const double q = unit.pulse / window;
-  return q * q / 6.0;
-}
 
 Mean mean_of(const Series& series, double pulse) {
   constexpr std::size_t blocks = 16;
@@ -30,13 +26,13 @@ Mean mean_of(const Series& series, double pulse) {
   const double n = static_cast<double>(mean.windows);
   mean.value = total / n;
   const double time = n * series.window;
-  const double rounding = pulse * pulse / 6.0 / (time * time);
+  const double rounding = rounding_variance(pulse, time);
   double squares = 0.0, used = 0.0, rounding_of_blocks = 0.0;
   for (std::size_t b = 0; b < blocks; ++b) {
     if (count[b] == 0.0) continue;
     const double off = sum[b] / count[b] - mean.value;
     squares += count[b] * off * off;
-    rounding_of_blocks += pulse * pulse / 6.0 / (count[b] * series.window * series.window);
+    rounding_of_blocks += count[b] * rounding_variance(pulse, count[b] * series.window);
     ++used;
   }
   mean.degrees_of_freedom = std::max(1.0, used - 1.0);

@@ -100,9 +100,6 @@ struct Mean {
 /// blocks, with the rounding of these taken off.
 Mean mean_of(const Series& series, double pulse);
 
-/// 1/6 pulse^2 as the variance of one window [(m/s^2)^2]: the average over the fraction of a pulse (3.14).
-double rounding_variance(const UnitUnderTest& unit, double window);
-
 /// sin(pi x)/(pi x)
 double sinc(double x);
 
