@@ -8,11 +8,15 @@
 #include <set>
 
 #include "tumble/math/allan_fit.hpp"
-#include "tumble/math/eigen/view.hpp"
 #include "tumble/math/least_squares.hpp"
+#include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::dtg {
 namespace {
+
+using methods::at;
+using methods::map;
+using methods::plain;
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;

@@ -5,10 +5,14 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::dtg {
 namespace {
+
+using methods::at;
+using methods::map;
+using methods::plain;
 
 using Vector = Eigen::Map<const Eigen::VectorXd>;
 
