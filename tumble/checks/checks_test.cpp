@@ -134,6 +134,29 @@ TEST(Checks, StuckOutput) {
   EXPECT_EQ(findings_of("stuck_output", recording({channel("gyro", "pulse", counts)})).size(), 1u);
 }
 
+// Two positions of a quiet unit: one just between two pulses, one well within one.
+TEST(Checks, QuietCountsOfAPositionAreNeitherStuckNorSaturated) {
+  auto counts = white(400, 7);
+  for (std::size_t i = 0; i < 400; ++i)
+    counts[i] = i < 200 ? std::round(10.5 + 2.0 * counts[i]) : i < 300 ? 30.0 : std::round(20.5 + 0.5 * counts[i]);
+  Recording two = recording({channel("accelerometer", "pulse", counts, 1.0)});
+  EXPECT_EQ(findings_of("stuck_output", two).size() + findings_of("saturation", two).size(), 1u);
+  two.marks = {{"a", 0.0, 1}, {"b", 200.0, 1}, {"c", 300.0, 1}};
+  EXPECT_EQ(said(findings_of("stuck_output", two)) + said(findings_of("saturation", two)), "");
+  // but stuck within its noise it is
+  for (std::size_t i = 60; i < 140; ++i) two.channels[0].values[i] = 10.0;
+  EXPECT_EQ(findings_of("stuck_output", two).size(), 1u);
+}
+
+TEST(Checks, ConstantCountsOfOnePositionAreNoError) {
+  Recording one = recording({channel("accelerometer", "pulse", std::vector<double>(100, 14185.0))});
+  one.origin.file = "p1.csv";
+  EXPECT_EQ(findings_of("stuck_output", one)[0].severity, Finding::Severity::error);
+  Plan plan;
+  plan.recordings = {{"p1.csv", "up", 0, nullptr}};
+  EXPECT_EQ(findings_of("stuck_output", one, &plan)[0].severity, Finding::Severity::info);
+}
+
 TEST(Checks, ConstantChannel) {
   const std::vector<double> flat(100, 25.0);
   EXPECT_EQ(only("stuck_output", recording({channel("gyro", "deg/h", flat)})), "gyro: constant: 25 deg/h throughout");

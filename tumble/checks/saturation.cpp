@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/texture.hpp"
@@ -45,6 +47,27 @@ std::size_t abrupt_plateaus(const std::vector<double>& values, double extreme, d
   return plateaus;
 }
 
+/// Counts of a position that a quiet unit shows, all the same but for one pulse: no pile at the end of a range. Whether
+/// that is what the position should show is for the method to judge.
+bool quiet_position(const Channel& channel, const std::vector<Mark>& marks, double extreme) {
+  if (channel.kind != QuantityKind::count || marks.empty()) return false;
+  std::size_t there = 0, near = 0, all = 0;
+  for (std::size_t m = 0; m < marks.size(); ++m) {
+    const std::size_t begin = std::min(index_at(channel, marks[m].begin), channel.values.size());
+    const std::size_t end = m + 1 < marks.size()
+                                ? std::min(index_at(channel, marks[m + 1].begin), channel.values.size())
+                                : channel.values.size();
+    const auto values = std::span(channel.values).subspan(begin, std::max(begin, end) - begin);
+    const auto at = static_cast<std::size_t>(std::ranges::count(values, extreme));
+    if (at <= there) continue;
+    const double pulse = channel.unit.factor();
+    there = at, all = values.size();
+    near = static_cast<std::size_t>(
+        std::ranges::count_if(values, [&](double v) { return std::abs(v - extreme) <= 1.5 * pulse; }));
+  }
+  return 2 * near > all;
+}
+
 Finding finding(const Channel& channel, double extreme, std::size_t count, const char* side) {
   std::size_t first = 0;
   while (channel.values[first] != extreme) ++first;
@@ -55,7 +78,7 @@ Finding finding(const Channel& channel, double extreme, std::size_t count, const
           channel.name};
 }
 
-Findings look_at(const Channel& channel) {
+Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   End high, low;
   for (const double value : channel.values) {
     high.add(value);
@@ -67,7 +90,7 @@ Findings look_at(const Channel& channel) {
   const bool wide = high.extreme + low.extreme > 8.0 * texture.quantum;
   for (const auto& [end, sign, side] : {std::tuple{high, 1.0, "highest"}, std::tuple{low, -1.0, "lowest"}}) {
     const double extreme = sign * end.extreme;
-    const bool cut_off = texture.noisy && wide && piled_up(end);
+    const bool cut_off = texture.noisy && wide && piled_up(end) && !quiet_position(channel, marks, extreme);
     if (cut_off || (wide && end.at_extreme >= 20 && abrupt_plateaus(channel.values, extreme, texture.quantum) >= 10))
       findings.push_back(finding(channel, extreme, end.at_extreme, side));
   }
@@ -77,7 +100,7 @@ Findings look_at(const Channel& channel) {
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const Channel& channel : recording.channels)
-    for (auto& finding : look_at(channel)) findings.push_back(std::move(finding));
+    for (auto& finding : look_at(channel, recording.marks)) findings.push_back(std::move(finding));
   return findings;
 }
 

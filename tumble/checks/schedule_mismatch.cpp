@@ -37,6 +37,7 @@ Schedule planned(const Recording& recording, const Plan& plan) {
   for (const Segment& segment : plan.schedule)
     if ((entry->segment.empty() || segment.label == entry->segment) && (entry->run == 0 || segment.run == entry->run))
       segments.push_back(segment);
+  if (!entry->segment.empty() && segments.size() > 1) segments.resize(1);  // a repeat has a file of its own
   return segments;
 }
 

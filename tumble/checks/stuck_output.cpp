@@ -36,15 +36,37 @@ bool out_of_place(std::span<const double> values, std::size_t begin, std::size_t
   return true;
 }
 
+/// Where the stretches of samples begin with which a run is compared, and the end of all: the whole channel, but of
+/// counts the segments. How often counts repeat depends on the part of a pulse that is left over at what is felt there,
+/// not on the noise alone.
+std::vector<std::size_t> borders_of(const Channel& channel, const std::vector<Mark>& marks) {
+  std::vector<std::size_t> borders{0, channel.values.size()};
+  if (channel.kind == QuantityKind::count)
+    for (const auto& mark : marks) borders.push_back(std::min(index_at(channel, mark.begin), channel.values.size()));
+  std::ranges::sort(borders);
+  return borders;
+}
+
+/// Whether a run is out of place in its segment. One that fills its segment nearly whole is not.
+bool out_of_place_in_segment(std::span<const double> values, const std::vector<std::size_t>& borders, std::size_t begin,
+                             std::size_t length) {
+  const auto last = std::ranges::upper_bound(borders, begin);
+  const std::size_t from = *std::prev(last), to = *last;
+  if (begin + length > to) return out_of_place(values, begin, length);
+  if (borders.size() > 2 && from + 32 > begin && begin + length + 32 > to) return false;
+  return out_of_place(values.subspan(from, to - from), begin - from, length);
+}
+
 /// Runs of equal values of at least `shortest` samples, those at the channel's extremes left to the saturation check.
-Stuck stuck_runs(const std::vector<double>& values, std::size_t shortest, double lowest, double highest) {
+Stuck stuck_runs(const std::vector<double>& values, const std::vector<std::size_t>& borders, std::size_t shortest,
+                 double lowest, double highest) {
   Stuck stuck;
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= values.size(); ++i) {
     if (i < values.size() && values[i] == values[begin]) continue;
     const std::size_t length = i - begin;
     if (length >= shortest && values[begin] != lowest && values[begin] != highest &&
-        out_of_place(values, begin, length)) {
+        out_of_place_in_segment(values, borders, begin, length)) {
       ++stuck.times;
       stuck.samples += length;
       if (length > stuck.longest) stuck.longest = length, stuck.longest_begin = begin;
@@ -58,7 +80,7 @@ bool carries_the_answer(QuantityKind kind) {
   return kind == QuantityKind::angular_rate || kind == QuantityKind::specific_force || kind == QuantityKind::velocity;
 }
 
-Findings look_at(const Channel& channel) {
+Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool one_segment) {
   double lowest = INFINITY, highest = -INFINITY;
   std::size_t present = 0;
   for (const double value : channel.values) {
@@ -68,14 +90,15 @@ Findings look_at(const Channel& channel) {
   }
   if (present < 2) return {};
   if (lowest == highest) {
-    const bool matters = carries_the_answer(channel.kind) || channel.kind == QuantityKind::count;
+    // the file of one position of a quiet unit may well hold the same count throughout
+    const bool matters = carries_the_answer(channel.kind) || (channel.kind == QuantityKind::count && !one_segment);
     return {{matters ? Finding::Severity::error : Finding::Severity::info,
              "constant: " + say_value(lowest, channel.unit) + " throughout", channel.name}};
   }
   const Texture texture = texture_of(channel.values);
   if (!texture.noisy) return {};
   const std::size_t shortest = improbable_length(channel.values.size(), texture.repeats);
-  const Stuck stuck = stuck_runs(channel.values, shortest, lowest, highest);
+  const Stuck stuck = stuck_runs(channel.values, borders_of(channel, marks), shortest, lowest, highest);
   if (stuck.times == 0) return {};
   const double length = channel.time(stuck.longest_begin + stuck.longest - 1) - channel.time(stuck.longest_begin);
   return {
@@ -86,10 +109,17 @@ Findings look_at(const Channel& channel) {
        channel.name}};
 }
 
-Findings run(const Recording& recording, const Plan*) {
+bool holds_one_segment(const Recording& recording, const Plan* plan) {
+  return plan && std::ranges::any_of(plan->recordings, [&](const RecordingEntry& entry) {
+           return entry.file == recording.origin.file && !entry.segment.empty();
+         });
+}
+
+Findings run(const Recording& recording, const Plan* plan) {
   Findings findings;
+  const bool one_segment = holds_one_segment(recording, plan);
   for (const Channel& channel : recording.channels)
-    for (auto& finding : look_at(channel)) findings.push_back(std::move(finding));
+    for (auto& finding : look_at(channel, recording.marks, one_segment)) findings.push_back(std::move(finding));
   return findings;
 }
 
