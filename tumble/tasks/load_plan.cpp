@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -83,6 +84,12 @@ void read_site(Reading& reading, const toml::table& table) {
   if (std::abs(site.longitude) > 2 * std::numbers::pi) section.problem_at("longitude", "must be from -360 to 360 deg");
   if (std::abs(site.height) > 1e5) section.problem_at("height", "must be from -100 to 100 km");
   if (site.gravity && !(*site.gravity > 0.0)) section.problem_at("gravity", "must be above zero");
+  // what rock and relief do to gravity stays below 1e-3 of it
+  else if (const double normal = normal_gravity(site.latitude, site.height);
+           site.gravity && std::abs(*site.gravity / normal - 1.0) > 0.01)
+    section.problem_at("gravity",
+                       fmt::format("{:g} m/s^2 cannot be: at this latitude and height it is about {:.3f} m/s^2",
+                                   *site.gravity, normal));
   section.close();
   reading.plan.site = site;
 }
