@@ -6,11 +6,14 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "tumble/core/say.hpp"
+#include "tumble/earth/earth.hpp"
+#include "tumble/math/least_squares.hpp"
 #include "tumble/methods/accelerometer/samples.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/units/error.hpp"
@@ -97,6 +100,27 @@ class Means {
     look.enough = x.rows() > qr.rank() && qr.rank() == x_.cols();
     for (const auto i : left_out) look.predicted.push_back(x_.row(at(i)).dot(b));
     return look;
+  }
+
+  /// Residuals where the outputs of two segments are exchanged: the two for which they are least.
+  struct Exchange {
+    std::size_t first = 0, second = 0;
+    double rms = std::numeric_limits<double>::infinity();
+  };
+  Exchange best_exchange() const {
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x_);
+    const Eigen::Index n = x_.rows();
+    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, qr.rank());
+    const Eigen::MatrixXd project = Eigen::MatrixXd::Identity(n, n) - q * q.transpose();
+    const Eigen::VectorXd residual = project * y_;
+    Exchange best;
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < i; ++j) {
+        const double rms = (residual + (y_[j] - y_[i]) * (project.col(i) - project.col(j))).norm() /
+                           std::sqrt(static_cast<double>(n - qr.rank()));
+        if (rms < best.rms) best = {static_cast<std::size_t>(j), static_cast<std::size_t>(i), rms};
+      }
+    return best;
   }
 
  private:
@@ -211,9 +235,9 @@ void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fo
     for (const double sign : {1.0, -1.0})
       if (const auto labels = clipped(found.solution, sign); !labels.empty())
         problems.push_back(
-            fmt::format("{} show the same output, the {} of all, but feel different specific forces: "
-                        "the output is clipped; extend its range, or take these segments out of the "
-                        "recording",
+            fmt::format("{} show the same output, the {} of all, but should feel different specific forces: the output "
+                        "is clipped, or the rig was not moved between them; extend its range, or take the wrong ones "
+                        "out of the recording",
                         quoted(labels), sign > 0.0 ? "greatest" : "least"));
   if (problems.empty())
     if (const auto labels = short_of_the_others(found.solution); labels.size() > 1)
@@ -225,31 +249,83 @@ void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fo
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
+namespace {
+
+/// By how much residuals must shrink to be more than the luck of the best of so many attempts, one time in ten
+/// thousand.
+double beyond_luck(std::size_t attempts, std::size_t freedom) {
+  const double t = student_quantile(1.0 - 0.5e-4 / static_cast<double>(attempts), static_cast<double>(freedom));
+  return std::max(5.0, std::sqrt(1.0 + t * t / static_cast<double>(freedom)));
+}
+
+Finding exchanged(const SegmentSummary& one, const SegmentSummary& other, double times) {
+  return warning(
+      fmt::format("the outputs of '{}' and '{}' are exchanged, it seems: the other way round all agree {:.0f} "
+                  "times better. Are files or labels mixed up?",
+                  one.label, other.label, times));
+}
+
+}  // namespace
+
 Findings about_misplaced(const Solution& solution) {
-  const std::size_t n = solution.segments.size();
-  if (n < solution.columns.size() + 3 || std::isnan(solution.segments.front().measured)) return {};
+  const std::size_t n = solution.segments.size(), p = solution.columns.size();
+  if (n < p + 3 || std::isnan(solution.segments.front().measured)) return {};
   const Means means(solution);
   const double all = means.without({}).rms;
   std::size_t odd = 0;
   Look best{all, false, {}};
   for (std::size_t i = 0; i < n; ++i)
     if (const Look look = means.without({i}); look.enough && look.rms < best.rms) odd = i, best = look;
+  const auto exchange = means.best_exchange();
+  const auto apart = [&](double difference, const SegmentSummary& s) { return std::abs(difference) > 20.0 * s.sd; };
+  const auto &one = solution.segments[exchange.first], &other = solution.segments[exchange.second];
+  if (exchange.rms < best.rms && exchange.rms * beyond_luck(n * (n - 1) / 2, n - p) < all &&
+      apart(one.measured - other.measured, one))
+    return {exchanged(one, other, all / exchange.rms)};
   if (!best.enough) return {};
   const auto& segment = solution.segments[odd];
   const double expected = best.predicted[0];
-  if (!(best.rms * 5.0 < all) || std::abs(segment.measured - expected) < 20.0 * segment.sd) return {};
+  if (!(best.rms * beyond_luck(n, n - p - 1) < all) || !apart(segment.measured - expected, segment)) return {};
   std::string where;
-  for (const auto& other : solution.segments)
-    if (&other != &segment && where.empty() &&
-        std::abs(other.measured - segment.measured) <
-            10.0 * (best.rms + segment.sd) + 1e-6 * std::abs(segment.measured))
-      where = fmt::format(" It reads as '{}' does: was the rig moved between them?", other.label);
+  for (const auto& next : solution.segments)
+    if (&next != &segment && where.empty() &&
+        std::abs(next.measured - segment.measured) < 10.0 * (best.rms + segment.sd) + 1e-6 * std::abs(segment.measured))
+      where = fmt::format(" It reads as '{}' does: was the rig moved between them?", next.label);
   const Unit g = Unit::parse("g");
-  return {warning(fmt::format(
-      "'{}' does not agree with the others: it shows {}, they say {}, and without it they agree "
-      "{:.0f} times better. Take it again, or out of the recording.{}",
-      segment.label, say_difference(segment.measured, g), say_difference(expected, g), all / best.rms, where))};
+  return {warning(
+      fmt::format("'{}' does not agree with the others: it shows {}, {} off what they say, and without it they agree "
+                  "{:.0f} times better. Take it again, or out of the recording.{}",
+                  segment.label, say_difference(segment.measured, g), say_difference(segment.measured - expected, g),
+                  all / best.rms, where))};
 }
+
+namespace {
+
+/// Coefficients that no accelerometer has, however well they fit: with few positions they take up what a clipped or
+/// overflown output leaves.
+Findings about_sizes(const Estimate& estimate) {
+  constexpr double most = 0.01;  // of the specific force at 1 g
+  Findings findings;
+  for (const auto& [name, power] :
+       {std::pair{"second_order_coefficient", 1.0}, std::pair{"third_order_coefficient", 2.0},
+        std::pair{"cross_coupling_ip", 1.0}, std::pair{"cross_coupling_io", 1.0}}) {
+    const Parameter* found = find_parameter(estimate, name);
+    if (!found) continue;
+    const double share = found->value * std::pow(standard_gravity, power);
+    const auto j = static_cast<std::size_t>(found - estimate.parameters.data());
+    if (std::abs(share) < most || std::abs(found->value) < 10.0 * standard_uncertainty(estimate, j)) continue;
+    findings.push_back(
+        {Finding::Severity::error,
+         fmt::format(
+             "{} comes to {:.2g} % of the output at 1 g, which no sound accelerometer has: is the output "
+             "clipped, did the counter overflow, are the positions those of the plan? More positions would tell",
+             name, 100.0 * share),
+         ""});
+  }
+  return findings;
+}
+
+}  // namespace
 
 Findings about_signs(const Estimate& estimate, const Settings& settings, const Output& output) {
   Findings findings;
@@ -267,12 +343,27 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
         warning(fmt::format("the scale factor differs from the one given by {:.2g} %: is the unit of "
                             "either right, and the length of the windows?",
                             100.0 * (scale->value / *given - 1.0))));
-  for (const char* name : {"misalignment_o", "misalignment_p"})
-    if (const Parameter* angle = find_parameter(estimate, name); angle && std::abs(angle->value) > si(2.0, "deg"))
+  const auto relative = [&](const Parameter& parameter) {
+    return standard_uncertainty(estimate, static_cast<std::size_t>(&parameter - estimate.parameters.data())) /
+           std::abs(parameter.value);
+  };
+  for (const char* name : {"misalignment_o", "misalignment_p"}) {
+    const Parameter* angle = find_parameter(estimate, name);
+    if (!angle) continue;
+    const double size = std::abs(angle->value), lost = 0.5 * size * size;
+    const double degrees = Unit::parse("deg").from_si(angle->value);
+    if (size > si(2.0, "deg"))
       findings.push_back(warning(fmt::format(
           "{} is {:.3g} deg, too much for a small angle: is the zero of the rig's angle where the input axis is level, "
           "and the accelerometer mounted as the plan says?",
-          name, Unit::parse("deg").from_si(angle->value))));
+          name, degrees)));
+    else if (lost > 3.0 * relative(*scale))
+      findings.push_back(warning(fmt::format(
+          "{} is {:.3g} deg: if it is the zero of the rig's angle or the mounting, and not of the unit, scale_factor "
+          "is {:.0f} ppm too small for it, more than its uncertainty; correct the angles of the plan",
+          name, degrees, 1e6 * lost)));
+  }
+  for (auto& finding : about_sizes(estimate)) findings.push_back(std::move(finding));
   return findings;
 }
 

@@ -65,7 +65,7 @@ Overflow overflow_of(const Normalised& found) {
     sa += a[i], sn += count[i], saa += a[i] * a[i], san += a[i] * count[i], used += 1.0;
   }
   const double spread = saa - sa * sa / used;
-  if (used < 3 || !(spread > 1e-6 * saa)) return {};
+  if (used < 3 || !(spread > 1e-6 * (saa + sizes.back() * sizes.back()))) return {};  // all of them level tell no slope
   const double slope = (san - sa * sn / used) / spread, zero = (sn - slope * sa) / used;
   const auto off = [&](std::size_t i) { return zero + slope * a[i] - count[i]; };
   double worst = 0.0, most = 0.0;

@@ -392,6 +392,36 @@ TEST(accelerometer_tumble, a_position_that_was_not_gone_to_is_named) {
   EXPECT_TRUE(says(estimate.findings, "It reads as 'roll -90 at 0' does"));
 }
 
+TEST(accelerometer_tumble, two_positions_that_are_exchanged_are_named) {
+  Evidence evidence = method().trial(1).evidence;
+  auto& values = evidence.recordings[0].channels[0].values;
+  std::swap_ranges(values.begin() + 700, values.begin() + 800, values.begin() + 1000);  // 60 deg and 240 deg
+  const auto estimate = method().identify(evidence, {});
+  EXPECT_TRUE(says(estimate.findings, "the outputs of 'roll -90 at 60' and 'roll -90 at 240' are exchanged"));
+}
+
+// Three degrees of freedom: the best of nine positions to leave out improves the rest several times by luck alone.
+TEST(accelerometer_tumble, few_positions_that_agree_are_not_accused) {
+  Plan plan = method().trial(1).evidence.plan;
+  plan.schedule.erase(plan.schedule.begin() + 9, plan.schedule.end());
+  for (std::size_t k = 0; k < 9; ++k) {
+    plan.schedule[k].label = std::to_string(k);
+    plan.schedule[k].axes["head"].value = si(40.0 * static_cast<double>(k), "deg");
+    plan.schedule[k].axes["mount_roll"].value = 0.0;
+  }
+  int accused = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const auto estimate = method().identify({plan, {simulate(plan, seed, {})}, {}}, {});
+    accused += says(estimate.findings, "does not agree") || says(estimate.findings, "exchanged");
+  }
+  EXPECT_LE(accused, 1);  // one in ten thousand is meant, of normal residuals
+}
+
+TEST(accelerometer_tumble, a_scale_factor_that_the_angle_of_the_head_spoils_is_doubted) {
+  const auto found = answer(turn(12), unit, [](double) { return si(1.0, "deg"); });
+  EXPECT_TRUE(says(found.estimate.findings, "correct the angles of the plan"));
+}
+
 TEST(accelerometer_tumble, positions_too_few_are_refused) {
   EXPECT_NE(refusal(method(), evidence_of({{0, 0}, {180, 0}}, unit)).find("with it up and down"), std::string::npos);
 }
