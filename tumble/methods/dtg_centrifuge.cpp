@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/dtg_centrifuge/compensate.hpp"
@@ -35,7 +36,7 @@ std::vector<Role> roles() {
           {"specific_force_z", "g", false, "for compensate: along the spin axis Z"}};
 }
 
-/// A cell: one rate in one plan, alike in every power-up.
+/// A cell: one level in one sense in one plan, alike in every power-up.
 struct Cells {
   std::vector<const Stretch*> stretch;
   std::vector<Seen> nominal;
@@ -44,10 +45,11 @@ struct Cells {
 
 Cells cells_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction) {
   Cells out;
-  std::map<std::pair<const Plan*, double>, std::size_t> known;
+  std::map<std::tuple<const Plan*, std::size_t, double>, std::size_t> known;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const Stretch& s = *measured[i].stretch;
-    const auto [cell, fresh] = known.try_emplace({test.rigs[s.rig].plan, s.arm_rate}, out.stretch.size());
+    const auto [cell, fresh] =
+        known.try_emplace({test.rigs[s.rig].plan, reduction.level_of[i], s.arm_rate}, out.stretch.size());
     out.of.push_back(cell->second);
     if (!fresh) continue;
     out.stretch.push_back(&s);

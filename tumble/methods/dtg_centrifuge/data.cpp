@@ -114,6 +114,17 @@ Felt felt_at(const Reference& reference, double time) {
   return felt;
 }
 
+/// The net rate is along the vertical: the spin axis has to be so as well.
+void require_upright(const Stretch& stretch, const Felt& felt) {
+  const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(0.1, "deg/s"));
+  if (along > 0.99 || norm(felt.rate) < si(0.1, "deg/s")) return;
+  throw Error(
+      Error::Kind::bad_input,
+      fmt::format("{}: the gyro's Z axis stands {:.3g} deg off the vertical by the plan's mount, but the spin axis "
+                  "has to lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
+                  where_of(stretch), std::acos(along) / si(1.0, "deg")));
+}
+
 /// From the end of settling to the end of the segment, as far as there are data.
 void set_times(const Recording& recording, std::size_t m, const Channel& channel, const RigPowerUp& rig,
                double settling, Stretch& stretch) {
@@ -193,8 +204,9 @@ void add_marks(const Evidence& evidence, std::size_t r, std::size_t first_rig, d
       continue;
     }
     const double middle = 0.5 * (stretch.begin + stretch.end) - stretch.power_on;
-    stretch.nominal_specific_force_along = felt_at(rig.reference, middle).specific_force.z;
-    stretch.spin_up = stretch.nominal_specific_force_along < 0.0 ? -1.0 : 1.0;
+    const Felt felt = felt_at(rig.reference, middle);
+    stretch.spin_up = felt.specific_force.z < 0.0 ? -1.0 : 1.0;
+    require_upright(stretch, felt);
     test.levels.push_back(stretch);
   }
   for (const auto& [u, one] : rest) test.rests.push_back(one);

@@ -37,11 +37,10 @@ struct Stretch {
   std::string label;
   std::size_t rig = 0;  ///< index in Test::rigs
   std::size_t segment = 0;
-  double power_on = 0.0;                      ///< [s] recording's clock
-  double begin = 0.0, end = 0.0;              ///< [s] the same
-  double arm_rate = 0.0, table_rate = 0.0;    ///< [rad/s] as the plan says; 0 at rest
-  double spin_up = 1.0;                       ///< +1: spin axis up, -1: down
-  double nominal_specific_force_along = 0.0;  ///< [m/s^2] f_Z
+  double power_on = 0.0;                    ///< [s] recording's clock
+  double begin = 0.0, end = 0.0;            ///< [s] the same
+  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as the plan says; 0 at rest
+  double spin_up = 1.0;                     ///< +1: spin axis up, -1: down
 };
 
 struct Test {

@@ -146,9 +146,9 @@ double K(const Estimate& estimate, int level = 1) {
 
 Synthetic five_levels() { return {.arm_rates = {114, 160, 254, 359, 508}}; }
 
-// The source publishes no numbers; these are of a synthetic test of the same apparatus, to the digits printed. They were
-// made by Fourier series: at 359 deg/s the whole periods end within a sample, and K printed is 2.1e-5 above the truth,
-// hypot(6.15 + 6e-4 a^2, 2.55) = 6.713259, which is what a regression must give.
+// The source publishes no numbers; these are of a synthetic test of the same apparatus, to the digits printed. They
+// were made by Fourier series: at 359 deg/s the whole periods end within a sample, and K printed is 2.1e-5 above the
+// truth, hypot(6.15 + 6e-4 a^2, 2.55) = 6.713259, which is what a regression must give.
 void expect_published(const Estimate& estimate, bool fourier) {
   const double a[] = {1.009, 1.988, 5.010, 10.008, 20.040};
   const double A[] = {-6.2073, -12.2308, -30.8872, -62.153, -128.076};
@@ -229,6 +229,24 @@ TEST(DtgCentrifuge, BothOrientationsTellDxFromDxz) {
   EXPECT_NEAR(value(estimate, "D_xz") / si(0.15, "deg/h/g^2"), 1.0, 1e-6);
   EXPECT_NEAR(value(estimate, "D_yz") / si(-0.05, "deg/h/g^2"), 1.0, 1e-6);
   EXPECT_EQ(find_table(estimate, "nonlinearity")->rows.size(), 10u);
+}
+
+TEST(DtgCentrifuge, OrientationsMayShareOnePlan) {
+  Plan plan = method().trial(1).evidence.plan;
+  plan.rig.set_flag("ideal", true);
+  methods::set_truth(plan, "angle_random_walk", 0.0, "deg/sqrt(h)");
+  plan.beside[0].truth.set_number("angle_random_walk", 0.0, Unit::parse("deg/sqrt(h)"));
+  for (auto& segment : plan.schedule) {
+    Motion mount;
+    mount.value = segment.run % 2 == 0 ? std::numbers::pi : 0.0;
+    segment.axes["mount_roll"] = mount;
+  }
+  const Estimate estimate = method().identify(Evidence{plan, {simulate(plan, 1, {})}}, {});
+  EXPECT_NEAR(value(estimate, "D_x") / si(6.0, "deg/h/g"), 1.0, 1e-4);
+  EXPECT_NEAR(value(estimate, "D_xz") / si(0.15, "deg/h/g^2"), 1.0, 1e-3);
+  for (auto& segment : plan.schedule) segment.axes["mount_roll"].value = si(60.0, "deg");
+  EXPECT_NE(refusal(method(), Evidence{plan, {simulate(plan, 1, {})}}).find("60 deg off the vertical"),
+            std::string::npos);
 }
 
 TEST(DtgCentrifuge, RatesAreFoundWithoutEncoders) {
