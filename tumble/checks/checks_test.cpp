@@ -177,6 +177,33 @@ TEST(Checks, SaturatedNoiseAndOscillation) {
   EXPECT_EQ(findings_of("saturation", recording({channel("accelerometer", "g", sine)})).size(), 2u);
 }
 
+// 50 Hz in 200 windows a second: the two windows about each peak hold the same count every time, and nothing is cut.
+TEST(Checks, CountsThatRepeatWithTheWindowsAreNotSaturated) {
+  const auto noise = white(20'000, 31);
+  const auto tone = [&](double cycles, double amplitude, double top) {
+    return series(20'000, [=](std::size_t i) {
+      const double at = 10.0 + amplitude * std::sin(2 * std::numbers::pi * (cycles * static_cast<double>(i) + 0.125));
+      return std::round(std::min(at, top) + 0.05 * noise[i]);
+    });
+  };
+  for (const double cycles : {0.25, 0.1, 0.4})
+    EXPECT_TRUE(findings_of("saturation", recording({channel("gyro", "pulse", tone(cycles, 29.7, 1e3))})).empty());
+  EXPECT_EQ(findings_of("saturation", recording({channel("gyro", "pulse", tone(0.0731, 60.0, 40.0))})).size(), 1u);
+}
+
+// A count that rounding keeps at one number at rest, between two vibrations; one that stops while it is shaken.
+TEST(Checks, CountsAtRestAreNotStuck) {
+  auto counts = white(20'000, 32);
+  for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = i >= 5000 && i < 6000 ? 1.0 : std::round(8.0 * counts[i]);
+  Recording rest = recording({channel("gyro", "pulse", counts)});
+  EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
+  const auto at = [&](std::size_t i) { return rest.channels[0].time(i); };
+  rest.marks = {{"shaken", at(0), 1}, {"rest", at(5000), 1}, {"shaken again", at(6000), 1}};
+  EXPECT_TRUE(findings_of("stuck_output", rest).empty());
+  rest.marks = {{"shaken", at(0), 1}, {"rest", at(10'000), 1}};
+  EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
+}
+
 TEST(Checks, Outliers) {
   auto values = white(20'000, 8);
   values[1234] += 40.0;

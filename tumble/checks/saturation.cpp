@@ -38,13 +38,37 @@ bool piled_up(const End& end) {
   return end.at_extreme >= 10 && static_cast<double>(end.at_extreme) > 1.5 * next + 4.0 * std::sqrt(next);
 }
 
-/// Times at which the signal runs into its extreme value by a step of more than four quanta and stays: a clipped
-/// oscillation. A smooth one slows down before it turns.
-std::size_t abrupt_plateaus(const std::vector<double>& values, double extreme, double quantum) {
+/// Times at which the signal runs into its extreme value by a step of more than four quanta and stays there for
+/// `length` samples and more: a clipped oscillation. A smooth one slows down before it turns.
+std::size_t abrupt_plateaus(const std::vector<double>& values, double extreme, double quantum, std::size_t length) {
   std::size_t plateaus = 0;
-  for (std::size_t i = 1; i + 1 < values.size(); ++i)
-    plateaus += values[i] == extreme && values[i + 1] == extreme && std::abs(values[i] - values[i - 1]) > 4.0 * quantum;
+  for (std::size_t i = 1; i + length <= values.size(); ++i) {
+    bool stays = std::abs(values[i] - values[i - 1]) > 4.0 * quantum;
+    for (std::size_t k = 0; k < length && stays; ++k) stays = values[i + k] == extreme;
+    plateaus += stays;
+  }
   return plateaus;
+}
+
+/// Whether the extreme value comes with the same neighbours to the quantum again and again, as in an oscillation that
+/// repeats with the samples (50 Hz at 200 a second) and whose peak, or the two samples about it, is the same number
+/// every time. What is cut off stands between all kinds of values. Judged by 256 of the places at most.
+bool comes_in_one_pattern(const std::vector<double>& values, double extreme, double quantum) {
+  constexpr std::size_t most = 256;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 1; i + 1 < values.size(); ++i)
+    if (values[i] == extreme && !(values[i - 1] == extreme && values[i + 1] == extreme)) places.push_back(i);
+  const std::size_t stride = places.size() / most + 1;
+  std::size_t alike = 0, pairs = 0;
+  const auto close = [&](std::size_t i, std::size_t j) { return std::abs(values[i] - values[j]) < 1.5 * quantum; };
+  for (std::size_t a = 0; a < places.size(); a += stride)
+    for (std::size_t b = a + stride; b < places.size(); b += stride) {
+      const std::size_t i = places[a], j = places[b];
+      ++pairs;
+      alike += close(i - 1, j - 1) && close(i + 1, j + 1);
+    }
+  // Two places about each peak are two patterns, of which half of the pairs are alike.
+  return pairs > 0 && static_cast<double>(alike) > 0.25 * static_cast<double>(pairs);
 }
 
 /// Counts of a position that a quiet unit shows, all the same but for one pulse: no pile at the end of a range. Whether
@@ -90,8 +114,13 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   const bool wide = high.extreme + low.extreme > 8.0 * texture.quantum;
   for (const auto& [end, sign, side] : {std::tuple{high, 1.0, "highest"}, std::tuple{low, -1.0, "lowest"}}) {
     const double extreme = sign * end.extreme;
-    const bool cut_off = texture.noisy && wide && piled_up(end) && !quiet_position(channel, marks, extreme);
-    if (cut_off || (wide && end.at_extreme >= 20 && abrupt_plateaus(channel.values, extreme, texture.quantum) >= 10))
+    if (!wide) continue;
+    const auto plateaus = [&](std::size_t length) {
+      return end.at_extreme >= 20 && abrupt_plateaus(channel.values, extreme, texture.quantum, length) >= 10;
+    };
+    const bool piled = texture.noisy && piled_up(end) && !quiet_position(channel, marks, extreme);
+    const bool cut_off = piled || plateaus(2);
+    if (cut_off && (plateaus(3) || !comes_in_one_pattern(channel.values, extreme, texture.quantum)))
       findings.push_back(finding(channel, extreme, end.at_extreme, side));
   }
   return findings;

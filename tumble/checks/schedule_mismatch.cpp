@@ -86,8 +86,14 @@ Findings by_marks(const Recording& recording, const Schedule& segments, const Ex
       continue;
     }
     seen[k] = true;
+    if (marks[i].begin >= extent.end) {
+      findings.push_back(warning(fmt::format("{} is not in the recording, which ends at {}",
+                                             named(marks[i].label, marks[i].run), say_instant(extent.end)),
+                                 where));
+      continue;
+    }
     const bool last_of_run = i + 1 == marks.size() || marks[i + 1].run != marks[i].run;
-    const double found = (i + 1 < marks.size() ? marks[i + 1].begin : extent.end) - marks[i].begin;
+    const double found = std::min(i + 1 < marks.size() ? marks[i + 1].begin : extent.end, extent.end) - marks[i].begin;
     const double planned_duration = segments[k].duration, allowed = allowance(planned_duration, extent.sample);
     const bool too_long = found > planned_duration + allowed && (!last_of_run || i + 1 == marks.size());
     if (found < planned_duration - allowed || too_long)

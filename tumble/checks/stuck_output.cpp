@@ -57,16 +57,31 @@ bool out_of_place_in_segment(std::span<const double> values, const std::vector<s
   return out_of_place(values.subspan(from, to - from), begin - from, length);
 }
 
+/// Whether counts move by more than rounding right beside a run: in the nodes of a beat whole pulses stay the same.
+bool breaks_off(std::span<const double> values, std::size_t begin, std::size_t length) {
+  constexpr std::size_t side = 8;
+  const auto moves = [&](std::size_t from, std::size_t to) {
+    double steps = 0.0, n = 0.0;
+    for (std::size_t i = from + 1; i < to; ++i)
+      if (const double step = std::abs(values[i] - values[i - 1]); !std::isnan(step)) steps += step, ++n;
+    return steps > 1.5 * n;
+  };
+  const std::size_t end = begin + length;
+  return moves(begin > side ? begin - side : 0, begin) || moves(end, std::min(values.size(), end + side));
+}
+
 /// Runs of equal values of at least `shortest` samples, those at the channel's extremes left to the saturation check.
-Stuck stuck_runs(const std::vector<double>& values, const std::vector<std::size_t>& borders, std::size_t shortest,
-                 double lowest, double highest) {
+Stuck stuck_runs(const Channel& channel, const std::vector<std::size_t>& borders, std::size_t shortest, double lowest,
+                 double highest) {
+  const std::vector<double>& values = channel.values;
   Stuck stuck;
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= values.size(); ++i) {
     if (i < values.size() && values[i] == values[begin]) continue;
     const std::size_t length = i - begin;
     if (length >= shortest && values[begin] != lowest && values[begin] != highest &&
-        out_of_place_in_segment(values, borders, begin, length)) {
+        out_of_place_in_segment(values, borders, begin, length) &&
+        (channel.kind != QuantityKind::count || breaks_off(values, begin, length))) {
       ++stuck.times;
       stuck.samples += length;
       if (length > stuck.longest) stuck.longest = length, stuck.longest_begin = begin;
@@ -98,7 +113,7 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool on
   const Texture texture = texture_of(channel.values);
   if (!texture.noisy) return {};
   const std::size_t shortest = improbable_length(channel.values.size(), texture.repeats);
-  const Stuck stuck = stuck_runs(channel.values, borders_of(channel, marks), shortest, lowest, highest);
+  const Stuck stuck = stuck_runs(channel, borders_of(channel, marks), shortest, lowest, highest);
   if (stuck.times == 0) return {};
   const double length = channel.time(stuck.longest_begin + stuck.longest - 1) - channel.time(stuck.longest_begin);
   return {

@@ -90,7 +90,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   std::vector<Common> common;
   for (const Exposure& exposure : exposures) {
     append(exposure, data, statistics_of(exposure, data, types, estimate.findings), common, estimate);
-    look_at(exposure, data, estimate.findings);
+    look_at(exposure, data, estimate, estimate.findings);
     for (auto& curve : error_curves(exposure, data)) estimate.curves.push_back(std::move(curve));
     for (const auto& unit : exposure.units) estimate.fit.observations += unit.windows;
   }

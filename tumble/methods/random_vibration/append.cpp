@@ -105,12 +105,12 @@ Source of_units(const std::string& name, const std::vector<Statistic>& statistic
   return source;
 }
 
-Source level(const Exposure& exposure, const std::vector<Statistic>& statistics) {
+/// One error of relative size `sd` that acts on all.
+Source in_common(const char* name, const std::vector<Statistic>& statistics, double Statistic::*slope, double sd) {
   const std::size_t m = statistics.size();
-  Source source{exposure.from_reference ? gain_source : level_source, Matrix(m, m), std::vector<double>(m, 1e6)};
-  const double variance = exposure.rms_sd * exposure.rms_sd;
+  Source source{name, Matrix(m, m), std::vector<double>(m, 1e6)};
   for (std::size_t i = 0; i < m; ++i)
-    for (std::size_t j = 0; j < m; ++j) source.covariance(i, j) = statistics[i].level * statistics[j].level * variance;
+    for (std::size_t j = 0; j < m; ++j) source.covariance(i, j) = statistics[i].*slope * statistics[j].*slope * sd * sd;
   return source;
 }
 
@@ -125,7 +125,8 @@ std::vector<Source> sources_of(const Exposure& exposure, const vibration::Data& 
   sources.push_back(of_units(
       "slow noise", statistics, exposure, &Statistic::rest, [](const Measured& u) { return u.rest.slow_variance; },
       [](const Measured&) { return 4.0; }));
-  sources.push_back(level(exposure, statistics));
+  sources.push_back(in_common(level_source, statistics, &Statistic::level, exposure.level_sd));
+  sources.push_back(in_common(gain_source, statistics, &Statistic::gain, exposure.rms_sd));
   sources.push_back(of_units(
       scale_source, statistics, exposure, &Statistic::scale,
       [&](const Measured& u) { return std::pow(data.units[u.unit].scale_relative_sd, 2); }, many));
@@ -137,7 +138,7 @@ std::vector<Source> sources_of(const Exposure& exposure, const vibration::Data& 
 
 /// Covariance of two parameters of different vibrations.
 double product(const Common& a, const Common& b) {
-  double sum = a.level * b.level;
+  double sum = a.level * b.level + a.gain * b.gain;
   for (const auto& [unit, slope] : a.scale)
     if (const auto other = b.scale.find(unit); other != b.scale.end()) sum += slope * other->second;
   return sum;
@@ -174,7 +175,7 @@ void append(const Exposure& exposure, const vibration::Data& data, std::vector<S
     }
   }
   for (std::size_t i = 0; i < m; ++i) {
-    Common one{statistics[i].level * exposure.rms_sd, statistics[i].scale};
+    Common one{statistics[i].level * exposure.level_sd, statistics[i].gain * exposure.rms_sd, statistics[i].scale};
     for (auto& [unit, slope] : one.scale) slope *= data.units[unit].scale_relative_sd;
     common.push_back(std::move(one));
     for (std::size_t j = 0; j < first; ++j)

@@ -128,12 +128,38 @@ void say_clipping(const Exposure& exposure, const Data& data, const Measured& un
        name_of(data, unit) + ", " + exposure.label});
 }
 
+/// The spread against that of the vibration: what the reference shows of it, else what is commanded.
+void say_size(const Exposure& exposure, const Data& data, const Measured& unit, const Estimate& estimate,
+              Findings& findings) {
+  const auto& under_test = data.units[unit.unit];
+  const bool by_reference = !unit.own.empty();
+  const double expected =
+      std::sqrt(window_variance(exposure.psd, exposure.window) * exposure.rms * exposure.rms / variance(exposure.psd) +
+                unit.rest.white + std::pow(counting_sd(exposure, data, unit), 2));
+  const double ratio = by_reference ? unit.reference_gain : unit.sd / expected;
+  const auto* sd = find_parameter(estimate, exposure.prefix + under_test.prefix + "pulse_error_sd");
+  const auto index = static_cast<std::size_t>(sd - estimate.parameters.data());
+  const double uncertain =
+      by_reference ? std::hypot(exposure.gain_sd, under_test.scale_relative_sd)
+                   : std::hypot(standard_uncertainty(estimate, index) / sd->value, under_test.scale_relative_sd);
+  if (!(std::abs(ratio - 1.0) > std::max(0.03, 4.0 * uncertain))) return;
+  findings.push_back(
+      {Severity::warning,
+       fmt::format("the unit shows {:.4g} times the vibration {} (uncertain by {:.2g} %): it clips (say its range), or "
+                   "its scale factor, its mounting, its bandwidth{} is not what it should be; a unit that clips shifts "
+                   "its mean by itself",
+                   ratio, by_reference ? "that the reference shows" : "that is commanded", 100.0 * uncertain,
+                   by_reference ? " or the reference's gain" : " or the level"),
+       name_of(data, unit) + ", " + exposure.label});
+}
+
 }  // namespace
 
 Table units_table(const std::vector<Exposure>& exposures, const Data& data, const std::vector<Type>& types,
                   const Estimate& estimate) {
   const auto g = Unit::parse("g"), mg = Unit::parse("mg"), one = Unit();
-  const bool counted = std::ranges::any_of(data.units, [](const auto& u) { return u.pulse > 0.0; });
+  // Units that count beside units that do not: only a specific force compares.
+  const bool counted = std::ranges::all_of(data.units, [](const auto& u) { return u.pulse > 0.0; });
   const Unit error = Unit::parse(counted ? "pulse" : "mg");
   Table table{"units",
               "the units beside each other: pulse error, its part from the motion, from counting, and their own",
@@ -158,16 +184,16 @@ Table units_table(const std::vector<Exposure>& exposures, const Data& data, cons
   for (const Exposure& exposure : exposures)
     for (const Measured& unit : exposure.units) {
       const std::string prefix = exposure.prefix + data.units[unit.unit].prefix;
-      const double k = unit.per_force;
+      const double k = counted ? unit.per_force : 1.0;
       const auto* mean = find_parameter(estimate, prefix + "pulse_error_mean");
       const auto index = static_cast<std::size_t>(mean - estimate.parameters.data());
       const auto normal = 2.0 * greatest_of(static_cast<double>(unit.windows)).mean * unit.sd;
-      table.rows.push_back({name_of(data, unit), type_of(unit, types), exposure.label,
-                            static_cast<double>(unit.windows), unit.rest.value, unit.rest.before, unit.rest.after,
-                            k * unit.plain_mean, k * unit.mean, standard_uncertainty(estimate, index), k * unit.sd,
-                            k * motion_sd(exposure, unit), k * counting_sd(exposure, data, unit),
-                            k * own_sd(exposure, data, unit), k * (unit.highest - unit.lowest), k * normal,
-                            find_parameter(estimate, prefix + "vibration_rectification")->value});
+      table.rows.push_back(
+          {name_of(data, unit), type_of(unit, types), exposure.label, static_cast<double>(unit.windows),
+           unit.rest.value, unit.rest.before, unit.rest.after, k * unit.plain_mean, k * unit.mean,
+           k / unit.per_force * standard_uncertainty(estimate, index), k * unit.sd, k * motion_sd(exposure, unit),
+           k * counting_sd(exposure, data, unit), k * own_sd(exposure, data, unit), k * (unit.highest - unit.lowest),
+           k * normal, find_parameter(estimate, prefix + "vibration_rectification")->value});
     }
   return table;
 }
@@ -203,12 +229,13 @@ std::vector<Curve> error_curves(const Exposure& exposure, const Data& data) {
   return curves;
 }
 
-void look_at(const Exposure& exposure, const Data& data, Findings& findings) {
+void look_at(const Exposure& exposure, const Data& data, const Estimate& estimate, Findings& findings) {
   say_motion(exposure, data, findings);
   for (const Measured& unit : exposure.units) {
     say_rest(exposure, data, unit, findings);
     say_peaks(exposure, data, unit, findings);
     say_clipping(exposure, data, unit, findings);
+    say_size(exposure, data, unit, estimate, findings);
   }
 }
 

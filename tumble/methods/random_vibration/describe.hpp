@@ -14,6 +14,7 @@ Table units_table(const std::vector<Exposure>& exposures, const vibration::Data&
 std::vector<Curve> error_curves(const Exposure& exposure, const vibration::Data& data);
 
 /// What is odd in one vibration, and what the numbers do not say of themselves.
-void look_at(const Exposure& exposure, const vibration::Data& data, Findings& findings);
+/// `estimate` holds the parameters of the vibration.
+void look_at(const Exposure& exposure, const vibration::Data& data, const Estimate& estimate, Findings& findings);
 
 }  // namespace tumble::random_vibration

@@ -162,7 +162,7 @@ void set_level(const Evidence& evidence, const Data& data, std::size_t recording
   const double planned = std::sqrt(variance(exposure.psd));
   const Unit g = Unit::parse("g");
   exposure.rms = settings.has("level") ? settings.number("level") : planned;
-  exposure.rms_sd = level_sd(evidence, recording);
+  exposure.rms_sd = exposure.level_sd = level_sd(evidence, recording);
   const bool wanted = settings.word("level_from") == "reference";
   if (exposure.reference.empty()) {
     if (wanted)
@@ -173,7 +173,7 @@ void set_level(const Evidence& evidence, const Data& data, std::size_t recording
   const double expected =
       data.reference_integrated ? std::sqrt(window_variance(exposure.psd, exposure.window)) : planned;
   const double found = planned * standard_deviation(exposure.reference) / expected;
-  const double gain_sd = settings.number("reference_gain_sd");
+  const double gain_sd = exposure.gain_sd = settings.number("reference_gain_sd");
   const auto n = static_cast<double>(exposure.reference.size());
   const double difference = found / exposure.rms - 1.0;
   const std::string both = fmt::format("{:.5g} g by the reference, {:.5g} g by the {}", g.from_si(found),
@@ -224,7 +224,8 @@ std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size
 }
 
 std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, Findings& findings) {
-  std::map<std::tuple<std::size_t, double, std::string>, std::vector<std::size_t>> groups;
+  // By recording, power-up and label: units read at stamps of their own do not begin at the same instant.
+  std::map<std::tuple<std::size_t, std::size_t, std::string>, std::vector<std::size_t>> groups;
   std::vector<std::string> problems, without;
   for (std::size_t i = 0; i < data.series.size(); ++i) {
     const Series& series = data.series[i];
@@ -235,7 +236,7 @@ std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, F
     } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512)
       problems.push_back(where + ": fewer than 512 windows, which say nothing of the statistics: vibrate for longer");
     else
-      groups[{series.recording, series.begin, series.label}].push_back(i);
+      groups[{series.recording, series.power_up, series.label}].push_back(i);
   }
   if (!without.empty())
     problems.push_back(
@@ -246,12 +247,16 @@ std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, F
   if (groups.empty() && problems.empty()) problems.emplace_back("the schedule has no random vibration");
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 
+  std::map<std::string, std::size_t> times, number;
+  for (const auto& [key, members] : groups) ++times[std::get<2>(key)];
   std::vector<Exposure> out;
   for (const auto& [key, members] : groups) {
     const Series& first = data.series[members.front()];
     Exposure exposure;
     exposure.label = first.label;
-    exposure.prefix = groups.size() > 1 ? first.label + "." : "";
+    // The same segment in several power-ups or recordings.
+    if (times[first.label] > 1) exposure.label += fmt::format(" #{}", ++number[first.label]);
+    exposure.prefix = groups.size() > 1 ? exposure.label + "." : "";
     exposure.psd = {first.shake.psd_frequency, first.shake.psd};
     exposure.window = first.window, exposure.interval = first.interval;
     exposure.begin = first.begin, exposure.end = first.end;

@@ -61,17 +61,20 @@ void append_combinations(const Eigen::MatrixXd& g, const Rectified& r, const std
         wider(old + row, old + other) += gain(other, k) * wider(old + row, r.index[k]);
   for (auto& line : estimate.budget)
     for (std::size_t row = 0; row < 2; ++row) {
-      double own = 0.0, level = 0.0;
+      double own = 0.0, level = 0.0, of_gain = 0.0;
       std::map<std::size_t, double> scale;
       for (std::size_t k = 0; k < n; ++k) {
         own += gain(row, k) * gain(row, k) * line.variance[r.index[k]];
         level += gain(row, k) * common[r.index[k]].level;
+        of_gain += gain(row, k) * common[r.index[k]].gain;
         for (const auto& [unit, slope] : common[r.index[k]].scale) scale[unit] += gain(row, k) * slope;
       }
       double of_scale = 0.0;
       for (const auto& [unit, sum] : scale) of_scale += sum * sum;
-      const bool is_level = line.source == level_source || line.source == gain_source;
-      line.variance.push_back(is_level ? level * level : line.source == scale_source ? of_scale : own);
+      line.variance.push_back(line.source == level_source   ? level * level
+                              : line.source == gain_source  ? of_gain * of_gain
+                              : line.source == scale_source ? of_scale
+                                                            : own);
     }
   estimate.covariance = std::move(wider);
 }

@@ -77,6 +77,7 @@ Statistic times(const Statistic& s, double factor) {
   for (double& v : out.influence) v *= factor;
   for (double& v : out.ranges) v *= factor;
   out.level *= factor;
+  out.gain *= factor;
   if (out.expected_white >= 0.0) out.expected_white *= factor * factor;
   for (auto& [unit, slope] : out.rest) slope *= factor;
   for (auto& [unit, slope] : out.scale) slope *= factor;
@@ -95,11 +96,15 @@ Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
   const double square = exposure.rms * exposure.rms;
   Statistic s = times(mean, 1.0 / square);
   if (exposure.from_reference) {
-    // The level is the reference's: what chance makes of the reference's variance is in the ratio.
+    // The level is the reference's: that the shaker misses the plan's drops out, and what chance makes of the
+    // reference's variance is in the ratio.
+    s.gain = s.level;
+    s.level = 0.0;
     const double variance = [&] {
-      double sum = 0.0;
-      for (const double r : exposure.reference) sum += r * r;
-      return sum / static_cast<double>(exposure.reference.size());
+      double sum = 0.0, there = 0.0;
+      for (const double r : exposure.reference)
+        if (std::isfinite(r)) sum += r * r, ++there;
+      return sum / there;
     }();
     for (std::size_t j = 0; j < s.influence.size(); ++j)
       s.influence[j] -= s.parameter.value * exposure.reference[j] * exposure.reference[j] / variance;

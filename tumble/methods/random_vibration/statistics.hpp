@@ -31,7 +31,8 @@ struct Statistic {
   std::vector<double> ranges;     ///< highest less lowest of each block
   double shrinking = 1.0;         ///< sd of the range of all windows over that of a block
   std::map<std::size_t, double> rest;   ///< by unit: derivative by the mean at rest
-  double level = 0.0;                   ///< derivative by the logarithm of the vibration's amplitude
+  double level = 0.0;                   ///< derivative by the logarithm of the vibration's amplitude over the plan's
+  double gain = 0.0;                    ///< derivative by the logarithm of the reference's gain
   std::map<std::size_t, double> scale;  ///< by unit: derivative by the logarithm of its scale factor
 };
 
@@ -46,6 +47,7 @@ inline constexpr const char *level_source = "level of the vibration", *gain_sour
 /// How a parameter hangs on what all vibrations of a test have in common.
 struct Common {
   double level = 0.0;                   ///< times the standard uncertainty of the level
+  double gain = 0.0;                    ///< times that of the reference's gain
   std::map<std::size_t, double> scale;  ///< by unit: times that of its scale factor
 };
 

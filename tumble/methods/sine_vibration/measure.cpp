@@ -273,6 +273,23 @@ void set_shifts(const vibration::Data& data, Measured& measured) {
   }
 }
 
+/// A sound unit rectifies some 1e-5 g/g^2, far below a hundredth of a per cent of a few g. Parts in a thousand are
+/// something else, above all clipping, which acts on one side first because of a_0.
+void tell_large_shifts(const vibration::Data& data, Measured& measured) {
+  for (const Point& point : measured.points) {
+    if (!(std::abs(point.shift) > 2e-3 * point.level)) continue;
+    const Series& series = data.series[point.series];
+    const auto& unit = data.units[point.unit];
+    measured.findings.push_back(
+        {Severity::warning,
+         fmt::format("the mean shifts by {}, {:.2g} % of the amplitude, far more than a sound unit rectifies: it clips "
+                     "(set its range), strikes a stop or is loose; what rectifies goes with the square of the level: "
+                     "repeat at less amplitude",
+                     say_difference(point.shift, Unit::parse("mg")), 100.0 * std::abs(point.shift) / point.level),
+         unit.prefix.empty() ? series.label : unit.name + ", " + series.label});
+  }
+}
+
 }  // namespace
 
 int hidden_harmonic(double frequency, double interval, double span) {
@@ -328,6 +345,7 @@ Measured measure(const vibration::Data& data) {
                                              say_count(measured.points.size() - with, "tone")),
                                  ""});
   set_shifts(data, measured);
+  tell_large_shifts(data, measured);
   std::ranges::stable_sort(measured.points, [&](const Point& a, const Point& b) {
     if (a.unit != b.unit) return a.unit < b.unit;
     if (a.nominal != b.nominal) return a.nominal < b.nominal;

@@ -193,14 +193,16 @@ void tell_cycles(const vibration::Data& data, const Measured& measured, const st
     if (worst == nullptr || std::abs(p.cycles_effect) > std::abs(worst->cycles_effect)) worst = &p;
   }
   if (worst == nullptr) return;
+  const vibration::Series& series = data.series[worst->series];
+  const bool whole = std::ranges::none_of(series.force, [](double v) { return std::isnan(v); });
   findings.push_back(
       {Severity::info,
-       fmt::format("{:.7g} Hz is not a whole number of cycles in the time measured: the plain mean of the "
-                   "counts is off by {} (bound {}); mean_shift is that of the sine fit, which is not",
-                   worst->line.frequency, say_difference(worst->cycles_effect, ug),
-                   say_difference(worst->cycles_bound, ug)),
-       (data.units[worst->unit].prefix.empty() ? "" : data.units[worst->unit].name + ", ") +
-           data.series[worst->series].label});
+       fmt::format("{:.7g} Hz is not a whole number of cycles in the {}: the plain mean of the counts is off by {}{}; "
+                   "mean_shift is that of the sine fit, which is not",
+                   worst->line.frequency, whole ? "time measured" : "windows that are not missed",
+                   say_difference(worst->cycles_effect, ug),
+                   whole ? fmt::format(" (bound {})", say_difference(worst->cycles_bound, ug)) : ""),
+       (data.units[worst->unit].prefix.empty() ? "" : data.units[worst->unit].name + ", ") + series.label});
 }
 
 void tell_aliases(const Measured& measured, Findings& findings) {

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "tumble/core/attempt.hpp"
+#include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
 #include "tumble/methods/vibration/faults.hpp"
 #include "tumble/methods/vibration/scale.hpp"
@@ -22,6 +23,12 @@ namespace {
 using Severity = Finding::Severity;
 constexpr double forever = std::numeric_limits<double>::infinity();
 const std::string role = "accelerometer";
+
+/// What is said of several segments alike is said once.
+void add_once(Finding finding, Findings& findings) {
+  const auto same = [&](const Finding& f) { return f.message == finding.message && f.where == finding.where; };
+  if (std::ranges::none_of(findings, same)) findings.push_back(std::move(finding));
+}
 
 std::string unit_name(const std::string& channel) {
   const std::string tail = "." + role;
@@ -135,6 +142,10 @@ void add_segments(const Evidence& evidence, std::size_t r, std::size_t unit, Dra
     std::size_t first = 0;
     cut(draft, mark.begin, std::min(next, mark.begin + segment->duration), evidence.plan.settings, series, first);
     const auto there = std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); });
+    if (series.time.empty() && mark.begin >= draft.channel->time(draft.channel->values.size() - 1)) {
+      add_once({Severity::warning, "left out: the recording ends before it begins", mark.label}, data.findings);
+      continue;
+    }
     if (there < 16) {
       data.findings.push_back({Severity::warning,
                                fmt::format("left out: {} behind the settling time, 16 are needed",
@@ -186,10 +197,10 @@ Windows windows_of(const Evidence& evidence, std::size_t r, const Channel& chann
   return even;
 }
 
-/// The reference over the windows of a series, or a finding why not.
-void add_reference(const Evidence& evidence, const Channel& reference, const Draft& draft, std::size_t first,
-                   Series& series, Data& data) {
-  const double rate = mean_rate(reference), per_window = rate * series.interval;
+/// The reference, whose clock runs at `rate`, over the windows of a series, or a finding why not.
+void add_reference(const Evidence& evidence, const Channel& reference, double rate, const Draft& draft,
+                   std::size_t first, Series& series, Data& data) {
+  const double per_window = rate * series.interval;
   series.reference.assign(series.time.size(), std::nan(""));
   if (per_window > 3.5) {
     data.reference_integrated = true;
@@ -207,12 +218,12 @@ void add_reference(const Evidence& evidence, const Channel& reference, const Dra
   }
   if (std::abs(per_window - 1.0) > 1e-3) {
     series.reference.clear();
-    data.findings.push_back(
-        {Severity::warning,
-         fmt::format("sampled at {:.6g} Hz it cannot be put on windows of {}: record it with the windows, or at four "
-                     "times their rate at least",
-                     rate, say_seconds(series.interval)),
-         reference.name});
+    add_once({Severity::warning,
+              fmt::format("sampled at {:.6g} Hz it cannot be put on windows of {}: record it with the windows, or at "
+                          "four times their rate at least",
+                          rate, say_seconds(series.interval)),
+              reference.name},
+             data.findings);
     return;
   }
   data.reference_integrated = evidence.plan.settings.word("reference_is") == "window";
@@ -300,6 +311,25 @@ void name_units(const Evidence& evidence, Data& data, std::vector<std::string>& 
                                      named, did_you_mean(named, names), fmt::join(names, ", ")));
 }
 
+/// Every scale factor that is given can be read, and is said once.
+void check_scales(const Evidence& evidence, const Data& data, std::vector<std::string>& problems) {
+  const Settings& settings = evidence.plan.settings;
+  for (const auto& twice : twice_in_scale(settings))
+    problems.push_back(fmt::format("[settings] scale_factor gives {} twice",
+                                   twice.empty() ? "that of all units" : "that of '" + twice + "'"));
+  for (const auto& recording : evidence.recordings)
+    for (const Channel* channel : units_in(evidence, recording)) {
+      const auto unit = std::ranges::find(data.units, channel->name, &UnitUnderTest::channel);
+      try {
+        given_scale(settings, *unit, *channel);
+      } catch (const Error& error) {
+        if (error.kind != Error::Kind::bad_input) continue;  // of the channel's unit: said with the data
+        for (const auto& problem : error.problems)
+          if (std::ranges::find(problems, problem) == problems.end()) problems.push_back(problem);
+      }
+    }
+}
+
 }  // namespace
 
 Data data_of(const Evidence& evidence) {
@@ -313,6 +343,7 @@ Data data_of(const Evidence& evidence) {
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) unit_index(channel->name, data);
   name_units(evidence, data, problems);
+  check_scales(evidence, data, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   std::map<std::size_t, std::vector<Draft>> drafts;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
@@ -321,30 +352,35 @@ Data data_of(const Evidence& evidence) {
       throw Error(Error::Kind::bad_data,
                   "the recording does not say when its segments begin, and the plan has no schedule");
     const Channel* reference = channel_for(evidence, recording, "reference");
+    const double reference_rate = reference == nullptr ? 0.0 : clock_of(*reference).rate;
     for (const Channel* channel : units_in(evidence, recording)) {
       attempt(problems, [&] {
         reading_of(*channel);
         const std::size_t unit = unit_index(channel->name, data);
         Draft draft{channel, windows_of(evidence, r, *channel, data), {}, {}};
         add_segments(evidence, r, unit, draft, data);
+        refuse_totals(draft, data, problems);
         unwrap_counts(settings, draft, data, problems);
         per_second(draft, data);
         for (std::size_t k = 0; reference != nullptr && k < draft.series.size(); ++k)
-          add_reference(evidence, *reference, draft, draft.first[k], data.series[draft.series[k]], data);
+          add_reference(evidence, *reference, reference_rate, draft, draft.first[k], data.series[draft.series[k]],
+                        data);
         drafts[unit].push_back(std::move(draft));
         return 0;
       });
     }
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  drop_dead(data);
   drop_moving(drafts, data);
   for (const auto& [unit, of_unit] : drafts)
-    attempt(problems, [&] {
-      set_scale(evidence, of_unit, unit, data);
-      return 0;
-    });
+    if (std::ranges::find(data.series, unit, &Series::unit) != data.series.end())
+      attempt(problems, [&] {
+        set_scale(evidence, of_unit, unit, data);
+        return 0;
+      });
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  drop_dead(data);
+  compare_rests(data);
   set_power_ups(data);
   std::ranges::stable_sort(data.series, [](const Series& a, const Series& b) {
     return std::tie(a.unit, a.power_up, a.begin) < std::tie(b.unit, b.power_up, b.begin);

@@ -85,25 +85,115 @@ void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std
   }
 }
 
+void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string>& problems) {
+  if (reading_of(*draft.channel) != Reading::pulses) return;
+  std::vector<double> steps;
+  for (const std::size_t s : draft.series) {
+    const Series& series = data.series[s];
+    if (!series.at_rest()) continue;
+    for (std::size_t j = 1; j < series.force.size(); ++j)
+      if (const double step = series.force[j] - series.force[j - 1]; !std::isnan(step)) steps.push_back(step);
+  }
+  if (steps.size() < 16) return;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::ranges::nth_element(steps, middle);
+  const double step = *middle;
+  const auto alike = std::ranges::count_if(steps, [&](double other) { return other * step > 0.0; });
+  // Noise has as many down as up, and no drift is as fast.
+  if (std::abs(step) >= 1.0 && static_cast<double>(alike) > 0.9 * static_cast<double>(steps.size()))
+    problems.push_back(
+        fmt::format("'{}': at rest the counts grow by {:.4g} from window to window: they are a running "
+                    "total; record the pulses of each window, or take the differences",
+                    draft.channel->name, step));
+}
+
+namespace {
+
+/// A stretch of one and the same value.
+struct Standstill {
+  std::size_t begin = 0, length = 0;
+  double value = 0.0;
+};
+
+/// The longest; missed windows do not end it.
+Standstill longest_standstill(const std::vector<double>& values) {
+  Standstill now, longest;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    if (now.length == 0 || values[i] != now.value) now = {i, 0, values[i]};
+    ++now.length;
+    if (now.length > longest.length) longest = now;
+  }
+  return longest;
+}
+
+/// Whether a unit that is shaken stands still for longer than flat tops and coarse counts explain: two cycles, 32
+/// windows, while elsewhere it moves by more than three of its least steps.
+bool stands_still(const Series& series, const Standstill& still) {
+  const double lowest = series.shake.kind == Motion::Kind::random ? 0.0 : series.shake.frequency;
+  const double cycles = lowest > 0.0 ? 2.0 / (lowest * series.interval) : 0.0;
+  if (static_cast<double>(still.length) < std::max(32.0, cycles)) return false;
+  double least = INFINITY, last = std::nan("");
+  for (const double v : series.force) {
+    if (std::isnan(v)) continue;
+    if (v != last && !std::isnan(last)) least = std::min(least, std::abs(v - last));
+    last = v;
+  }
+  return !std::isfinite(least) || spread(series.force) > 3.0 * least;
+}
+
+}  // namespace
+
 void drop_dead(Data& data) {
+  std::vector<std::pair<std::size_t, double>> died;  // unit, value
   std::vector<Series> alive;
   for (auto& series : data.series) {
-    double low = INFINITY, high = -INFINITY;
-    for (const double v : series.force) {
-      if (std::isnan(v)) continue;
-      low = std::min(low, v);
-      high = std::max(high, v);
-    }
-    if (!series.at_rest() && !(high > low)) {
-      data.findings.push_back({Severity::error,
-                               "left out: the unit gives the same value throughout although it is shaken: see to its "
-                               "supply and its connection",
-                               data.units[series.unit].name + ", " + series.label});
+    const Standstill still = longest_standstill(series.force);
+    if (series.at_rest() || !stands_still(series, still)) {
+      alive.push_back(std::move(series));
       continue;
     }
-    alive.push_back(std::move(series));
+    const bool throughout =
+        std::ranges::all_of(series.force, [&](double v) { return std::isnan(v) || v == still.value; });
+    died.emplace_back(series.unit, still.value);
+    data.findings.push_back(
+        {Severity::error,
+         fmt::format("left out: the unit gives the same value {} although it is shaken: see to its supply and its "
+                     "connection",
+                     throughout ? "throughout"
+                                : fmt::format("in {} on end from {:.6g} s", say_count(still.length, "window"),
+                                              series.time[still.begin])),
+         data.units[series.unit].name + ", " + series.label});
   }
+  std::erase_if(alive, [&](const Series& series) {
+    const Standstill still = longest_standstill(series.force);
+    return series.at_rest() &&
+           still.length ==
+               static_cast<std::size_t>(std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); })) &&
+           std::ranges::find(died, std::pair(series.unit, still.value)) != died.end();
+  });
   data.series = std::move(alive);
+}
+
+void compare_rests(Data& data) {
+  const Unit g = Unit::parse("g");
+  for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
+    if (data.units[unit].scale_from_rest) continue;
+    for (const Series& series : data.series) {
+      if (series.unit != unit || !series.at_rest() || !std::isfinite(series.rest)) continue;
+      const double found = mean_of(series, 0.0).value;
+      if (std::abs(found - series.rest) < si(0.1, "g")) continue;
+      data.findings.push_back(
+          {Severity::warning,
+           fmt::format(
+               "at rest the unit shows {:+.4g} g where the plan lets expect {:+.4g} g: it is mounted another way "
+               "(mount_pitch of the schedule), or its scale factor has another size or sign; the sign of the "
+               "rectification goes with it",
+               g.from_si(found), g.from_si(series.rest)),
+           data.units[unit].name + ", " + series.label});
+      break;
+    }
+  }
 }
 
 void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& data) {

@@ -22,8 +22,16 @@ struct Draft {
 /// not: their mean says about what the others lie. Where it cannot be told, a problem.
 void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems);
 
-/// Takes out units that give the same value throughout a segment that shakes: dead, or not connected.
+/// Counts at rest that grow by a pulse and more from window to window are a running total: a problem.
+void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string>& problems);
+
+/// Takes out segments that shake in which a unit gives the same value throughout, or for a long time on end: dead, or
+/// not connected. With them go those at rest in which it stands at the value at which it died.
 void drop_dead(Data& data);
+
+/// A finding for each unit that shows another specific force at rest than the plan's rig lets expect, by 0.1 g and
+/// more.
+void compare_rests(Data& data);
 
 /// Takes out segments planned at rest in which the unit moves, as while the shaker runs up: the spread is 20 times that
 /// of the unit's quietest, and more than three pulses or a thousandth of the mean. Values are still those of the

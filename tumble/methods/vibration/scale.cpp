@@ -55,6 +55,15 @@ std::vector<std::string> named_in_scale(const Settings& settings) {
   return names;
 }
 
+std::vector<std::string> twice_in_scale(const Settings& settings) {
+  std::vector<std::string> seen, twice;
+  for (const auto& entry : entries_of(settings)) {
+    if (std::ranges::find(seen, entry.unit) != seen.end()) twice.push_back(entry.unit);
+    seen.push_back(entry.unit);
+  }
+  return twice;
+}
+
 std::optional<double> given_scale(const Settings& settings, const UnitUnderTest& unit, const Channel& channel) {
   const auto entries = entries_of(settings);
   auto found = std::ranges::find(entries, unit.name, &Entry::unit);

@@ -22,6 +22,9 @@ std::optional<double> given_scale(const Settings& settings, const UnitUnderTest&
 /// Names of units in a scale_factor that says each its own; empty where one is for all.
 std::vector<std::string> named_in_scale(const Settings& settings);
 
+/// Units whose scale factor the setting gives more than once; empty for that of all.
+std::vector<std::string> twice_in_scale(const Settings& settings);
+
 /// K_1 by least squares through zero over the segments at rest, whose `force` still holds values of the channel, per
 /// second where it counts. `relative_sd`: of a bias of `bias_sd` common to all of them. None: no such segment with
 /// 0.2 g along the input axis.

@@ -15,8 +15,9 @@ namespace {
 void refuse_backwards(const Channel& channel, const Clock& clock) {
   if (clock.backward == 0 && clock.duplicates == 0) return;
   throw Error(Error::Kind::bad_data,
-              fmt::format("'{}': {} not after the one before: counting windows cannot be told from such a clock",
-                          channel.name, say_count(clock.backward + clock.duplicates, "stamp") + " not later"));
+              fmt::format("'{}': {} not later than the one before: counting windows cannot be told from such a clock; "
+                          "write the stamps with more digits, or leave them out and give the rate (--set rate=200)",
+                          channel.name, say_count(clock.backward + clock.duplicates, "stamp")));
 }
 
 /// Samples beside a gap of the clock or beside missing samples.
