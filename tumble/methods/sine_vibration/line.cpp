@@ -92,18 +92,34 @@ std::vector<int> harmonics_of(const Samples& s, double frequency) {
   return found;
 }
 
+/// Whether a harmonic falls upon half of the windows a second, where sine and cosine are one: it changes sign from
+/// window to window. Left in the residuals it would be c/n of the mean over an odd number of windows.
+bool alternates(const Samples& s, double frequency) {
+  const double rate = 1.0 / s.interval;
+  return std::ranges::any_of(std::array{2, 3},
+                             [&](int k) { return aliased_frequency(k * frequency, rate) > 0.5 * rate - 1.6 / s.span; });
+}
+
+/// 1, -1, 1, ...
+double alternating(const Samples& s, std::size_t i) {
+  return std::fmod(std::round((s.time[i] - s.time.front()) / s.interval), 2.0) == 0.0 ? 1.0 : -1.0;
+}
+
 Complex power(Complex w, int k) { return k == 2 ? w * w : w * w * w; }
 
 /// One step of the frequency: amplitude and phase may change linearly with time.
-double step_of_frequency(const Samples& s, const std::vector<Complex>& wave, const std::vector<int>& harmonics) {
+double step_of_frequency(const Samples& s, const std::vector<Complex>& wave, const std::vector<int>& harmonics,
+                         bool alternates) {
   const double scale = 2.0 / s.span;
-  const Normal fit = solve(s, 6 + 2 * static_cast<Eigen::Index>(harmonics.size()), [&](std::size_t i, double* x) {
+  const auto last = 6 + 2 * static_cast<Eigen::Index>(harmonics.size());
+  const Normal fit = solve(s, last + (alternates ? 2 : 0), [&](std::size_t i, double* x) {
     const double u = s.time[i] * scale;
     x[0] = 1.0, x[1] = u, x[2] = wave[i].real(), x[3] = wave[i].imag(), x[4] = u * x[2], x[5] = u * x[3];
     for (std::size_t h = 0; h < harmonics.size(); ++h) {
       const Complex w = power(wave[i], harmonics[h]);
       x[6 + 2 * h] = w.real(), x[7 + 2 * h] = w.imag();
     }
+    if (alternates) x[last] = alternating(s, i), x[last + 1] = x[last] * u;
   });
   const Complex still(fit.b[2], -fit.b[3]), moving(fit.b[4], -fit.b[5]);
   return (moving / still).imag() * scale / two_pi;
@@ -111,6 +127,7 @@ double step_of_frequency(const Samples& s, const std::vector<Complex>& wave, con
 
 struct Model {
   std::vector<int> harmonics;
+  bool alternates = false;  ///< two last columns: what changes sign from window to window, and grows with time
   Normal fit;
   double frequency = 0.0;
   std::vector<Complex> wave;
@@ -125,7 +142,7 @@ double search(const Samples& s, double start, std::vector<Complex>& wave) {
   double f = start;
   for (int round = 0; round < 12; ++round) {
     waves(s, f, wave);
-    const double step = std::clamp(step_of_frequency(s, wave, {}), -0.4 / s.span, 0.4 / s.span);
+    const double step = std::clamp(step_of_frequency(s, wave, {}, false), -0.4 / s.span, 0.4 / s.span);
     f += step;
     if (!(std::abs(f - start) * s.span < 1.2))
       throw Error(Error::Kind::bad_data, fmt::format("no steady tone near {:.6g} Hz", start));
@@ -139,13 +156,14 @@ Model model_of(const Samples& s, double frequency) {
   m.frequency = search(s, frequency, m.wave);
   waves(s, m.frequency, m.wave);
   m.harmonics = harmonics_of(s, m.frequency);
-  if (!m.harmonics.empty()) {
-    m.frequency += step_of_frequency(s, m.wave, m.harmonics);
+  m.alternates = alternates(s, m.frequency);
+  if (!m.harmonics.empty() || m.alternates) {
+    m.frequency += step_of_frequency(s, m.wave, m.harmonics, m.alternates);
     waves(s, m.frequency, m.wave);
   }
   const auto lines = 1 + static_cast<Eigen::Index>(m.harmonics.size());
   const double scale = 2.0 / s.span;
-  const auto columns = 2 + 2 * lines;
+  const auto last = 2 + 2 * lines, columns = last + (m.alternates ? 2 : 0);
   m.fit = solve(s, columns, [&](std::size_t i, double* x) {
     const Complex w = m.wave[i];
     x[0] = 1.0, x[1] = s.time[i] * scale, x[2] = w.real(), x[3] = w.imag();
@@ -153,6 +171,7 @@ Model model_of(const Samples& s, double frequency) {
       const Complex line = power(w, m.harmonics[h]);
       x[4 + 2 * h] = line.real(), x[5 + 2 * h] = line.imag();
     }
+    if (m.alternates) x[last] = alternating(s, i), x[last + 1] = x[last] * x[1];
   });
   return m;
 }
@@ -161,6 +180,10 @@ double predicted(const Samples& s, const Model& m, std::size_t i) {
   double value = m.fit.b[0] + m.fit.b[1] * s.time[i] * 2.0 / s.span + (coefficient(m, 0) * m.wave[i]).real();
   for (std::size_t h = 0; h < m.harmonics.size(); ++h)
     value += (coefficient(m, h + 1) * power(m.wave[i], m.harmonics[h])).real();
+  if (m.alternates) {
+    const auto last = m.fit.b.size() - 2;
+    value += alternating(s, i) * (m.fit.b[last] + m.fit.b[last + 1] * s.time[i] * 2.0 / s.span);
+  }
   return value;
 }
 

@@ -95,6 +95,16 @@ TEST(SineLine, BrokenCyclesShiftThePlainMeanOnly) {
   EXPECT_NEAR(sine::fit_line(whole.time, whole.value, window, 90.0).plain_mean, 1.0, 1e-12);
 }
 
+// 50 Hz: the second harmonic stands at 100 Hz, half of the windows a second. Over an odd number of windows, and in
+// blocks of odd length, it must not get into means: 19 mg over 125 windows would be 150 ug.
+TEST(SineVibration, HarmonicAtHalfOfTheRateLeavesTheMeansAlone) {
+  auto w = windows(3.0, 50.0, 0.3, 2001, 1.0);
+  for (std::size_t j = 0; j < w.value.size(); ++j) w.value[j] += j % 2 == 0 ? 0.019 : -0.019;
+  const auto line = sine::fit_line(w.time, w.value, window, 50.0);
+  EXPECT_NEAR(line.mean, 1.0, 1e-8);
+  for (const double block : line.block_mean) EXPECT_NEAR(block, 1.0, 1e-8);
+}
+
 // At a wrong frequency sinc(df T) of the amplitude is left: 1 mHz over 100 s -1.6 %, 5 mHz -36 %, 10 mHz all.
 TEST(SineLine, FrequencyErrorTakesTheAmplitude) {
   const auto w = windows(3.0, 40.0, 0.3, 20000);
