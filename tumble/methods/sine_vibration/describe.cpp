@@ -95,9 +95,17 @@ void add_gain_noise(const Measured& measured, Raw& raw) {
   }
 }
 
-/// A harmonic that falls upon the line is part of the amplitude of unit and reference, in unlike shares and at any
-/// phase.
-void add_harmonics(const Evidence& evidence, const Measured& measured, Raw& raw) {
+/// What a harmonic that falls upon the line does to the gain, over its size: it is part of the amplitude of unit and
+/// reference, at any phase. Windows leave sinc(k f H)/sinc(f H) of it; instants all of it. Where both are windows, unit
+/// and reference are alike but for the unit's gain at the harmonic, taken as 30 % off that at the line.
+double share_of_harmonic(const vibration::Data& data, const Measured& measured, const Point& point) {
+  const double turns = point.line.frequency * point.window;
+  const double of_unit = vibration::sinc(point.hidden_harmonic * turns) / vibration::sinc(turns);
+  const double of_reference = !measured.reference ? 0.0 : data.reference_integrated ? of_unit : 1.0;
+  return std::hypot(of_unit - of_reference, 0.3 * of_unit);
+}
+
+void add_harmonics(const Evidence& evidence, const vibration::Data& data, const Measured& measured, Raw& raw) {
   std::map<std::size_t, std::vector<std::size_t>> motions;
   for (std::size_t i = 0; i < measured.points.size(); ++i)
     if (measured.points[i].hidden_harmonic > 0) motions[measured.points[i].motion].push_back(i);
@@ -106,7 +114,8 @@ void add_harmonics(const Evidence& evidence, const Measured& measured, Raw& raw)
     const double sd = rig_sd(evidence, second ? "second harmonic" : "third harmonic", 0.01);
     if (!(sd > 0.0)) continue;
     Component& component = raw.add("harmonic of the shake on the line");
-    for (const std::size_t i : points) component.shift[raw.first_gain + i] = sd;
+    for (const std::size_t i : points)
+      component.shift[raw.first_gain + i] = sd * share_of_harmonic(data, measured, measured.points[i]);
   }
 }
 
@@ -361,7 +370,7 @@ Raw raw_of(const Evidence& evidence, const vibration::Data& data, const Measured
   for (const auto& point : measured.points) raw.value.push_back(std::log(point.gain));
   for (std::size_t k = 0; k < rectified.size(); ++k) add_fit(rectified[k], raw.coefficient[k], raw);
   add_gain_noise(measured, raw);
-  add_harmonics(evidence, measured, raw);
+  add_harmonics(evidence, data, measured, raw);
   add_level(evidence, measured, rectified, raw);
   add_scales(data, measured, rectified, raw);
   add_motion(evidence, measured, rectified, raw);
