@@ -19,7 +19,7 @@ std::vector<Role> roles() {
   return {
       {"accelerometer", "", true,
        "units under test, one or several on one fixture: pulses of each counting window, or a specific force, mA, V",
-           true},
+       true},
       {"reference", "g", false,
        "acceleration of the fixture along the shake; without it the level that the plan says, its uncertainty in the "
        "budget"}};

@@ -46,6 +46,7 @@ const Machine& machine() {
 
 extern const Rig dividing_head;
 const Rig dividing_head = rig_of<machine>(
-    "dividing_head", "dividing head: an instrument turned about a horizontal axis from position to position, in an oven");
+    "dividing_head",
+    "dividing head: an instrument turned about a horizontal axis from position to position, in an oven");
 
 }  // namespace tumble::rigs

@@ -79,8 +79,8 @@ double use_from(const PowerUp& power_up, std::size_t segment, double settling) {
   return (segment < settled.size() ? std::max(begin, settled[segment]) : begin) + settling;
 }
 
-/// So many blocks of a steady stretch are needed at least to show its noise, and are enough to tell white noise from the
-/// rounding to whole pulses.
+/// So many blocks of a steady stretch are needed at least to show its noise, and are enough to tell white noise from
+/// the rounding to whole pulses.
 constexpr std::size_t least_blocks = 4, counted_blocks = 32;
 
 /// Whether what is felt stays within 1e-4 of its mean while the rig turns: on the arm of a centrifuge.
