@@ -15,4 +15,7 @@ struct Finding {
 
 using Findings = std::vector<Finding>;
 
+/// The errors among them as the problems of a refusal: "where: message".
+std::vector<std::string> errors_among(const Findings& findings);
+
 }  // namespace tumble

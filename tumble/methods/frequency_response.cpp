@@ -81,10 +81,7 @@ void refuse_impossible(const Settings& settings) {
 
 void require_points(const Points& points) {
   if (!points.found.empty()) return;
-  std::vector<std::string> problems;
-  for (const Finding& finding : points.findings)
-    if (finding.severity == Finding::Severity::error)
-      problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+  auto problems = errors_among(points.findings);
   if (problems.empty())
     problems.push_back("no segment of the schedule oscillates: frequency_response needs sine or sweep segments");
   throw Error(Error::Kind::bad_data, problems);

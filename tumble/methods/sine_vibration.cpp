@@ -60,11 +60,8 @@ void refuse_impossible(const Settings& settings) {
 
 void require_points(const vibration::Data& data, const sine::Measured& measured) {
   if (!measured.points.empty()) return;
-  std::vector<std::string> problems;
-  for (const Findings* list : {&data.findings, &measured.findings})
-    for (const Finding& finding : *list)
-      if (finding.severity == Finding::Severity::error)
-        problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+  auto problems = errors_among(data.findings);
+  for (auto& problem : errors_among(measured.findings)) problems.push_back(std::move(problem));
   if (problems.empty()) problems.emplace_back("no segment of the schedule shakes the units with a sine");
   throw Error(Error::Kind::bad_data, problems);
 }

@@ -39,6 +39,14 @@ Segment standing_alone(const Schedule& schedule, std::size_t index) {
   return alone;
 }
 
+bool recorded_one_by_one(const Plan& plan) {
+  return std::ranges::all_of(plan.schedule, [&](const Segment& segment) {
+    return std::ranges::any_of(plan.recordings, [&](const RecordingEntry& entry) {
+      return !entry.plan && entry.segment == segment.label && (entry.run == 0 || entry.run == segment.run);
+    });
+  });
+}
+
 Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, const RandomStream& test,
                     const RandomStream& run) {
   if (errors.empty()) return {};

@@ -25,6 +25,9 @@ std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate);
 /// the segments of its power-up before it left them.
 Segment standing_alone(const Schedule& schedule, std::size_t index);
 
+/// Whether every segment has a file of its own: then nobody asks how the rig went from one to the next.
+bool recorded_one_by_one(const Plan& plan);
+
 /// One value of every error of the rig (row) in every segment (column), drawn from their standard deviations: those of
 /// the whole test from `test`, those of each segment from `run`. Empty where the rig has none.
 Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, const RandomStream& test,

@@ -111,7 +111,7 @@ void refuse_incomplete(const Plan& plan) {
   if (!plan.instrument_model.empty() && plan.truth.texts().empty())
     problems.push_back("to simulate, the plan needs [truth]");
   if (problems.empty()) {
-    if (const Rig& rig = find_rig(plan.rig_kind); rig.refusals && !plan.recordings.empty())
+    if (const Rig& rig = find_rig(plan.rig_kind); rig.refusals && sim::recorded_one_by_one(plan))
       problems = rig.refusals(plan.schedule, plan.rig);  // a plan of files was asked about its segments one by one
     append_oversampling_problems(plan, problems);
     for (const auto& participant : sim::participants_of(plan)) append_truth_problems(plan, participant, problems);

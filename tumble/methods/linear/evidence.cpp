@@ -235,7 +235,8 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   Evidences out;
   for (const Plan* one : plans) {
-    const std::size_t begin = add_power_ups(*one, out.plans++, one->sample_rate, problem, out);
+    const bool alone = sim::recorded_one_by_one(*one);
+    const std::size_t begin = (alone ? add_segments : add_power_ups)(*one, out.plans++, one->sample_rate, problem, out);
     for (std::size_t u = begin; u < out.power_ups.size(); ++u) {
       const PowerUp& power_up = out.power_ups[u];
       for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) {

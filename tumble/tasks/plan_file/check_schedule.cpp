@@ -36,17 +36,8 @@ class Places {
   std::map<std::string, const toml::node*> segments_;
 };
 
-/// Whether every segment has a file of its own: then nobody asks how the rig went from one to the next.
-bool recorded_one_by_one(const Plan& plan) {
-  return std::ranges::all_of(plan.schedule, [&](const Segment& segment) {
-    return std::ranges::any_of(plan.recordings, [&](const RecordingEntry& entry) {
-      return !entry.plan && entry.segment == segment.label && (entry.run == 0 || entry.run == segment.run);
-    });
-  });
-}
-
 std::vector<std::string> refusals_of(const Plan& plan, const Rig& rig) {
-  if (!recorded_one_by_one(plan)) return rig.refusals(plan.schedule, plan.rig);
+  if (!sim::recorded_one_by_one(plan)) return rig.refusals(plan.schedule, plan.rig);
   std::vector<std::string> refusals;
   for (std::size_t s = 0; s < plan.schedule.size(); ++s)
     for (auto& refusal : rig.refusals({sim::standing_alone(plan.schedule, s)}, plan.rig))
