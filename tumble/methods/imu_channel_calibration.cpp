@@ -31,8 +31,7 @@ std::vector<Option> options() {
   const auto add = [&](const char* name, Type type, const char* unit, const char* fallback, const char* description) {
     options.push_back({name, type, unit, fallback, {}, description});
   };
-  add("accelerometer_scale_factor", Type::text, "1", "", "K_m of all accelerometers, \"2000 pulse/s/g\"");
-  add("gyro_scale_factor", Type::text, "1", "", "K_m of all gyros, \"2 pulse/arcsec\"");
+  for (auto& option : imu::scale_factor_options()) options.push_back(std::move(option));
   options.push_back({"order",
                      Type::word,
                      "1",

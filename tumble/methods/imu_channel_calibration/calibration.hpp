@@ -32,12 +32,8 @@ struct Calibration {
   Findings findings;
 };
 
-/// Output [SI of the quantity] for one SI unit of a channel, and what a pulse is of it; from the settings.
-struct Reading {
-  double scale = 1.0;
-  double pulse = 0.0;
-};
-Reading reading_of(Kind kind, const Settings& settings, const Channel& channel);
+using imu::Reading;
+using imu::reading_of;
 
 /// All three channels of the unit, each by linear identification over the positions (and rates), turned into (3.4).
 Calibration whole_of(Kind kind, const Evidence& whole);

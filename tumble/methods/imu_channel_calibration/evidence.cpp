@@ -77,8 +77,6 @@ void refuse_incomplete(const Sorted& sorted) {
 
 }  // namespace
 
-std::string role_of(Kind kind, std::size_t axis) { return fmt::format("{}_{}", word(kind), letters[axis]); }
-
 Sorted sorted(const Evidence& evidence) {
   Sorted out;
   Evidence whole;

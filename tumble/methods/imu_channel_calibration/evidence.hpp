@@ -1,22 +1,19 @@
 #pragma once
 
-#include <array>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
+#include "tumble/methods/imu/sensors.hpp"
 
 /// Which recordings are of the whole unit and which of a channel alone.
 namespace tumble::methods::channels {
 
-enum class Kind { accelerometer, gyro };
-
-inline constexpr std::array<Kind, 2> kinds{Kind::accelerometer, Kind::gyro};
-inline constexpr std::array<char, 3> letters{'x', 'y', 'z'};
-
-/// "accelerometer_x"
-std::string role_of(Kind kind, std::size_t axis);
+using imu::Kind;
+using imu::kinds;
+using imu::letters;
+using imu::role_of;
 
 struct Sorted {
   Evidence whole;                         ///< recordings without a plan of their own, segments for the check left out

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/methods/accelerometer/output.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/units/error.hpp"
@@ -17,10 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-Vector3 Felt::*field_of(Kind kind) { return kind == Kind::gyro ? &Felt::rate : &Felt::specific_force; }
-
 /// y = u_i + b + k u_i + m_j u_j + m_l u_l, in the order bias, scale factor, misalignments; accelerometers with K_2 as
 /// well, which is not of (3.4).
 linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings, const Channel& channel) {
@@ -30,7 +25,7 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   const Reading reading = reading_of(kind, settings, channel);
   problem.scale = reading.scale;
   problem.pulse = reading.pulse;
-  problem.input = [field = field_of(kind), axis](const Felt& felt) { return component(felt.*field, axis); };
+  problem.input = [=](const Felt& felt) { return imu::component(imu::field_of(kind, felt), axis); };
   linear::set_options(settings, problem);
   std::vector<std::string> names{role + "_bias", role + "_scale_factor_error"};
   for (const std::size_t which : {2u, 3u})
@@ -138,34 +133,6 @@ void keep_findings(const linear::Solution& solution, Findings& findings) {
 }
 
 }  // namespace
-
-Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) {
-  const auto pulses_of = [&](const char* option, const char* unit) {
-    if (!settings.has(option) || settings.word(option).empty())
-      throw Error(Error::Kind::bad_input,
-                  fmt::format("channel '{}' is in {}: [settings] {} must give the reference scale factor in {}",
-                              channel.name, channel.unit.text(), option, unit));
-    const double scale = parse_si(settings.word(option), Unit::parse(unit));
-    if (!(std::abs(scale) > 0.0))
-      throw Error(Error::Kind::bad_input, fmt::format("[settings] {} must not be zero", option));
-    return scale;
-  };
-  if (kind == Kind::accelerometer) {
-    const auto output = accelerometer::output_of(channel);
-    if (output.scale_factor == Unit()) return {};
-    const double scale = pulses_of("accelerometer_scale_factor", output.scale_factor.text().c_str());
-    return {output.per_second / scale, output.pulses ? 1.0 / std::abs(scale) : 0.0};
-  }
-  const auto is = [&](const char* unit) { return channel.unit.dimension() == Unit::parse(unit).dimension(); };
-  if (is("deg/s")) return {};
-  if (is("deg")) return {mean_rate(channel), 0.0};
-  if (!is("pulse"))
-    throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: a gyro's output must be an angular rate, an "
-                                                   "angle gained in each sample, or pulses",
-                                                   channel.name, channel.unit.text()));
-  const double scale = pulses_of("gyro_scale_factor", "pulse/arcsec");
-  return {mean_rate(channel) / scale, 1.0 / std::abs(scale)};
-}
 
 Calibration whole_of(Kind kind, const Evidence& all) {
   const Evidence whole = kind == Kind::accelerometer ? at_rest(all) : all;
