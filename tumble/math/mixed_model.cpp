@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/math/mixed_model/estimator.hpp"
 #include "tumble/math/mixed_model/restricted.hpp"
 #include "tumble/math/mixed_model/rows.hpp"
 #include "tumble/units/error.hpp"
@@ -17,31 +18,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using mixed::Compressed;
-
-/// The linear estimator b = G y for a covariance V of the compressed observations.
-struct Estimator {
-  MatrixXd gain;  ///< G, p x n
-  double condition = 1.0;
-};
-
-/// QR of the whitened design with unit columns: X = V^1/2 Q R D, G = D^-1 R^-1 Q' V^-1/2.
-Estimator estimator(const MatrixXd& design, const MatrixXd& covariance) {
-  const Eigen::LLT<MatrixXd> root(covariance);
-  if (root.info() != Eigen::Success) throw Error(Error::Kind::internal, "mixed model: covariance not positive");
-  const Index p = design.cols();
-  MatrixXd white = root.matrixL().solve(design);
-  const VectorXd scale = white.colwise().norm();
-  white = white * scale.cwiseInverse().asDiagonal();
-  const Eigen::HouseholderQR<MatrixXd> qr(white);
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(white.rows(), p);
-  const MatrixXd r = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
-  const VectorXd s = Eigen::JacobiSVD<MatrixXd>(r).singularValues();
-  const MatrixXd inner = root.matrixU().solve(q);  // V^-1/2' Q
-  Estimator result;
-  result.gain = scale.cwiseInverse().asDiagonal() * r.triangularView<Eigen::Upper>().solve(inner.transpose());
-  result.condition = s[p - 1] > 0.0 ? s[0] / s[p - 1] : std::numeric_limits<double>::infinity();
-  return result;
-}
 
 /// Covariance that one known effect gives the parameters.
 MatrixXd effect_covariance(const Compressed& rows, const MatrixXd& gain, Index effect) {
@@ -108,7 +84,7 @@ MixedFit fit_mixed_model(const MixedData& data) {
   const auto [start, residuals] = mixed::ordinary(rows);
   const mixed::Components found = mixed::restricted_likelihood(data, rows, residuals);
   const MatrixXd v = covariance_of(data, rows, found.variances);
-  const Estimator g = estimator(rows.design, v);
+  const mixed::Estimator g = mixed::estimator(rows.design, v);
   const VectorXd correction = g.gain * residuals;
   const VectorXd b = start + correction;
 
@@ -120,7 +96,7 @@ MixedFit fit_mixed_model(const MixedData& data) {
   fit.component_covariance = plain(found.covariance);
   fit.condition = g.condition;
   const VectorXd last = residuals - rows.design * correction;
-  fit.chi_square = last.dot(Eigen::LLT<MatrixXd>(v).solve(last));
+  fit.chi_square = last.dot(g.root.solve(last));
   if (found.variances[0] > 0.0) fit.chi_square += rows.within_squares / found.variances[0];
   fit.degrees_of_freedom = static_cast<double>(data.design.rows) - static_cast<double>(data.design.columns);
   const VectorXd fitted = map(data.design) * b;
@@ -135,7 +111,7 @@ MixedFit predict_mixed_model(const MixedData& data, double white_variance) {
   VectorXd variances(at(data.slow.size()) + 1);
   variances[0] = white_variance;
   for (std::size_t c = 0; c < data.slow.size(); ++c) variances[at(c) + 1] = data.slow[c].variance;
-  const Estimator g = estimator(rows.design, covariance_of(data, rows, variances));
+  const mixed::Estimator g = mixed::estimator(rows.design, covariance_of(data, rows, variances));
   MixedFit fit;
   fit.parameters.assign(data.design.columns, 0.0);
   add_sources(data, rows, g.gain, variances, fit);

@@ -14,6 +14,9 @@ struct KnownEffect {
   std::string source;          ///< as budgets name it
   std::vector<double> column;  ///< [u] N: change of the observation by one standard deviation
   bool each_segment = false;
+  /// Names of the numbers drawn, one, or one a segment: outputs observed together share those of the same name. Empty:
+  /// the output's own. See joint_model.hpp.
+  std::vector<std::string> draws = {};
 };
 
 /// Slow noise: one shift per segment, with covariance variance x kernel between the segments.

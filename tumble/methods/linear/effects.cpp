@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -212,14 +214,16 @@ void add_each_segment(const Evidences& evidence, const Rows& rows, const Differe
                       const std::vector<double>& all, std::vector<KnownEffect>& effects) {
   const auto drivers = drivers_of(evidence, rows, difference, job);
   std::map<std::tuple<std::size_t, int, std::size_t>, std::vector<std::size_t>> groups;
+  KnownEffect own{job.error.name, all, true};
   for (std::size_t g = 0; g < drivers.size(); ++g) {
     const auto& stretch = evidence.stretches[g];
     groups[{stretch.power_up, stretch.run, drivers[g]}].push_back(g);
+    own.draws.push_back(fmt::format("{} {}, power-up {} {}, segment {}", job.plan, job.error.name, stretch.power_up,
+                                    stretch.run, drivers[g]));
   }
-  KnownEffect own{job.error.name, all, true};
   for (const auto& [key, stretches] : groups) {
     if (stretches.size() < 2) continue;
-    KnownEffect shared{job.error.name, std::vector<double>(all.size(), 0.0), false};
+    KnownEffect shared{job.error.name, std::vector<double>(all.size(), 0.0), false, {own.draws[stretches.front()]}};
     for (std::size_t i = 0; i < all.size(); ++i)
       if (std::ranges::find(stretches, rows.segment[i]) != stretches.end()) std::swap(shared.column[i], own.column[i]);
     if (!difference.rounding(shared.column)) effects.push_back(std::move(shared));
@@ -240,7 +244,8 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
     if (jobs[k].error.each_segment)
       add_each_segment(evidence, rows, difference, jobs[k], all, found[k]);
     else
-      found[k].push_back({jobs[k].error.name, std::move(all), false});
+      found[k].push_back(
+          {jobs[k].error.name, std::move(all), false, {fmt::format("{} {}", jobs[k].plan, jobs[k].error.name)}});
   });
   std::vector<KnownEffect> effects;
   for (auto& some : found) std::ranges::move(some, std::back_inserter(effects));

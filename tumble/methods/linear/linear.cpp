@@ -10,6 +10,7 @@
 #include "tumble/methods/linear/rows.hpp"
 #include "tumble/methods/linear/slow.hpp"
 #include "tumble/methods/linear/words.hpp"
+#include "tumble/methods/linear/work.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {
@@ -71,11 +72,6 @@ void fill_segments(const Rows& rows, const std::vector<double>& predicted, doubl
   }
 }
 
-std::vector<double> sum(std::vector<double> a, const std::vector<double>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
-  return a;
-}
-
 void refuse_too_few(std::size_t rows, std::size_t columns) {
   if (columns == 0) throw Error(Error::Kind::bad_data, "the schedule shows none of the parameters");
   if (rows < columns + 1)
@@ -129,51 +125,69 @@ double white_variance(const NoiseModel& noise) { return noise.angle_random_walk 
 
 }  // namespace
 
-Solution identify(const Evidence& evidence, const Problem& problem) {
-  const Evidences found = evidence_of(evidence, problem);
-  Rows rows = rows_of(found, problem);
-  Solution solution;
-  solution.findings = found.findings;
-  const auto kept = observable(problem, rows, solution);
-  refuse_too_few(rows.weights.size(), kept.size());
-  const auto counting = take_out_counting(found, problem, rows);
+Work worked_out(const Evidence& evidence, const Problem& problem) {
+  Work work{evidence_of(evidence, problem), {}, {}, {}, {}};
+  work.rows = rows_of(work.found, problem);
+  Solution& solution = work.solution;
+  solution.findings = work.found.findings;
+  work.kept = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.kept.size());
+  const auto counting = take_out_counting(work.found, problem, work.rows);
 
-  MixedData data{.design = columns_of(rows.design, kept), .weights = rows.weights, .segment = rows.segment};
-  data.observations = rows.output;
-  for (std::size_t i = 0; i < rows.input.size(); ++i) data.observations[i] -= rows.input[i];
+  MixedData& data = work.data;
+  data = {
+      .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
+  data.observations = work.rows.output;
+  for (std::size_t i = 0; i < work.rows.input.size(); ++i) data.observations[i] -= work.rows.input[i];
   const auto look = first_look(data.design, data.observations, data.weights);
-  data.effects = effects_of(found, problem, rows, spread(kept, look, problem.columns.size()));
+  data.effects = effects_of(work.found, problem, work.rows, spread(work.kept, look, problem.columns.size()));
   if (problem.pulse > 0.0) data.effects.push_back(counting);
-  data.slow = unknown_slow_noise(intervals_of(found), kept.size(), found.stretches.front().step);
+  const double step = work.found.stretches.front().step;
+  data.slow = unknown_slow_noise(intervals_of(work.found), work.kept.size(), step);
   solution.fit = fit_mixed_model(data);
-  solution.observations = rows.weights.size();
-  fill_segments(rows, sum(solution.fit.fitted, rows.input), solution.fit.white_variance, solution);
+  solution.observations = work.rows.weights.size();
+  set_fitted(work, solution.fit.fitted);
   solution.drift_sd = drift_sd(data.slow, solution.fit.slow_variance);
   describe_dropped(problem, solution);
-  return solution;
+  return work;
 }
 
-Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
-  const Evidences found = evidence_of(plan, problem);
-  Rows rows = rows_of(found, problem);
-  Solution solution;
-  solution.findings = found.findings;
-  const auto kept = observable(problem, rows, solution);
-  refuse_too_few(rows.weights.size(), kept.size());
+Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
+  Work work{evidence_of(plan, problem), {}, {}, {}, {}};
+  work.rows = rows_of(work.found, problem);
+  Solution& solution = work.solution;
+  solution.findings = work.found.findings;
+  work.kept = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.kept.size());
   const auto all = coefficients_for(problem, truth);
-  MixedData data{.design = columns_of(rows.design, kept), .weights = rows.weights, .segment = rows.segment};
-  data.effects = effects_of(found, problem, rows, all);
-  if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(found, problem, rows));
-  data.slow = known_slow_noise(intervals_of(found), truth.noise, truth.turn_on_sd, found.stretches.front().step);
+  MixedData& data = work.data;
+  data = {
+      .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
+  data.effects = effects_of(work.found, problem, work.rows, all);
+  if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(work.found, problem, work.rows));
+  const double step = work.found.stretches.front().step;
+  data.slow = known_slow_noise(intervals_of(work.found), truth.noise, truth.turn_on_sd, step);
   solution.fit = predict_mixed_model(data, white_variance(truth.noise));
-  for (std::size_t k = 0; k < kept.size(); ++k) solution.fit.parameters[k] = all[kept[k]];
+  for (std::size_t k = 0; k < work.kept.size(); ++k) solution.fit.parameters[k] = all[work.kept[k]];
   for (const auto& dropped : solution.dropped)
-    for (std::size_t k = 0; k < kept.size(); ++k)
-      solution.fit.parameters[k] += dropped.weights[kept[k]] * all[dropped.column];
-  solution.observations = rows.weights.size();
-  fill_segments(rows, sum(times(rows.design, all), rows.input), solution.fit.white_variance, solution);
+    for (std::size_t k = 0; k < work.kept.size(); ++k)
+      solution.fit.parameters[k] += dropped.weights[work.kept[k]] * all[dropped.column];
+  solution.observations = work.rows.weights.size();
+  set_fitted(work, times(work.rows.design, all));
   describe_dropped(problem, solution);
-  return solution;
+  return work;
+}
+
+void set_fitted(Work& work, std::span<const double> fitted) {
+  std::vector<double> predicted(fitted.begin(), fitted.end());
+  for (std::size_t i = 0; i < predicted.size(); ++i) predicted[i] += work.rows.input[i];
+  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.solution);
+}
+
+Solution identify(const Evidence& evidence, const Problem& problem) { return worked_out(evidence, problem).solution; }
+
+Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
+  return worked_out(plan, problem, truth).solution;
 }
 
 namespace {
