@@ -34,7 +34,15 @@ struct Beside {
   Settings truth;     ///< resolved against the model's options
 };
 
+struct Estimate;
 struct Plan;
+
+/// The result of an earlier test of the same instrument, on which a method may build.
+struct Calibration {
+  std::string file;                                  ///< resolved; empty: none
+  std::string sha256;                                ///< of its bytes
+  std::shared_ptr<const Estimate> result = nullptr;  ///< null until it is read
+};
 
 /// A file that belongs to the test.
 struct RecordingEntry {
@@ -65,6 +73,7 @@ struct Plan {
   Schedule schedule;                                           ///< in order of time: sorted by run
   std::map<std::string, std::vector<ChannelChoice>> channels;  ///< by role: one, or several where the role takes them
   std::vector<RecordingEntry> recordings;
+  Calibration calibration = {};
   Settings settings;  ///< resolved against the method's options
   std::vector<Limit> limits;
   Settings truth;              ///< resolved against the model's options, for simulate and predict

@@ -49,6 +49,8 @@ struct Method {
   Estimate (*predict)(const Plan& plan);
   /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.
   bool several_instruments = false;
+  /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
+  bool takes_calibration = false;
 };
 
 namespace methods {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -178,6 +179,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
     throw Error(Error::Kind::bad_input, plan.file.empty()
                                             ? "no recording to identify from: name one or more after the method"
                                             : plan.file + ": no recording: name it after the plan or in [[recording]]");
+  read_calibration(plan);
   Evidence evidence{std::move(plan), {}};
   std::vector<std::string> problems;
   auto kind = Error::Kind::bad_file;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -44,6 +45,7 @@ void describe(const Plan& plan, Estimate& estimate) {
 
 /// Which channel played each role: compensate takes the same. The seed, where the data were simulated.
 void add_origin(const Evidence& evidence, Provenance& provenance) {
+  add_calibration(evidence.plan, provenance);
   for (const auto& recording : evidence.recordings) {
     provenance.inputs.push_back({recording.origin.file, recording.origin.sha256});
     for (const auto& role : find_method(evidence.plan.method).roles())

@@ -316,6 +316,19 @@ void read_channel_sets(Reading& reading) {
     }
 }
 
+/// The result that the method builds on: relative to the plan, or as the command line says, which wins.
+void read_calibration(Reading& reading, Section& root) {
+  const auto text = root.text("calibration");
+  const auto& set = reading.sets.calibration;
+  const auto folder = std::filesystem::path(reading.plan.file).parent_path();
+  if (text) reading.plan.calibration.file = (folder / *text).lexically_normal().string();
+  if (set) reading.plan.calibration.file = *set;
+  if ((!text && !set) || !reading.method || reading.method->takes_calibration) return;
+  const auto problem = fmt::format("{} builds on no earlier result", reading.plan.method);
+  if (set) reading.problems.all.push_back("--set calibration: " + problem);
+  if (text) root.problem_at("calibration", problem);
+}
+
 bool has_option(const Method& method, std::string_view name) {
   const auto options = method.options();
   return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
@@ -334,6 +347,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (!reading.plan.method.empty())
     reading.method = look_up(
         root, "method", [&]() -> auto& { return find_method(reading.plan.method); });
+  read_calibration(reading, root);
   read_instrument(reading, section("instrument"));
   if (const auto& site = section("site"); given("site")) read_site(reading, site);
   if (const auto& rig = section("rig"); given("rig")) read_rig(reading, rig);
@@ -386,6 +400,9 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   reading.method = &method;
   reading.sets = sorted(sets, has_option(method, "rate"));
   reading.plan.settings = resolve(method.options(), reading.sets.settings, "method " + name, reading.problems.all);
+  if (reading.sets.calibration && !method.takes_calibration)
+    reading.problems.all.push_back(fmt::format("--set calibration: {} builds on no earlier result", name));
+  reading.plan.calibration.file = reading.sets.calibration.value_or("");
   for (const auto* other : {&reading.sets.truth, &reading.sets.rig})
     for (const auto& given : *other)
       reading.problems.all.push_back("--set " + given.key + ": there is no plan that it could change");

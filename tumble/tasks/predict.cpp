@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/predict/advice.hpp"
 #include "tumble/tasks/predict/problem.hpp"
 #include "tumble/tasks/sets.hpp"
@@ -18,6 +19,7 @@ void describe(const Plan& plan, Estimate& estimate) {
   estimate.instrument_serial = plan.instrument_serial;
   for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
   for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
+  add_calibration(plan, estimate.provenance);
   if (estimate.title.empty()) estimate.title = plan.title.empty() ? estimate.method : plan.title;
 }
 
@@ -57,8 +59,10 @@ Estimate predict(const Plan& plan) {
   const auto* method = plan.method.empty() ? nullptr : &find_method(plan.method);
   if (!method || !method->predict) return predict_model(plan, {});
   refuse_unpredictable(plan);
-  auto estimate = method->predict(plan);
-  describe(plan, estimate);
+  Plan whole = plan;
+  read_calibration(whole);
+  auto estimate = method->predict(whole);
+  describe(whole, estimate);
   return estimate;
 }
 

@@ -35,6 +35,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
   if (key == "rate" && !method_has_rate) return;
   if (key == "missing")
     sorted.reading.missing = value;
+  else if (key == "calibration")
+    sorted.calibration = value;
   else if (const auto column = after(key, "unit."); !column.empty())
     sorted.reading.units[std::string(column)] = Unit::parse(value);
   else if (const auto role = after(key, "channels."); !role.empty())

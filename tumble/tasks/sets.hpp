@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/formats/format.hpp"
@@ -12,6 +15,7 @@ struct SortedSets {
   ReadOptions reading;                                        ///< rate, missing, unit.<column>
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
   std::vector<Given> settings, truth, rig, beside;
+  std::optional<std::string> calibration;
 };
 
 /// `rate` is for reading; when `method_has_rate` it is a setting of the method as well. Throws Error::bad_input.

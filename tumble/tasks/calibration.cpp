@@ -1,0 +1,52 @@
+#include "tumble/tasks/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+/// The same instrument as far as both say which one they are of.
+void refuse_other_instrument(const Plan& plan, const Estimate& result) {
+  const auto& file = plan.calibration.file;
+  if (!result.instrument_serial.empty() && !plan.instrument_serial.empty() &&
+      result.instrument_serial != plan.instrument_serial)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}: the calibration {} is of the instrument with serial '{}', the plan's has '{}'",
+                            plan.file, file, result.instrument_serial, plan.instrument_serial));
+}
+
+}  // namespace
+
+void read_calibration(Plan& plan) {
+  auto& calibration = plan.calibration;
+  if (calibration.file.empty() || calibration.result) return;
+  Estimate result;
+  try {
+    const auto text = read_text_file(calibration.file);
+    result = estimate_from_json(text, calibration.file);
+    formats::Sha256 sum;
+    sum.add(text);
+    calibration.sha256 = sum.hex();
+  } catch (const Error& error) {
+    auto problems = error.problems;
+    const std::string where = plan.file.empty() ? "--set calibration" : plan.file;
+    for (auto& problem : problems)
+      problem = fmt::format("{}: the calibration must be a result that `tumble identify -o` wrote: {}", where, problem);
+    throw Error(error.kind, problems);
+  }
+  refuse_other_instrument(plan, result);
+  calibration.result = std::make_shared<const Estimate>(std::move(result));
+}
+
+void add_calibration(const Plan& plan, Provenance& provenance) {
+  if (!plan.calibration.result) return;
+  provenance.settings["calibration"] = plan.calibration.file;
+  provenance.inputs.push_back({plan.calibration.file, plan.calibration.sha256});
+}
+
+}  // namespace tumble::tasks

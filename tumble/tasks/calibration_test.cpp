@@ -1,0 +1,115 @@
+#include "tumble/tasks/calibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::tasks {
+namespace {
+
+class CalibrationFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() / (std::string("calibration_") + test->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  /// A result with two correlated parameters.
+  std::string result(const std::string& serial) const {
+    Estimate estimate;
+    estimate.method = "rlg_north_finder";
+    estimate.instrument_serial = serial;
+    estimate.parameters = {{"gyro.scale_factor", "K", Unit::parse("pulse/arcsec"), 91237.4, ""},
+                           {"gyro.bias", "B", Unit::parse("deg/h"), 1e-7, ""}};
+    estimate.covariance = Matrix(2, 2);
+    estimate.covariance(0, 0) = 4.0;
+    estimate.covariance(1, 1) = 1e-16;
+    estimate.covariance(0, 1) = estimate.covariance(1, 0) = 1e-8;
+    estimate.budget = {{"output noise", {4.0, 1e-16}}};
+    return write("result.json", to_json(estimate));
+  }
+
+  static std::string refusal(Plan plan, Error::Kind kind) {
+    try {
+      read_calibration(plan);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind, kind);
+      return error.problems.front();
+    }
+    return "";
+  }
+
+  static Plan plan_with(const std::string& file) {
+    Plan plan;
+    plan.file = "plan.toml";
+    plan.instrument_serial = "7";
+    plan.calibration.file = file;
+    return plan;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(CalibrationFile, IsReadWithItsCovarianceAndChecksum) {
+  Plan plan = plan_with(result("7"));
+  read_calibration(plan);
+  ASSERT_TRUE(plan.calibration.result);
+  const auto& covariance = plan.calibration.result->covariance;
+  EXPECT_NEAR(covariance(0, 1), 1e-8, 1e-20);
+  EXPECT_EQ(plan.calibration.sha256, formats::sha256_of_file(plan.calibration.file));
+  Provenance provenance;
+  add_calibration(plan, provenance);
+  ASSERT_EQ(provenance.inputs.size(), 1u);
+  EXPECT_EQ(provenance.inputs[0].sha256, plan.calibration.sha256);
+  EXPECT_EQ(provenance.settings.at("calibration"), plan.calibration.file);
+}
+
+TEST_F(CalibrationFile, APlanWithoutOneIsLeftAlone) {
+  Plan plan = plan_with("");
+  read_calibration(plan);
+  EXPECT_FALSE(plan.calibration.result);
+  Provenance provenance;
+  add_calibration(plan, provenance);
+  EXPECT_TRUE(provenance.inputs.empty());
+}
+
+TEST_F(CalibrationFile, WhatIsNoResultOfThisInstrumentIsRefused) {
+  const auto absent = refusal(plan_with((folder_ / "absent.json").string()), Error::Kind::bad_file);
+  EXPECT_TRUE(absent.find("absent.json") != std::string::npos && absent.starts_with("plan.toml: the calibration"))
+      << absent;
+  const auto other = refusal(plan_with(write("other.json", "{\"title\": 1}")), Error::Kind::bad_file);
+  EXPECT_NE(other.find("tumble identify"), std::string::npos) << other;
+  const auto serial = refusal(plan_with(result("8")), Error::Kind::bad_input);
+  EXPECT_NE(serial.find("serial '8', the plan's has '7'"), std::string::npos) << serial;
+  EXPECT_EQ(refusal(plan_with(result("")), Error::Kind::bad_input), "");
+}
+
+TEST_F(CalibrationFile, AMethodThatBuildsOnNoneRefusesIt) {
+  const auto plan = write("plan.toml", "method = \"static_bias\"\ncalibration = \"result.json\"\n");
+  try {
+    load_plan(plan, {});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    ASSERT_EQ(error.problems.size(), 1u);
+    EXPECT_NE(error.problems[0].find("plan.toml:2: calibration: static_bias builds on no earlier result"),
+              std::string::npos)
+        << error.problems[0];
+  }
+  EXPECT_THROW(plan_for_method("static_bias", {{"calibration", "result.json"}}), Error);
+}
+
+}  // namespace
+}  // namespace tumble::tasks
