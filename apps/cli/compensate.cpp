@@ -41,7 +41,9 @@ Verb add_compensate(CLI::App& program) {
   app->add_option("-o,--output", arguments->output, "recording to write")->required();
   add_sets(*app, arguments->sets,
            "what the file does not say itself:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
+           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
+           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "segment_column=COLUMN with labels; repeatable");
   app->footer("Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n");
   return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }

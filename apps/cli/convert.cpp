@@ -15,7 +15,9 @@ Verb add_convert(CLI::App& program) {
   app->add_option("-o,--output", arguments->output, "recording to write; its ending says the format")->required();
   add_sets(*app, arguments->sets,
            "what the file does not say itself:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
+           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
+           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "segment_column=COLUMN with labels; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble convert data.csv -o data.h5\n"

@@ -72,7 +72,9 @@ Verb add_identify(CLI::App& program) {
   add_sets(*app, arguments->sets,
            "a setting of the method (see `tumble list methods NAME`), or\n"
            "channels.ROLE=COLUMN, or what a file does not say itself:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
+           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
+           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "segment_column=COLUMN with labels; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble identify allan_noise data.csv --set rate=100\n"

@@ -151,7 +151,9 @@ Verb add_inspect(CLI::App& program) {
   app->add_flag("--json", arguments->json, "print JSON instead of a table");
   add_sets(*app, arguments->sets,
            "what the file does not say itself:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h; repeatable");
+           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
+           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "segment_column=COLUMN with labels; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble inspect data.csv\n"

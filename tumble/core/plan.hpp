@@ -50,6 +50,8 @@ struct RecordingEntry {
   std::string segment;                    ///< label of the schedule's segment it holds; empty: the whole schedule
   int run = 0;                            ///< which power-up; 0: as the schedule or the file says
   std::shared_ptr<const Plan> plan = {};  ///< its own rig, site and schedule; null: those of the plan that names it
+  std::vector<std::string> columns = {};  ///< of a text file: name[unit] of each, in place of its header
+  std::string segment_column = {};        ///< of a text file: holds the labels of the segments
 };
 
 /// A limit on a parameter. The bounds are as written; the unit is checked against the parameter when judged.

@@ -144,10 +144,21 @@ Recording read(const std::string& file, const ReadOptions& options, const Progre
   throw;
 }
 
-void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const ReadOptions& options) {
+/// What the entry of the plan says of its file, unless the command line does.
+ReadOptions options_of(const RecordingEntry& entry, ReadOptions options, const Sets& sets) {
+  if (entry.plan && entry.plan->sample_rate > 0.0 && !sorted(sets, true).reading.rate)
+    options.rate = entry.plan->sample_rate;
+  if (options.columns.empty()) options.columns = entry.columns;
+  if (options.segment_column.empty()) options.segment_column = entry.segment_column;
+  return options;
+}
+
+/// `read_by`: how each recording was read.
+void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const std::vector<ReadOptions>& read_by) {
   std::vector<std::string> problems;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const auto& recording = evidence.recordings[r];
+    const auto& options = read_by[r];
     const bool part = evidence.plans[r] && !evidence.plans[r]->channels.empty();  // says itself what it holds
     for (auto& problem : unit_conflicts(recording, options)) problems.push_back(std::move(problem));
     for (const auto& role : roles) {
@@ -174,13 +185,14 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles, sets);
   auto entries = plan.recordings;
-  for (const auto& file : recordings) entries.push_back({file, "", 0, nullptr});
+  for (const auto& file : recordings) entries.push_back({.file = file});
   if (entries.empty())
     throw Error(Error::Kind::bad_input, plan.file.empty()
                                             ? "no recording to identify from: name one or more after the method"
                                             : plan.file + ": no recording: name it after the plan or in [[recording]]");
   read_calibration(plan);
   Evidence evidence{std::move(plan), {}};
+  std::vector<ReadOptions> read_by;
   std::vector<std::string> problems;
   auto kind = Error::Kind::bad_file;
   for (std::size_t i = 0; i < entries.size(); ++i) try {
@@ -188,10 +200,8 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
         report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
       };
       evidence.plans.push_back(entries[i].plan);
-      auto own = options;
-      if (entries[i].plan && entries[i].plan->sample_rate > 0.0 && !sorted(sets, true).reading.rate)
-        own.rate = entries[i].plan->sample_rate;
-      evidence.recordings.push_back(read(entries[i].file, own, part));
+      read_by.push_back(options_of(entries[i], options, sets));
+      evidence.recordings.push_back(read(entries[i].file, read_by.back(), part));
       mark_from_schedule(plan_of(evidence, i), entries[i], evidence.recordings.back());
     } catch (const Error& error) {
       kind = error.kind;
@@ -199,7 +209,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
     }
   if (!problems.empty()) throw Error(kind, problems);
   refuse_copies(evidence.recordings);
-  check_roles(evidence, roles, options);
+  check_roles(evidence, roles, read_by);
   return evidence;
 }
 

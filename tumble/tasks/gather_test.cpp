@@ -132,6 +132,18 @@ TEST_F(Gather, TakesUnitAndRateFromThePlanWhereTheFileHasNone) {
   EXPECT_EQ(gyro.time(1), 0.5);
 }
 
+TEST_F(Gather, TakesColumnsAndLabelsFromTheEntryOrTheCommandLine) {
+  const auto file = write("bare.log", "0 1 20 up\n1 2 20 up\n2 3 20 down\n");
+  RecordingEntry entry{file, "", 0};
+  entry.columns = {"time[s]", "gyro[deg/h]", "temperature[degC]", "part"};
+  entry.segment_column = "part";
+  const auto evidence = gather(plan({entry}), {}, {}, {});
+  ASSERT_EQ(evidence.recordings[0].marks.size(), 2u);
+  EXPECT_EQ(evidence.recordings[0].marks[1].label, "down");
+  const auto other = gather(plan({entry}), {}, {{"columns", "time[s], gyro[deg/s],temperature[degC],part"}}, {});
+  EXPECT_DOUBLE_EQ(other.recordings[0].channels[0].values[0], si(1, "deg/s"));
+}
+
 TEST_F(Gather, SaysThatThereIsNoRecordingOrNoMethod) {
   EXPECT_EQ(problems(plan({}), Error::Kind::bad_input).size(), 1u);
   auto nothing = plan({{recording("a.csv"), "", 0}});

@@ -234,6 +234,8 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.file = (folder / file.value_or("")).lexically_normal().string();
     entry.segment = section.text("segment").value_or("");
     entry.run = section.integer("run").value_or(0);
+    entry.columns = section.texts("columns");
+    entry.segment_column = section.text("segment_column").value_or("");
     if (const auto plan = section.text("plan"))
       entry.plan = plan_of_recording(reading, section, (folder / *plan).lexically_normal().string());
     if (entry.run == 0 && node.as_table()->contains("run")) section.problem_at("run", "power-ups count from 1");

@@ -24,6 +24,25 @@ std::string_view after(std::string_view key, std::string_view prefix) {
                                                                               : std::string_view();
 }
 
+/// "time[s], gyro[deg/s]"
+std::vector<std::string> separate(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::size_t first = std::min(text.find_first_not_of(' ', begin), end);
+    const std::size_t last = text.find_last_not_of(' ', end - 1) + 1;
+    if (first >= last) throw Error(Error::Kind::bad_input, "a column has no name; write - for one not to be read");
+    parts.push_back(text.substr(first, last - first));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+bool for_reading(const std::string& key) {
+  return key == "rate" || key == "missing" || key == "columns" || key == "segment_column" ||
+         !after(key, "unit.").empty();
+}
+
 void sort_in(SortedSets& sorted, const std::string& key, const std::string& value, bool method_has_rate) {
   const Given given{key, value, "--set", true, true};
   const auto renamed = [&](std::string_view name) {
@@ -37,6 +56,10 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.reading.missing = value;
   else if (key == "calibration")
     sorted.calibration = value;
+  else if (key == "columns")
+    sorted.reading.columns = separate(value);
+  else if (key == "segment_column")
+    sorted.reading.segment_column = value;
   else if (const auto column = after(key, "unit."); !column.empty())
     sorted.reading.units[std::string(column)] = Unit::parse(value);
   else if (const auto role = after(key, "channels."); !role.empty())
@@ -70,10 +93,11 @@ ReadOptions read_options(const Sets& sets) {
   std::vector<std::string> problems;
   Sets known;
   for (const auto& set : sets)
-    if (set.first == "rate" || set.first == "missing" || !after(set.first, "unit.").empty())
+    if (for_reading(set.first))
       known.push_back(set);
     else
-      problems.push_back(fmt::format("--set {}: reading a file takes rate, missing and unit.<column>", set.first));
+      problems.push_back(fmt::format(
+          "--set {}: reading a file takes rate, missing, columns, segment_column and unit.<column>", set.first));
   try {
     const auto reading = sorted(known, false).reading;
     if (problems.empty()) return reading;

@@ -27,6 +27,13 @@ std::string extensions() {
   return text;
 }
 
+/// MATLAB's own files say so in their first bytes, except those of version 4, where the name has to do.
+bool is_matlab(const std::string& path) {
+  std::string bytes(6, '\0');
+  bytes.resize(formats::InputFile(path).read(bytes.data(), bytes.size()));
+  return bytes == "MATLAB" || path.ends_with(".mat");
+}
+
 const Format& format_for(const std::string& path) {
   if (const Format* format = by_extension(path)) return *format;
   throw Error{Error::Kind::bad_input,
@@ -39,6 +46,11 @@ const Format& format_of(const std::string& path) {
   if (formats::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
   for (const Format* format : formats::catalogue())
     if (format->recognises(path)) return *format;
+  if (is_matlab(path))
+    throw Error{Error::Kind::bad_file,
+                "'" + path +
+                    "' is a MATLAB binary file, which is not read; write it from MATLAB as text, "
+                    "writetable(array2table(data, 'VariableNames', names), 'data.csv'), or as HDF5, h5write"};
   if (const Format* format = by_extension(path)) return *format;
   throw Error{Error::Kind::bad_file, "'" + path +
                                          "' is not a recording that can be read: neither its content nor its "

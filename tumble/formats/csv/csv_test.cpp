@@ -165,6 +165,86 @@ TEST_F(Csv, BadCellsAreListedWithTheirPlace) {
   expect_holds(refusal(content), {"50 places", "and 40 more"});
 }
 
+TEST_F(Csv, WithoutAHeaderTheColumnsMustBeGiven) {
+  const std::string content = "  0.5e0  33108  -2\n  1.5e0  33096  -3\n";
+  expect_holds(refusal(content),
+               {"line 1", "3 columns", "0.5e0  33108", "--set columns=\"", "[[recording]] columns = [\""});
+  options.columns = {"time[s]", "a[LSB]", "-"};
+  const auto recording = read(content);
+  ASSERT_EQ(recording.channels.size(), 1u);
+  EXPECT_EQ(recording.channels[0].name, "a");
+  EXPECT_EQ(recording.channels[0].values, (std::vector<double>{33108, 33096}));
+  EXPECT_EQ(recording.channels[0].time(0), 0.5);
+  options.columns = {"time[s]", "a[LSB]"};
+  expect_holds(refusal(content), {"line 1: 3 columns, but columns names 2"});
+  options.columns = {"time[s]", "a", "a[LSB]"};
+  expect_holds(refusal(content), {"'a' stands twice", "without a unit"});
+}
+
+TEST_F(Csv, TheFirstLineWithoutAHeaderMayLackASample) {
+  options.columns = {"time[s]", "a[1]", "b[1]"};
+  options.missing = "NaN";
+  const auto recording = read("# any\n0,NaN,\n1,2,3\n");
+  EXPECT_TRUE(std::isnan(recording.channels[0].values[0]));
+  EXPECT_TRUE(std::isnan(recording.channels[1].values[0]));
+  EXPECT_EQ(recording.channels[1].values[1], 3.0);
+  expect_holds(refusal("0,1,2\n1,2\n"), {"line 2: 2 cells instead of 3"});
+}
+
+TEST_F(Csv, TheColumnsGivenStandInPlaceOfTheHeader) {
+  options.columns = {"time[s]", "a[deg/h]", "-"};
+  const auto recording = read("t,rate,spare\n0,1,2\n1,2,3\n");
+  EXPECT_EQ(recording.channels[0].name, "a");
+  EXPECT_EQ(recording.channels[0].values.size(), 2u);
+  ASSERT_EQ(recording.findings.size(), 1u);
+  expect_holds(recording.findings[0].message, {"in place of", "t,rate,spare"});
+  expect_holds(refusal("t,rate[deg/s],spare\n0,1,2\n"), {"'rate[deg/s]' by the file itself", "'a[deg/h]' was said"});
+}
+
+TEST_F(Csv, LabelsBecomeMarksWhereTheyChange) {
+  options.segment_column = "part";
+  const std::string content = "time[s],part,a[1]\n10,up,1\n11, up ,2\n12,\"down\",3\n14,,4\n15,up,5\n";
+  const auto recording = read(content);
+  EXPECT_EQ(recording.channels[0].values, (std::vector<double>{1, 2, 3, 4, 5}));
+  ASSERT_EQ(recording.marks.size(), 4u);
+  const std::vector<std::pair<std::string, double>> expected{{"up", 10}, {"down", 12}, {"", 14}, {"up", 15}};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(recording.marks[i].label, expected[i].first);
+    EXPECT_EQ(recording.marks[i].begin, expected[i].second);
+  }
+  options.segment_column = "prt";
+  expect_holds(refusal(content), {"no column 'prt' for segment_column", "did you mean 'part'", "time, part, a"});
+}
+
+TEST_F(Csv, LabelsOverManyPiecesAndInBlocksAreTheSame) {
+  std::string content = "part,no,a\n";
+  for (int i = 0; i < 60000; ++i) content += "s" + std::to_string(i / 7000 % 4) + "," + std::to_string(i) + ",1.25\n";
+  options.segment_column = "part";
+  options.rate = 204.8;
+  options.units = {{"a", Unit::parse("LSB")}};
+  options.only = {"a"};
+  const auto whole = read(content);
+  ASSERT_EQ(whole.marks.size(), 9u);
+  for (std::size_t i = 0; i < whole.marks.size(); ++i) {
+    EXPECT_EQ(whole.marks[i].label, "s" + std::to_string(i % 4));
+    EXPECT_EQ(whole.marks[i].begin, static_cast<double>(7000 * i) / 204.8);
+  }
+  std::vector<Mark> first;
+  format_of(file(content))
+      .stream(file(content), options, 5000,
+              [&](const Recording& block) {
+                if (first.empty()) first = block.marks;
+              },
+              {});
+  ASSERT_EQ(first.size(), whole.marks.size());
+  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].begin, whole.marks[i].begin);
+}
+
+TEST_F(Csv, AMatlabFileIsNamed) {
+  expect_holds(refusal(std::string("MATLAB 5.0 MAT-file, Platform: GLNXA64") + '\0' + "\x01IM"),
+               {"MATLAB binary file"});
+}
+
 TEST_F(Csv, AWordForAMissingSample) {
   options.missing = "nan";
   const auto recording = read("time[s],a[1]\n0,NaN\n1,2\n");

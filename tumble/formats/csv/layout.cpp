@@ -8,10 +8,13 @@
 #include "tumble/formats/catalogue/annotations.hpp"
 #include "tumble/formats/csv/number.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 
 namespace tumble::csv {
 
 namespace {
+
+const std::string not_read = "-";  ///< in place of the name of a column
 
 bool blank(char c) { return c == ' ' || c == '\t'; }
 
@@ -104,6 +107,8 @@ struct Header {
   Column column(const std::string& cell, std::size_t number) {
     const auto [name, unit] = name_and_unit(cell);
     Column result{name, {}, is_time(name, unit), true};
+    result.label = !name.empty() && name == options.segment_column;
+    if (result.label || cell == not_read) return {name, {}, false, false, result.label};
     result.wanted = result.time || wanted(name);
     const std::string where = "column " + std::to_string(number) + " '" + cell + "': ";
     if (name.empty()) problems.push_back(where + "it has no name");
@@ -134,7 +139,8 @@ struct Header {
       problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + names +
                          "; write it in the header, for example " + one + example +
                          ", or in the plan's [channels] table: role = \"" + one + example +
-                         "\", or give it: --set unit." + one + "=" + example.substr(1, example.size() - 2));
+                         "\", or give it: --set unit." + one + "=" + example.substr(1, example.size() - 2) +
+                         " (=1 for plain numbers)");
     }
     if (problems.empty()) return;
     problems.front() = "'" + path + "', header: " + problems.front();
@@ -147,13 +153,81 @@ void check_names(const std::vector<Column>& columns, std::vector<std::string>& p
   std::set<std::string> seen;
   bool time = false;
   for (const Column& column : columns) {
-    if (!seen.insert(column.name).second) problems.push_back("the column name '" + column.name + "' stands twice");
+    if (column.name != not_read && !seen.insert(column.name).second)
+      problems.push_back("the column name '" + column.name + "' stands twice");
     if (column.time && time) problems.push_back("there are two time columns; '" + column.name + "' is one too many");
     time = time || column.time;
   }
 }
 
-void take_header(Layout& layout, std::string_view line, const std::string& path, const ReadOptions& options) {
+/// The column that was said to hold the labels must be there.
+void check_label(const std::vector<Column>& columns, const std::string& label, std::vector<std::string>& problems) {
+  if (label.empty() || std::ranges::any_of(columns, &Column::label)) return;
+  std::vector<std::string> names;
+  for (const Column& column : columns) names.push_back(column.name);
+  std::string problem = "no column '" + label + "' for segment_column" + did_you_mean(label, names) + "; columns are";
+  for (const auto& name : names) problem += (name == names.front() ? " " : ", ") + name;
+  problems.push_back(problem);
+}
+
+/// Names for so many columns, to show how they are written.
+std::string example_columns(std::size_t count) {
+  const std::string accelerometer = "accelerometer_x[m/s^2],accelerometer_y[m/s^2],accelerometer_z[m/s^2]";
+  const std::string gyro = "gyro_x[deg/s],gyro_y[deg/s],gyro_z[deg/s]";
+  if (count == 1) return "gyro[deg/s]";
+  if (count == 3) return accelerometer;
+  if (count == 4) return "time[s]," + accelerometer;
+  if (count == 6) return accelerometer + "," + gyro;
+  std::string text = "time[s]";
+  if (count >= 7) text += "," + accelerometer + "," + gyro;
+  for (std::size_t i = count >= 7 ? 7 : 1; i < count; ++i) text += i == 1 ? ",gyro[deg/s]" : ",-";
+  return text;
+}
+
+/// The line for a message: short, and nothing a terminal would act on.
+std::string shown(std::string_view line) {
+  std::string text(trimmed(line));
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return "\"" + (text.size() > 60 ? text.substr(0, 60) + "..." : text) + "\"";
+}
+
+[[noreturn]] void refuse_no_header(const std::string& where, std::string_view line, std::size_t count) {
+  const auto columns = std::to_string(count) + (count == 1 ? " column" : " columns");
+  const auto example = example_columns(count);
+  std::string listed = "\"" + example + "\"";
+  for (std::size_t at = 0; (at = listed.find(',', at)) != std::string::npos; at += 4) listed.replace(at, 1, "\", \"");
+  throw Error{Error::Kind::bad_file,
+              where + ": numbers where the header is expected, " + columns + ": " + shown(line) +
+                  "; say what each column is, as name[unit], and - for one that is not to be read: --set columns=\"" +
+                  example + "\", or in the plan, [[recording]] columns = [" + listed + "]"};
+}
+
+/// Whether the first line holds samples, now that its columns are known: what is to be a number looks like one.
+bool samples_in(const std::vector<std::string>& cells, const ReadOptions& options) {
+  for (std::size_t i = 0; i < std::min(cells.size(), options.columns.size()); ++i) {
+    const auto& column = options.columns[i];
+    const bool number = column != not_read && name_and_unit(column).first != options.segment_column;
+    if (number && !cells[i].empty() && cells[i] != options.missing && !is_number(cells[i])) return false;
+  }
+  return true;
+}
+
+/// The columns given take the place of the file's own header; a unit that it says and they do not is a problem.
+void replace_header(Layout& layout, std::string_view line, const std::vector<std::string>& cells, Header& header) {
+  const auto& columns = header.options.columns;
+  for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
+    const auto own = name_and_unit(cells[i]).second, said = name_and_unit(columns[i]).second;
+    if (!own.empty() && !said.empty() && own != said)
+      header.problems.push_back("column " + std::to_string(i + 1) + " is '" + cells[i] + "' by the file itself, but '" +
+                                columns[i] + "' was said; one is wrong");
+  }
+  layout.annotations.findings.push_back(
+      {Finding::Severity::info, "the columns given were used in place of the header " + shown(line), header.path});
+}
+
+/// False where the line holds samples, and options.columns stand for the header that is not there.
+bool take_header(Layout& layout, std::string_view line, const std::string& path, const ReadOptions& options) {
   if (line.find('\r') != std::string_view::npos)
     throw Error{Error::Kind::bad_file, "'" + path + "': its lines end with CR alone; LF or CR LF is expected"};
   if (line.find('\0') != std::string_view::npos)
@@ -162,15 +236,26 @@ void take_header(Layout& layout, std::string_view line, const std::string& path,
                                            "UTF-8 or ASCII, not UTF-16)"};
   layout.separator = separator_of(line);
   auto cells = cells_of(line, layout.separator);
+  const std::size_t most = cells.size();  // cells at the end that are empty may be columns, or no more than separators
   while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
-  if (std::all_of(cells.begin(), cells.end(), is_number))
-    throw Error{Error::Kind::bad_file,
-                "'" + path + "', line " + std::to_string(layout.lines) +
-                    ": numbers where the header is expected, one name[unit] a column, for example time[s],gyro[deg/h]"};
+  const std::string where = "'" + path + "', line " + std::to_string(layout.lines);
+  if (options.columns.empty() && std::all_of(cells.begin(), cells.end(), is_number))
+    refuse_no_header(where, line, cells.size());
+  const bool headed = options.columns.empty() || !samples_in(cells, options);
   Header header{path, options, {}, {}};
+  if (const std::size_t named = options.columns.size(); named > 0) {
+    if (named < cells.size() || named > most)
+      throw Error{Error::Kind::bad_file, where + ": " + std::to_string(cells.size()) +
+                                             (cells.size() == 1 ? " column" : " columns") + ", but columns names " +
+                                             std::to_string(named) + ": " + shown(line)};
+    if (headed) replace_header(layout, line, cells, header);
+    cells = options.columns;
+  }
   for (std::size_t i = 0; i < cells.size(); ++i) layout.columns.push_back(header.column(cells[i], i + 1));
   check_names(layout.columns, header.problems);
+  check_label(layout.columns, options.segment_column, header.problems);
   header.finish();
+  return headed;
 }
 
 /// A comma is the decimal mark where it does not separate, commas stand in the first samples and no point does.
@@ -226,6 +311,7 @@ Layout read_layout(const std::string& path, std::string_view& text, const ReadOp
   if (text.empty()) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
   Layout layout;
   while (!text.empty()) {
+    const auto before = text;
     const auto line = take_line(text);
     ++layout.lines;
     const auto content = trimmed(line);
@@ -234,7 +320,10 @@ Layout read_layout(const std::string& path, std::string_view& text, const ReadOp
       take_comment(layout, content);
       continue;
     }
-    take_header(layout, line, path, options);
+    if (!take_header(layout, line, path, options)) {
+      text = before;
+      --layout.lines;
+    }
     layout.mark = decimal_mark(text, layout.separator);
     return layout;
   }

@@ -15,6 +15,7 @@ struct Column {
   Unit unit;
   bool time = false;
   bool wanted = true;
+  bool label = false;  ///< text: the segment that the sample belongs to
 };
 
 /// What the lines before the first sample say.
@@ -28,8 +29,9 @@ struct Layout {
   std::size_t lines = 0;  ///< read, the header included
 };
 
-/// Reads comments and the header from the first piece of a file and moves `text` behind them.
-/// Throws Error::bad_file with every column that has no unit or one that cannot be read.
+/// Reads comments and the header from the first piece of a file and moves `text` behind them. Where numbers stand in
+/// place of the header, options.columns are the header. Throws Error::bad_file with every column that has no unit or
+/// one that cannot be read.
 Layout read_layout(const std::string& path, std::string_view& text, const ReadOptions& options);
 
 /// Cells of one line: quotes removed and blanks around them, quoted separators kept. Blanks as separator collapse.

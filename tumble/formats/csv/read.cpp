@@ -2,6 +2,7 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <future>
@@ -33,6 +34,7 @@ class Batches {
   /// False at the end; then every bad cell has been seen and refused.
   bool next(Batch& batch) {
     batch.rows = 0;
+    batch.labels.clear();
     while (batch.rows < Batch::capacity) {
       if (text_.empty()) {
         text_ = lines_.next();
@@ -119,6 +121,20 @@ class Taker {
     }
   }
 
+  /// Notes where labels change. To be called once a batch, whatever else is taken.
+  void take_labels(const Batch& batch) {
+    for (const auto& [row, label] : batch.labels)
+      labels_.push_back({rows_ + row, timed_ ? unit_.to_si(batch.column(slot_)[row]) : 0.0, label});
+    rows_ += batch.rows;
+  }
+
+  /// A mark where the label changes; none where the file has no column of labels.
+  std::vector<Mark> marks(const std::optional<Timeline>& clock) const {
+    std::vector<Mark> marks;
+    for (const Labelled& one : labels_) marks.push_back({one.label, clock ? clock->time(one.row) : one.stamp, 1});
+    return marks;
+  }
+
   /// The clock of the file; empty: its stamps must be kept. Throws Error::bad_file when there is none at all.
   std::optional<Timeline> timeline(const std::string& path, const ReadOptions& options, Findings& findings) const {
     if (!timed_) {
@@ -135,6 +151,14 @@ class Taker {
   }
 
  private:
+  struct Labelled {
+    std::size_t row;
+    double stamp;  ///< [s], where the file has time
+    std::string label;
+  };
+
+  std::vector<Labelled> labels_;
+  std::size_t rows_ = 0;
   const Layout& layout_;
   bool timed_;
   std::size_t slot_;
@@ -179,9 +203,11 @@ Recording read_table(const std::string& path, const ReadOptions& options, const 
     if (rows == 0) reserve(recording, stamps, batches, batch.rows);
     taker.take_time(batch, &stamps);
     taker.take_values(batch, recording);
+    taker.take_labels(batch);
   }
   require_rows(path, rows);
   const auto clock = taker.timeline(path, options, recording.findings);
+  if (auto marks = taker.marks(clock); !marks.empty()) recording.marks = std::move(marks);
   set_timeline(recording,
                clock ? *clock : Timeline{0.0, 0.0, std::make_shared<std::vector<double>>(std::move(stamps))});
   return recording;
@@ -196,25 +222,39 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
 
 namespace {
 
-/// The file's clock, found in a first pass over the time column alone.
-std::optional<Timeline> clock_of(const std::string& path, const ReadOptions& options, Findings& findings) {
+/// What must be known before the first block is handed out.
+struct Times {
+  std::optional<Timeline> clock;  ///< empty: the stamps are uneven
+  std::vector<Mark> marks;        ///< where labels change
+  Findings findings;
+};
+
+/// Found in a first pass over the columns of time and labels alone.
+Times times_of(const std::string& path, const ReadOptions& options) {
   ReadOptions time_only = options;
   time_only.only = {"time"};
   Batches batches(path, time_only, {});
   Taker taker(batches.layout());
-  for (Batch batch; has_time(batches.layout()) && batches.next(batch);) taker.take_time(batch, nullptr);
-  return taker.timeline(path, options, findings);
+  const bool needed = has_time(batches.layout()) || std::ranges::any_of(batches.layout().columns, &Column::label);
+  for (Batch batch; needed && batches.next(batch);) {
+    taker.take_time(batch, nullptr);
+    taker.take_labels(batch);
+  }
+  Times times;
+  times.clock = taker.timeline(path, options, times.findings);
+  times.marks = taker.marks(times.clock);
+  return times;
 }
 
 }  // namespace
 
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress) {
-  Findings findings;
-  const auto clock = clock_of(path, options, findings);
+  const auto [clock, marks, findings] = times_of(path, options);
   Batches batches(path, options, progress);
   Recording block = frame(path, batches.layout());
   block.findings.insert(block.findings.end(), findings.begin(), findings.end());
+  if (!marks.empty()) block.marks = marks;
   Taker taker(batches.layout());
   std::vector<double> stamps;
   std::size_t sent = 0;

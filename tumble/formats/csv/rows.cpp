@@ -50,10 +50,12 @@ Rows::Rows(std::string path, const Layout& layout, std::string missing)
       layout_(layout),
       missing_(lower(std::move(missing))),
       time_(layout.columns.size()),
+      label_(layout.columns.size()),
       line_(layout.lines) {
   for (std::size_t i = 0; i < layout.columns.size(); ++i) {
     slot_.push_back(layout.columns[i].wanted ? static_cast<int>(slots_++) : -1);
     if (layout.columns[i].time) time_ = i;
+    if (layout.columns[i].label) label_ = i;
   }
 }
 
@@ -74,6 +76,7 @@ const char* Rows::plain_row(const char* p, std::size_t row) {
     const char* after = p;
     if (targets_[column] == nullptr) {
       while (!separates(*after) && *after != '\n' && *after != '\r' && *after != '"') ++after;
+      if (column == label_ && *after != '"') take_label({p, static_cast<std::size_t>(after - p)}, row);
     } else {
       after = parse_number(p, layout_.mark, value, exponent);
       if (column == time_) {
@@ -122,6 +125,15 @@ void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
   }
   for (std::size_t column = 0; column < count; ++column)
     if (targets_[column] != nullptr) targets_[column][row] = value_of(cells[column], column);
+  if (label_ < count) take_label(cells[label_], row);
+}
+
+void Rows::take_label(std::string_view label, std::size_t row) {
+  label = trimmed(label);
+  if (labelled_ && label == last_label_) return;
+  labelled_ = true;
+  last_label_ = label;
+  labels_.push_back({row, last_label_});
 }
 
 double Rows::value_of(std::string cell, std::size_t column) {
@@ -189,6 +201,8 @@ void Rows::parse(std::string_view& text, Batch& batch) {
     p = after;
   }
   batch.rows = row;
+  std::move(labels_.begin(), labels_.end(), std::back_inserter(batch.labels));
+  labels_.clear();
   batch.time_exponent = exponent_;
   text.remove_prefix(static_cast<std::size_t>(p - text.data()));
 }

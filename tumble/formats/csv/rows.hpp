@@ -8,12 +8,19 @@
 
 namespace tumble::csv {
 
+/// From this row on the samples belong to that segment.
+struct LabelChange {
+  std::size_t row = 0;
+  std::string label;
+};
+
 /// A fixed number of rows, column after column, in the units of the file.
 struct Batch {
   static constexpr std::size_t capacity = 1024;
   std::size_t rows = 0;
   std::vector<double> cells;  ///< capacity for each wanted column
   int time_exponent = 0;      ///< of ten of the last digit written in the time column, the smallest of the rows
+  std::vector<LabelChange> labels = {};
 
   const double* column(std::size_t slot) const { return cells.data() + slot * capacity; }
 };
@@ -35,6 +42,7 @@ class Rows {
   const char* plain_row(const char* p, std::size_t row);
   const char* any_row(const char* p, const char* end, std::size_t& row);
   void take_cells(const std::vector<std::string>& cells, std::size_t row);
+  void take_label(std::string_view label, std::size_t row);
   double value_of(std::string cell, std::size_t column);
   void note(std::size_t column, const std::string& what);
 
@@ -45,6 +53,10 @@ class Rows {
   std::vector<int> slot_;         ///< of each column in the batch; -1: not wanted
   std::vector<double*> targets_;  ///< each column of the file in the batch; null: not wanted
   std::size_t time_;              ///< index of the time column, or none
+  std::size_t label_;             ///< index of the column of labels, or none
+  bool labelled_ = false;         ///< a row was read
+  std::string last_label_;
+  std::vector<LabelChange> labels_;
   int exponent_ = 0;
   std::size_t line_;
   std::size_t blank_lines_ = 0;  ///< in a file of one column: missing samples, if another sample follows

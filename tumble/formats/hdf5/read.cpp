@@ -22,6 +22,8 @@ class Source {
       : path_(path), options_(options), size_(formats::InputFile(path).size()) {
     file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file_.valid()) refuse("cannot be opened as HDF5: " + last_reason() + " (is it truncated or damaged?)");
+    if (!options.segment_column.empty())
+      refuse("is HDF5, whose marks say where segments begin: segment_column is for text tables");
     recording_.origin.file = path;
     for (const std::string& name : names()) open(name);
     if (!problems_.empty()) {
