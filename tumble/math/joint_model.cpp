@@ -115,11 +115,20 @@ MatrixXd covariance_of(std::span<const MixedData> outputs, std::span<const Mixed
   return v;
 }
 
+/// Sources of one name are one line.
+void add_source(const std::string& source, const MatrixXd& covariance, MixedFit& fit) {
+  const auto known = std::ranges::find(fit.sources, source, &SourceCovariance::source);
+  if (known == fit.sources.end())
+    fit.sources.push_back({source, plain(covariance)});
+  else
+    known->covariance = plain(map(known->covariance) + covariance);
+}
+
 /// Noise and slow noise of every output, in the order in which the likelihood found their variances.
 void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alone, const std::vector<Part>& parts,
                const MatrixXd& gain, MixedFit& fit) {
   const auto add = [&](const std::string& source, const MatrixXd& of_unit, double variance) {
-    fit.sources.push_back({source, plain(variance * of_unit)});
+    add_source(source, variance * of_unit, fit);
     fit.component_sensitivity.push_back(plain(of_unit));
   };
   for (std::size_t c = 0; c < parts.size(); ++c) {
@@ -142,18 +151,6 @@ void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alo
         fit.component_covariance(first + i, first + j) = one.component_covariance(i, j);
     first += size;
   }
-}
-
-/// One covariance a source of known effects.
-void add_known(const Draws& draws, const MatrixXd& shifts, MixedFit& fit) {
-  std::map<std::string, MatrixXd> sums;
-  std::vector<std::string> order;
-  for (std::size_t k = 0; k < draws.columns.size(); ++k) {
-    const auto [place, is_new] = sums.try_emplace(draws.sources[k], MatrixXd::Zero(shifts.rows(), shifts.rows()));
-    if (is_new) order.push_back(draws.sources[k]);
-    place->second += shifts.col(at(k)) * shifts.col(at(k)).transpose();
-  }
-  for (const auto& source : order) fit.sources.push_back({source, plain(sums.at(source))});
 }
 
 /// Best prediction of the draws, D' V^-1 (y - X b), and what is left of their unit variance.
@@ -199,7 +196,10 @@ JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const Mix
   const VectorXd correction = best.gain * residuals, b = start + correction;
   fit.parameters.assign(b.data(), b.data() + p);
   add_noise(outputs, alone, parts, best.gain, fit);
-  add_known(draws, best.gain * columns, fit);
+  for (std::size_t k = 0; k < draws.columns.size(); ++k) {
+    const VectorXd shift = best.gain * columns.col(at(k));
+    add_source(draws.sources[k], shift * shift.transpose(), fit);
+  }
   MatrixXd total = MatrixXd::Zero(p, p);
   for (const auto& source : fit.sources) total += map(source.covariance);
   fit.covariance = plain(total);

@@ -17,7 +17,7 @@ struct FoundEffect {
 };
 
 struct JointFit {
-  MixedFit fit;                      ///< parameters of all outputs, in order
+  MixedFit fit;                      ///< parameters of all outputs, in order; a source of one name is one line
   std::vector<FoundEffect> effects;  ///< those that outputs share; empty where predicted
 };
 

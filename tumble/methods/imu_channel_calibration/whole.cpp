@@ -3,10 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
+#include "tumble/methods/linear/joint.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::channels {
@@ -37,45 +37,29 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   return problem;
 }
 
-/// What was found of each channel: y = (1 + S) u + b, one column of 12, and its covariance by source.
+/// What was found of the channels: y = (1 + S) u + b, one column of 12, and its covariance by source.
 struct Forward {
-  VectorXd value = VectorXd::Zero(at(terms));
-  std::vector<double> degrees_of_freedom = std::vector<double>(terms, std::numeric_limits<double>::infinity());
+  VectorXd value = VectorXd(at(terms));
+  std::vector<double> degrees_of_freedom;
   std::vector<std::pair<std::string, MatrixXd>> sources;
 };
 
-MatrixXd& source(Forward& forward, const std::string& name) {
-  for (auto& [known, covariance] : forward.sources)
-    if (known == name) return covariance;
-  forward.sources.emplace_back(name, MatrixXd::Zero(at(terms), at(terms)));
-  return forward.sources.back().second;
-}
-
-void add_channel(std::size_t axis, const linear::Solution& solution, Forward& forward) {
-  for (std::size_t a = 0; a < per_axis; ++a) {
-    const Index i = at(index_of(axis, a));
-    forward.value[i] = solution.fit.parameters[a];
-    std::vector<double> one(solution.columns.size(), 0.0);
-    one[a] = 1.0;
-    forward.degrees_of_freedom[index_of(axis, a)] = degrees_of_freedom(solution.fit, one);
-    for (const auto& from : solution.fit.sources)
-      for (std::size_t b = 0; b < per_axis; ++b)
-        source(forward, from.source)(i, at(index_of(axis, b))) += from.covariance(a, b);
-  }
-}
-
-/// One and the same gravity acts on all three: its covariance is that of one number.
-void join_gravity(Forward& forward) {
-  for (auto& [name, covariance] : forward.sources) {
-    if (name != "gravity") continue;
-    VectorXd shift = VectorXd::Zero(at(terms));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Index k = at(index_of(axis, 1)), first = at(index_of(axis, 0));
-      if (covariance(k, k) > 0.0)
-        shift.segment(first, at(per_axis)) = covariance.block(first, k, at(per_axis), 1) / std::sqrt(covariance(k, k));
+Forward forward_of(const linear::JointSolution& solution) {
+  const auto& fit = solution.all.fit;
+  MatrixXd pick = MatrixXd::Zero(at(terms), at(fit.parameters.size()));
+  Forward out;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t a = 0; a < per_axis; ++a) {
+      const std::size_t from = solution.first[axis] + a;
+      std::vector<double> one(fit.parameters.size(), 0.0);
+      one[from] = 1.0;
+      pick(at(index_of(axis, a)), at(from)) = 1.0;
+      out.value[at(index_of(axis, a))] = fit.parameters[from];
+      out.degrees_of_freedom.push_back(degrees_of_freedom(fit, one));
     }
-    covariance = shift * shift.transpose();
-  }
+  for (const auto& source : fit.sources)
+    out.sources.emplace_back(source.source, pick * map(source.covariance) * pick.transpose());
+  return out;
 }
 
 /// M = (1 + S)^-1, nabla = M b and their derivatives: dM = -M dS M, d nabla = M db - M dS M b.
@@ -127,9 +111,16 @@ double temperature_of(const Evidence& whole, const linear::Solution& solution) {
   return count > 0.0 ? sum / count : solution.segments.front().felt.temperature;
 }
 
-void keep_findings(const linear::Solution& solution, Findings& findings) {
-  for (const auto& finding : solution.findings)
-    if (std::ranges::find(findings, finding.message, &Finding::message) == findings.end()) findings.push_back(finding);
+void refuse_hidden(const std::vector<linear::Problem>& problems, const linear::JointSolution& solution) {
+  std::vector<std::string> hidden;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const auto& dropped : solution.outputs[axis].dropped)
+      if (dropped.column < per_axis)
+        hidden.push_back(fmt::format("the schedule of the whole unit does not show {}",
+                                     problems[axis].columns[dropped.column].name));
+  if (hidden.empty()) return;
+  hidden.push_back("six faces show all terms of accelerometers, rates of both signs about three axes those of gyros");
+  throw Error(Error::Kind::bad_data, hidden);
 }
 
 }  // namespace
@@ -139,29 +130,17 @@ Calibration whole_of(Kind kind, const Evidence& all) {
   if (whole.recordings.empty())
     throw Error(Error::Kind::bad_data, "the recordings of the whole unit have no segment at rest");
   const Settings& settings = whole.plan.settings;
-  Forward forward;
-  Calibration out;
-  std::vector<std::string> hidden;
+  std::vector<linear::Problem> problems;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Channel& channel = require_channel(whole, whole.recordings.front(), role_of(kind, axis));
-    const auto problem = problem_of(kind, axis, settings, channel);
-    const auto solution = linear::identify(whole, problem);
-    for (const auto& dropped : solution.dropped)
-      if (dropped.column < per_axis) hidden.push_back(problem.columns[dropped.column].name);
-    if (!hidden.empty()) continue;
-    add_channel(axis, solution, forward);
-    keep_findings(solution, out.findings);
-    out.temperature = temperature_of(whole, solution);
+    problems.push_back(problem_of(kind, axis, settings, channel));
   }
-  if (!hidden.empty()) {
-    std::vector<std::string> problems;
-    for (const auto& name : hidden)
-      problems.push_back(fmt::format("the schedule of the whole unit does not show {}", name));
-    problems.push_back(
-        "six faces show all terms of accelerometers, rates of both signs about three axes those of gyros");
-    throw Error(Error::Kind::bad_data, problems);
-  }
-  join_gravity(forward);
+  const auto solution = linear::identify(whole, problems);
+  refuse_hidden(problems, solution);
+  const Forward forward = forward_of(solution);
+  Calibration out;
+  out.findings = solution.all.findings;
+  out.temperature = temperature_of(whole, solution.outputs.front());
   const Inverted result = inverted(forward.value);
   out.value.assign(result.value.data(), result.value.data() + result.value.size());
   out.degrees_of_freedom = forward.degrees_of_freedom;

@@ -114,6 +114,11 @@ std::vector<Job> jobs_of(const Evidences& evidence) {
   return jobs;
 }
 
+/// Unique among the plans.
+std::string name_of(const Job& job) {
+  return job.plan == 0 ? job.error.name : fmt::format("{} of plan {}", job.error.name, job.plan + 1);
+}
+
 /// How many instants stand for a short block: several, or its middle.
 enum Look : std::size_t { close, glance };
 
@@ -218,8 +223,9 @@ void add_each_segment(const Evidences& evidence, const Rows& rows, const Differe
   for (std::size_t g = 0; g < drivers.size(); ++g) {
     const auto& stretch = evidence.stretches[g];
     groups[{stretch.power_up, stretch.run, drivers[g]}].push_back(g);
-    own.draws.push_back(fmt::format("{} {}, power-up {} {}, segment {}", job.plan, job.error.name, stretch.power_up,
-                                    stretch.run, drivers[g]));
+    const auto& segments = evidence.power_ups[stretch.power_up].rig.segments;
+    own.draws.push_back(fmt::format("{}, segment '{}' ({} of power-up {}, run {})", name_of(job),
+                                    segments[drivers[g]].label, drivers[g] + 1, stretch.power_up + 1, stretch.run));
   }
   for (const auto& [key, stretches] : groups) {
     if (stretches.size() < 2) continue;
@@ -244,8 +250,7 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
     if (jobs[k].error.each_segment)
       add_each_segment(evidence, rows, difference, jobs[k], all, found[k]);
     else
-      found[k].push_back(
-          {jobs[k].error.name, std::move(all), false, {fmt::format("{} {}", jobs[k].plan, jobs[k].error.name)}});
+      found[k].push_back({jobs[k].error.name, std::move(all), false, {name_of(jobs[k])}});
   });
   std::vector<KnownEffect> effects;
   for (auto& some : found) std::ranges::move(some, std::back_inserter(effects));
