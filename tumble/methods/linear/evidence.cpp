@@ -107,7 +107,7 @@ void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretc
   const double last = stretch.first + (static_cast<double>(stretch.samples) - 0.5) * stretch.step;
   const auto& until = power_up.reference.steady_until;
   stretch.steady = !until || until(from) >= last;
-  stretch.even = problem.pulse > 0.0 && !stretch.steady && hardly_changes(power_up, stretch);
+  stretch.even = (problem.even_averages || problem.pulse > 0.0) && !stretch.steady && hardly_changes(power_up, stretch);
   double length = problem.averaging;
   if (!stretch.steady && !stretch.even)
     if (const double f = quickest(power_up.rig.segments[stretch.segment]); f > 0.0) length = std::min(length, 0.1 / f);

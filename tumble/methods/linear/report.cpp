@@ -52,6 +52,8 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
 
 Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
 
+}  // namespace
+
 void warn_of_misfit(const Solution& solution, const std::string& channel_unit, Findings& findings) {
   std::vector<double> noise;
   double largest = 0.0;
@@ -71,8 +73,6 @@ void warn_of_misfit(const Solution& solution, const std::string& channel_unit, F
                    say_difference(solution.drift_sd, Unit::parse(channel_unit)), solution.drift_sd / usual),
        ""});
 }
-
-}  // namespace
 
 void describe_dropped(const Problem& problem, Solution& solution) {
   std::vector<std::string> empty;

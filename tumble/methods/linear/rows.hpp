@@ -34,7 +34,7 @@ struct Stretch {
   std::size_t samples = 0;     ///< present or missing
   std::vector<double> values;  ///< [SI of the output], NaN: missing; empty: predicted
   bool steady = false;
-  bool even = false;  ///< counted pulses of a rig that turns, but what is felt hardly changes: as if it were steady
+  bool even = false;  ///< the rig turns, but what is felt hardly changes: blocks as if it were steady
   std::size_t per_block = 1;
 };
 

@@ -7,4 +7,7 @@ namespace tumble::linear {
 /// Findings for the columns left out, and what the others then stand for.
 void describe_dropped(const Problem& problem, Solution& solution);
 
+/// Where the segments differ from the model by 30 times what the noise within them explains: see answer_of.
+void warn_of_misfit(const Solution& solution, const std::string& channel_unit, Findings& findings);
+
 }  // namespace tumble::linear

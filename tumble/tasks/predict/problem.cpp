@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/methods/linear/budget.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 constexpr double least_excitation = 1e-8;
 constexpr int instants_in_motion = 40;
 constexpr int probes = 16;
-constexpr double least_share = 1e-3;  ///< of a parameter's variance, for a line of its own in the budget
 
 /// Fractions that no period of a motion hits twice: multiples of the golden section.
 double fraction(int i) {
@@ -90,22 +90,6 @@ void append(Estimate& whole, const Estimate& part) {
   whole.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
   whole.fit.condition = std::max(whole.fit.condition, part.fit.condition);
   whole.findings.insert(whole.findings.end(), part.findings.begin(), part.findings.end());
-}
-
-/// Sources that give no parameter a thousandth of its variance become one line, those that give nothing none.
-void gather_small(Estimate& estimate) {
-  Contribution small{"all other errors", std::vector<double>(estimate.parameters.size(), 0.0)};
-  std::size_t gathered = 0;
-  std::erase_if(estimate.budget, [&](const Contribution& line) {
-    double most = 0.0;
-    for (std::size_t i = 0; i < line.variance.size(); ++i)
-      most = std::max(most, line.variance[i] / estimate.covariance(i, i));
-    if (most >= least_share) return false;
-    for (std::size_t i = 0; i < line.variance.size(); ++i) small.variance[i] += line.variance[i];
-    gathered += most > 0.0;
-    return true;
-  });
-  if (gathered > 0) estimate.budget.push_back(std::move(small));
 }
 
 }  // namespace
@@ -197,7 +181,7 @@ Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& out
     describe(output, part);
     append(whole, part);
   }
-  gather_small(whole);
+  linear::gather_small(whole);
   return whole;
 }
 

@@ -1,0 +1,284 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::turntable {
+namespace {
+
+using Eigen::Matrix3d;
+using imu::letters;
+using imu::role_of;
+using Severity = Finding::Severity;
+
+constexpr int passes = 4;  ///< each takes the second order and the levers a factor of a thousand further
+
+/// One output: its terms beyond bias and matrix, and all with their covariance.
+struct OutputModel {
+  std::vector<Term> all;
+  std::vector<double> coefficients;
+  std::vector<bool> inverted;  ///< bias, scale factor and misalignments: by the matrix
+  Matrix covariance;
+};
+
+struct Triad {
+  Kind kind = Kind::gyro;
+  std::array<std::size_t, 3> channels{};  ///< in the recording
+  std::array<double, 3> scale{};
+  std::array<OutputModel, 3> models;
+  Matrix3d inverse = Matrix3d::Identity();
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+};
+
+const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
+  const auto found = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+}
+
+/// The two scale factors that the estimate was made with.
+Settings settings_of(const Estimate& estimate) {
+  Settings settings = defaults(imu::scale_factor_options());
+  for (const char* name : {"gyro_scale_factor", "accelerometer_scale_factor"})
+    if (const auto found = estimate.provenance.settings.find(name); found != estimate.provenance.settings.end())
+      settings.set_word(name, found->second);
+  return settings;
+}
+
+OutputModel model_of(const Estimate& estimate, Kind kind, std::size_t axis) {
+  OutputModel model;
+  std::vector<std::size_t> used;
+  const auto terms = linear::terms_of("imu", defaults(find_model("imu").constants()), turntable::terms_of(kind, axis));
+  for (const auto& term : terms)
+    for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
+      const Parameter& parameter = estimate.parameters[p];
+      if (parameter.name != term.name) continue;
+      if (!std::isfinite(parameter.value) || parameter.unit.dimension() != Unit::parse(term.unit).dimension())
+        throw Error(Error::Kind::bad_file,
+                    fmt::format("the result's parameter '{}' has no value in {}", parameter.name, term.unit));
+      const auto has = [&](const char* part) { return term.name.find(part) != std::string::npos; };
+      model.all.push_back(term);
+      model.coefficients.push_back(parameter.value);
+      model.inverted.push_back(has("_bias") || has("_scale_factor_error") || has("_misalignment"));
+      used.push_back(p);
+    }
+  model.covariance = Matrix(used.size(), used.size());
+  for (std::size_t r = 0; r < used.size(); ++r)
+    for (std::size_t c = 0; c < used.size(); ++c) model.covariance(r, c) = estimate.covariance(used[r], used[c]);
+  return model;
+}
+
+void set_matrix(const Estimate& estimate, Triad& triad) {
+  Matrix3d s = Matrix3d::Identity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto value = [&](const std::string& part) {
+      const Parameter* found = find_parameter(estimate, role_of(triad.kind, i) + part);
+      return found ? found->value : 0.0;
+    };
+    const auto row = static_cast<Eigen::Index>(i);
+    triad.bias[row] = value("_bias");
+    for (std::size_t j = 0; j < 3; ++j)
+      s(row, static_cast<Eigen::Index>(j)) +=
+          value(i == j ? std::string("_scale_factor_error") : fmt::format("_misalignment_{}", letters[j]));
+  }
+  if (!(std::abs(s.determinant()) > 1e-6))
+    throw Error(Error::Kind::bad_data, fmt::format("the {}s of the result do not show three directions: their matrix "
+                                                   "cannot be inverted",
+                                                   triad.kind == Kind::gyro ? "gyro" : "accelerometer"));
+  triad.inverse = s.inverse();
+}
+
+bool calibrated(const Estimate& estimate, Kind kind) {
+  return std::ranges::any_of(estimate.parameters,
+                             [&](const Parameter& p) { return p.name.starts_with(role_of(kind, 0) + "_"); });
+}
+
+bool one_clock(const Channel& a, const Channel& b) {
+  if (a.values.size() != b.values.size()) return false;
+  if (a.timeline.uniform() && b.timeline.uniform())
+    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
+  return a.timeline.stamps == b.timeline.stamps ||
+         (a.timeline.stamps && b.timeline.stamps && *a.timeline.stamps == *b.timeline.stamps);
+}
+
+std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recording) {
+  const Settings settings = settings_of(estimate);
+  std::vector<Triad> triads;
+  std::vector<std::string> problems;
+  const Channel* first = nullptr;
+  for (const Kind kind : {Kind::gyro, Kind::accelerometer}) {
+    if (!calibrated(estimate, kind)) continue;
+    Triad triad{.kind = kind};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Channel* channel = role(estimate, recording, role_of(kind, i));
+      if (!channel) {
+        problems.push_back("the recording has no channel for the role " + role_of(kind, i));
+        continue;
+      }
+      if (find_channel(recording, channel->name + ".compensation_sd"))
+        problems.push_back("channel " + channel->name + " is compensated already: it would be done twice");
+      if (first && !one_clock(*first, *channel))
+        problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
+                                       first->name, channel->name));
+      first = first ? first : channel;
+      triad.channels[i] = static_cast<std::size_t>(channel - recording.channels.data());
+      triad.scale[i] = imu::reading_of(kind, settings, *channel).scale;
+      triad.models[i] = model_of(estimate, kind, i);
+    }
+    set_matrix(estimate, triad);
+    triads.push_back(std::move(triad));
+  }
+  if (triads.empty() && problems.empty())
+    throw Error(Error::Kind::bad_file, "the result holds neither gyros nor accelerometers");
+  if (!problems.empty()) {
+    for (auto& problem : problems)
+      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
+    throw Error(Error::Kind::bad_data, problems);
+  }
+  return triads;
+}
+
+/// u = M (y - b - the other terms at what is felt so far).
+Vector3 taken_off(const Triad& triad, const Recording& recording, std::size_t k, const Felt& felt) {
+  Eigen::Vector3d y;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const OutputModel& model = triad.models[i];
+    double value =
+        triad.scale[i] * recording.channels[triad.channels[i]].values[k] - triad.bias[static_cast<Eigen::Index>(i)];
+    for (std::size_t t = 0; t < model.all.size(); ++t)
+      if (!model.inverted[t]) value -= model.coefficients[t] * model.all[t].regressor(felt);
+    y[static_cast<Eigen::Index>(i)] = value;
+  }
+  const Eigen::Vector3d u = triad.inverse * y;
+  return {u[0], u[1], u[2]};
+}
+
+/// Central differences; a sample without both neighbours takes what there is.
+void differentiate(const Channel& clock, std::vector<Felt>& felt) {
+  for (std::size_t k = 0; k < felt.size(); ++k) {
+    const std::size_t before = k > 0 ? k - 1 : k, after = k + 1 < felt.size() ? k + 1 : k;
+    const double time = clock.time(after) - clock.time(before);
+    const Vector3 change = felt[after].rate - felt[before].rate;
+    felt[k].angular_acceleration = time > 0.0 && std::isfinite(norm(change)) ? (1.0 / time) * change : Vector3{};
+  }
+}
+
+std::vector<Felt> felt_by(const std::vector<Triad>& triads, const Recording& recording) {
+  const Channel& clock = recording.channels[triads.front().channels[0]];
+  std::vector<Felt> felt(clock.values.size());
+  for (auto& one : felt) one.temperature = 0.0;
+  for (int pass = 0; pass < passes; ++pass)
+    for (const Triad& triad : triads) {
+      for (std::size_t k = 0; k < felt.size(); ++k) {
+        Felt so_far = felt[k];
+        // a gap of one triad leaves the other as well as it can be had without
+        if (!std::isfinite(norm(so_far.rate))) so_far.rate = {};
+        if (!std::isfinite(norm(so_far.specific_force))) so_far.specific_force = {};
+        (triad.kind == Kind::gyro ? felt[k].rate : felt[k].specific_force) = taken_off(triad, recording, k, so_far);
+      }
+      if (triad.kind == Kind::gyro) differentiate(clock, felt);
+    }
+  return felt;
+}
+
+double sd_of(const OutputModel& model, const Felt& felt, std::vector<double>& phi) {
+  const std::size_t n = model.all.size();
+  phi.resize(n);
+  for (std::size_t t = 0; t < n; ++t) phi[t] = model.all[t].regressor(felt);
+  double variance = 0.0;
+  for (std::size_t c = 0; c < n; ++c)
+    for (std::size_t r = 0; r < n; ++r) variance += phi[r] * phi[c] * model.covariance(r, c);
+  return std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
+}
+
+/// The greatest that the test covered, with a fiftieth over.
+Felt limits_of(const Estimate& estimate) {
+  const Table* table = find_table(estimate, "covered");
+  if (!table || table->rows.size() != 3 || table->columns.size() != 3)
+    throw Error(Error::Kind::bad_file,
+                "the result has no table covered: it cannot be said where the compensation holds");
+  const auto cell = [&](std::size_t row, std::size_t column) {
+    return 1.02 * std::get<double>(table->rows[row][column]);
+  };
+  Felt felt;
+  felt.rate = {cell(0, 1), cell(1, 1), cell(2, 1)};
+  felt.specific_force = {cell(0, 2), cell(1, 2), cell(2, 2)};
+  return felt;
+}
+
+bool beyond(Vector3 value, Vector3 limit, double slack) {
+  return std::abs(value.x) > limit.x + slack || std::abs(value.y) > limit.y + slack ||
+         std::abs(value.z) > limit.z + slack;
+}
+
+/// Output `i` of a triad in its place, and the two channels that say how far to trust it.
+void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, const std::vector<bool>& outside,
+           Recording& recording) {
+  Channel& channel = recording.channels[triad.channels[i]];
+  const bool counted = channel.kind == QuantityKind::count || channel.kind == QuantityKind::other;
+  const double scale = counted ? 1.0 : triad.scale[i];
+  if (counted) {
+    channel.kind = triad.kind == Kind::gyro ? QuantityKind::angular_rate : QuantityKind::specific_force;
+    channel.unit = Unit::parse(triad.kind == Kind::gyro ? "deg/s" : "g");
+  }
+  Channel sd = channel, extrapolated = channel;
+  sd.name += ".compensation_sd";
+  extrapolated.name += ".extrapolated";
+  extrapolated.kind = QuantityKind::other;
+  extrapolated.unit = Unit();
+  std::vector<double> phi;
+  for (std::size_t k = 0; k < felt.size(); ++k) {
+    const double value = imu::component(imu::field_of(triad.kind, felt[k]), i);
+    sd.values[k] = std::isnan(value) ? value : sd_of(triad.models[i], felt[k], phi) / std::abs(scale);
+    extrapolated.values[k] = outside[k] ? 1.0 : 0.0;
+    channel.values[k] = value / scale;
+  }
+  recording.channels.push_back(std::move(sd));
+  recording.channels.push_back(std::move(extrapolated));
+}
+
+void say_incomplete(const std::vector<Triad>& triads, Findings& findings) {
+  if (triads.size() == 2) return;
+  const bool gyros = triads.front().kind == Kind::gyro;
+  findings.push_back({Severity::info,
+                      gyros
+                          ? "no accelerometers in the result: the gyros' sensitivity to specific force is not taken off"
+                          : "no gyros in the result: the effect of the accelerometers' levers is not taken off",
+                      ""});
+}
+
+}  // namespace
+
+Compensation compensate(const Estimate& estimate, const Recording& recording) {
+  const auto triads = triads_of(estimate, recording);
+  const Felt limit = limits_of(estimate);
+  const auto felt = felt_by(triads, recording);
+  std::vector<bool> outside(felt.size());
+  std::size_t far = 0;
+  for (std::size_t k = 0; k < felt.size(); ++k) {
+    outside[k] = beyond(felt[k].rate, limit.rate, si(0.1, "deg/s")) ||
+                 beyond(felt[k].specific_force, limit.specific_force, si(0.02, "g"));
+    far += outside[k];
+  }
+  Compensation out{recording, {}, {}};
+  for (const Triad& triad : triads)
+    for (std::size_t i = 0; i < 3; ++i) write(triad, i, felt, outside, out.recording);
+  say_incomplete(triads, out.findings);
+  if (far > 0)
+    out.findings.push_back(
+        {Severity::warning,
+         fmt::format(
+             "{:.2g} % of the samples lie beyond the rates and specific forces of the test (table covered): the "
+             "compensation is extrapolated there and its stated uncertainty does not hold; the channels "
+             ".extrapolated mark them",
+             100.0 * static_cast<double>(far) / static_cast<double>(felt.size())),
+         ""});
+  return out;
+}
+
+}  // namespace tumble::methods::turntable

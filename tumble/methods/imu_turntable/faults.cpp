@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/core/say.hpp"
+#include "tumble/methods/accelerometer/samples.hpp"
+#include "tumble/methods/imu/axes_check.hpp"
+#include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/methods/linear/rows.hpp"
+
+namespace tumble::methods::turntable {
+namespace {
+
+using Place = std::array<std::size_t, 3>;
+
+/// One output in one segment.
+struct Seen {
+  double mean = 0.0;
+  double change = 0.0;  ///< first tenth less the second half
+  double noise = 0.0;   ///< of it, by what neighbouring samples differ
+};
+
+double mean_of(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = begin; i < end; ++i)
+    if (!std::isnan(values[i])) {
+      sum += values[i];
+      count += 1.0;
+    }
+  return count > 0.0 ? sum / count : std::nan("");
+}
+
+Seen seen_in(const std::vector<double>& values) {
+  const std::size_t n = values.size(), first = std::max<std::size_t>(1, n / 10), half = n / 2;
+  Seen seen{mean_of(values, 0, n), mean_of(values, 0, first) - mean_of(values, half, n), 0.0};
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = half + 1; i < n; ++i)
+    if (const double d = values[i] - values[i - 1]; !std::isnan(d)) {
+      sum += d * d;
+      count += 1.0;
+    }
+  seen.noise = count > 3.0 ? std::sqrt(0.5 * sum / count / static_cast<double>(first)) : INFINITY;
+  return seen;
+}
+
+std::map<Place, Seen> seen_by(const Evidence& evidence, const linear::Problem& problem) {
+  std::map<Place, Seen> out;
+  for (const auto& stretch : linear::evidence_of(evidence, problem).stretches)
+    out[{stretch.recording, stretch.power_up, stretch.segment}] = seen_in(stretch.values);
+  return out;
+}
+
+using Triad = std::array<std::map<Place, Seen>, 3>;
+
+/// Segments that show the axes: all for accelerometers, those that turn for gyros.
+Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, const Triad& triad) {
+  const bool gyro = kind == Kind::gyro;
+  double least = 0.0;
+  if (gyro) least = std::max(si(1.0, "deg/s"), 0.05 * norm(look.fastest));
+  std::vector<Vector3> felt, shown;
+  std::vector<std::string> labels;
+  for (std::size_t g = 0; g < look.labels.size(); ++g) {
+    const Vector3 here = gyro ? look.rate[g] : look.force[g];
+    const auto &x = triad[0].find(look.places[g]), &y = triad[1].find(look.places[g]),
+               &z = triad[2].find(look.places[g]);
+    if (norm(here) < least || x == triad[0].end() || y == triad[1].end() || z == triad[2].end()) continue;
+    felt.push_back(here);
+    shown.push_back({x->second.mean, y->second.mean, z->second.mean});
+    labels.push_back(look.labels[g]);
+  }
+  if (felt.empty()) return {};
+  std::array<std::string, 3> names;
+  for (std::size_t i = 0; i < 3; ++i)
+    names[i] = require_channel(evidence, evidence.recordings.front(), imu::role_of(kind, i)).name;
+  return imu::about_triad(kind, felt, shown, labels, names);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Segments at rest whose beginning differs from their end by more than noise and drift explain, and by more than it
+/// does elsewhere, or by more than any instrument drifts.
+void add_unsettled(Kind kind, const Look& look, const std::map<Place, Seen>& seen, std::vector<std::string>& labels) {
+  const double little = kind == Kind::gyro ? si(0.002, "deg/s") : si(0.1, "mg");
+  const double much = kind == Kind::gyro ? si(0.05, "deg/s") : si(2.0, "mg");
+  std::vector<double> changes;
+  for (std::size_t g = 0; g < look.labels.size(); ++g)
+    if (const auto found = seen.find(look.places[g]); found != seen.end() && look.at_rest[g])
+      changes.push_back(std::abs(found->second.change));
+  if (changes.empty()) return;
+  const double usual = 1.4826 * median(changes);
+  for (std::size_t g = 0; g < look.labels.size(); ++g) {
+    const auto found = seen.find(look.places[g]);
+    if (found == seen.end() || !look.at_rest[g]) continue;
+    const double change = std::abs(found->second.change);
+    if (change > little && change > 10.0 * found->second.noise && (change > 10.0 * usual || change > much) &&
+        std::ranges::find(labels, look.labels[g]) == labels.end())
+      labels.push_back(look.labels[g]);
+  }
+}
+
+Findings about_rest(const std::vector<std::string>& labels) {
+  if (labels.empty()) return {};
+  return {{Finding::Severity::warning,
+           fmt::format("the table has not come to rest in {}: the beginning shows something else than the end, far "
+                       "beyond the noise. Raise [settings] settling, give the moves more time, or take these segments "
+                       "out",
+                       accelerometer::quoted(labels)),
+           ""}};
+}
+
+}  // namespace
+
+Findings faults_of(const Evidence& evidence, const Task& task) {
+  Findings findings;
+  std::vector<std::string> unsettled;
+  for (std::size_t k = 0; k < task.kinds.size(); ++k) {
+    Triad triad;
+    for (std::size_t i = 0; i < 3; ++i) {
+      triad[i] = seen_by(evidence, task.problems[3 * k + i]);
+      add_unsettled(task.kinds[k], task.look, triad[i], unsettled);
+    }
+    for (auto& finding : about_triad(evidence, task.kinds[k], task.look, triad)) findings.push_back(std::move(finding));
+  }
+  for (auto& finding : about_rest(unsettled)) findings.push_back(std::move(finding));
+  return findings;
+}
+
+}  // namespace tumble::methods::turntable

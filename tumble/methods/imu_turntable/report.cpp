@@ -1,0 +1,215 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/methods/linear/budget.hpp"
+#include "tumble/methods/linear/words.hpp"
+
+namespace tumble::methods::turntable {
+namespace {
+
+using imu::letters;
+using imu::role_of;
+using linear::JointSolution;
+
+/// What would show a term better, by its name.
+std::string advice_for(const std::string& name, Kind kind, std::size_t axis) {
+  const char own = letters[axis], last = name.back();
+  const auto has = [&](const char* part) { return name.find(part) != std::string::npos; };
+  if (has("_bias")) return "longer and more positions";
+  if (has("_second_order")) return fmt::format("positions with {0} up, down and level", own);
+  if (has("_lever_")) {
+    if (last == own) return fmt::format("fast turning about an axis at right angles to {}", own);
+    const char third = static_cast<char>('x' + 'y' + 'z' - own - last);
+    return fmt::format("fast turning about an axis between {} and {}, or oscillation about {}", own, last, third);
+  }
+  const char along = has("_scale_factor") ? own : last;
+  if (kind == Kind::gyro && !has("_acceleration_sensitivity"))
+    return fmt::format("rates of both signs about {}", along);
+  return fmt::format("positions with {} up and down", along);
+}
+
+/// The parameter that is correlated most with number `p`.
+std::pair<double, std::string> greatest_correlation(const Estimate& estimate, std::size_t p) {
+  std::pair<double, std::string> out{0.0, ""};
+  for (std::size_t q = 0; q < estimate.parameters.size(); ++q) {
+    if (q == p) continue;
+    const double c = estimate.covariance(p, q) / std::sqrt(estimate.covariance(p, p) * estimate.covariance(q, q));
+    if (std::abs(c) > std::abs(out.first)) out = {c, estimate.parameters[q].name};
+  }
+  return out;
+}
+
+/// Why a term is no parameter.
+std::string absence(const std::string& name, const linear::Problem& problem, const linear::Solution& solution) {
+  for (const auto& dropped : solution.dropped) {
+    if (problem.columns[dropped.column].name != name) continue;
+    std::vector<std::string> others;
+    for (std::size_t k = 0; k < problem.columns.size(); ++k)
+      if (dropped.weights[k] != 0.0) others.push_back(problem.columns[k].name);
+    if (!others.empty()) return fmt::format("taken as zero: not told apart from {}", fmt::join(others, ", "));
+  }
+  return "not shown";
+}
+
+Table observability(const Task& task, const JointSolution& solution, const Estimate& estimate) {
+  const Unit one;
+  Table table{"observability",
+              "what this schedule shows of each term, with what it is correlated most, and what would show it",
+              {{"term", one},
+               {"state", one},
+               {"unit", one},
+               {"sd", one},
+               {"correlation", one},
+               {"with", one},
+               {"shown_by", one}},
+              {}};
+  for (std::size_t o = 0; o < task.problems.size(); ++o) {
+    const Kind kind = task.kinds[o / 3];
+    for (const auto& name : terms_of(kind, o % 3)) {
+      const std::string advice = advice_for(name, kind, o % 3);
+      const Parameter* parameter = find_parameter(estimate, name);
+      if (!parameter) {
+        const auto term = linear::terms_of("imu", defaults(find_model("imu").constants()), {name}).front();
+        table.rows.push_back({name, absence(name, task.problems[o], solution.outputs[o]), term.unit, std::nan(""),
+                              std::nan(""), std::string(), advice});
+        continue;
+      }
+      const auto p = static_cast<std::size_t>(parameter - estimate.parameters.data());
+      const auto stands = solution.all.stands_for.find(name);
+      const auto [correlation, with] = greatest_correlation(estimate, p);
+      table.rows.push_back(
+          {name, stands == solution.all.stands_for.end() ? "identified" : "stands for " + stands->second,
+           parameter->unit.text(), parameter->unit.difference_from_si(standard_uncertainty(estimate, p)), correlation,
+           with, advice});
+    }
+  }
+  return table;
+}
+
+double value_of(const Estimate& estimate, const std::string& name) {
+  const Parameter* parameter = find_parameter(estimate, name);
+  return parameter ? parameter->value : 0.0;
+}
+
+/// u = M (y - b), M = (1 + S)^-1: what people put into a navigation computer.
+Table correction(const Task& task, const Estimate& estimate) {
+  const Unit one;
+  Table table{"correction",
+              "u = M (y - b): rates and specific forces from the outputs, g-sensitivity, second order and levers apart",
+              {{"output", one}, {"M_x", one}, {"M_y", one}, {"M_z", one}, {"b", one}, {"unit", one}},
+              {}};
+  for (const Kind kind : task.kinds) {
+    Eigen::Matrix3d s = Eigen::Matrix3d::Identity();
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j)
+        s(static_cast<int>(i), static_cast<int>(j)) +=
+            value_of(estimate, role_of(kind, i) + (i == j ? std::string("_scale_factor_error")
+                                                          : fmt::format("_misalignment_{}", letters[j])));
+    const Eigen::Matrix3d m = s.inverse();
+    const Unit unit = Unit::parse(kind == Kind::gyro ? "deg/h" : "mg");
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int r = static_cast<int>(i);
+      table.rows.push_back({role_of(kind, i), m(r, 0), m(r, 1), m(r, 2),
+                            unit.difference_from_si(value_of(estimate, role_of(kind, i) + "_bias")), unit.text()});
+    }
+  }
+  return table;
+}
+
+Table covered(const Look& look) {
+  Table table{"covered",
+              "the greatest rates and specific forces of the test: beyond them a compensation is extrapolated",
+              {{"axis", Unit()}, {"rate", Unit::parse("deg/s")}, {"specific_force", Unit::parse("g")}},
+              {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    table.rows.push_back(
+        {std::string(1, letters[i]), imu::component(look.fastest, i), imu::component(look.strongest, i)});
+  return table;
+}
+
+/// The segment of another output that is the same.
+const linear::SegmentSummary* same_segment(const linear::Solution& solution, const linear::SegmentSummary& as,
+                                           std::size_t at) {
+  const auto same = [&](const linear::SegmentSummary& s) {
+    return s.label == as.label && s.run == as.run && s.begin == as.begin;
+  };
+  if (at < solution.segments.size() && same(solution.segments[at])) return &solution.segments[at];
+  const auto found = std::ranges::find_if(solution.segments, same);
+  return found == solution.segments.end() ? nullptr : &*found;
+}
+
+Table positions(const Task& task, const JointSolution& solution) {
+  const Unit g = Unit::parse("g"), rate = Unit::parse("deg/s");
+  const auto& first = solution.outputs.front().segments;
+  const bool measured = std::ranges::none_of(first, [](const auto& s) { return std::isnan(s.measured); });
+  Table table{"positions",
+              measured ? "what was felt in each segment (means), and what the outputs show beyond the model"
+                       : "what is felt in each segment (means)",
+              {{"label", Unit()}, {"run", Unit()}, {"duration", Unit::parse("s")}},
+              {}};
+  for (const char letter : letters) table.columns.push_back({fmt::format("f_{}", letter), g});
+  for (const char letter : letters) table.columns.push_back({fmt::format("w_{}", letter), rate});
+  if (measured)
+    for (std::size_t o = 0; o < task.problems.size(); ++o)
+      table.columns.push_back(
+          {"residual_" + task.problems[o].role, Unit::parse(task.kinds[o / 3] == Kind::gyro ? "deg/h" : "ug")});
+  for (std::size_t at = 0; at < first.size(); ++at) {
+    const auto& segment = first[at];
+    std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
+    for (const Vector3 v : {segment.felt.specific_force, segment.felt.rate})
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double one = imu::component(v, i);
+        row.emplace_back(std::abs(one) < 1e-14 * norm(v) ? 0.0 : one);  // cosines of 90 deg
+      }
+    for (std::size_t o = 0; measured && o < task.problems.size(); ++o) {
+      const auto* same = same_segment(solution.outputs[o], segment, at);
+      row.emplace_back(same ? same->measured - same->predicted : std::nan(""));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+/// One finding in place of the engine's, which come output by output.
+void say_not_shown(const Task& task, const JointSolution& solution, Findings& findings) {
+  std::erase_if(findings,
+                [](const Finding& finding) { return finding.message.starts_with("nothing in this evidence shows "); });
+  auto names = task.not_shown;
+  for (std::size_t o = 0; o < task.problems.size(); ++o)
+    for (const auto& dropped : solution.outputs[o].dropped)
+      if (std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; }))
+        names.push_back(task.problems[o].columns[dropped.column].name);
+  if (names.empty()) return;
+  findings.push_back({Finding::Severity::info,
+                      fmt::format("this schedule does not show {} of the terms, which are taken as zero: {}. Table "
+                                  "observability says what would show them",
+                                  names.size(), fmt::join(names, ", ")),
+                      ""});
+}
+
+}  // namespace
+
+Estimate answer_of(const Task& task, const JointSolution& solution) {
+  Estimate estimate = linear::estimate_of(solution.all);
+  estimate.method = "imu_turntable";
+  linear::gather_small(estimate);
+  for (std::size_t o = 0; o < task.problems.size(); ++o) {
+    const std::size_t before = estimate.findings.size();
+    linear::warn_of_misfit(solution.outputs[o], task.kinds[o / 3] == Kind::gyro ? "deg/h" : "ug", estimate.findings);
+    for (std::size_t f = before; f < estimate.findings.size(); ++f) estimate.findings[f].where = task.problems[o].role;
+  }
+  say_not_shown(task, solution, estimate.findings);
+  estimate.tables.push_back(observability(task, solution, estimate));
+  estimate.tables.push_back(correction(task, estimate));
+  estimate.tables.push_back(positions(task, solution));
+  if (auto errors = linear::rig_errors(solution); !errors.rows.empty()) estimate.tables.push_back(std::move(errors));
+  estimate.tables.push_back(covered(task.look));
+  return estimate;
+}
+
+}  // namespace tumble::methods::turntable

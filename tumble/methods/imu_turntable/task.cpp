@@ -1,0 +1,180 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/methods/linear/rows.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::turntable {
+namespace {
+
+using imu::letters;
+using imu::role_of;
+
+/// |w|^2 + |dw/dt| below which a lever of 1 m gives less than 0.1 mg.
+constexpr double least_turning = 1e-3;
+constexpr std::size_t instants = 24;  ///< in a segment that moves
+
+double most(double so_far, double value) { return std::max(so_far, std::abs(value)); }
+
+void widen(Vector3& by, Vector3 with) { by = {most(by.x, with.x), most(by.y, with.y), most(by.z, with.z)}; }
+
+bool holds(const Segment& segment) {
+  return std::ranges::all_of(segment.axes, [](const auto& axis) {
+    return axis.second.kind == Motion::Kind::hold || axis.second.kind == Motion::Kind::dwell;
+  });
+}
+
+/// Instants all over a stretch that fall in step with no motion.
+void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Look& look) {
+  constexpr double golden = 0.6180339887498949;
+  const std::size_t count = stretch.steady ? 1 : instants;
+  const double length = static_cast<double>(stretch.samples) * stretch.step;
+  Vector3 rate, force;
+  for (std::size_t k = 0; k < count; ++k) {
+    Felt felt;
+    power_up.reference.felt(stretch.first + length * std::fmod(0.5 + golden * static_cast<double>(k), 1.0),
+                            stretch.step, std::span(&felt, 1));
+    rate = rate + felt.rate;
+    force = force + felt.specific_force;
+    look.turning = std::max(look.turning, dot(felt.rate, felt.rate) + norm(felt.angular_acceleration));
+    widen(look.fastest, felt.rate);
+    widen(look.strongest, felt.specific_force);
+  }
+  look.labels.push_back(stretch.label);
+  look.places.push_back({stretch.recording, stretch.power_up, stretch.segment});
+  look.rate.push_back(1.0 / static_cast<double>(count) * rate);
+  look.force.push_back(1.0 / static_cast<double>(count) * force);
+  look.at_rest.push_back(holds(power_up.rig.segments[stretch.segment]));
+}
+
+Look look_over(const linear::Evidences& found) {
+  Look look;
+  for (const auto& stretch : found.stretches) look_at(found.power_ups[stretch.power_up], stretch, look);
+  return look;
+}
+
+/// Columns of one output, and in which order they may go where not all can be told apart.
+void set_terms(Kind kind, std::size_t axis, Task& task, linear::Problem& problem) {
+  auto names = terms_of(kind, axis);
+  const bool levers = task.look.turning > least_turning;
+  if (!levers)
+    std::erase_if(names, [&](const std::string& name) {
+      if (name.find("_lever_") == std::string::npos) return false;
+      task.not_shown.push_back(name);
+      return true;
+    });
+  problem.columns = linear::terms_of("imu", defaults(find_model("imu").constants()), names);
+  for (const char* part : {"second_order", "lever", "sensitivity", "misalignment", "scale_factor"})
+    for (const auto& name : names)
+      if (name.find(part) != std::string::npos) problem.leave_out_first.push_back(name);
+  // a lever along the axis itself is what turning shows first
+  std::ranges::stable_partition(problem.leave_out_first, [&](const std::string& name) {
+    return name.find("second_order") != std::string::npos ||
+           (name.find("lever") != std::string::npos && name.back() != letters[axis]);
+  });
+}
+
+linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings, const imu::Reading& reading) {
+  linear::Problem problem;
+  problem.role = role_of(kind, axis);
+  problem.scale = reading.scale;
+  problem.pulse = reading.pulse;
+  problem.input = [=](const Felt& felt) { return imu::component(imu::field_of(kind, felt), axis); };
+  problem.condition_limit = 1e4;
+  problem.even_averages = true;
+  linear::set_options(settings, problem);
+  return problem;
+}
+
+void complete(Task& task) {
+  std::size_t i = 0;
+  for (const Kind kind : task.kinds)
+    for (std::size_t axis = 0; axis < 3; ++axis) set_terms(kind, axis, task, task.problems[i++]);
+}
+
+/// The kinds that all recordings have in full.
+std::vector<Kind> kinds_of(const Evidence& evidence) {
+  std::vector<Kind> kinds;
+  std::vector<std::string> problems;
+  for (const Kind kind : {Kind::gyro, Kind::accelerometer}) {
+    std::vector<std::string> missing;
+    for (const auto& recording : evidence.recordings)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (const auto role = role_of(kind, axis);
+            !channel_for(evidence, recording, role) && std::ranges::find(missing, role) == missing.end())
+          missing.push_back(role);
+    if (missing.empty()) kinds.push_back(kind);
+    if (!missing.empty() && missing.size() < 3)
+      problems.push_back(fmt::format("no channel plays {}: a triad needs all three; name the column under [channels]",
+                                     fmt::join(missing, ", ")));
+  }
+  if (kinds.empty() && problems.empty())
+    problems.push_back(
+        "the recording has neither gyro_x, gyro_y, gyro_z nor accelerometer_x, accelerometer_y, "
+        "accelerometer_z: name the columns under [channels]");
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  return kinds;
+}
+
+/// A reading that no unit is needed for: all that a prediction must know is the pulse.
+imu::Reading predicted_reading(Kind kind, const Settings& truth) {
+  const std::string prefix = kind == Kind::gyro ? "gyro_" : "accelerometer_";
+  if (!truth.has(prefix + "output") || truth.word(prefix + "output") != "count") return {};
+  if (!truth.has(prefix + "pulse_scale_factor") || truth.number(prefix + "pulse_scale_factor") == 0.0)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("[truth] {0}output = \"count\" needs {0}pulse_scale_factor, not zero", prefix));
+  return {1.0, 1.0 / std::abs(truth.number(prefix + "pulse_scale_factor"))};
+}
+
+}  // namespace
+
+std::vector<std::string> terms_of(Kind kind, std::size_t axis) {
+  for (const auto& output : find_model("imu").outputs(defaults(find_model("imu").constants())))
+    if (output.channel == role_of(kind, axis)) {
+      std::vector<std::string> names;
+      for (const auto& term : output.terms) names.push_back(term.name);
+      return names;
+    }
+  throw Error(Error::Kind::internal, "model imu lacks " + role_of(kind, axis));
+}
+
+Task task_of(const Evidence& evidence) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
+  Task task;
+  task.kinds = kinds_of(evidence);
+  for (const Kind kind : task.kinds)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Channel& channel = require_channel(evidence, evidence.recordings.front(), role_of(kind, axis));
+      task.problems.push_back(
+          problem_of(kind, axis, evidence.plan.settings, imu::reading_of(kind, evidence.plan.settings, channel)));
+    }
+  task.look = look_over(linear::evidence_of(evidence, task.problems.front()));
+  complete(task);
+  return task;
+}
+
+Task task_of(const Plan& plan) {
+  Task task;
+  for (const Kind kind : {Kind::gyro, Kind::accelerometer}) {
+    std::size_t found = 0;
+    for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
+      for (std::size_t axis = 0; axis < 3; ++axis) found += output.channel == role_of(kind, axis);
+    if (found == 3) task.kinds.push_back(kind);
+  }
+  if (task.kinds.empty())
+    throw Error(Error::Kind::bad_input, fmt::format("the model {} has neither three gyros nor three accelerometers: "
+                                                    "imu and triad do",
+                                                    plan.instrument_model));
+  for (const Kind kind : task.kinds)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      task.problems.push_back(problem_of(kind, axis, plan.settings, predicted_reading(kind, plan.truth)));
+  task.look = look_over(linear::evidence_of(plan, task.problems.front()));
+  complete(task);
+  return task;
+}
+
+}  // namespace tumble::methods::turntable

@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+
+#include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/methods/trial/plan.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble::methods::turntable {
+namespace {
+
+Motion hold(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
+Motion rate(double degrees) { return {.kind = Motion::Kind::rate, .value = si(degrees, "deg/s")}; }
+
+/// The unit with one of its axes, or an edge between two, up.
+struct Pose {
+  double middle, inner;
+};
+constexpr Pose faces[] = {{0, 0}, {0, 90}, {90, 0}, {0, 180}, {0, 270}, {-90, 0}};
+constexpr Pose turned[] = {{0, 0}, {0, 90}, {90, 0}, {0, 45}, {45, 0}, {45, 90}};
+
+void add(Plan& plan, double duration, const Motion& outer, const Pose& pose) {
+  plan.schedule.push_back({fmt::format("{}", plan.schedule.size() + 1),
+                           duration,
+                           1,
+                           {{"outer", outer}, {"middle", hold(pose.middle)}, {"inner", hold(pose.inner)}}});
+}
+
+/// Six faces up in two headings; turning both ways about the vertical with faces and edges up, fast for the levers.
+void add_motions(Plan& plan) {
+  for (const double heading : {0.0, 180.0})
+    for (const auto& face : faces) add(plan, 24.0, hold(heading), face);
+  for (const double speed : {130.0, -130.0})
+    for (const auto& pose : turned) add(plan, 24.0, rate(speed), pose);
+}
+
+/// Of each term, by the end of its name [as shown]; scaled from output to output so that no two are alike.
+struct Value {
+  const char* part;
+  double value;
+};
+constexpr Value gyro_terms[] = {
+    {"_bias", 14.0}, {"_scale_factor_error", 180.0}, {"_misalignment_", 60.0}, {"_acceleration_sensitivity_", 1.5}};
+constexpr Value accelerometer_terms[] = {{"_bias", 2.5},
+                                         {"_scale_factor_error", 250.0},
+                                         {"_misalignment_", -70.0},
+                                         {"_second_order_coefficient", 22.0},
+                                         {"_lever_", 25.0}};
+
+void set_truth_of(Kind kind, std::size_t axis, Plan& plan) {
+  double factor = axis == 1 ? -0.7 : 1.0 - 0.2 * static_cast<double>(axis);
+  const auto terms = linear::terms_of("imu", defaults(find_model("imu").constants()), terms_of(kind, axis));
+  const std::span<const Value> values =
+      kind == Kind::gyro ? std::span<const Value>(gyro_terms) : std::span<const Value>(accelerometer_terms);
+  for (const auto& term : terms)
+    for (const auto& [part, value] : values)
+      if (term.name.find(part) != std::string::npos) {
+        set_truth(plan, term.name.c_str(), factor * value, term.unit.c_str());
+        factor *= -0.8;
+      }
+}
+
+}  // namespace
+
+Plan trial_plan() {
+  const Method& method = find_method("imu_turntable");
+  Plan plan = methods::trial_plan(method.name, method.options(), "imu", "three_axis_table", 1.0);
+  add_motions(plan);
+  for (const Kind kind : {Kind::gyro, Kind::accelerometer})
+    for (std::size_t axis = 0; axis < 3; ++axis) set_truth_of(kind, axis, plan);
+  set_truth(plan, "gyro_angle_random_walk", 0.05, "deg/sqrt(h)");
+  set_truth(plan, "gyro_bias_instability", 0.02, "deg/h");
+  set_truth(plan, "accelerometer_angle_random_walk", 0.03, "(m/s)/sqrt(h)");
+  set_truth(plan, "accelerometer_bias_instability", 0.3, "ug");
+  return plan;
+}
+
+Trial trial(std::uint64_t seed) {
+  const Plan plan = trial_plan();
+  Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
+  for (const Kind kind : {Kind::gyro, Kind::accelerometer})
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const auto& name : terms_of(kind, axis)) trial.truth.emplace_back(name, plan.truth.number(name));
+  return trial;
+}
+
+}  // namespace tumble::methods::turntable

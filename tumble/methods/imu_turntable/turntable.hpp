@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/methods/linear/joint.hpp"
+#include "tumble/methods/method.hpp"
+
+/// Three gyros and three accelerometers on a table, from any schedule.
+///
+///   w_i' = w_i + b_i + k_i w_i + sum_j m_ij w_j + sum_j g_ij f_j
+///   f_i' = f_i + b_i + k_i f_i + sum_j m_ij f_j + K_2i f_i^2 + [a x r_i + w x (w x r_i)]_i
+namespace tumble::methods::turntable {
+
+using imu::Kind;
+
+/// What the schedule makes the unit feel, and what the outputs showed on the mean of each segment.
+struct Look {
+  std::vector<std::string> labels;
+  std::vector<std::array<std::size_t, 3>> places;  ///< recording, power-up, segment
+  std::vector<Vector3> rate, force;                ///< one a segment, mean
+  std::vector<bool> at_rest;                       ///< all axes held
+  double turning = 0.0;                            ///< greatest |w|^2 + |dw/dt| [1/s^2]
+  Vector3 fastest, strongest;                      ///< greatest |w_i| [rad/s] and |f_i| [m/s^2] along each axis
+};
+
+/// What is to be identified: one problem an output, gyros first.
+struct Task {
+  std::vector<Kind> kinds;  ///< one or both, in the order of the problems
+  std::vector<linear::Problem> problems;
+  std::vector<std::string> not_shown;  ///< terms that nothing in the schedule excites usefully
+  Look look;
+  Findings findings;  ///< of the data
+};
+
+/// Throws Error::bad_data where a triad is incomplete or missing altogether.
+Task task_of(const Evidence& evidence);
+/// Throws Error::bad_input where the plan's model has neither triad.
+Task task_of(const Plan& plan);
+
+/// All terms of an output of the model `imu`.
+std::vector<std::string> terms_of(Kind kind, std::size_t axis);
+
+/// What the means of the segments say of the wiring, the units and the order; what moves on where the table should
+/// rest.
+Findings faults_of(const Evidence& evidence, const Task& task);
+
+/// The answer with its tables: `observability`, `correction`, `positions`, `rig_errors`, `covered`.
+Estimate answer_of(const Task& task, const linear::JointSolution& solution);
+
+Compensation compensate(const Estimate& estimate, const Recording& recording);
+
+/// An IMU on a three-axis table: six faces in two headings, turning both ways with faces and edges up.
+Plan trial_plan();
+Trial trial(std::uint64_t seed);
+
+}  // namespace tumble::methods::turntable

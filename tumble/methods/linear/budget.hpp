@@ -1,0 +1,11 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+
+namespace tumble::linear {
+
+/// Sources that give no parameter a thousandth of its variance become one line, `all other errors`; those that give
+/// nothing go.
+void gather_small(Estimate& estimate);
+
+}  // namespace tumble::linear
