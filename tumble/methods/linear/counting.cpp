@@ -105,7 +105,7 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
     const std::size_t g = rows.segment[first];
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
     const Stretch& stretch = evidence.stretches[g];
-    if (!stretch.steady && !stretch.even) continue;
+    if (!stretch.steady && !stretch.even && stretch.whole.empty()) continue;
     const double sd = std::sqrt(pieces_of(stretch) * rounding_variance(problem.pulse, rows.segments[g].duration));
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),
               effect.column.begin() + static_cast<std::ptrdiff_t>(end), sd);

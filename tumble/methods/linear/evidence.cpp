@@ -72,11 +72,22 @@ double quickest(const Segment& segment) {
   return quickest;
 }
 
+/// Whether the segment is one that Problem::whole_moves speaks of, by the kind of motion.
+bool moves(const Segment& segment, Motion::Kind kind) {
+  return std::ranges::any_of(segment.axes,
+                             [&](const auto& axis) { return axis.second.kind == kind && axis.second.value != 0.0; });
+}
+
+bool used_whole(const Problem& problem, const Segment& segment) {
+  return problem.whole_moves && moves(segment, Motion::Kind::slew);
+}
+
 /// From when the segment's samples are used.
-double use_from(const PowerUp& power_up, std::size_t segment, double settling) {
+double use_from(const PowerUp& power_up, std::size_t segment, const Problem& problem) {
   const auto& settled = power_up.reference.settled;
   const double begin = power_up.begins[segment];
-  return (segment < settled.size() ? std::max(begin, settled[segment]) : begin) + settling;
+  if (used_whole(problem, power_up.rig.segments[segment])) return begin;
+  return (segment < settled.size() ? std::max(begin, settled[segment]) : begin) + problem.settling;
 }
 
 /// So many blocks of a steady stretch are needed at least to show its noise, and are enough to tell white noise from
@@ -118,9 +129,54 @@ void set_blocks(const PowerUp& power_up, const Problem& problem, Stretch& stretc
   stretch.per_block = (stretch.samples + blocks - 1) / blocks;
 }
 
+/// Where the rate is kept, as many whole turns as the samples hold.
+void trim_to_turns(const Segment& segment, Stretch& stretch) {
+  double turn = 0.0;
+  for (const auto& [name, motion] : segment.axes)
+    if (motion.kind == Motion::Kind::rate && motion.value != 0.0)
+      turn = std::max(turn, 2.0 * M_PI / std::abs(motion.value));
+  const double turns = std::floor(static_cast<double>(stretch.samples) * stretch.step / turn + 1e-9);
+  const auto samples = static_cast<std::size_t>(std::llround(turns * turn / stretch.step));
+  stretch.samples = std::min(stretch.samples, samples);
+  if (!stretch.values.empty()) stretch.values.resize(stretch.samples);
+}
+
+/// Makes one block of a move that is used whole; says why it cannot be.
+std::string make_whole(const PowerUp& power_up, const Problem& problem, Stretch& stretch) {
+  const Segment& segment = power_up.rig.segments[stretch.segment];
+  const bool slew = used_whole(problem, segment);
+  if (!slew && !(problem.whole_moves && moves(segment, Motion::Kind::rate))) return "";
+  if (!slew) trim_to_turns(segment, stretch);
+  if (stretch.samples == 0) return "it holds less than one turn";
+  const double end = stretch.first + static_cast<double>(stretch.samples) * stretch.step;
+  const auto rests_at = [&](double time) {
+    const auto& until = power_up.reference.steady_until;
+    return time <= 0.0 || !until || until(time) > time;
+  };
+  const double slack = 1e-6 * stretch.step;
+  if (slew && (!rests_at(stretch.first - slack) || power_up.reference.settled[stretch.segment] > end + slack))
+    return "its move does not go from rest to rest, so that its total says nothing of an angle";
+  if (std::ranges::any_of(stretch.values, [](double v) { return std::isnan(v); }))
+    return "samples are missing in its move, so that the total is not known";
+  stretch.whole = instants_of(power_up.reference, stretch.first, end, quickest(segment));
+  stretch.steady = stretch.even = false;
+  stretch.per_block = stretch.samples;
+  return "";
+}
+
 Finding unused(const std::string& label, int run, const std::string& why) {
   return {Finding::Severity::warning, fmt::format("segment '{}' is not used: {}", label, why),
           fmt::format("run {}", run)};
+}
+
+void add_stretch(const PowerUp& power_up, const Problem& problem, Stretch stretch, Evidences& out) {
+  set_blocks(power_up, problem, stretch);
+  if (problem.rests_only && !stretch.steady) return;
+  const auto why = make_whole(power_up, problem, stretch);
+  if (why.empty())
+    out.stretches.push_back(std::move(stretch));
+  else
+    out.findings.push_back(unused(stretch.label, stretch.run, why));
 }
 
 /// Where each mark of a recording stands in the schedule of its plan: power-up and segment. A label that occurs several
@@ -243,7 +299,7 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
         const auto& segment = power_up.rig.segments[s];
         Stretch stretch{.power_up = u, .segment = s, .label = segment.label, .run = segment.run};
         stretch.step = 1.0 / one->sample_rate;
-        const double from = std::ceil(use_from(power_up, s, problem.settling) / stretch.step - 1e-6) * stretch.step;
+        const double from = std::ceil(use_from(power_up, s, problem) / stretch.step - 1e-6) * stretch.step;
         const double length = power_up.begins[s + 1] - from + 1e-6 * stretch.step;
         stretch.first = from;
         stretch.samples = length > 0.0 ? static_cast<std::size_t>(length / stretch.step) : 0;
@@ -251,8 +307,7 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
           out.findings.push_back(unused(segment.label, segment.run, "no sample is left after settling"));
           continue;
         }
-        set_blocks(power_up, problem, stretch);
-        out.stretches.push_back(std::move(stretch));
+        add_stretch(power_up, problem, std::move(stretch), out);
       }
     }
   }
@@ -279,7 +334,7 @@ void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_po
     const double next =
         m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : std::numeric_limits<double>::infinity();
     Stretch stretch{.power_up = place.power_up, .segment = place.segment, .label = mark.label, .run = mark.run};
-    take_samples(channel, sampling.rate, power_on + use_from(power_up, place.segment, problem.settling),
+    take_samples(channel, sampling.rate, power_on + use_from(power_up, place.segment, problem),
                  std::min(next, power_on + power_up.begins[place.segment + 1]), problem.scale, stretch);
     stretch.first -= power_on;
     stretch.recording = r;
@@ -291,8 +346,7 @@ void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_po
                                     any ? "no sample is left after settling" : "the recording holds no samples of it"));
       continue;
     }
-    set_blocks(power_up, problem, stretch);
-    out.stretches.push_back(std::move(stretch));
+    add_stretch(power_up, problem, std::move(stretch), out);
   }
 }
 

@@ -58,6 +58,10 @@ struct Problem {
   double settling = 0.0;                     ///< [s] dropped after the rig has settled in each segment
   double averaging = 1.0;                    ///< [s] of a block
   bool needs_site = true;                    ///< without the Earth's rate and gravity the input is wrong
+  /// A segment in which an axis slews is used from rest to rest as one total, whatever way it took; of one at a rate as
+  /// many whole turns as it holds. Counted pulses of a move tell its angle, however it went.
+  bool whole_moves = false;
+  bool rests_only = false;  ///< segments in which the rig moves are passed over
 };
 
 /// One segment of the evidence. Means over the samples used [SI].

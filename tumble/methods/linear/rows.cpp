@@ -116,10 +116,25 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Problem& 
   sums.felt.rate = share * rate;
 }
 
+/// A move used whole: one block.
+void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Problem& problem, Sums& sums) {
+  const double count = sums.count.front();
+  for (std::size_t k = 0; k < stretch.whole.time.size(); ++k) {
+    Felt felt;
+    power_up.reference.felt(stretch.whole.time[k], stretch.step, std::span(&felt, 1));
+    const double share = stretch.whole.share[k];
+    for (std::size_t s = 0; s < sums.series.columns; ++s)
+      sums.series(0, s) += count * share * evaluate(problem, s, felt);
+    sums.felt.specific_force = sums.felt.specific_force + share * felt.specific_force;
+    sums.felt.rate = sums.felt.rate + share * felt.rate;
+    sums.extent.add(felt);
+  }
+}
+
 Sums sums_of(const Evidences& evidence, const Stretch& stretch, const Problem& problem) {
   Sums sums(stretch, problem.columns.size());
   const PowerUp& power_up = evidence.power_ups[stretch.power_up];
-  (stretch.steady ? sum_steady : sum_moving)(power_up, stretch, problem, sums);
+  (stretch.steady ? sum_steady : stretch.whole.empty() ? sum_moving : sum_whole)(power_up, stretch, problem, sums);
   return sums;
 }
 

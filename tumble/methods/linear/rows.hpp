@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/methods/linear/linear.hpp"
+#include "tumble/methods/linear/moves.hpp"
 #include "tumble/rigs/rig.hpp"
 
 /// From plans and recordings to the rows of a mixed model.
@@ -36,6 +37,7 @@ struct Stretch {
   bool steady = false;
   bool even = false;  ///< the rig turns, but what is felt hardly changes: blocks as if it were steady
   std::size_t per_block = 1;
+  Instants whole = {};  ///< a move that is used whole, as one block: the instants that stand for it; else empty
 };
 
 struct Evidences {
