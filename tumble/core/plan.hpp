@@ -26,12 +26,14 @@ struct ChannelChoice {
   std::optional<Unit> unit;
 };
 
-/// A further instrument on the same fixture: it feels what the first one feels, and its channels are called
-/// "<name>.<channel>".
+/// A further instrument on the same fixture: it feels what the first one feels, turned as it is mounted, and its
+/// channels are called "<name>.<channel>".
 struct Beside {
   std::string name;
   std::string model;  ///< catalogue name in models/
   Settings truth;     ///< resolved against the model's options
+  /// Its axes from those of the first instrument: about x (roll), about y (pitch), about z (yaw) [rad], z first.
+  double mount_roll = 0.0, mount_pitch = 0.0, mount_yaw = 0.0;
 };
 
 struct Estimate;

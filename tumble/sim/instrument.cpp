@@ -17,16 +17,28 @@ struct Sum {
   std::function<double(const Felt&)> input;
   std::vector<Term> terms;
   std::vector<double> coefficients;
+  std::optional<Rotation> mount;  ///< its axes, where they are not those in which the rig says what is felt
 
-  double operator()(const Felt& felt) const {
+  double operator()(const Felt& felt) const { return mount ? sum(turned(felt)) : sum(felt); }
+
+  Felt turned(const Felt& felt) const {
+    Felt own = felt;
+    own.rate = *mount * felt.rate;
+    own.angular_acceleration = *mount * felt.angular_acceleration;
+    own.specific_force = *mount * felt.specific_force;
+    return own;
+  }
+
+ private:
+  double sum(const Felt& felt) const {
     double value = input ? input(felt) : 0.0;
     for (std::size_t t = 0; t < terms.size(); ++t) value += coefficients[t] * terms[t].regressor(felt);
     return value;
   }
 };
 
-Sum sum_of(const Model& model, const Output& output, const Settings& truth) {
-  Sum sum{output.input, {}, {}};
+Sum sum_of(const Model& model, const Output& output, const Settings& truth, const std::optional<Rotation>& mount) {
+  Sum sum{output.input, {}, {}, mount};
   const auto coefficients = coefficients_of(model, output, truth);
   for (std::size_t t = 0; t < output.terms.size(); ++t)
     if (coefficients[t] != 0.0) {
@@ -43,6 +55,7 @@ struct Producer {
   NoiseSource noise;
   Recorded recorded;
   std::vector<double> fine = {};  ///< steps, where a sample takes more than one
+  std::vector<Felt> own = {};     ///< what is felt in the axes of an instrument mounted otherwise
 
   /// What it indicates at every step, noise apart, if that is one number from `begin` to `end`.
   std::optional<double> constant(const Felt& begin, const Felt& end) const {
@@ -58,10 +71,16 @@ struct Producer {
     fine.resize(oversampling == 1 ? 0 : samples.size() * oversampling);
     const auto steps = oversampling == 1 ? samples : std::span(fine);
     for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = (constant ? *constant : sum(felt[k])) + turn_on;
-    if (recorded.history) recorded.history(felt, steps);
+    if (recorded.history) recorded.history(sum.mount ? turned(felt) : felt, steps);
     noise.add(steps);
     if (recorded.response) recorded.response(steps);
     if (oversampling > 1) gather(oversampling, samples);
+  }
+
+  std::span<const Felt> turned(std::span<const Felt> felt) {
+    own.clear();
+    for (const Felt& one : felt) own.push_back(sum.turned(one));
+    return own;
   }
 
   void gather(std::size_t oversampling, std::span<double> samples) const {
@@ -126,7 +145,9 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& r
   const RandomStream of_run = random.split("run").split(static_cast<std::uint64_t>(run.run));
   const auto instrument = std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling});
   std::vector<Channel> channels;
-  for (const auto& [prefix, model, truth] : participants_of(plan)) {
+  for (const auto& [prefix, model, truth, own_from_first] : participants_of(plan)) {
+    const bool as_first = own_from_first.x.x == 1.0 && own_from_first.y.y == 1.0 && own_from_first.z.z == 1.0;
+    const auto mount = as_first ? std::nullopt : std::optional(own_from_first);
     const RandomStream own = of_run.split(prefix.empty() ? "instrument" : "beside " + prefix);
     const auto outputs = model.outputs(truth);
     for (std::size_t k = 0; k < outputs.size(); ++k) {
@@ -140,7 +161,7 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& r
                           {run.begin, plan.sample_rate, nullptr},
                           {}});
       instrument->outputs.push_back(
-          {sum_of(model, output, truth),
+          {sum_of(model, output, truth, mount),
            truth.number(output.noise_prefix + "turn_on_repeatability") * stream.split("turn-on").normal(0),
            NoiseSource(noise_of(truth, output.noise_prefix), rate, run.samples * oversampling, stream.split("noise")),
            std::move(recorded)});

@@ -7,8 +7,10 @@ namespace tumble::sim {
 int oversampling_of(const Plan& plan) { return std::max(1, plan.truth.integer("oversampling")); }
 
 std::vector<Participant> participants_of(const Plan& plan) {
-  std::vector<Participant> all{{"", find_model(plan.instrument_model), plan.truth}};
-  for (const auto& one : plan.beside) all.push_back({one.name + ".", find_model(one.model), one.truth});
+  std::vector<Participant> all{{"", find_model(plan.instrument_model), plan.truth, {}}};
+  for (const auto& one : plan.beside)
+    all.push_back({one.name + ".", find_model(one.model), one.truth,
+                   about_x(one.mount_roll) * about_y(one.mount_pitch) * about_z(one.mount_yaw)});
   return all;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/core/plan.hpp"
+#include "tumble/math/rotation.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/source.hpp"
@@ -41,6 +42,7 @@ struct Participant {
   std::string prefix;  ///< of its channels: "" or "S2."
   const Model& model;
   const Settings& truth;
+  Rotation own_from_first;  ///< its axes, from those in which the rig says what is felt
 };
 
 /// The first and all beside it. They live as long as the plan.

@@ -30,7 +30,7 @@ void append_noise_problems(const Settings& truth, const std::string& where, cons
 
 /// What the instrument's model finds wrong with its terms, physics and electronics, and the noise.
 void append_truth_problems(const Plan& plan, const sim::Participant& participant, std::vector<std::string>& problems) {
-  const auto& [prefix, model, truth] = participant;
+  const auto& [prefix, model, truth, mount] = participant;
   const std::string where = prefix.empty() ? "[truth]" : "[beside." + prefix + "truth]";
   const std::size_t before = problems.size();
   const int oversampling = plan.truth.integer("oversampling");
@@ -228,7 +228,7 @@ std::size_t simulated_size(const Plan& plan) {
   const auto sensors =
       rig.reference({probe.segments, plan.rig, plan.site, plan.sample_rate, {}, RandomStream(0)}).sensors;
   std::size_t channels = sensors.size();
-  for (const auto& [prefix, model, truth] : sim::participants_of(plan)) channels += model.outputs(truth).size();
+  for (const auto& [prefix, model, truth, mount] : sim::participants_of(plan)) channels += model.outputs(truth).size();
   return samples_of(runs) * channels * sizeof(double);
 }
 

@@ -165,6 +165,9 @@ Beside read_one_beside(Reading& reading, const std::string& name, const toml::ta
                            : look_up(
                                  section, "model", [&]() -> auto& { return find_model(beside.model); });
   if (beside.model.empty()) section.missing("model", "\"fiber_optic_gyro\"");
+  beside.mount_roll = section.quantity("mount_roll", Unit::parse("deg")).value_or(0.0);
+  beside.mount_pitch = section.quantity("mount_pitch", Unit::parse("deg")).value_or(0.0);
+  beside.mount_yaw = section.quantity("mount_yaw", Unit::parse("deg")).value_or(0.0);
   const auto* own = section.table("truth");
   std::vector<Given> given;
   if (beside.model == reading.plan.instrument_model) {

@@ -69,6 +69,10 @@ void add_rows(const Evidences& evidence, const Rows& rows, std::size_t plan, con
     while (row < rows.segment.size() && rows.segment[row] == g) ++row;
     if (evidence.power_ups[stretch.power_up].plan_number != plan) continue;
     const Reference& reference = references[stretch.power_up];
+    if (!stretch.whole.empty()) {
+      column[first] += mean_over(reference, stretch.whole, value);
+      continue;
+    }
     const auto length = [&](std::size_t samples) { return static_cast<double>(samples) * stretch.step; };
     if (stretch.steady || stretch.even) {
       const std::size_t points = std::min<std::size_t>(stretch.samples, 192);
@@ -167,8 +171,20 @@ class Difference {
     return shift;
   }
 
+  /// The shift of a move used whole, in this row, by the draw of one segment.
+  double of_move(const Job& job, const Stretch& stretch, std::size_t row, std::size_t segment) const {
+    const PowerUp& power_up = evidence_.power_ups[stretch.power_up];
+    if (power_up.plan_number != job.plan) return 0.0;
+    RigRun run = power_up.rig;
+    run.errors = Matrix(job.count, run.segments.size());
+    run.errors(job.index, segment) = job.error.sd;
+    const auto value = [this](const Felt& felt) { return shown(felt); };
+    return mean_over(find_rig(power_up.plan->rig_kind).reference(run), stretch.whole, value) - without_[close][row];
+  }
+
+  bool rounding(double shift) const { return std::abs(shift) <= 1e-13 * size_; }
   bool rounding(const std::vector<double>& shift) const {
-    return std::ranges::all_of(shift, [&](double one) { return std::abs(one) <= 1e-13 * size_; });
+    return std::ranges::all_of(shift, [&](double one) { return rounding(one); });
   }
 
   const std::vector<Reference>& nominal() const { return nominal_; }
@@ -213,25 +229,55 @@ std::vector<std::size_t> drivers_of(const Evidences& evidence, const Rows& rows,
   return drivers;
 }
 
+/// One draw of an error that is drawn anew for each segment: the rows it shifts.
+struct Draw {
+  std::vector<std::size_t> stretches;                  ///< at rest or in blocks: shifted as by all draws together
+  std::vector<std::pair<std::size_t, double>> totals;  ///< rows of moves used whole, and the shift
+};
+
+/// A move from rest to rest is shifted by the draw of its own angle and by that of the angle it begins at.
+void add_totals(const Evidences& evidence, const Rows& rows, const Difference& difference, const Job& job,
+                std::map<std::tuple<std::size_t, int, std::size_t>, Draw>& draws) {
+  for (std::size_t row = 0; row < rows.segment.size(); ++row) {
+    const Stretch& stretch = evidence.stretches[rows.segment[row]];
+    if (stretch.whole.empty()) continue;
+    for (std::size_t segment = stretch.segment + 1, earlier = 0; segment-- > 0 && earlier == 0;) {
+      const double shift = difference.of_move(job, stretch, row, segment);
+      if (difference.rounding(shift)) continue;
+      draws[{stretch.power_up, stretch.run, segment}].totals.emplace_back(row, shift);
+      if (segment < stretch.segment) ++earlier;
+    }
+  }
+}
+
 /// The shift by an error drawn anew for each segment. Stretches moved by one and the same draw share a column; the
 /// others have draws of their own.
 void add_each_segment(const Evidences& evidence, const Rows& rows, const Difference& difference, const Job& job,
                       const std::vector<double>& all, std::vector<KnownEffect>& effects) {
   const auto drivers = drivers_of(evidence, rows, difference, job);
-  std::map<std::tuple<std::size_t, int, std::size_t>, std::vector<std::size_t>> groups;
+  const auto name = [&](std::size_t power_up, int run, std::size_t driver) {
+    const auto& segments = evidence.power_ups[power_up].rig.segments;
+    return fmt::format("{}, segment '{}' ({} of power-up {}, run {})", name_of(job), segments[driver].label, driver + 1,
+                       power_up + 1, run);
+  };
+  std::map<std::tuple<std::size_t, int, std::size_t>, Draw> draws;
   KnownEffect own{job.error.name, all, true};
   for (std::size_t g = 0; g < drivers.size(); ++g) {
     const auto& stretch = evidence.stretches[g];
-    groups[{stretch.power_up, stretch.run, drivers[g]}].push_back(g);
-    const auto& segments = evidence.power_ups[stretch.power_up].rig.segments;
-    own.draws.push_back(fmt::format("{}, segment '{}' ({} of power-up {}, run {})", name_of(job),
-                                    segments[drivers[g]].label, drivers[g] + 1, stretch.power_up + 1, stretch.run));
+    if (stretch.whole.empty()) draws[{stretch.power_up, stretch.run, drivers[g]}].stretches.push_back(g);
+    own.draws.push_back(name(stretch.power_up, stretch.run, drivers[g]));
   }
-  for (const auto& [key, stretches] : groups) {
-    if (stretches.size() < 2) continue;
-    KnownEffect shared{job.error.name, std::vector<double>(all.size(), 0.0), false, {own.draws[stretches.front()]}};
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!evidence.stretches[rows.segment[i]].whole.empty()) own.column[i] = 0.0;
+  add_totals(evidence, rows, difference, job, draws);
+  for (const auto& [key, draw] : draws) {
+    if (draw.stretches.size() < 2 && draw.totals.empty()) continue;
+    const auto& [power_up, run, driver] = key;
+    KnownEffect shared{job.error.name, std::vector<double>(all.size(), 0.0), false, {name(power_up, run, driver)}};
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (std::ranges::find(stretches, rows.segment[i]) != stretches.end()) std::swap(shared.column[i], own.column[i]);
+      if (std::ranges::find(draw.stretches, rows.segment[i]) != draw.stretches.end())
+        std::swap(shared.column[i], own.column[i]);
+    for (const auto& [row, shift] : draw.totals) shared.column[row] = shift;
     if (!difference.rounding(shared.column)) effects.push_back(std::move(shared));
   }
   if (!difference.rounding(own.column)) effects.push_back(std::move(own));
@@ -243,10 +289,11 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
                                     const std::vector<double>& coefficients) {
   const Difference difference(evidence, problem, rows, coefficients);
   const auto jobs = jobs_of(evidence);
+  const bool moved_whole = std::ranges::any_of(evidence.stretches, [](const auto& s) { return !s.whole.empty(); });
   std::vector<std::vector<KnownEffect>> found(jobs.size());
   parallel_for(jobs.size(), [&](std::size_t k) {
     auto all = difference.of(jobs[k], close, [](std::size_t) { return true; });
-    if (difference.rounding(all)) return;
+    if (difference.rounding(all) && !(jobs[k].error.each_segment && moved_whole)) return;
     if (jobs[k].error.each_segment)
       add_each_segment(evidence, rows, difference, jobs[k], all, found[k]);
     else

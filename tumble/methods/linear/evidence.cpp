@@ -171,12 +171,19 @@ Finding unused(const std::string& label, int run, const std::string& why) {
 
 void add_stretch(const PowerUp& power_up, const Problem& problem, Stretch stretch, Evidences& out) {
   set_blocks(power_up, problem, stretch);
-  if (problem.rests_only && !stretch.steady) return;
   const auto why = make_whole(power_up, problem, stretch);
   if (why.empty())
     out.stretches.push_back(std::move(stretch));
   else
     out.findings.push_back(unused(stretch.label, stretch.run, why));
+}
+
+/// Whether a problem that uses rests alone passes over the segment.
+bool passed_over(const Problem& problem, const Segment& segment) {
+  if (!problem.rests_only) return false;
+  return std::ranges::any_of(segment.axes, [](const auto& axis) {
+    return axis.second.kind != Motion::Kind::hold && axis.second.kind != Motion::Kind::dwell;
+  });
 }
 
 /// Where each mark of a recording stands in the schedule of its plan: power-up and segment. A label that occurs several
@@ -297,6 +304,7 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
       const PowerUp& power_up = out.power_ups[u];
       for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) {
         const auto& segment = power_up.rig.segments[s];
+        if (passed_over(problem, segment)) continue;
         Stretch stretch{.power_up = u, .segment = s, .label = segment.label, .run = segment.run};
         stretch.step = 1.0 / one->sample_rate;
         const double from = std::ceil(use_from(power_up, s, problem) / stretch.step - 1e-6) * stretch.step;
@@ -330,6 +338,7 @@ void add_recording(const Evidence& evidence, std::size_t r, std::size_t first_po
       continue;
     }
     const PowerUp& power_up = out.power_ups[place.power_up];
+    if (passed_over(problem, power_up.rig.segments[place.segment])) continue;
     const double power_on = mark.begin - power_up.begins[place.segment];
     const double next =
         m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : std::numeric_limits<double>::infinity();

@@ -61,7 +61,7 @@ struct Problem {
   /// A segment in which an axis slews is used from rest to rest as one total, whatever way it took; of one at a rate as
   /// many whole turns as it holds. Counted pulses of a move tell its angle, however it went.
   bool whole_moves = false;
-  bool rests_only = false;  ///< segments in which the rig moves are passed over
+  bool rests_only = false;  ///< segments in which an axis is told to do anything but stand are passed over
 };
 
 /// One segment of the evidence. Means over the samples used [SI].

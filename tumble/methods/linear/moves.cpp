@@ -8,7 +8,7 @@ namespace tumble::linear {
 namespace {
 
 constexpr double parts_of_period = 12.0;
-constexpr double tolerance = 1e-12;
+constexpr double tolerance = 1e-11;
 constexpr int deepest = 30;  ///< halvings: 1e-9 of a part
 
 /// Nodes on [-1, 1] and weights of the Gauss-Legendre rule of five points, as shares of the interval.

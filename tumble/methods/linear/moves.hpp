@@ -32,7 +32,7 @@ double mean_over(const Reference& reference, const Instants& instants, const Val
 /// acceleration from one instant to the next, so that evenly spaced instants miss some of the angle.
 ///
 /// Given     frequency   greatest at which what is felt repeats [Hz]; 0: never
-/// Accuracy  1e-12 of the greatest rate and specific force
+/// Accuracy  1e-11 of the greatest rate and specific force
 Instants instants_of(const Reference& reference, double begin, double end, double frequency);
 
 }  // namespace tumble::linear

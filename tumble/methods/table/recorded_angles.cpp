@@ -129,21 +129,6 @@ const Motion* motion_of(const Segment& segment, const std::string& axis) {
   return found == segment.axes.end() ? nullptr : &found->second;
 }
 
-/// What an axis was told to stand at, at the end of every segment; NaN where it turns or oscillates.
-std::vector<double> commands_of(const Schedule& schedule, const std::string& axis) {
-  std::vector<double> commands;
-  double now = 0.0;
-  for (std::size_t s = 0; s < schedule.size(); ++s) {
-    if (s > 0 && schedule[s].run != schedule[s - 1].run) now = 0.0;
-    if (const Motion* motion = motion_of(schedule[s], axis)) {
-      const bool stands = motion->kind == Kind::hold || motion->kind == Kind::slew;
-      now = motion->kind == Kind::hold ? motion->value : stands ? motion->to : std::nan("");
-    }
-    commands.push_back(now);
-  }
-  return commands;
-}
-
 /// Where the axis stood. No reading in the rest: nothing.
 std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Encoder& encoder,
                              const std::vector<Place>& places, double settling) {
@@ -239,6 +224,20 @@ bool recorded_alone(const Evidence& evidence, std::size_t recording) {
 }
 
 }  // namespace
+
+std::vector<double> commands_of(const Schedule& schedule, const std::string& axis) {
+  std::vector<double> commands;
+  double now = 0.0;
+  for (std::size_t s = 0; s < schedule.size(); ++s) {
+    if (s > 0 && schedule[s].run != schedule[s - 1].run) now = 0.0;
+    if (const Motion* motion = motion_of(schedule[s], axis)) {
+      const bool stands = motion->kind == Kind::hold || motion->kind == Kind::slew;
+      now = motion->kind == Kind::hold ? motion->value : stands ? motion->to : std::nan("");
+    }
+    commands.push_back(now);
+  }
+  return commands;
+}
 
 RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, double tolerance) {
   RecordedAngles out{evidence, {}, {}, {}};

@@ -43,6 +43,9 @@ struct RecordedAngles {
 ///           tolerance  [rad] by which a recorded angle may differ from the plan without a warning
 RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, double tolerance);
 
+/// What an axis is told to stand at, at the end of every segment [rad]; NaN where it turns or oscillates.
+std::vector<double> commands_of(const Schedule& schedule, const std::string& axis);
+
 /// Table `angles`: commanded, recorded, difference, sd. Empty rows where nothing was recorded.
 Table angles_table(const RecordedAngles& angles);
 

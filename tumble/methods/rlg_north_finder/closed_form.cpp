@@ -1,0 +1,227 @@
+#include "tumble/methods/rlg_north_finder/closed_form.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "tumble/methods/rlg_north_finder/solve.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::north_finder {
+namespace {
+
+double mean_of(const std::vector<double>& values, const std::vector<std::size_t>& which) {
+  double sum = 0.0;
+  for (const std::size_t s : which) sum += values[s];
+  return sum / static_cast<double>(which.size());
+}
+
+/// Counts of a rotation, as the total of its segment.
+double total(const Turning& one, const std::vector<double>& means) { return means[one.segment] * one.seconds; }
+
+/// (N+ - N-)/(2 Theta)
+double per_angle(const Path& path, int axis, const std::vector<double>& means) {
+  const Turning &forward = *path.rotation(axis, true), &reverse = *path.rotation(axis, false);
+  const double angle = 2.0 * std::numbers::pi * (std::round(forward.turns) - std::round(reverse.turns));
+  return (total(forward, means) - total(reverse, means)) / angle;
+}
+
+/// Scale factor, bias and misalignments of an accelerometer: `own` its axis, `other` the other one that stands upright.
+void append_accelerometer(const Path& path, const std::vector<double>& means, std::size_t own, std::size_t other,
+                          double gravity, std::vector<double>& out) {
+  const auto up = [&](std::size_t axis) { return mean_of(means, path.up[axis]); };
+  const auto down = [&](std::size_t axis) { return mean_of(means, path.down[axis]); };
+  const double k = (up(own) - down(own)) / (2.0 * gravity);
+  const double z_up = means[path.up[2].back()], z_down = means[path.down[2].front()];
+  out.push_back(k);
+  out.push_back((up(own) + down(own) + up(other) + down(other)) / (4.0 * k));
+  out.push_back((up(other) - down(other)) / (2.0 * k * gravity));
+  out.push_back((z_up - z_down) / (2.0 * k * gravity));
+}
+
+/// The four stays that give the bias.
+std::vector<std::size_t> four(const Path& path) {
+  std::vector<std::size_t> all;
+  for (const std::size_t axis : {0, 1})
+    for (const auto* some : {&path.up[axis], &path.down[axis]}) all.push_back(some->front());
+  return all;
+}
+
+}  // namespace
+
+Means measured(const Summaries& segments) {
+  Means means;
+  for (std::size_t i = 0; i < outputs; ++i)
+    for (const auto& segment : segments[i]) means[i].push_back(segment.measured);
+  return means;
+}
+
+std::vector<double> closed_form(const Means& means, const Summaries& segments, double gravity) {
+  std::array<Path, outputs> paths;
+  for (std::size_t i = 0; i < outputs; ++i) paths[i] = path_of({segments[i].begin(), segments[i].end()});
+  const Path& path = paths[gyro];
+  const double k = per_angle(path, 0, means[gyro]);
+  const double gamma_z = per_angle(path, 2, means[gyro]) / k, gamma_y = per_angle(path, 1, means[gyro]) / k;
+  double bias = 0.0;
+  for (const std::size_t s : four(path)) {
+    const Vector3 w = segments[gyro][s].felt.rate;
+    bias += 0.25 * (means[gyro][s] / k - w.x - gamma_y * w.y - gamma_z * w.z);
+  }
+  std::vector<double> out{k, bias, gamma_y, gamma_z};
+  append_accelerometer(paths[accelerometer_x], means[accelerometer_x], 0, 1, gravity, out);
+  append_accelerometer(paths[accelerometer_y], means[accelerometer_y], 1, 0, gravity, out);
+  return out;
+}
+
+Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<double>& b, double gravity,
+               double drift, const Settings& rig) {
+  const auto stated = [&](const char* name) {
+    return rig.texts().contains(name) && !rig.flag("ideal") ? rig.number(name) : 0.0;
+  };
+  Tilts tilts;
+  const Path x = path_of({segments[accelerometer_x].begin(), segments[accelerometer_x].end()});
+  const Path y = path_of({segments[accelerometer_y].begin(), segments[accelerometer_y].end()});
+  if (x.up[2].empty() || x.down[2].size() < 2 || y.up[2].empty() || y.down[2].size() < 2) return tilts;
+  const auto f_x = [&](std::size_t s) { return means[accelerometer_x][s] / b[4] - b[5]; };
+  const auto f_y = [&](std::size_t s) { return means[accelerometer_y][s] / b[8] - b[9]; };
+  tilts.known = true;
+  tilts.rho_x = (f_y(y.up[2].back()) + f_y(y.down[2].front())) / (2.0 * gravity);
+  const double s = (f_y(y.down[2].front()) - f_y(y.down[2].back())) / gravity;
+  const double d = (f_x(x.down[2].back()) - f_x(x.down[2].front())) / gravity;
+  tilts.rho_y = 0.5 * (s - d);
+  tilts.eta = tilts.rho_x - 0.5 * (s + d);
+  // what moves single positions; two of them or more enter each tilt with one half
+  double squares = std::pow(stated("repeatability_sd"), 2) + std::pow(stated("wobble_once_sd"), 2) +
+                   std::pow(stated("wobble_twice_sd"), 2);
+  squares += std::pow(drift / gravity, 2);
+  tilts.sd = std::sqrt(squares);
+  return tilts;
+}
+
+namespace {
+
+/// Where the means of an output begin among those of all.
+std::array<std::size_t, outputs + 1> offsets(const std::array<linear::Work, outputs>& works) {
+  std::array<std::size_t, outputs + 1> begin{};
+  for (std::size_t i = 0; i < outputs; ++i) begin[i + 1] = begin[i] + works[i].solution.segments.size();
+  return begin;
+}
+
+/// Derivatives of the parameters by the means, as differences.
+Matrix derivatives(const Means& means, const Summaries& segments, double gravity) {
+  std::size_t all = 0;
+  for (const auto& some : means) all += some.size();
+  Matrix jacobian(outputs * per_output, all);
+  std::size_t column = 0;
+  for (std::size_t i = 0; i < outputs; ++i) {
+    double size = 0.0;
+    for (const double mean : means[i]) size = std::max(size, std::abs(mean));
+    for (std::size_t s = 0; s < means[i].size(); ++s, ++column) {
+      Means more = means, less = means;
+      const double step = 1e-5 * size;
+      more[i][s] += step;
+      less[i][s] -= step;
+      const auto a = closed_form(more, segments, gravity), b = closed_form(less, segments, gravity);
+      for (std::size_t p = 0; p < a.size(); ++p) jacobian(p, column) = (a[p] - b[p]) / (2.0 * step);
+    }
+  }
+  return jacobian;
+}
+
+/// Mean of a column over the rows of every segment.
+std::vector<double> by_segment(const linear::Work& work, const std::vector<double>& column) {
+  std::vector<double> sums(work.solution.segments.size(), 0.0), weights(sums.size(), 0.0);
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    sums[work.rows.segment[i]] += work.rows.weights[i] * column[i];
+    weights[work.rows.segment[i]] += work.rows.weights[i];
+  }
+  for (std::size_t g = 0; g < sums.size(); ++g) sums[g] /= weights[g];
+  return sums;
+}
+
+/// Covariance that shifts of the means give the parameters: one source.
+void add_shift(const Matrix& jacobian, const std::vector<double>& shift, Matrix& covariance) {
+  std::vector<double> moved(jacobian.rows, 0.0);
+  for (std::size_t p = 0; p < moved.size(); ++p)
+    for (std::size_t m = 0; m < shift.size(); ++m) moved[p] += jacobian(p, m) * shift[m];
+  for (std::size_t p = 0; p < moved.size(); ++p)
+    for (std::size_t q = 0; q < moved.size(); ++q) covariance(p, q) += moved[p] * moved[q];
+}
+
+class Sources {
+ public:
+  Matrix& operator[](const std::string& name) {
+    for (auto& one : list)
+      if (one.source == name) return one.covariance;
+    list.push_back({name, Matrix(outputs * per_output, outputs * per_output)});
+    return list.back().covariance;
+  }
+  std::vector<SourceCovariance> list;
+};
+
+/// Noise and drift of one output.
+void add_noise(const linear::Work& work, std::size_t first, const Matrix& jacobian, Sources& sources) {
+  const auto& segments = work.solution.segments;
+  Matrix& white = sources[work.data.white];
+  for (std::size_t g = 0; g < segments.size(); ++g) {
+    std::vector<double> shift(jacobian.columns, 0.0);
+    shift[first + g] = segments[g].sd;
+    add_shift(jacobian, shift, white);
+  }
+  for (std::size_t c = 0; c < work.data.slow.size(); ++c) {
+    Matrix& slow = sources[work.data.slow[c].source];
+    const double variance = work.solution.fit.slow_variance[c];
+    const Matrix& kernel = work.data.slow[c].kernel;
+    for (std::size_t p = 0; p < jacobian.rows; ++p)
+      for (std::size_t q = 0; q < jacobian.rows; ++q)
+        for (std::size_t a = 0; a < kernel.rows; ++a)
+          for (std::size_t b = 0; b < kernel.rows; ++b)
+            slow(p, q) += variance * jacobian(p, first + a) * kernel(a, b) * jacobian(q, first + b);
+  }
+}
+
+/// The errors of the table, by draw: one moves all outputs.
+void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& jacobian, Sources& sources) {
+  const auto first = offsets(works);
+  std::map<std::pair<std::string, std::string>, std::vector<double>> shifts;
+  for (std::size_t i = 0; i < outputs; ++i)
+    for (std::size_t e = 0; e < works[i].data.effects.size(); ++e) {
+      const KnownEffect& effect = works[i].data.effects[e];
+      const auto means = by_segment(works[i], effect.column);
+      for (std::size_t g = 0; g < means.size(); ++g) {
+        std::string draw = std::to_string(i) + " " + std::to_string(e);  // its own
+        if (effect.each_segment) draw += " " + std::to_string(g);
+        if (!effect.draws.empty()) draw = effect.draws[effect.each_segment ? g : 0];
+        auto& shift = shifts.try_emplace({effect.source, draw}, jacobian.columns, 0.0).first->second;
+        shift[first[i] + g] += means[g];
+      }
+    }
+  for (const auto& [key, shift] : shifts) add_shift(jacobian, shift, sources[key.first]);
+}
+
+}  // namespace
+
+Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, double gravity) {
+  Summaries segments;
+  for (std::size_t i = 0; i < outputs; ++i) segments[i] = works[i].solution.segments;
+  const Means means = measured(segments);
+  const Matrix jacobian = derivatives(means, segments, gravity);
+  const auto first = offsets(works);
+  Sources sources;
+  for (std::size_t i = 0; i < outputs; ++i) add_noise(works[i], first[i], jacobian, sources);
+  add_effects(works, jacobian, sources);
+  std::vector<double> freedom;
+  for (std::size_t i = 0; i < outputs; ++i)
+    for (std::size_t k = 0; k < per_output; ++k) freedom.push_back(freedom_of(works[i].solution.fit, k));
+  Estimate estimate = estimate_from(closed_form(means, segments, gravity), freedom, sources.list);
+  for (const auto& work : works) {
+    estimate.fit.observations += work.solution.segments.size();
+    estimate.fit.chi_square += work.solution.fit.chi_square;
+    estimate.fit.condition = std::max(estimate.fit.condition, work.solution.fit.condition);
+  }
+  estimate.fit.degrees_of_freedom = static_cast<double>(estimate.fit.observations - outputs * per_output);
+  return estimate;
+}
+
+}  // namespace tumble::north_finder

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/methods/rlg_north_finder/closed_form.hpp"
+#include "tumble/methods/rlg_north_finder/outputs.hpp"
+
+/// What can be wrong with such a test, by name.
+namespace tumble::north_finder {
+
+/// Positions in another order, turns the other way, accelerometers exchanged or reversed: what the accelerometers show
+/// against what the plan says, stay by stay.
+Findings order_faults(const Summaries& segments);
+
+/// Rotations: the number of turns and their sense by what the gyro shows of the Earth's rate at rest, forward against
+/// reverse, unequal times, rates near multiples of dither frequency over scale factor.
+///
+/// Given  estimate  with parameters in the order of wanted()
+Findings rotation_faults(const Plan& plan, const Summaries& segments, const Estimate& estimate);
+
+/// Counts within the stays: lock-in, dither that is cut off, a table that has not come to rest.
+Findings count_faults(const Evidence& evidence, const Summaries& segments, const Estimate& estimate);
+
+}  // namespace tumble::north_finder

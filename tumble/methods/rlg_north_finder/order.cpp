@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/rlg_north_finder/faults.hpp"
+
+namespace tumble::north_finder {
+namespace {
+
+using Severity = Finding::Severity;
+
+/// What stands upright at a stay, as an accelerometer pair sees it.
+enum class Upright { x_up, x_down, y_up, y_down, z };
+
+const char* name(Upright state) {
+  switch (state) {
+    case Upright::x_up:
+      return "x up";
+    case Upright::x_down:
+      return "x down";
+    case Upright::y_up:
+      return "y up";
+    case Upright::y_down:
+      return "y down";
+    case Upright::z:
+      return "z up or down";
+  }
+  return "";
+}
+
+Upright state_of(double x, double y) {
+  constexpr double least = 0.5;
+  if (std::abs(x) < least && std::abs(y) < least) return Upright::z;
+  if (std::abs(x) > std::abs(y)) return x > 0.0 ? Upright::x_up : Upright::x_down;
+  return y > 0.0 ? Upright::y_up : Upright::y_down;
+}
+
+/// One stay: planned, and as the accelerometers show it.
+struct Stay {
+  std::string label;
+  Upright planned = Upright::z;
+  double x = 0.0, y = 0.0;  ///< outputs over their greatest, middle taken off
+};
+
+/// Outputs of one accelerometer from -1 to 1.
+std::vector<double> normal(std::span<const linear::SegmentSummary> segments) {
+  double low = INFINITY, high = -INFINITY;
+  for (const auto& segment : segments) low = std::min(low, segment.measured), high = std::max(high, segment.measured);
+  std::vector<double> out;
+  for (const auto& segment : segments)
+    out.push_back(high > low ? (2.0 * segment.measured - high - low) / (high - low) : 0.0);
+  return out;
+}
+
+std::vector<Stay> stays_of(const Summaries& segments) {
+  std::vector<Stay> stays;
+  const auto &first = segments[accelerometer_x], second = segments[accelerometer_y];
+  const auto x = normal(first), y = normal(second);
+  for (std::size_t s = 0; s < first.size(); ++s)
+    for (std::size_t t = 0; t < second.size(); ++t) {
+      if (first[s].label != second[t].label || first[s].run != second[t].run) continue;
+      const Vector3 f = first[s].felt.specific_force;
+      const double g = norm(f);
+      stays.push_back({first[s].label, state_of(f.x / g, f.y / g), x[s], y[t]});
+      break;
+    }
+  return stays;
+}
+
+/// One way in which accelerometers can be read, and what it would mean.
+struct Reading {
+  int x_sign, y_sign;
+  bool exchanged;
+  const char* meaning;
+};
+
+std::vector<std::size_t> unlike(const std::vector<Stay>& stays, const Reading& reading) {
+  std::vector<std::size_t> out;
+  for (std::size_t s = 0; s < stays.size(); ++s) {
+    const double x = reading.x_sign * (reading.exchanged ? stays[s].y : stays[s].x);
+    const double y = reading.y_sign * (reading.exchanged ? stays[s].x : stays[s].y);
+    if (state_of(x, y) != stays[s].planned) out.push_back(s);
+  }
+  return out;
+}
+
+const Reading readings[] = {
+    {1, 1, false, ""},
+    {-1, 1, false,
+     "the sign of accelerometer_x is inverted (gravity pulls down, specific force reads +1 g upwards): its scale "
+     "factor "
+     "is negative"},
+    {1, -1, false,
+     "the turns about z went the other way, so that the stays with y up and y down (positions 3 and 5) are exchanged, "
+     "or "
+     "the sign of accelerometer_y is inverted: let the plan's inner angles be the ones that were gone to, or reverse "
+     "the counts"},
+    {-1, -1, false,
+     "the first turn went the other way, so that x up and x down (positions 2 and 4) and y up and y down (3 and 5) are "
+     "exchanged, or the signs of both accelerometers are inverted: let the plan's outer angle be +90 deg there, or "
+     "reverse the counts"},
+    {1, 1, true, "accelerometer_x and accelerometer_y are exchanged: name the other channel for each in [channels]"},
+    {-1, 1, true, "accelerometer_x and accelerometer_y are exchanged, and the first is reversed"},
+    {1, -1, true, "accelerometer_x and accelerometer_y are exchanged, and the second is reversed"},
+    {-1, -1, true, "accelerometer_x and accelerometer_y are exchanged, and both are reversed"}};
+
+std::string label_of(const std::vector<Stay>& stays, std::size_t s) {
+  return fmt::format("'{}' shows {} instead of {}", stays[s].label, name(state_of(stays[s].x, stays[s].y)),
+                     name(stays[s].planned));
+}
+
+/// Two stays that each show what the other should.
+std::string exchange_of(const std::vector<Stay>& stays, const std::vector<std::size_t>& off) {
+  if (off.size() != 2) return "";
+  const Stay &a = stays[off[0]], &b = stays[off[1]];
+  if (state_of(a.x, a.y) != b.planned || state_of(b.x, b.y) != a.planned) return "";
+  return fmt::format(": '{}' and '{}' look exchanged; the plan fits with these two in the other order", a.label,
+                     b.label);
+}
+
+}  // namespace
+
+Findings order_faults(const Summaries& segments) {
+  const auto stays = stays_of(segments);
+  const auto as_planned = unlike(stays, readings[0]);
+  if (as_planned.empty()) return {};
+  for (const auto& reading : readings)
+    if (unlike(stays, reading).empty())
+      return {{Severity::error, fmt::format("the accelerometers do not fit the plan: {}", reading.meaning), ""}};
+  std::vector<std::string> all;
+  for (const std::size_t s : as_planned) all.push_back(label_of(stays, s));
+  return {{Severity::error,
+           fmt::format("the positions were taken in another order than the plan says, or a channel is not what it is "
+                       "called: {}{}",
+                       fmt::join(all, ", "), exchange_of(stays, as_planned)),
+           ""}};
+}
+
+}  // namespace tumble::north_finder

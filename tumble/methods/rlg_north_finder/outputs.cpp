@@ -1,0 +1,160 @@
+#include "tumble/methods/rlg_north_finder/outputs.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::north_finder {
+namespace {
+
+double one(const Felt&) { return 1.0; }
+double w_x(const Felt& felt) { return felt.rate.x; }
+double w_y(const Felt& felt) { return felt.rate.y; }
+double w_z(const Felt& felt) { return felt.rate.z; }
+double f_x(const Felt& felt) { return felt.specific_force.x; }
+double f_y(const Felt& felt) { return felt.specific_force.y; }
+double f_z(const Felt& felt) { return felt.specific_force.z; }
+
+constexpr const char* per_angle = "pulse/arcsec";
+constexpr const char* per_velocity = "pulse/(m/s)";
+
+}  // namespace
+
+const std::array<Wanted, outputs * per_output>& wanted() {
+  static const std::array<Wanted, outputs * per_output> all{{
+      {gyro, "gyro.scale_factor", "K", per_angle, per_angle, "pulses for an angle about x", w_x},
+      {gyro, "gyro.bias", "eps", "deg/h", "pulse/s", "of the gyro, as a rate", one},
+      {gyro, "gyro.misalignment_y", "gamma_y", "arcsec", per_angle, "of the gyro's axis towards y", w_y},
+      {gyro, "gyro.misalignment_z", "gamma_z", "arcsec", per_angle, "of the gyro's axis towards z", w_z},
+      {accelerometer_x, "accelerometer_x.scale_factor", "K_x", per_velocity, per_velocity,
+       "pulses for a velocity along x", f_x},
+      {accelerometer_x, "accelerometer_x.bias", "b_x", "ug", "pulse/s", "of the x accelerometer", one},
+      {accelerometer_x, "accelerometer_x.misalignment_y", "a_xy", "arcsec", per_velocity,
+       "of the x accelerometer's axis towards y", f_y},
+      {accelerometer_x, "accelerometer_x.misalignment_z", "a_xz", "arcsec", per_velocity,
+       "of the x accelerometer's axis towards z", f_z},
+      {accelerometer_y, "accelerometer_y.scale_factor", "K_y", per_velocity, per_velocity,
+       "pulses for a velocity along y", f_y},
+      {accelerometer_y, "accelerometer_y.bias", "b_y", "ug", "pulse/s", "of the y accelerometer", one},
+      {accelerometer_y, "accelerometer_y.misalignment_x", "a_yx", "arcsec", per_velocity,
+       "of the y accelerometer's axis towards x", f_x},
+      {accelerometer_y, "accelerometer_y.misalignment_z", "a_yz", "arcsec", per_velocity,
+       "of the y accelerometer's axis towards z", f_z},
+  }};
+  return all;
+}
+
+const char* role_of(Which output) {
+  return output == gyro ? "gyro" : output == accelerometer_x ? "accelerometer_x" : "accelerometer_y";
+}
+
+std::vector<Role> roles() {
+  return {{"gyro", "", true, "counts of the ring laser gyro along x"},
+          {"accelerometer_x", "", true, "counts of the accelerometer along x"},
+          {"accelerometer_y", "", true, "counts of the accelerometer along y"},
+          {"outer_angle", "deg", false, "recorded angle of the outer axis; absent: as commanded"},
+          {"inner_angle", "deg", false, "recorded angle of the inner axis; absent: as commanded"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  return {
+      {"estimator",
+       Type::word,
+       "1",
+       "least_squares",
+       {"least_squares", "closed_form"},
+       "all positions and rotations together with the errors of the table, or the formulas (2.1)-(2.7)"},
+      {"settling", Type::quantity, "s", "5 s", {}, "time dropped in each stay after the table has settled"},
+      {"averaging", Type::quantity, "s", "10 s", {}, "length of the averages that show the noise in a stay"},
+      {"angle_tolerance",
+       Type::quantity,
+       "deg",
+       "0.1 deg",
+       {},
+       "by which a recorded angle may differ from the plan without a warning"},
+      {"dither_frequency",
+       Type::quantity,
+       "Hz",
+       "",
+       {},
+       "of the gyro's dither: rotations near its multiples over the scale factor are named; absent: not looked at"}};
+}
+
+std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
+  std::array<linear::Problem, outputs> problems;
+  std::vector<std::string> wrong;
+  const double settling = plan.settings.number("settling"), averaging = plan.settings.number("averaging");
+  if (settling < 0.0) wrong.push_back("[settings] settling must not be negative");
+  if (!(averaging > 0.0)) wrong.push_back("[settings] averaging must be above zero");
+  if (!(plan.settings.number("angle_tolerance") > 0.0))
+    wrong.push_back("[settings] angle_tolerance must be above zero");
+  if (!wrong.empty()) throw Error(Error::Kind::bad_input, wrong);
+  for (const Which output : {gyro, accelerometer_x, accelerometer_y}) {
+    linear::Problem& problem = problems[output];
+    problem.role = role_of(output);
+    problem.pulse = 1.0;
+    problem.settling = settling;
+    problem.averaging = averaging;
+    problem.whole_moves = output == gyro;
+    problem.rests_only = output != gyro;
+    problem.advice = output == gyro ? "the path needs rotations about x, y and z and the eight positions"
+                                    : "the path needs x and y up and down, z up and down";
+    for (const auto& one_wanted : wanted())
+      if (one_wanted.output == output)
+        problem.columns.push_back({one_wanted.name, one_wanted.symbol, one_wanted.coefficient_unit,
+                                   one_wanted.description, one_wanted.regressor});
+  }
+  return problems;
+}
+
+namespace {
+
+/// Counts of a sample become pulses a second.
+void make_rate(const std::string& where, Channel& channel, std::vector<std::string>& problems) {
+  if (channel.unit.dimension() == Unit::parse("pulse/s").dimension()) return;
+  if (!(channel.unit.dimension() == Unit::parse("pulse").dimension())) {
+    problems.push_back(fmt::format("{}channel '{}' is in {}: rlg_north_finder needs counts (pulse, or pulse/s)", where,
+                                   channel.name, channel.unit.text()));
+    return;
+  }
+  const double rate = channel.values.empty()       ? 0.0
+                      : channel.timeline.uniform() ? channel.timeline.rate
+                                                   : clock_of(channel).rate;
+  for (double& v : channel.values) v *= rate;
+  channel.unit = Unit::parse("pulse/s");
+  channel.kind = QuantityKind::other;
+}
+
+}  // namespace
+
+Prepared prepared(const Evidence& evidence) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "rlg_north_finder needs at least one recording");
+  Evidence counted = evidence;
+  std::vector<std::string> problems;
+  for (auto& recording : counted.recordings)
+    for (const Which output : {gyro, accelerometer_x, accelerometer_y}) try {
+        const Channel& found = require_channel(evidence, recording, role_of(output));
+        Channel& channel = recording.channels[static_cast<std::size_t>(&found - recording.channels.data())];
+        make_rate(recording.origin.file.empty() ? "" : recording.origin.file + ": ", channel, problems);
+        for (const double v : channel.values)
+          if (std::isinf(v)) {
+            problems.push_back(fmt::format("channel '{}' holds infinite samples", channel.name));
+            break;
+          }
+      } catch (const Error& error) {
+        problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+      }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  Prepared out;
+  const auto& settings = evidence.plan.settings;
+  out.angles = table::with_recorded_angles(counted, settings.number("settling"), settings.number("angle_tolerance"));
+  out.evidence = std::move(out.angles.evidence);
+  out.angles.evidence = {};
+  return out;
+}
+
+}  // namespace tumble::north_finder

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tumble/methods/linear/linear.hpp"
+
+/// Which segment of the test is which position and rotation of the path, by what the plan says was felt there.
+namespace tumble::north_finder {
+
+/// A rotation about a body axis, used whole.
+struct Turning {
+  std::size_t segment = 0;  ///< in the output's segments
+  int axis = 0;             ///< body x, y, z
+  double turns = 0.0;       ///< signed; whole if the plan is sound
+  double seconds = 0.0;
+};
+
+struct Path {
+  /// Rests by the body axis that is upright, up and down; indices of segments in order of time.
+  std::array<std::vector<std::size_t>, 3> up, down;
+  std::vector<Turning> rotations;  ///< empty for an output that has rests only
+
+  const Turning* rotation(int axis, bool forward) const;  ///< the first of that sense, or null
+};
+
+Path path_of(const std::vector<linear::SegmentSummary>& segments);
+
+/// What the path lacks and what cannot be had without it, one message each; empty: nothing.
+std::vector<std::string> missing(const Path& path);
+
+/// Rotations of the plan that are not whole turns, forward and reverse that differ.
+std::vector<std::string> not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments);
+
+}  // namespace tumble::north_finder

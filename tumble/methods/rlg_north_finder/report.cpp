@@ -1,0 +1,145 @@
+#include "tumble/methods/rlg_north_finder/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::north_finder {
+namespace {
+
+/// Axes of the rig that the schedule turns.
+std::vector<std::string> axes_of(const Plan& plan) {
+  std::vector<std::string> axes;
+  for (const auto& axis : find_rig(plan.rig_kind).axes()) {
+    const bool used =
+        std::ranges::any_of(plan.schedule, [&](const Segment& segment) { return segment.axes.contains(axis.name); });
+    if (used && !axis.name.starts_with("mount_") && axis.unit == "deg") axes.push_back(axis.name);
+  }
+  return axes;
+}
+
+const linear::SegmentSummary* find(std::span<const linear::SegmentSummary> segments,
+                                   const linear::SegmentSummary& like) {
+  for (const auto& one : segments)
+    if (one.label == like.label && one.run == like.run && std::abs(one.begin - like.begin) < 1.0 + like.duration)
+      return &one;
+  return nullptr;
+}
+
+/// What the rig states of an option, 0 where it has none or is ideal.
+double stated(const Settings& rig, const char* name) {
+  return rig.texts().contains(name) && !rig.flag("ideal") ? rig.number(name) : 0.0;
+}
+
+struct Tilt {
+  const char* name;
+  const char* description;
+  double value = 0.0, prior = 0.0;
+};
+
+std::array<Tilt, 3> list_of(const Tilts& tilts, const Settings& rig) {
+  const double level = stated(rig, "level_sd"), zero = stated(rig, "index_zero_sd");
+  return {{{"rho_X", "tilt of the base about X (Y along the outer axis, Z up)", tilts.rho_x, level},
+           {"rho_Y", "tilt about the outer axis, or its zero", tilts.rho_y, std::hypot(level, zero)},
+           {"eta", "inner axis towards the outer one", tilts.eta, stated(rig, "orthogonality_sd")}}};
+}
+
+}  // namespace
+
+Table positions_table(const Plan& plan, const Summaries& segments) {
+  const Unit pulse = Unit::parse("pulse"), deg = Unit::parse("deg");
+  const bool measured = std::ranges::none_of(segments[gyro], [](const auto& s) { return std::isnan(s.measured); });
+  Table table{"positions", "counts of each stay and rotation, over the time used", {}, {}};
+  table.columns = {{"label", Unit()}};
+  const auto axes = axes_of(plan);
+  std::vector<std::vector<double>> angles;
+  for (const auto& axis : axes) {
+    table.columns.push_back({axis, deg});
+    angles.push_back(table::commands_of(plan.schedule, axis));
+  }
+  table.columns.push_back({"duration", Unit::parse("s")});
+  for (const char* of : {"gyro", "accelerometer_x", "accelerometer_y"})
+    for (const char* what : {"", "_predicted", "_residual"})
+      if (measured || std::string(what) == "_predicted") table.columns.push_back({std::string(of) + what, pulse});
+  for (const auto& one : segments[gyro]) {
+    std::vector<Table::Cell> row{one.label};
+    const auto planned =
+        std::ranges::find_if(plan.schedule, [&](const Segment& s) { return s.label == one.label && s.run == one.run; });
+    for (const auto& some : angles)
+      row.emplace_back(planned == plan.schedule.end()
+                           ? std::nan("")
+                           : some[static_cast<std::size_t>(planned - plan.schedule.begin())]);
+    row.emplace_back(one.duration);
+    for (std::size_t i = 0; i < outputs; ++i) {
+      const auto* found = i == gyro ? &one : find(segments[i], one);
+      const auto add = [&](double rate) {
+        if (found)
+          row.emplace_back(rate * found->duration);
+        else
+          row.emplace_back(std::string());
+      };
+      if (measured) add(found ? found->measured : 0.0);
+      add(found ? found->predicted : 0.0);
+      if (measured) add(found ? found->measured - found->predicted : 0.0);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Table estimators_table(const std::vector<double>& least_squares, const std::vector<double>& closed_form,
+                       const Estimate& estimate) {
+  // every row has a unit of its own, so that the columns are text
+  Table table{
+      "estimators",
+      "all together with the errors of the table, and the formulas (2.1)-(2.7), which take the table as perfect",
+      {{"parameter", Unit()},
+       {"unit", Unit()},
+       {"least_squares", Unit()},
+       {"closed_form", Unit()},
+       {"difference", Unit()},
+       {"sd", Unit()}},
+      {}};
+  for (std::size_t p = 0; p < wanted().size(); ++p) {
+    const Unit unit = Unit::parse(wanted()[p].unit);
+    const auto shown = [&](double value) { return fmt::format("{:.6g}", unit.difference_from_si(value)); };
+    table.rows.push_back({wanted()[p].name, wanted()[p].unit, shown(least_squares[p]), shown(closed_form[p]),
+                          fmt::format("{:.2g}", unit.difference_from_si(least_squares[p] - closed_form[p])),
+                          fmt::format("{:.2g}", unit.difference_from_si(standard_uncertainty(estimate, p)))});
+  }
+  return table;
+}
+
+Table tilts_table(const Tilts& tilts, const Settings& rig) {
+  const Unit arcsec = Unit::parse("arcsec");
+  Table table{"table_errors",
+              "what the accelerometers show of the table with z up and down (2.19), and what the rig states",
+              {{"error", Unit()}, {"description", Unit()}, {"value", arcsec}, {"sd", arcsec}, {"stated", arcsec}},
+              {}};
+  if (!tilts.known) return table;
+  for (const auto& one : list_of(tilts, rig))
+    table.rows.push_back({one.name, one.description, one.value, tilts.sd, one.prior});
+  return table;
+}
+
+Findings tilt_faults(const Tilts& tilts, const Settings& rig) {
+  Findings findings;
+  if (!tilts.known) return findings;
+  const Unit arcsec = Unit::parse("arcsec");
+  for (const auto& one : list_of(tilts, rig))
+    if (std::abs(one.value) > 4.0 * std::hypot(one.prior, tilts.sd) && one.prior > 0.0)
+      findings.push_back(
+          {Finding::Severity::warning,
+           fmt::format("{} ({}) is {}, but the rig states {}: level the table, or state what it is (level_sd, "
+                       "index_zero_sd, orthogonality_sd of [rig]), else a part of it stays in the misalignments of the "
+                       "accelerometers",
+                       one.name, one.description, say_difference(one.value, arcsec), say_difference(one.prior, arcsec)),
+           ""});
+  return findings;
+}
+
+}  // namespace tumble::north_finder

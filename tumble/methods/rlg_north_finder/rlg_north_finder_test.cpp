@@ -1,0 +1,418 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/earth/earth.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/rlg_north_finder/outputs.hpp"
+#include "tumble/methods/rlg_north_finder/trial.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/simulate.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::north_finder {
+namespace {
+
+using Type = Motion::Kind;
+constexpr double arcsec = std::numbers::pi / 648000.0;
+
+const Method& method() { return find_method("rlg_north_finder"); }
+
+/// A table without errors, counters that do not round, an instrument without noise.
+Plan perfect(double stay = 300.0, int turns = 10) {
+  Plan plan = trial_plan(stay, turns);
+  plan.rig.set_flag("ideal", true);
+  plan.truth.set_number("angle_random_walk", 0.0, Unit());
+  for (auto& one : plan.beside) one.truth.set_number("angle_random_walk", 0.0, Unit());
+  return plan;
+}
+
+/// Errors of the rig to be put in, by name.
+using RigErrors = std::map<std::string, double>;
+
+/// What counters that resolve any fraction of a pulse would show: the mean of the models over each sample, from 40
+/// instants in it, with the table's errors as given.
+Evidence unrounded(const Plan& plan, const RigErrors& given = {}, double second_order = 0.0) {
+  const Rig& rig = find_rig(plan.rig_kind);
+  const auto errors = rig.errors(plan.rig);
+  RigRun run{plan.schedule, plan.rig, plan.site, plan.sample_rate};
+  run.errors = Matrix(errors.size(), plan.schedule.size());
+  for (std::size_t e = 0; e < errors.size(); ++e)
+    for (std::size_t s = 0; s < plan.schedule.size(); ++s)
+      if (given.contains(errors[e].name)) run.errors(e, s) = given.at(errors[e].name);
+  const Reference reference = rig.reference(run);
+  const auto t = truth_of(plan);
+  Recording recording;
+  double end = 0.0;
+  for (const auto& segment : plan.schedule) {
+    recording.marks.push_back({segment.label, end, 1});
+    end += segment.duration;
+  }
+  const std::size_t samples = static_cast<std::size_t>(std::llround(end)), fine = 40;
+  for (const char* name : {"gyro", "x.accelerometer", "y.accelerometer"})
+    recording.channels.push_back(
+        {name, QuantityKind::count, Unit::parse("pulse"), {0.0, 1.0, nullptr}, std::vector<double>(samples, 0.0)});
+  std::vector<Felt> felt(fine);
+  for (std::size_t i = 0; i < samples; ++i) {
+    reference.felt(static_cast<double>(i) + 0.5 / fine, 1.0 / fine, felt);
+    for (const Felt& one : felt) {
+      const Vector3 w = one.rate, f = one.specific_force;
+      recording.channels[0].values[i] += t[0] * (w.x + t[1] + t[2] * w.y + t[3] * w.z) / fine;
+      recording.channels[1].values[i] +=
+          t[4] * (f.x + t[5] + t[6] * f.y + t[7] * f.z + second_order * f.x * f.x) / fine;
+      recording.channels[2].values[i] += t[8] * (f.y + t[9] + t[10] * f.x + t[11] * f.z) / fine;
+    }
+  }
+  Evidence evidence;
+  evidence.plan = plan;
+  evidence.recordings = {recording};
+  return evidence;
+}
+
+Estimate answer(Evidence evidence, const char* estimator = "least_squares") {
+  evidence.plan.settings.set_word("estimator", estimator);
+  return method().identify(evidence, {});
+}
+
+double value(const Estimate& estimate, const char* name) { return find_parameter(estimate, name)->value; }
+double sd(const Estimate& estimate, const char* name) {
+  return standard_uncertainty(estimate,
+                              static_cast<std::size_t>(find_parameter(estimate, name) - estimate.parameters.data()));
+}
+
+bool says(const Estimate& estimate, Finding::Severity severity, const char* words) {
+  return std::ranges::any_of(estimate.findings, [&](const Finding& finding) {
+    return finding.severity == severity && finding.message.find(words) != std::string::npos;
+  });
+}
+
+Segment& segment(Plan& plan, const char* label) { return *std::ranges::find(plan.schedule, label, &Segment::label); }
+
+/// A noisy test of the trial, after something was done to its plan before the recording and its recording after.
+Estimate trial_with(const std::function<void(Plan& recorded)>& before, const std::function<void(Evidence&)>& after = {},
+                    const char* estimator = "least_squares") {
+  Evidence evidence;
+  evidence.plan = trial_plan(60.0, 2);
+  Plan recorded = evidence.plan;
+  if (before) before(recorded);
+  evidence.recordings = {simulate(recorded, 7, {})};
+  // the encoders would tell: here they were not recorded
+  std::erase_if(evidence.recordings[0].channels, [](const Channel& c) { return c.name.ends_with("_angle"); });
+  if (after) after(evidence);
+  return answer(evidence, estimator);
+}
+
+// The table of positions (z_b and x_b, y_b in the laboratory: X horizontal at azimuth A, Y along the outer axis, Z up).
+TEST(RlgNorthFinder, every_position_of_the_path_feels_what_the_source_says) {
+  const Plan plan = perfect();
+  const double azimuth = si(53.0, "deg"), g = gravity(*plan.site);
+  const Vector3 level = earth_rate_in_level(*plan.site);  // east, north, up
+  const Vector3 earth{level.y * std::cos(azimuth), level.y * std::sin(azimuth), level.z};
+  const Vector3 X{1, 0, 0}, Y{0, 1, 0}, Z{0, 0, 1};
+  struct Row {
+    const char* label;
+    Vector3 x, y, z;
+  };
+  const Row rows[] = {{"1", X, Y, Z},
+                      {"2", Z, Y, -1.0 * X},
+                      {"3", Y, -1.0 * Z, -1.0 * X},
+                      {"4", -1.0 * Z, -1.0 * Y, -1.0 * X},
+                      {"5", -1.0 * Y, Z, -1.0 * X},
+                      {"6", X, Y, Z},
+                      {"7", -1.0 * X, Y, -1.0 * Z},
+                      {"8", Y, X, -1.0 * Z}};
+  const Reference reference = find_rig(plan.rig_kind).reference({plan.schedule, plan.rig, plan.site, 1.0});
+  double end = 0.0;
+  std::size_t seen = 0;
+  for (const auto& one : plan.schedule) {
+    end += one.duration;
+    for (const Row& row : rows) {
+      if (one.label != row.label) continue;
+      ++seen;
+      Felt felt;
+      reference.felt(end - 1.0, 1.0, std::span(&felt, 1));
+      const Vector3 force{g * row.x.z, g * row.y.z, g * row.z.z};
+      const Vector3 rate{dot(earth, row.x), dot(earth, row.y), dot(earth, row.z)};
+      EXPECT_LT(norm(felt.specific_force - force), 1e-12 * g) << row.label;
+      EXPECT_LT(norm(felt.rate - rate), 1e-12 * earth_rate) << row.label;
+    }
+  }
+  EXPECT_EQ(seen, 8u);
+}
+
+TEST(RlgNorthFinder, forward_is_a_positive_rotation_about_the_body_axis_named) {
+  const Plan plan = perfect();
+  const Reference reference = find_rig(plan.rig_kind).reference({plan.schedule, plan.rig, plan.site, 1.0});
+  double begin = 0.0;
+  for (const auto& one : plan.schedule) {
+    Felt felt;
+    reference.felt(begin + 60.0, 1.0, std::span(&felt, 1));
+    begin += one.duration;
+    if (!one.label.starts_with("about")) continue;
+    const double sign = one.label.ends_with("forward") ? 1.0 : -1.0;
+    const Vector3 axis{one.label[6] == 'x' ? sign : 0.0, one.label[6] == 'y' ? sign : 0.0,
+                       one.label[6] == 'z' ? sign : 0.0};
+    EXPECT_LT(norm(felt.rate - si(20.0, "deg/s") * axis), 2.0 * earth_rate) << one.label;
+  }
+}
+
+// Midpoints of 40 instants a sample leave 1e-3^2 of what changes within one: the Earth's rate during rotations, 1e-9 of
+// the angle.
+TEST(RlgNorthFinder, both_estimators_give_the_truth_of_a_test_without_noise) {
+  const Evidence evidence = unrounded(perfect());
+  const auto truth = truth_of(evidence.plan);
+  for (const char* estimator : {"least_squares", "closed_form"}) {
+    const Estimate estimate = answer(evidence, estimator);
+    for (std::size_t p = 0; p < truth.size(); ++p)
+      EXPECT_NEAR(estimate.parameters[p].value, truth[p], 1e-9 * std::max(std::abs(truth[p]), 1e-4))
+          << estimator << " " << estimate.parameters[p].name;
+    EXPECT_TRUE(errors_among(estimate.findings).empty()) << estimate.findings.front().message;
+  }
+}
+
+// 20 arcsec about X, about Y, and between the axes; the formulas take the table as perfect, and least squares takes off
+// what the eighth position shows. rho_X about X (azimuth A): east sin A, north cos A.
+TEST(RlgNorthFinder, tilts_enter_the_formulas_one_to_one_and_least_squares_takes_them_off) {
+  Plan plan = perfect(300.0, 2);
+  const Estimate sound = answer(unrounded(plan), "closed_form");
+  plan.rig.set_flag("ideal", false);
+  plan.rig.set_number("index_zero_sd", 0.0, Unit::parse("arcsec"));
+  plan.rig.set_number("wobble_once_sd", 0.0, Unit::parse("arcsec"));
+  plan.rig.set_number("wobble_twice_sd", 0.0, Unit::parse("arcsec"));
+  for (const char* name : {"level_sd", "orthogonality_sd"})
+    plan.rig.set_number(name, 20.0 * arcsec, Unit::parse("arcsec"));
+  const double a = si(53.0, "deg"), tilt = 20.0 * arcsec;
+  struct Row {
+    RigErrors errors;
+    double xy, yx, xz, yz;
+  };
+  const Row rows[] = {
+      {{{"level of the base about east", tilt * std::sin(a)}, {"level of the base about north", tilt * std::cos(a)}},
+       -tilt,
+       tilt,
+       0.0,
+       0.0},
+      {{{"level of the base about east", -tilt * std::cos(a)}, {"level of the base about north", tilt * std::sin(a)}},
+       0.0,
+       0.0,
+       -tilt,
+       0.0},
+      {{{"orthogonality of inner to outer", tilt}}, 0.0, 0.0, 0.0, -tilt}};
+  for (const Row& row : rows) {
+    const Evidence evidence = unrounded(plan, row.errors);
+    const Estimate formulas = answer(evidence, "closed_form"), all = answer(evidence);
+    const std::pair<const char*, double> expected[] = {{"accelerometer_x.misalignment_y", row.xy},
+                                                       {"accelerometer_y.misalignment_x", row.yx},
+                                                       {"accelerometer_x.misalignment_z", row.xz},
+                                                       {"accelerometer_y.misalignment_z", row.yz}};
+    for (const auto& [name, change] : expected) {
+      EXPECT_NEAR(value(formulas, name) - value(sound, name), change, 0.05 * arcsec) << name;
+      EXPECT_NEAR(value(all, name), value(sound, name), 2.0 * arcsec) << name;
+      EXPECT_LT(sd(all, name), 4.0 * arcsec) << name;
+      EXPECT_GT(sd(formulas, name), 10.0 * arcsec) << name;
+    }
+    // the gyro is immune in first order: 20 arcsec times its misalignment of 110 arcsec are 5e-8
+    EXPECT_NEAR(value(formulas, "gyro.scale_factor") / value(sound, "gyro.scale_factor"), 1.0, 1e-7);
+    EXPECT_NEAR(value(formulas, "gyro.misalignment_z"), value(sound, "gyro.misalignment_z"), 0.05 * arcsec);
+  }
+}
+
+// b + K_2 g^2/2 over the four positions: 4.80e-4 m/s^2 for K_2 = 1e-5 s^2/m.
+TEST(RlgNorthFinder, a_second_order_term_shifts_the_bias) {
+  const Plan plan = perfect(300.0, 2);
+  const double g = gravity(*plan.site), k2 = 1e-5;
+  const double shift = value(answer(unrounded(plan, {}, k2), "closed_form"), "accelerometer_x.bias") -
+                       value(answer(unrounded(plan), "closed_form"), "accelerometer_x.bias");
+  EXPECT_NEAR(shift, 0.5 * k2 * g * g, 1e-7);
+}
+
+// N per sqrt(s) of white noise: u(K)/K = N sqrt(T_r/2)/Theta, the same for the misalignments; u(eps) = N/sqrt(4 T) of
+// the four positions, to which the others add a little.
+TEST(RlgNorthFinder, uncertainties_are_those_of_the_formulas_of_the_source) {
+  Plan plan = trial_plan(420.0, 10);
+  plan.rig.set_flag("ideal", true);
+  plan.truth.set_integer("edges", 4);
+  const double n = si(0.005, "deg/sqrt(h)"), theta = 20.0 * std::numbers::pi;
+  plan.truth.set_number("angle_random_walk", n, Unit::parse("deg/sqrt(h)"));
+  plan.settings.set_word("estimator", "least_squares");
+  const Estimate predicted = method().predict(plan);
+  const auto& rotation = segment(plan, "about x, forward");
+  // counting: two readings of a quarter of a fringe, each
+  const double reading = 1.0 / std::sqrt(12.0) / value(predicted, "gyro.scale_factor");
+  const double of_scale = std::hypot(n * std::sqrt(rotation.duration / 2.0), reading) / theta;
+  EXPECT_NEAR(sd(predicted, "gyro.scale_factor") / value(predicted, "gyro.scale_factor") / of_scale, 1.0, 0.03);
+  EXPECT_NEAR(sd(predicted, "gyro.misalignment_z") / of_scale, 1.0, 0.03);
+  EXPECT_NEAR(sd(predicted, "gyro.misalignment_y") / of_scale, 1.0, 0.03);
+  const double stay = 420.0 - 5.0 - 14.0;  // settling, and moves of 90 deg with 2 deg/s^2
+  EXPECT_LT(sd(predicted, "gyro.bias"), n / std::sqrt(4.0 * stay));
+  double all = 0.0;
+  for (const auto& one : plan.schedule) all += one.duration;
+  EXPECT_GT(sd(predicted, "gyro.bias"), n / std::sqrt(all));
+  const auto truth = truth_of(plan);
+  for (std::size_t p = 0; p < truth.size(); ++p)
+    EXPECT_NEAR(predicted.parameters[p].value, truth[p], 2e-5 * std::abs(truth[p])) << predicted.parameters[p].name;
+}
+
+// No scale factor of the accelerometers is left then, so that nothing can be answered; but why is said.
+TEST(RlgNorthFinder, exchanged_positions_are_named) {
+  for (const auto& [one, other] : {std::pair{"3", "4"}, {"5", "6"}}) {
+    try {
+      trial_with([&](Plan& plan) { std::swap(segment(plan, one).axes, segment(plan, other).axes); });
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(fmt::format("'{}' and '{}' look exchanged", one, other)),
+                std::string::npos)
+          << error.what();
+    }
+  }
+}
+
+TEST(RlgNorthFinder, turns_the_other_way_are_told_from_the_accelerometers) {
+  const auto mirror = [](const char* axis) {
+    return [axis](Plan& plan) {
+      for (const char* label : {"2", "3", "4", "5"}) {
+        auto& motion = segment(plan, label).axes.at(axis);
+        motion.value = -motion.value;
+      }
+    };
+  };
+  EXPECT_TRUE(says(trial_with(mirror("outer")), Finding::Severity::error, "the first turn went the other way"));
+  EXPECT_TRUE(says(trial_with(mirror("inner")), Finding::Severity::error, "the turns about z went the other way"));
+}
+
+TEST(RlgNorthFinder, exchanged_and_reversed_accelerometers_are_named) {
+  const auto exchanged = [](Evidence& e) {
+    std::swap(e.plan.channels["accelerometer_x"], e.plan.channels["accelerometer_y"]);
+  };
+  EXPECT_TRUE(says(trial_with({}, exchanged), Finding::Severity::error, "are exchanged: name the other channel"));
+  const auto reversed = [](Evidence& e) {
+    for (auto& channel : e.recordings[0].channels)
+      if (channel.name == "x.accelerometer")
+        for (double& v : channel.values) v = -v;
+  };
+  EXPECT_TRUE(says(trial_with({}, reversed), Finding::Severity::error, "sign of accelerometer_x is inverted"));
+}
+
+TEST(RlgNorthFinder, a_missing_rotation_says_which_term_is_lost) {
+  const auto without = [](const char* label, const char* estimator) {
+    Evidence evidence;
+    evidence.plan = trial_plan(60.0, 2);
+    std::erase_if(evidence.plan.schedule, [&](const Segment& s) { return s.label.starts_with(label); });
+    evidence.plan.settings.set_word("estimator", estimator);
+    evidence.recordings = {simulate(evidence.plan, 7, {})};
+    return method().identify(evidence, {});
+  };
+  const Estimate weak = without("about z", "least_squares");
+  EXPECT_TRUE(says(weak, Finding::Severity::error, "gyro.misalignment_z cannot be had"));
+  EXPECT_GT(sd(weak, "gyro.misalignment_z"), si(30.0, "arcsec"));
+  try {
+    without("about z", "closed_form");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("gyro.misalignment_z"), std::string::npos);
+  }
+  EXPECT_TRUE(says(without("7", "least_squares"), Finding::Severity::info, "") ||
+              !without("7", "least_squares").parameters.empty());
+}
+
+TEST(RlgNorthFinder, turns_that_are_not_whole_are_named) {
+  // by the plan
+  Evidence evidence;
+  evidence.plan = trial_plan(60.0, 2);
+  segment(evidence.plan, "about x, forward").axes.at("outer").to += si(90.0, "deg");
+  segment(evidence.plan, "about x, forward").duration += 5.0;
+  segment(evidence.plan, "about x, reverse").duration += 5.0;
+  evidence.recordings = {simulate(evidence.plan, 7, {})};
+  EXPECT_TRUE(says(answer(evidence), Finding::Severity::error, "must be whole turns"));
+  EXPECT_THROW(answer(evidence, "closed_form"), Error);
+  // by the counts: the reverse one ends half a degree before the mark
+  const auto past = [](Plan& plan) { segment(plan, "about x, reverse").axes.at("outer").to += si(0.5, "deg"); };
+  EXPECT_TRUE(says(trial_with(past), Finding::Severity::error, "not the same both ways"));
+  // one turn instead of two, both ways: the Earth's rate at rest tells
+  const auto short_of = [](Plan& plan) { segment(plan, "about x, forward").axes.at("outer").to -= si(360.0, "deg"); };
+  EXPECT_TRUE(says(trial_with(short_of), Finding::Severity::error, "do not fit the Earth's rate seen at rest"));
+}
+
+TEST(RlgNorthFinder, rotations_the_other_way_are_seen_against_the_earth) {
+  const auto swapped = [](Plan& plan) {
+    const double from = si(180.0, "deg"), angle = si(720.0, "deg");
+    segment(plan, "about x, forward").axes.at("outer").to = from - angle;
+  };
+  EXPECT_TRUE(says(trial_with(swapped), Finding::Severity::error, "ran in the other sense"));
+}
+
+TEST(RlgNorthFinder, recorded_angles_replace_the_plan) {
+  Evidence evidence;
+  evidence.plan = trial_plan(60.0, 2);
+  Plan recorded = evidence.plan;
+  segment(recorded, "3").axes.at("inner").value += si(0.3, "deg");
+  segment(recorded, "about x, forward").axes.at("outer").to += si(0.5, "deg");
+  std::swap(segment(recorded, "2").axes, segment(recorded, "4").axes);
+  evidence.recordings = {simulate(recorded, 7, {})};
+  const Estimate estimate = answer(evidence);
+  EXPECT_TRUE(says(estimate, Finding::Severity::warning, "'3' (inner at 90.3"));
+  const auto truth = truth_of(evidence.plan);
+  for (std::size_t p = 0; p < truth.size(); ++p)
+    EXPECT_LT(std::abs(estimate.parameters[p].value - truth[p]), 5.0 * standard_uncertainty(estimate, p))
+        << estimate.parameters[p].name;
+}
+
+TEST(RlgNorthFinder, a_locked_gyro_is_named) {
+  const auto locked = [](Plan& plan) { plan.truth.set_number("lock_in_rate", si(0.1, "deg/s"), Unit::parse("deg/s")); };
+  EXPECT_TRUE(says(trial_with(locked), Finding::Severity::error, "is locked in"));
+}
+
+TEST(RlgNorthFinder, dither_that_is_cut_off_is_named_with_its_size) {
+  const auto swinging = [](Evidence& e) {
+    auto& values = e.recordings[0].channels[0].values;
+    const double scale = truth_of(e.plan)[0] * 143.0 * arcsec;
+    const auto at = [&](std::size_t i) { return std::floor(scale * std::sin(2.0 * static_cast<double>(i * i))); };
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += at(i + 1) - at(i);
+  };
+  const Estimate estimate = trial_with({}, swinging);
+  EXPECT_TRUE(says(estimate, Finding::Severity::warning, "as the dither does"));
+  EXPECT_FALSE(says(trial_with({}), Finding::Severity::warning, "as the dither does"));
+}
+
+TEST(RlgNorthFinder, a_table_that_keeps_moving_is_named) {
+  const auto creeping = [](Evidence& e) {
+    const auto& marks = e.recordings[0].marks;
+    for (auto& channel : e.recordings[0].channels)
+      if (channel.name == "x.accelerometer")  // 2 deg/min where x is level
+        for (double t = marks[4].begin; t < marks[5].begin; t += 1.0)
+          channel.values[static_cast<std::size_t>(t)] += 1e5 * si(2.0, "deg") / 60.0 * (t - marks[4].begin);
+  };
+  EXPECT_TRUE(says(trial_with({}, creeping), Finding::Severity::error, "did not come to rest in '5'"));
+}
+
+TEST(RlgNorthFinder, unequal_times_are_said_and_taken_into_account) {
+  Evidence evidence = unrounded(perfect(60.0, 2));
+  Plan plan = perfect(60.0, 2);
+  segment(plan, "about x, reverse").duration += 20.0;
+  evidence = unrounded(plan);
+  const auto truth = truth_of(plan);
+  const Estimate all = answer(evidence), formulas = answer(evidence, "closed_form");
+  EXPECT_TRUE(says(all, Finding::Severity::info, "reverse: the Earth's rate and the bias add"));
+  EXPECT_TRUE(says(formulas, Finding::Severity::warning, "reverse: the Earth's rate and the bias add"));
+  EXPECT_NEAR(all.parameters[0].value / truth[0], 1.0, 1e-9);
+  EXPECT_GT(std::abs(formulas.parameters[0].value / truth[0] - 1.0), 1e-6);
+}
+
+TEST(RlgNorthFinder, outputs_that_do_not_count_are_refused) {
+  Evidence evidence;
+  evidence.plan = trial_plan(60.0, 2);
+  evidence.plan.truth.set_word("output", "rate");
+  evidence.recordings = {simulate(evidence.plan, 7, {})};
+  try {
+    answer(evidence);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("needs counts"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace tumble::north_finder

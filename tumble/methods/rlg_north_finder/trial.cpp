@@ -1,0 +1,116 @@
+#include "tumble/methods/rlg_north_finder/trial.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/methods/rlg_north_finder/outputs.hpp"
+#include "tumble/methods/trial/plan.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/models/sagnac.hpp"
+#include "tumble/sim/simulate.hpp"
+
+namespace tumble::north_finder {
+namespace {
+
+using Kind = Motion::Kind;
+constexpr double speed = 20.0, acceleration = 2.0;  ///< [deg/s], [deg/s^2]: ten seconds to speed up
+
+Motion hold(double degrees) { return {.kind = Kind::hold, .value = si(degrees, "deg")}; }
+
+Beside accelerometer(const char* name, double yaw, double bias, double along_p, double along_o, double scale_error) {
+  const Model& model = find_model("pendulous_accelerometer");
+  Beside one{name, model.name, defaults(truth_options(model))};
+  one.mount_yaw = si(yaw, "deg");
+  one.truth.set_word("output", "count");
+  one.truth.set_number("pulse_scale_factor", si(100000.0, "pulse/s/g"), Unit::parse("pulse/s/g"));
+  one.truth.set_number("bias", si(bias, "ug"), Unit::parse("ug"));
+  one.truth.set_number("scale_factor_error", si(scale_error, "ppm"), Unit::parse("ppm"));
+  one.truth.set_number("misalignment_o", si(along_p, "arcsec"), Unit::parse("arcsec"));
+  one.truth.set_number("misalignment_p", si(along_o, "arcsec"), Unit::parse("arcsec"));
+  one.truth.set_number("angle_random_walk", si(20.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
+  return one;
+}
+
+}  // namespace
+
+Schedule path(double stay, int turns) {
+  Schedule schedule;
+  const auto rest = [&](const char* label, double outer, double inner) {
+    schedule.push_back({label, stay, 1, {{"outer", hold(outer)}, {"inner", hold(inner)}}});
+  };
+  const double angle = 360.0 * turns;
+  const auto rotation = [&](const char* about, const char* axis, double from) {
+    // to speed up and slow down takes as long as one of them at full speed; then five seconds at rest
+    const double seconds = std::ceil(angle / speed + speed / acceleration) + 5.0;
+    for (const bool forward : {true, false}) {
+      const Motion turn{
+          .kind = Kind::slew, .value = si(speed, "deg/s"), .to = si(forward ? from + angle : from, "deg")};
+      schedule.push_back(
+          {fmt::format("about {}, {}", about, forward ? "forward" : "reverse"), seconds, 1, {{axis, turn}}});
+    }
+  };
+  rest("1", 0, 0);
+  rest("2", -90, 0);
+  rest("3", -90, 90);
+  rest("4", -90, 180);
+  rest("5", -90, 270);
+  rest("6", 0, 360);
+  rotation("z", "inner", 360);
+  rest("7", 180, 0);
+  rotation("y", "outer", 180);
+  rest("8", 180, 90);
+  rotation("x", "outer", 180);
+  schedule.front().axes["mount_yaw"] = hold(-90);
+  return schedule;
+}
+
+Plan trial_plan(double stay, int turns) {
+  Plan plan = methods::trial_plan("rlg_north_finder", options(), "ring_laser_gyro", "two_axis_table", 1.0);
+  plan.rig.set_number("outer_azimuth", si(53.0 - 90.0, "deg"), Unit::parse("deg"));
+  for (const char* axis : {"outer", "inner"}) {
+    plan.rig.set_number(std::string(axis) + "_max_rate", si(speed, "deg/s"), Unit::parse("deg/s"));
+    plan.rig.set_number(std::string(axis) + "_max_acceleration", si(acceleration, "deg/s^2"), Unit::parse("deg/s^2"));
+  }
+  plan.rig.set_number("mount_sd", 0.0, Unit::parse("arcsec"));  // the axes of the table are those of the body
+  methods::set_truth(plan, "bias", 0.8, "deg/h");
+  methods::set_truth(plan, "misalignment_y", 60.0, "arcsec");
+  methods::set_truth(plan, "misalignment_z", -110.0, "arcsec");
+  methods::set_truth(plan, "scale_factor_error", 40.0, "ppm");
+  methods::set_truth(plan, "angle_random_walk", 0.01, "deg/sqrt(h)");
+  plan.truth.set_integer("edges", 4);
+  plan.beside.push_back(accelerometer("x", 0.0, 120.0, 80.0, 50.0, 300.0));
+  plan.beside.push_back(accelerometer("y", 90.0, -260.0, -35.0, 90.0, -200.0));
+  plan.channels = {{"accelerometer_x", {{"x.accelerometer", {}}}}, {"accelerometer_y", {{"y.accelerometer", {}}}}};
+  plan.schedule = path(stay, turns);
+  return plan;
+}
+
+std::vector<double> truth_of(const Plan& plan) {
+  const Settings& truth = plan.truth;
+  std::vector<double> out;
+  const auto append = [&](double k, double own, double bias, double first, double second) {
+    for (const double v : {k * own, bias / own, first / own, second / own}) out.push_back(v);
+  };
+  append(ring_laser_scale_factor(truth) * truth.integer("edges"), 1.0 + truth.number("scale_factor_error"),
+         truth.number("bias"), truth.number("misalignment_y"), truth.number("misalignment_z"));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Settings& own = plan.beside[i].truth;
+    // axes i, p, o are x, y, z of the first and y, -x, z of the second; the term of misalignment_p is -f_o
+    const double p = (i == 0 ? 1.0 : -1.0) * own.number("misalignment_o");
+    append(own.number("pulse_scale_factor"), 1.0 + own.number("scale_factor_error"), own.number("bias"), p,
+           -own.number("misalignment_p"));
+  }
+  return out;
+}
+
+Trial trial(std::uint64_t seed) {
+  Trial trial;
+  trial.evidence.plan = trial_plan(60.0, 2);
+  trial.evidence.recordings.push_back(simulate(trial.evidence.plan, seed, {}));
+  const auto truth = truth_of(trial.evidence.plan);
+  for (std::size_t p = 0; p < truth.size(); ++p) trial.truth.emplace_back(wanted()[p].name, truth[p]);
+  return trial;
+}
+
+}  // namespace tumble::north_finder
