@@ -133,6 +133,22 @@ TEST(Simulate, instruments_beside_feel_the_same_and_have_noise_of_their_own) {
   EXPECT_EQ(simulated_size(three), 600 * sizeof(double) * all.channels.size());
 }
 
+TEST(Simulate, an_instrument_beside_may_be_mounted_at_right_angles) {
+  Plan plan = counted();  // the head is at 90 deg: x up
+  plan.beside = {{"y", plan.instrument_model, plan.truth}};
+  plan.beside[0].mount_yaw = si(90.0, "deg");
+  plan.schedule[0].axes["head"].value = si(30.0, "deg");
+  const Recording both = simulate(plan, 1, {});
+  // along the instrument's x and along what was its y: in the plane of the head's turn, sine and cosine of the angle
+  double x = 0.0, y = 0.0;
+  for (std::size_t k = 100; k < 600; ++k) {
+    x += both.channels[0].values[k] / 1e6;
+    y += both.channels[1].values[k] / 1e6;
+  }
+  EXPECT_NEAR(x, 0.5, 2e-3);
+  EXPECT_NEAR(std::abs(y), std::sqrt(0.75), 2e-3);
+}
+
 TEST(Simulate, what_is_wrong_with_an_instrument_beside_is_said_with_its_name) {
   Plan plan = counted();
   plan.beside = {{"S2", plan.instrument_model, plan.truth}};

@@ -265,7 +265,7 @@ void add_each_segment(const Evidences& evidence, const Rows& rows, const Differe
   for (std::size_t g = 0; g < drivers.size(); ++g) {
     const auto& stretch = evidence.stretches[g];
     if (stretch.whole.empty()) draws[{stretch.power_up, stretch.run, drivers[g]}].stretches.push_back(g);
-    own.draws.push_back(name(stretch.power_up, stretch.run, drivers[g]));
+    own.draws.push_back(name(stretch.power_up, stretch.run, stretch.whole.empty() ? drivers[g] : stretch.segment));
   }
   for (std::size_t i = 0; i < all.size(); ++i)
     if (!evidence.stretches[rows.segment[i]].whole.empty()) own.column[i] = 0.0;

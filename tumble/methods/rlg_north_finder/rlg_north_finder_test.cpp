@@ -234,7 +234,7 @@ TEST(RlgNorthFinder, a_second_order_term_shifts_the_bias) {
 TEST(RlgNorthFinder, uncertainties_are_those_of_the_formulas_of_the_source) {
   Plan plan = trial_plan(420.0, 10);
   plan.rig.set_flag("ideal", true);
-  plan.truth.set_integer("edges", 4);
+  plan.truth.set_number("bias_instability", 0.0, Unit());
   const double n = si(0.005, "deg/sqrt(h)"), theta = 20.0 * std::numbers::pi;
   plan.truth.set_number("angle_random_walk", n, Unit::parse("deg/sqrt(h)"));
   plan.settings.set_word("estimator", "least_squares");

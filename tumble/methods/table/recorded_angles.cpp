@@ -199,7 +199,7 @@ std::string in_degrees(double angle) { return fmt::format("{:.4f} deg", Unit::pa
 void judge(const std::vector<Stand>& stands, double tolerance, Findings& findings) {
   std::vector<std::string> moving, off;
   for (const auto& stand : stands) {
-    if (std::abs(stand.drift) > std::max(beyond_chance * stand.drift_sd, 0.1 * tolerance))
+    if (std::abs(stand.drift) > std::max(beyond_chance * stand.drift_sd, 0.02 * tolerance))
       moving.push_back(
           fmt::format("'{}' ({} by {})", stand.label, stand.axis, say_difference(stand.drift, Unit::parse("arcsec"))));
     if (std::abs(stand.recorded - stand.commanded) > tolerance)
