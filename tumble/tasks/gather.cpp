@@ -185,7 +185,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles, sets);
   auto entries = plan.recordings;
-  for (const auto& file : recordings) entries.push_back({.file = file});
+  for (const auto& file : recordings) entries.push_back({file, "", 0, nullptr});
   if (entries.empty())
     throw Error(Error::Kind::bad_input, plan.file.empty()
                                             ? "no recording to identify from: name one or more after the method"
