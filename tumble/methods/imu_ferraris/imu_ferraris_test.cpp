@@ -1,0 +1,273 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tumble/formats/format.hpp"
+#include "tumble/math/random.hpp"
+#include "tumble/methods/imu_ferraris/closed_form.hpp"
+#include "tumble/methods/imu_ferraris/sections.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/answer.hpp"
+
+namespace tumble::methods {
+extern const Method imu_ferraris;
+namespace {
+
+using ferraris::labels;
+
+constexpr double g = 9.81;
+
+/// The nine sections of a unit without errors, 2 s each at 50 Hz, with a little noise.
+struct Session {
+  std::map<std::string, std::array<double, 6>> truth;  ///< [m/s^2, rad/s] by section
+  double turn_time = 2.0;
+
+  Session() {
+    for (std::size_t p = 0; p < 6; ++p) {
+      truth[labels()[p]] = {};
+      truth[labels()[p]][p / 2] = p % 2 == 0 ? g : -g;
+    }
+    for (std::size_t t = 0; t < 3; ++t) {
+      truth[labels()[6 + t]] = {};
+      truth[labels()[6 + t]][t] = g;
+      truth[labels()[6 + t]][3 + t] = M_PI;  // 360 deg in 2 s
+    }
+  }
+
+  Evidence evidence(const std::vector<Given>& given = {}, bool gyros = true) const {
+    constexpr double rate = 50.0;
+    Evidence out;
+    std::vector<std::string> problems;
+    auto all = given;
+    all.push_back({"gravity", "9.81 m/s^2", "--set", true, true});
+    out.plan.method = "imu_ferraris";
+    out.plan.settings = resolve(imu_ferraris.options(), all, "", problems);
+    EXPECT_TRUE(problems.empty());
+    Recording recording;
+    const char* names[]{"accelerometer_x", "accelerometer_y", "accelerometer_z", "gyro_x", "gyro_y", "gyro_z"};
+    const RandomStream noise(7);
+    for (std::size_t k = 0; k < (gyros ? 6u : 3u); ++k)
+      recording.channels.push_back({names[k],
+                                    k < 3 ? QuantityKind::specific_force : QuantityKind::angular_rate,
+                                    Unit::parse(k < 3 ? "m/s^2" : "rad/s"),
+                                    {0.0, rate, nullptr},
+                                    {}});
+    double begin = 0.0;
+    for (const auto& [label, values] : truth) {
+      recording.marks.push_back({label, begin, 1});
+      begin += 2.0;
+      for (std::size_t k = 0; k < recording.channels.size(); ++k) {
+        auto& channel = recording.channels[k].values;
+        for (std::size_t i = 0; i < 100; ++i)
+          channel.push_back(values[k] + 1e-3 * noise.split(k).normal(channel.size()));
+      }
+    }
+    out.recordings = {recording};
+    return out;
+  }
+};
+
+Estimate identified(const Evidence& evidence) { return imu_ferraris.identify(evidence, {}); }
+
+double cell(const Estimate& estimate, const std::string& matrix, std::size_t row, std::size_t column) {
+  std::size_t seen = 0;
+  for (const auto& cells : find_table(estimate, "matrices")->rows)
+    if (std::get<std::string>(cells[0]) == matrix && seen++ == row) return std::get<double>(cells[3 + column]);
+  ADD_FAILURE() << "no " << matrix;
+  return std::nan("");
+}
+
+/// The published session as a user would read it.
+Evidence published(const std::string& angle) {
+  const std::string folder = TUMBLE_SOURCE_DIR "/tests/reference/imucal/";
+  ReadOptions options;
+  options.rate = 204.8;
+  options.segment_column = "part";
+  options.columns = {"part", "-"};
+  for (const char* name : {"accelerometer_x", "accelerometer_y", "accelerometer_z", "gyro_x", "gyro_y", "gyro_z"})
+    options.columns.push_back(std::string(name) + "[LSB]");
+  Evidence evidence;
+  std::vector<std::string> problems;
+  evidence.plan.settings = resolve(imu_ferraris.options(),
+                                   {{"gravity", "9.81 m/s^2", "", true, true},
+                                    {"rotation_angle", angle, "", true, true},
+                                    {"axes", "any", "", true, true}},
+                                   "", problems);
+  evidence.recordings = {read_recording(folder + "annotated_session.csv", options, {})};
+  return evidence;
+}
+
+TEST(ImuFerraris, AgreesWithThePublishedCalibration) {
+  const auto estimate = identified(published("-360 deg"));
+  const auto expected = nlohmann::json::parse(
+      std::ifstream(TUMBLE_SOURCE_DIR "/tests/reference/imucal/annotated_session_expected_cal.json"));
+  for (const char* matrix : {"K_a", "R_a", "K_g", "R_g", "K_ga"})
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j)
+        EXPECT_NEAR(cell(estimate, matrix, i, j), expected[matrix][i][j].get<double>(), 1e-10) << matrix << i << j;
+  for (const char* vector : {"b_a", "b_g"})
+    for (std::size_t j = 0; j < 3; ++j)
+      EXPECT_NEAR(cell(estimate, vector, 0, j), expected[vector][j].get<double>(), 1e-10) << vector << j;
+  EXPECT_TRUE(says(estimate.findings, "all three gyros show the angular rate with the opposite sign"));
+}
+
+TEST(ImuFerraris, CompensatesThePosesToGravityAndTheTurnsToTheAngle) {
+  const auto evidence = published("360 deg");
+  auto estimate = identified(evidence);
+  const auto out = imu_ferraris.compensate(estimate, evidence.recordings[0]).recording;
+  Evidence again = evidence;
+  again.recordings = {out};
+  const auto unit = identified(again);
+  // what is left of the biases: the poses lean by less than 1 deg across axes that lean by less than 2.5 deg, in each
+  // of which a bias is read from two poses alone; and of that what the gyros make of specific force
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(cell(unit, "K_a", i, i), 1.0, 1e-12);
+    EXPECT_NEAR(cell(unit, "b_a", 0, i), 0.0, 0.0175 * 0.044 * g);
+    EXPECT_NEAR(cell(unit, "K_g", i, i), 1.0, 1e-5);
+    EXPECT_NEAR(cell(unit, "R_g", i, (i + 1) % 3), 0.0, 1e-5);
+    EXPECT_NEAR(cell(unit, "K_ga", i, 0), 0.0, 1e-12);
+  }
+  const auto* sd = find_channel(out, "gyro_x.compensation_sd");
+  ASSERT_NE(sd, nullptr);
+  EXPECT_GT(sd->values[0], 0.0);
+  EXPECT_THROW(imu_ferraris.compensate(estimate, out), Error);  // not twice
+}
+
+/// Unweighted least squares of the same six poses has the same matrix; its bias is the mean over all six poses, in
+/// which the tilts across the vertical do not cancel.
+TEST(ImuFerraris, MatrixOfThePublishedSixPositionsAgrees) {
+  std::ifstream file(TUMBLE_SOURCE_DIR "/../shared/data/ward_mpu9250_six_position/six_position_data_1.csv");
+  if (!file) GTEST_SKIP() << "public data that may not be shipped";
+  constexpr std::size_t section[]{4, 5, 2, 3, 0, 1};  // of the rows: z, y, x, each up and down
+  ferraris::Means means;
+  means.gravity = 1.0;
+  std::string line;
+  std::getline(file, line);
+  for (const std::size_t p : section) {
+    ASSERT_TRUE(std::getline(file, line));
+    std::vector<double> cells;
+    for (std::size_t begin = 0; begin < line.size(); begin = std::min(line.find(',', begin), line.size()) + 1)
+      cells.push_back(std::stod(line.substr(begin)));
+    means.force[p] = {cells[1], cells[4], cells[7]};
+  }
+  const auto calibration = ferraris::closed_form(means);
+  const auto matrix = ferraris::response(calibration.k_a, calibration.r_a);
+  const double expected[3][3]{{1.0000556467213397, 0.007979301129915212, 0.009036229937292894},
+                              {-0.006398611733574581, 1.000368743052482, 0.010617732056420755},
+                              {-0.010180850425662455, -0.004426368434608248, 1.0219536083623109}};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) EXPECT_NEAR(matrix(i, j), expected[i][j], 1e-9);  // as their search ended
+  EXPECT_NEAR(calibration.b_a.x, 0.09156383511421798, 0.01);                              // tilts of half a degree
+}
+
+TEST(ImuFerraris, FindsAUnitWithoutErrors) {
+  const auto estimate = identified(Session().evidence());
+  EXPECT_EQ(estimate.parameters.size(), 33u);
+  // noise of 1e-3 m/s^2 and rad/s over 100 samples, and what is in the budget: four standard uncertainties
+  for (const auto& parameter : estimate.parameters) {
+    const double expected = parameter.name.ends_with("scale_factor") ? 1.0 : 0.0;
+    const auto i = static_cast<std::size_t>(&parameter - estimate.parameters.data());
+    EXPECT_NEAR(parameter.value, expected, 4.0 * standard_uncertainty(estimate, i) + 1e-12) << parameter.name;
+  }
+}
+
+TEST(ImuFerraris, AccelerometersAlone) {
+  auto session = Session();
+  EXPECT_EQ(identified(session.evidence({}, false)).parameters.size(), 12u);
+  for (std::size_t t = 6; t < 9; ++t) session.truth.erase(labels()[t]);
+  const auto estimate = identified(session.evidence());
+  EXPECT_EQ(estimate.parameters.size(), 12u);
+  EXPECT_TRUE(says(estimate.findings, "the gyros are left out"));
+}
+
+TEST(ImuFerraris, NamesTheSectionsThatAreMissing) {
+  Session session;
+  session.truth.erase("y_a");
+  session.truth["y_b"] = session.truth["x_p"];
+  session.truth.erase("z_rot");
+  const auto message = refusal(imu_ferraris, session.evidence());
+  EXPECT_NE(message.find("no section y_a, z_rot"), std::string::npos) << message;
+  EXPECT_NE(message.find("other labels are y_b"), std::string::npos) << message;
+  session.truth["turn"] = Session().truth["z_rot"];
+  EXPECT_EQ(
+      identified(session.evidence(
+                     {{"labels", "y_a=y_b, z_rot = turn", "", true, true}, {"axes", "any", "", true, true}}, false))
+          .parameters.size(),
+      12u);
+}
+
+TEST(ImuFerraris, TakesTheLabelsOfImucal) {
+  Session session;
+  std::map<std::string, std::array<double, 6>> renamed;
+  for (const auto& [label, values] : session.truth)
+    renamed[(label.ends_with("rot") ? "gyr_" : "acc_") + label] = values;
+  session.truth = renamed;
+  EXPECT_EQ(identified(session.evidence()).parameters.size(), 33u);
+}
+
+/// Each of them is refused by name, and with axes = any taken for a mounting where it can be one.
+TEST(ImuFerraris, NamesExchangedAndReversedAxes) {
+  Session session;
+  for (auto& [label, v] : session.truth) std::swap(v[0], v[1]);
+  EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("accelerometer_x and accelerometer_y look exchanged"),
+            std::string::npos);
+  session = {};
+  std::swap(session.truth["z_p"], session.truth["z_a"]);
+  auto message = refusal(imu_ferraris, session.evidence());
+  EXPECT_NE(message.find("accelerometer_z is reversed"), std::string::npos) << message;
+  EXPECT_NE(message.find("left-handed"), std::string::npos) << message;
+  EXPECT_NE(message.find("labels of sections are exchanged"), std::string::npos) << message;
+  EXPECT_NO_THROW(identified(session.evidence({{"axes", "any", "", true, true}})));
+  session = {};
+  for (std::size_t p = 0; p < 6; ++p)
+    for (std::size_t k = 0; k < 3; ++k) session.truth[labels()[p]][k] *= -1.0;
+  EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("sign of gravity"), std::string::npos);
+}
+
+TEST(ImuFerraris, NamesTurnsThatAreWrong) {
+  Session session;
+  session.truth["y_rot"][4] *= 0.75;
+  const auto message = refusal(imu_ferraris, session.evidence());
+  EXPECT_NE(message.find("in y_rot the gyros show 0.75"), std::string::npos) << message;
+  EXPECT_NE(message.find("was it 270 deg and not 360 deg?"), std::string::npos) << message;
+  session = {};
+  session.truth["x_rot"][3] *= -1.0;
+  EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("gyro_x is reversed"), std::string::npos);
+  EXPECT_NE(refusal(imu_ferraris, Session().evidence({{"rotation_angle", "-360 deg", "", true, true}}))
+                .find("made in the other sense"),
+            std::string::npos);
+}
+
+TEST(ImuFerraris, NamesUnitsTakenForOthers) {
+  Session session;
+  for (auto& [label, v] : session.truth)
+    for (std::size_t k = 0; k < 6; ++k) v[k] *= k < 3 ? 1.0 / 9.80665 : 180.0 / M_PI;
+  const auto message = refusal(imu_ferraris, session.evidence());
+  EXPECT_NE(message.find("values in g are read as m/s^2"), std::string::npos) << message;
+  EXPECT_NE(message.find("values in deg/s are read as rad/s"), std::string::npos) << message;
+}
+
+TEST(ImuFerraris, SaysWhichPoseWasNotStill) {
+  auto evidence = Session().evidence();
+  auto& recording = evidence.recordings[0];
+  const auto mark = std::ranges::find(recording.marks, "y_p", &Mark::label);
+  const auto first = index_at(recording.channels[2], mark->begin);
+  for (std::size_t i = 0; i < 100; ++i) recording.channels[2].values[first + i] += 0.2 * static_cast<double>(i > 60);
+  const auto estimate = identified(evidence);
+  const auto found = std::ranges::find_if(
+      estimate.findings, [](const Finding& f) { return f.message.find("not at rest") != std::string::npos; });
+  ASSERT_NE(found, estimate.findings.end());
+  EXPECT_EQ(found->where, "y_p");
+}
+
+TEST(ImuFerraris, StatedSquarenessIsHeldAgainstThePoses) {
+  Session session;
+  session.truth["x_p"][1] += 0.03 * g;  // 1.7 deg
+  const auto estimate = identified(session.evidence({{"pose_sd", "0.1 deg", "", true, true}}));
+  EXPECT_TRUE(says(estimate.findings, "not to pose_sd = 0.1 deg"));
+}
+
+}  // namespace
+}  // namespace tumble::methods

@@ -1,0 +1,229 @@
+#include "tumble/methods/imu_ferraris/report.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/eigen/view.hpp"
+#include "tumble/methods/imu/axes_check.hpp"
+
+namespace tumble::methods::ferraris {
+namespace {
+
+using imu::component;
+using imu::Kind;
+using imu::letters;
+
+constexpr double turns_apart = 0.1;     ///< by which the gyros' answers to the three turns may differ
+constexpr double restless = 25.0;       ///< variance of a pose over the median of all
+constexpr double gravity_apart = 5e-3;  ///< relative
+
+bool is_si(const Recorded& recorded, std::size_t output) {
+  return recorded.kind[output] == (output < 3 ? QuantityKind::specific_force : QuantityKind::angular_rate);
+}
+
+/// Output over input: "LSB/(deg/s)", or a plain number where the output is in units of the input.
+Unit per(const Recorded& recorded, std::size_t output, const char* input) {
+  const auto& text = recorded.unit[output].text();
+  const bool compound = text.find_first_of("/* ") != std::string::npos;
+  return Unit::parse(fmt::format("{}/({})", compound ? "(" + text + ")" : text, input));
+}
+
+Unit scale_unit(const Recorded& recorded, std::size_t output) {
+  return is_si(recorded, output) ? Unit() : per(recorded, output, output < 3 ? "m/s^2" : "deg/s");
+}
+
+Unit sensitivity_unit(const Recorded& recorded, std::size_t output) {
+  return is_si(recorded, output) ? Unit::parse("deg/s/g") : per(recorded, output, "m/s^2");
+}
+
+double median(std::vector<double> values) {
+  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
+  return values[values.size() / 2];
+}
+
+double middle(Vector3 k) { return median({k.x, k.y, k.z}); }
+
+Vector3 force_of(const Calibration& c, Vector3 output) {
+  const Matrix m = response(c.k_a, c.r_a);
+  const Vector3 d = output - c.b_a;
+  const Eigen::Vector3d f = Eigen::Matrix3d(map(m)).inverse() * Eigen::Vector3d(d.x, d.y, d.z);
+  return {f.x(), f.y(), f.z()};
+}
+
+}  // namespace
+
+std::vector<Parameter> named_parameters(const Recorded& recorded) {
+  std::vector<Parameter> all;
+  const auto add = [&](const std::string& name, std::string symbol, Unit unit, std::string description) {
+    all.push_back({name, std::move(symbol), std::move(unit), 0.0, std::move(description)});
+  };
+  const Unit degree = Unit::parse("deg");
+  for (std::size_t k = 0; k < (recorded.gyros ? outputs : 3); ++k) {
+    const std::size_t i = k % 3;
+    const char a = k < 3 ? 'a' : 'g';
+    const std::string role = imu::role_of(k < 3 ? Kind::accelerometer : Kind::gyro, i);
+    add(role + "_scale_factor", fmt::format("K_{},{}", a, letters[i]), scale_unit(recorded, k),
+        "output for a unit along the input axis");
+    add(role + "_bias", fmt::format("b_{},{}", a, letters[i]), recorded.unit[k], "output at no input");
+    for (std::size_t j = 0; j < 3; ++j)
+      if (j != i)
+        add(fmt::format("{}_misalignment_{}", role, letters[j]), fmt::format("R_{},{}{}", a, letters[i], letters[j]),
+            degree, fmt::format("the input axis leans toward {} (direction cosine)", letters[j]));
+    for (std::size_t j = 0; k >= 3 && j < 3; ++j)
+      add(fmt::format("{}_acceleration_sensitivity_{}", role, letters[j]),
+          fmt::format("K_ga,{}{}", letters[i], letters[j]), sensitivity_unit(recorded, k),
+          fmt::format("output for specific force along {}", letters[j]));
+  }
+  return all;
+}
+
+Table matrices(const Calibration& c, const Recorded& recorded) {
+  Table table{
+      "matrices",
+      "output = K R input + K_ga f + b, in the units of the column 'unit'; input = R^-1 K^-1 (output - K_ga f - b)",
+      {{"matrix", {}}, {"row", {}}, {"unit", {}}, {"x", {}}, {"y", {}}, {"z", {}}},
+      {}};
+  const auto row = [&](const char* name, std::size_t i, const Unit& unit, Vector3 v) {
+    table.rows.push_back({name, i < 3 ? std::string(1, letters[i]) : "", unit.text().empty() ? "1" : unit.text(),
+                          v.x / unit.factor(), v.y / unit.factor(), v.z / unit.factor()});
+  };
+  const auto diagonal = [&](const char* name, std::size_t first, Vector3 k) {
+    for (std::size_t i = 0; i < 3; ++i)
+      row(name, i, scale_unit(recorded, first + i), {i == 0 ? k.x : 0.0, i == 1 ? k.y : 0.0, i == 2 ? k.z : 0.0});
+  };
+  const auto full = [&](const char* name, const Matrix& m, const auto& unit) {
+    for (std::size_t i = 0; i < 3; ++i) row(name, i, unit(i), {m(i, 0), m(i, 1), m(i, 2)});
+  };
+  const auto one = [](std::size_t) { return Unit(); };
+  const auto bias = [&](const char* name, std::size_t first, Vector3 b) { row(name, 3, recorded.unit[first], b); };
+  diagonal("K_a", 0, c.k_a);
+  full("R_a", c.r_a, one);
+  bias("b_a", 0, c.b_a);
+  if (!c.gyros) return table;
+  diagonal("K_g", 3, c.k_g);
+  full("R_g", c.r_g, one);
+  bias("b_g", 3, c.b_g);
+  full("K_ga", c.k_ga, [&](std::size_t i) { return sensitivity_unit(recorded, 3 + i); });
+  return table;
+}
+
+Table pose_table(const Means& means, const Calibration& calibration, const Recorded& recorded) {
+  const Unit second = Unit::parse("s"), mg = Unit::parse("mg");
+  Table table{"poses",
+              "the calibrated specific force of each pose: its size should be gravity",
+              {{"section", {}}, {"samples", {}}, {"time", second}, {"size less gravity", mg}},
+              {}};
+  for (std::size_t p = 0; p < poses; ++p) {
+    const auto& section = recorded.section[p];
+    table.rows.push_back({labels()[p], static_cast<double>(section.samples), section.time,
+                          norm(force_of(calibration, means.force[p])) - means.gravity});
+  }
+  return table;
+}
+
+namespace {
+
+void take(Findings from, Finding::Severity severity, const std::string& besides, Findings& to) {
+  for (auto& finding : from) {
+    finding.severity = severity;
+    finding.message += besides;
+    to.push_back(std::move(finding));
+  }
+}
+
+/// Raw outputs are compared with each other, those in units of the input with it.
+double size_of(const Recorded& recorded, std::size_t first, Vector3 k) {
+  return is_si(recorded, first) ? 1.0 : middle(k);
+}
+
+void about_accelerometers(const Means& means, const Calibration& c, const Recorded& recorded,
+                          Finding::Severity severity, Findings& findings) {
+  std::vector<Vector3> felt, shown;
+  std::vector<std::string> names;
+  const double size = size_of(recorded, 0, c.k_a);
+  for (std::size_t p = 0; p < poses; ++p) {
+    const double g = sign_of(p) * means.gravity;
+    felt.push_back({axis_of(p) == 0 ? g : 0.0, axis_of(p) == 1 ? g : 0.0, axis_of(p) == 2 ? g : 0.0});
+    shown.push_back((1.0 / size) * (means.force[p] - (is_si(recorded, 0) ? Vector3{} : c.b_a)));
+    names.push_back(labels()[p]);
+  }
+  take(imu::about_triad(Kind::accelerometer, felt, shown, names,
+                        {recorded.channel[0], recorded.channel[1], recorded.channel[2]}),
+       severity, " (or the labels of sections are exchanged: in x_p x points up)", findings);
+}
+
+void about_gyros(const Calibration& c, const Recorded& recorded, Finding::Severity severity, Findings& findings) {
+  Matrix seen = response(c.k_g, c.r_g);
+  for (double& value : seen.values) value /= size_of(recorded, 3, c.k_g);
+  take(imu::about_axes(Kind::gyro, imu::axes_seen(seen),
+                       {recorded.channel[3], recorded.channel[4], recorded.channel[5]}),
+       severity, " (or the turns were made in the other sense, or about another axis: rotation_angle is right-handed)",
+       findings);
+}
+
+/// A turn of 270 deg taken for 360 looks like a scale factor of 0.75: the other turns tell.
+void about_turns(const Means& means, const Calibration& c, Findings& findings) {
+  const Matrix m = response(c.k_g, c.r_g);
+  std::vector<double> shown;
+  for (std::size_t t = 0; t < turns; ++t) shown.push_back(std::hypot(m(0, t), m(1, t), m(2, t)));
+  const double usual = median(shown);
+  for (std::size_t t = 0; t < turns; ++t) {
+    const double ratio = shown[t] / usual;
+    if (std::abs(ratio - 1.0) <= turns_apart) continue;
+    const double stated = Unit::parse("deg").from_si(means.angle[t]);
+    findings.push_back(
+        {Finding::Severity::error,
+         fmt::format("in {0} the gyros show {1:.3g} of what they show in the other turns: was it {2:.0f} "
+                     "deg and not {3:.0f} deg? Turn it again, or correct its section; otherwise the "
+                     "scale factor of gyro_{4} is that far from the others",
+                     labels()[poses + t], ratio, ratio * stated, stated, letters[t]),
+         labels()[poses + t]});
+  }
+}
+
+void about_rests(const Recorded& recorded, Findings& findings) {
+  for (std::size_t k = 0; k < (recorded.gyros ? outputs : 3); ++k) {
+    std::vector<double> densities;
+    for (std::size_t p = 0; p < poses; ++p) densities.push_back(recorded.section[p].density[k]);
+    const double usual = median(densities);
+    for (std::size_t p = 0; p < poses; ++p)
+      if (densities[p] > restless * usual && usual > 0.0)
+        findings.push_back({Finding::Severity::warning,
+                            fmt::format("not at rest: {} wanders {:.0f} times as much as in the other poses; cut the "
+                                        "section to where the unit lies still, or record it again",
+                                        recorded.channel[k], std::sqrt(densities[p] / usual)),
+                            labels()[p]});
+  }
+}
+
+void about_gravity(const Means& means, const Calibration& calibration, Findings& findings) {
+  for (std::size_t p = 0; p < poses; ++p) {
+    const double share = norm(force_of(calibration, means.force[p])) / means.gravity - 1.0;
+    if (std::abs(share) > gravity_apart)
+      findings.push_back({Finding::Severity::warning,
+                          fmt::format("the calibrated specific force is {:+.2g} % off gravity: the unit leans by about "
+                                      "{:.0f} deg, or it moved",
+                                      100.0 * share, Unit::parse("deg").from_si(std::sqrt(2.0 * std::abs(share)))),
+                          labels()[p]});
+  }
+}
+
+}  // namespace
+
+Findings faults(const Plan& plan, const Means& means, const Calibration& calibration, const Recorded& recorded) {
+  const auto severity = plan.settings.word("axes") == "any" ? Finding::Severity::warning : Finding::Severity::error;
+  Findings findings;
+  about_accelerometers(means, calibration, recorded, severity, findings);
+  if (calibration.gyros) {
+    about_gyros(calibration, recorded, severity, findings);
+    about_turns(means, calibration, findings);
+  }
+  about_rests(recorded, findings);
+  about_gravity(means, calibration, findings);
+  return findings;
+}
+
+}  // namespace tumble::methods::ferraris

@@ -1,0 +1,233 @@
+#include "tumble/methods/imu_ferraris/sections.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "tumble/core/say.hpp"
+#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::ferraris {
+
+const std::array<std::string, sections>& labels() {
+  static const std::array<std::string, sections> all{"x_p", "x_a",   "y_p",   "y_a",  "z_p",
+                                                     "z_a", "x_rot", "y_rot", "z_rot"};
+  return all;
+}
+
+namespace {
+
+constexpr std::size_t fewest_samples = 16;
+constexpr std::size_t most_blocks = 16;
+
+std::string role_of(std::size_t output) {
+  return imu::role_of(output < 3 ? imu::Kind::accelerometer : imu::Kind::gyro, output % 3);
+}
+
+/// "x_p=face 1, x_a=face 2": the user's labels to ours.
+std::map<std::string, std::string> renamed(const std::string& text) {
+  std::map<std::string, std::string> names;
+  const auto trimmed = [](std::string part) {
+    part.erase(0, part.find_first_not_of(' '));
+    part.erase(part.find_last_not_of(' ') + 1);
+    return part;
+  };
+  const std::vector<std::string> known(labels().begin(), labels().end());
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string pair = text.substr(begin, end - begin);
+    const auto equals = pair.find('=');
+    const auto ours = trimmed(pair.substr(0, equals));
+    if (equals == std::string::npos || std::ranges::find(known, ours) == known.end())
+      throw Error(Error::Kind::bad_input,
+                  fmt::format("labels = \"{}\": \"{}\" is no pair as in \"x_p=face 1, x_a=face 2\"{}; sections are {}",
+                              text, trimmed(pair), did_you_mean(ours, known), fmt::join(known, ", ")));
+    names[trimmed(pair.substr(equals + 1))] = ours;
+    begin = end + 1;
+  }
+  return names;
+}
+
+/// Index of the section, or `sections`. "acc_" and "gyr_" may stand before it.
+std::size_t section_of(std::string label, const std::map<std::string, std::string>& names) {
+  if (const auto given = names.find(label); given != names.end()) label = given->second;
+  for (const char* prefix : {"acc_", "gyr_"})
+    if (label.starts_with(prefix)) label.erase(0, 4);
+  return static_cast<std::size_t>(std::ranges::find(labels(), label) - labels().begin());
+}
+
+/// Seconds for which sample i stands.
+double width(const Channel& channel, std::size_t i) {
+  if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
+  const std::size_t n = channel.values.size();
+  return i + 1 < n ? channel.time(i + 1) - channel.time(i) : n > 1 ? channel.time(n - 1) - channel.time(n - 2) : 0.0;
+}
+
+/// Variance of block means times their length: that of a mean of n samples is this over n where blocks are longer than
+/// the noise remembers.
+void add_density(const Channel& channel, std::size_t begin, std::size_t end, std::size_t output, Section& section) {
+  const std::size_t n = end - begin, blocks = std::clamp<std::size_t>(n / 8, 2, most_blocks), length = n / blocks;
+  std::vector<double> means;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t i = begin + b * length; i < begin + (b + 1) * length; ++i)
+      if (const double v = channel.values[i]; !std::isnan(v)) sum += v, count += 1.0;
+    if (count > 0.0) means.push_back(sum / count);
+  }
+  if (means.size() < 2) return;
+  double mean = 0.0, squares = 0.0;
+  for (const double v : means) mean += v / static_cast<double>(means.size());
+  for (const double v : means) squares += (v - mean) * (v - mean);
+  const double freedom = static_cast<double>(means.size()) - 1.0;
+  double& density = section.density[output];
+  double& before = section.freedom[output];
+  density = (before * density + squares * static_cast<double>(length)) / (before + freedom);
+  before += freedom;
+}
+
+void add_output(const Channel& channel, std::size_t begin, std::size_t end, std::size_t output, Section& section) {
+  double sum = 0.0, total = 0.0, time = 0.0, valid_time = 0.0;
+  std::size_t valid = 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const double v = channel.values[i], dt = width(channel, i);
+    time += dt;
+    if (std::isnan(v)) continue;
+    sum += v;
+    total += v * dt;
+    valid_time += dt;
+    ++valid;
+  }
+  section.missing += end - begin - valid;
+  if (valid == 0) return;
+  const auto before = static_cast<double>(section.samples), now = static_cast<double>(end - begin);
+  section.mean[output] =
+      (before * section.mean[output] + now * (sum / static_cast<double>(valid))) / std::max(before + now, 1.0);
+  section.total[output] += total * (time / valid_time);
+  if (end - begin >= fewest_samples) add_density(channel, begin, end, output, section);
+}
+
+struct Reader {
+  const Evidence& evidence;
+  Recorded out;
+  std::vector<std::string> problems;
+  std::set<std::string> others;  ///< labels that are no section
+
+  void take_unit(const Channel& channel, std::size_t output) {
+    if (out.channel[output].empty()) {
+      out.unit[output] = channel.unit;
+      out.kind[output] = channel.kind;
+      out.channel[output] = channel.name;
+    } else if (out.unit[output].dimension() != channel.unit.dimension()) {
+      problems.push_back(fmt::format("{} is in {} in one recording and in {} in another", role_of(output),
+                                     out.unit[output].text(), channel.unit.text()));
+    }
+  }
+
+  void take(const Recording& recording, const std::map<std::string, std::string>& names) {
+    std::array<const Channel*, outputs> channels{};
+    std::size_t gyros = 0;
+    for (std::size_t k = 0; k < outputs; ++k) {
+      channels[k] =
+          k < 3 ? &require_channel(evidence, recording, role_of(k)) : channel_for(evidence, recording, role_of(k));
+      if (channels[k]) take_unit(*channels[k], k);
+      gyros += k >= 3 && channels[k];
+    }
+    if (gyros == 1 || gyros == 2)
+      problems.push_back(fmt::format("{} has {} of the three gyros: name all or none", recording.origin.file, gyros));
+    for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+      const std::size_t s = section_of(recording.marks[m].label, names);
+      if (s == sections) {
+        if (!recording.marks[m].label.empty()) others.insert(recording.marks[m].label);
+        continue;
+      }
+      const double end =
+          m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : std::numeric_limits<double>::infinity();
+      take_section(channels, recording.marks[m].begin, end, out.section[s]);
+    }
+  }
+
+  static void take_section(const std::array<const Channel*, outputs>& channels, double from, double to,
+                           Section& section) {
+    std::size_t samples = 0;
+    for (std::size_t k = 0; k < outputs; ++k) {
+      if (!channels[k]) continue;
+      const std::size_t begin = index_at(*channels[k], from);
+      const std::size_t end = std::isinf(to) ? channels[k]->values.size() : index_at(*channels[k], to);
+      add_output(*channels[k], begin, end, k, section);
+      if (k > 0) continue;
+      samples = end - begin;
+      for (std::size_t i = begin; i < end; ++i) section.time += width(*channels[k], i);
+    }
+    section.samples += samples;
+    ++section.parts;
+  }
+
+  void check_units() {
+    for (std::size_t k = 0; k < outputs; ++k)
+      if (!out.channel[k].empty() && out.unit[k].dimension() != out.unit[k / 3 * 3].dimension())
+        problems.push_back(fmt::format("{} is in {}, but {} in {}: the three of a triad must be in one unit",
+                                       role_of(k), out.unit[k].text(), role_of(k / 3 * 3), out.unit[k / 3 * 3].text()));
+  }
+
+  void check() {
+    check_units();
+    std::vector<std::string> missing_poses, missing_turns;
+    for (std::size_t s = 0; s < sections; ++s)
+      if (out.section[s].parts == 0) (s < poses ? missing_poses : missing_turns).push_back(labels()[s]);
+    out.gyros = !out.channel[3].empty() && missing_turns.size() < turns;
+    if (!missing_poses.empty() || (out.gyros && !missing_turns.empty())) {
+      auto missing = missing_poses;
+      if (out.gyros) missing.insert(missing.end(), missing_turns.begin(), missing_turns.end());
+      const auto have = others.empty() ? "" : fmt::format("; other labels are {}", fmt::join(others, ", "));
+      const bool none = missing_poses.size() == poses && others.empty();
+      problems.push_back(fmt::format(
+          "no section {}{}{}", fmt::join(missing, ", "), have,
+          none ? ": the recording has no labels; --set segment_column=COLUMN makes marks of a column that holds them"
+               : "; record it, or say which label it has: labels = \"" + missing.front() + "=...\""));
+    }
+    if (!out.channel[3].empty() && !out.gyros)
+      out.findings.push_back({Finding::Severity::warning,
+                              "the gyros are left out: there is no section x_rot, y_rot, z_rot of a known turn", ""});
+    for (std::size_t s = 0; s < sections; ++s) check_samples(s);
+  }
+
+  void check_samples(std::size_t s) {
+    const Section& section = out.section[s];
+    if (section.parts == 0 || (s >= poses && !out.gyros)) return;
+    const std::size_t measured = section.samples * (out.channel[3].empty() ? 3 : outputs);
+    if (section.samples < fewest_samples)
+      problems.push_back(fmt::format("section {} has {}: {} are the least", labels()[s],
+                                     say_count(section.samples, "sample"), fewest_samples));
+    else if (2 * section.missing > measured)
+      problems.push_back(fmt::format("more than half of the samples of section {} are missing", labels()[s]));
+    else if (section.missing > 0)
+      out.findings.push_back({s < poses ? Finding::Severity::info : Finding::Severity::warning,
+                              fmt::format("{} of section {} missing: the mean of the others stands for them",
+                                          say_count(section.missing, "sample"), labels()[s]),
+                              labels()[s]});
+    for (std::size_t k = 0; k < (out.gyros ? outputs : 3) && section.samples >= fewest_samples; ++k)
+      if (section.freedom[k] <= 0.0)
+        problems.push_back(fmt::format("{} has no samples in section {}", role_of(k), labels()[s]));
+  }
+};
+
+}  // namespace
+
+Recorded recorded(const Evidence& evidence) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
+  const auto& settings = evidence.plan.settings;
+  const auto names = renamed(settings.has("labels") ? settings.word("labels") : "");
+  Reader reader{evidence, {}, {}, {}};
+  for (const auto& recording : evidence.recordings) reader.take(recording, names);
+  reader.check();
+  if (!reader.problems.empty()) throw Error(Error::Kind::bad_data, reader.problems);
+  return reader.out;
+}
+
+}  // namespace tumble::methods::ferraris

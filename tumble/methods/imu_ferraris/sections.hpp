@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/methods/imu_ferraris/closed_form.hpp"
+
+namespace tumble::methods::ferraris {
+
+inline constexpr std::size_t sections = poses + turns;
+inline constexpr std::size_t outputs = 6;  ///< accelerometers x, y, z, gyros x, y, z
+
+/// "x_p", "x_a", ..., "z_a", "x_rot", "y_rot", "z_rot"
+const std::array<std::string, sections>& labels();
+
+/// All sections of one label together.
+struct Section {
+  std::size_t parts = 0, samples = 0, missing = 0;
+  double time = 0.0;                      ///< [s]
+  std::array<double, outputs> mean{};     ///< over all samples
+  std::array<double, outputs> total{};    ///< integral over time [output s], sum over the parts
+  std::array<double, outputs> density{};  ///< variance of a mean times the number of samples, from means of blocks
+  std::array<double, outputs> freedom{};  ///< degrees of freedom of the density
+};
+
+/// What was recorded, in SI of the channels' units.
+struct Recorded {
+  std::array<Section, sections> section;
+  std::array<Unit, outputs> unit;
+  std::array<QuantityKind, outputs> kind{};
+  std::array<std::string, outputs> channel;  ///< names
+  bool gyros = false;                        ///< channels and turns are there
+  Findings findings;
+};
+
+/// Throws    Error::bad_data with all that is missing: sections by name, channels, samples
+Recorded recorded(const Evidence& evidence);
+
+}  // namespace tumble::methods::ferraris

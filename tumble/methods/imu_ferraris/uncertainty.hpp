@@ -1,0 +1,46 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/methods/imu_ferraris/sections.hpp"
+
+namespace tumble::methods::ferraris {
+
+/// A value and what is known of it.
+struct Known {
+  double value = 0.0, sd = 0.0;
+  std::string origin;  ///< in words
+};
+
+/// Gravity of the settings, of the site, or of anywhere on Earth.
+Known gravity_of(const Plan& plan);
+
+/// How squarely the unit was laid, from the poses themselves: outputs across the vertical, summed over the two poses of
+/// an axis, would be the bias of the pose along it.
+struct Squareness {
+  double sd = 0.0;       ///< [rad] of each tilt of a pose; 0: no more than the noise
+  double freedom = 6.0;  ///< degrees of freedom
+};
+Squareness squareness(const Means& means, const Calibration& calibration, const Recorded& recorded);
+
+/// One cause of error: independent errors z of these standard deviations, and what they do to the means.
+struct Cause {
+  std::string name;
+  std::vector<double> sd;
+  double freedom;
+  std::function<void(std::span<const double> z, Means& means)> disturb;
+  bool curved = false;  ///< its square matters
+};
+
+std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibration& calibration,
+                          const Recorded& recorded, Findings& findings);
+
+/// Second moments of the errors of the parameters about their values, from the closed form disturbed: J S J' and, where
+/// the cause is curved, (tr(H_a S) tr(H_b S) + 2 tr(H_a S H_b S))/4 for normal errors, with derivatives by differences.
+Matrix second_moments(const Cause& cause, const Means& means);
+
+}  // namespace tumble::methods::ferraris
