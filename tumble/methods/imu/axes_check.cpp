@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<std::array<std::size_t, 3>, 6> permutations{
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-constexpr double unseen = 0.02;       ///< of the greatest felt: an axis that feels less is not judged
+constexpr double unseen = 0.2;        ///< of the greatest felt: an axis that feels less is not judged
 constexpr double clearly = 0.1;       ///< of what is shown: an exchange must explain so much more than the names do
 constexpr double unexplained = 0.35;  ///< of what is shown: beyond, no exchange of axes is the reason
 constexpr double astray = 0.3;        ///< of the greatest output: a segment further off is another position

@@ -55,14 +55,17 @@ std::map<Place, Seen> seen_by(const Evidence& evidence, const linear::Problem& p
 
 using Triad = std::array<std::map<Place, Seen>, 3>;
 
-/// Segments that show the axes: all for accelerometers, those that turn for gyros.
+/// Segments that show the axes: what is felt stays as it is, accelerometers slow enough that levers do not matter,
+/// gyros turning.
 Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, const Triad& triad) {
   const bool gyro = kind == Kind::gyro;
+  constexpr double slow = 1.0;  // [rad/s]
   double least = 0.0;
   if (gyro) least = std::max(si(1.0, "deg/s"), 0.05 * norm(look.fastest));
   std::vector<Vector3> felt, shown;
   std::vector<std::string> labels;
   for (std::size_t g = 0; g < look.labels.size(); ++g) {
+    if (gyro ? !look.even_rate[g] : !look.even_force[g] || norm(look.rate[g]) > slow) continue;
     const Vector3 here = gyro ? look.rate[g] : look.force[g];
     const auto &x = triad[0].find(look.places[g]), &y = triad[1].find(look.places[g]),
                &z = triad[2].find(look.places[g]);

@@ -144,6 +144,20 @@ TEST(ImuTurntable, NamesPositionsInAnotherOrderAndATableThatMovesOn) {
   EXPECT_TRUE(has(creeps, "the table has not come to rest in '5'")) << creeps;
 }
 
+TEST(ImuTurntable, FastTurningAboutTwoAxesIsNoFault) {
+  Plan plan = trial_plan();
+  std::erase_if(plan.schedule, [](const Segment& s) { return s.axes.at("outer").kind == Motion::Kind::hold; });
+  plan.sample_rate = 20.0;
+  for (const double speed : {400.0, -400.0})
+    for (const double second : {200.0, -200.0})
+      plan.schedule.push_back({std::to_string(plan.schedule.size() + 20),
+                               20.0,
+                               1,
+                               {{"outer", hold(0.0)}, {"middle", rate(second)}, {"inner", rate(speed)}}});
+  const auto evidence = evidence_of(plan);
+  EXPECT_TRUE(faults_of(evidence, task_of(evidence)).empty()) << faults_of(evidence, task_of(evidence))[0].message;
+}
+
 // What a table can show.
 
 Plan with_schedule(const char* rig, Schedule schedule) {

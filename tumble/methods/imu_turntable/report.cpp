@@ -175,6 +175,18 @@ Table positions(const Task& task, const JointSolution& solution) {
   return table;
 }
 
+/// Ways between positions, which a schedule that was searched for has many of: one finding for all.
+void say_ways(Findings& findings) {
+  constexpr std::string_view end = " is not used: no sample is left after settling";
+  const auto is_way = [&](const Finding& finding) { return finding.message.ends_with(end); };
+  const auto ways = std::ranges::count_if(findings, is_way);
+  if (ways < 3) return;
+  std::erase_if(findings, is_way);
+  findings.push_back(
+      {Finding::Severity::info,
+       fmt::format("{} segments have no sample left after settling: they are ways between positions only", ways), ""});
+}
+
 /// One finding in place of the engine's, which come output by output.
 void say_not_shown(const Task& task, const JointSolution& solution, Findings& findings) {
   std::erase_if(findings,
@@ -204,6 +216,7 @@ Estimate answer_of(const Task& task, const JointSolution& solution) {
     for (std::size_t f = before; f < estimate.findings.size(); ++f) estimate.findings[f].where = task.problems[o].role;
   }
   say_not_shown(task, solution, estimate.findings);
+  say_ways(estimate.findings);
   estimate.tables.push_back(observability(task, solution, estimate));
   estimate.tables.push_back(correction(task, estimate));
   estimate.tables.push_back(positions(task, solution));

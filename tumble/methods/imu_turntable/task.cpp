@@ -33,9 +33,10 @@ void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Lo
   constexpr double golden = 0.6180339887498949;
   const std::size_t count = stretch.steady ? 1 : instants;
   const double length = static_cast<double>(stretch.samples) * stretch.step;
+  std::array<Felt, instants> all;
   Vector3 rate, force;
   for (std::size_t k = 0; k < count; ++k) {
-    Felt felt;
+    Felt& felt = all[k];
     power_up.reference.felt(stretch.first + length * std::fmod(0.5 + golden * static_cast<double>(k), 1.0),
                             stretch.step, std::span(&felt, 1));
     rate = rate + felt.rate;
@@ -46,8 +47,16 @@ void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Lo
   }
   look.labels.push_back(stretch.label);
   look.places.push_back({stretch.recording, stretch.power_up, stretch.segment});
-  look.rate.push_back(1.0 / static_cast<double>(count) * rate);
-  look.force.push_back(1.0 / static_cast<double>(count) * force);
+  rate = 1.0 / static_cast<double>(count) * rate;
+  force = 1.0 / static_cast<double>(count) * force;
+  const auto even = [&](Vector3 Felt::*field, Vector3 mean) {
+    return std::ranges::all_of(std::span(all).first(count),
+                               [&](const Felt& felt) { return norm(felt.*field - mean) <= 0.1 * norm(mean); });
+  };
+  look.even_rate.push_back(even(&Felt::rate, rate));
+  look.even_force.push_back(even(&Felt::specific_force, force));
+  look.rate.push_back(rate);
+  look.force.push_back(force);
   look.at_rest.push_back(holds(power_up.rig.segments[stretch.segment]));
 }
 

@@ -21,6 +21,7 @@ struct Look {
   std::vector<std::string> labels;
   std::vector<std::array<std::size_t, 3>> places;  ///< recording, power-up, segment
   std::vector<Vector3> rate, force;                ///< one a segment, mean
+  std::vector<bool> even_rate, even_force;         ///< within a tenth of the mean all the time
   std::vector<bool> at_rest;                       ///< all axes held
   double turning = 0.0;                            ///< greatest |w|^2 + |dw/dt| [1/s^2]
   Vector3 fastest, strongest;                      ///< greatest |w_i| [rad/s] and |f_i| [m/s^2] along each axis
