@@ -218,6 +218,39 @@ void judge(const std::vector<Stand>& stands, double tolerance, Findings& finding
          fmt::format("the recorded angles are used, which differ from the plan in {}", fmt::join(off, ", ")), ""});
 }
 
+/// Slews that pass their middle at another time than the plan says, by more than two samples and a second.
+void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Place>& places, Findings& findings) {
+  if (!encoder.counts_turns) return;
+  const auto commands = commands_of(plan.schedule, encoder.axis);
+  const Channel& channel = *encoder.channel;
+  const double step = 1.0 / mean_rate(channel);
+  std::vector<std::string> late;
+  for (const auto& place : places) {
+    const Motion* motion = motion_of(plan.schedule[place.segment], encoder.axis);
+    if (motion == nullptr || motion->kind != Kind::slew || place.segment == 0) continue;
+    const double from = commands[place.segment - 1], middle = 0.5 * (from + motion->to);
+    if (!(std::abs(motion->to - from) > 0.5)) continue;
+    const double sense = motion->to > from ? 1.0 : -1.0;
+    for (std::size_t i = index_at(channel, place.begin); i < channel.values.size() && channel.time(i) < place.end;
+         ++i) {
+      if (!(sense * (channel.values[i] - middle) >= 0.0)) continue;
+      const double off = channel.time(i) + 0.5 * step - 0.5 * (place.begin + place.settled);
+      if (std::abs(off) > 2.0 * step + 1.0)
+        late.push_back(fmt::format("'{}' ({} {})", plan.schedule[place.segment].label, say_seconds(std::abs(off)),
+                                   off > 0.0 ? "late" : "early"));
+      break;
+    }
+  }
+  if (!late.empty())
+    findings.push_back(
+        {Severity::warning,
+         fmt::format("{} passed the middle of its turn at another time than the plan says in {}: what "
+                     "the Earth adds on the way is computed from the plan, so state the speed at which it "
+                     "was turned",
+                     encoder.axis, fmt::join(late, ", ")),
+         ""});
+}
+
 bool recorded_alone(const Evidence& evidence, std::size_t recording) {
   const auto& entries = evidence.plan.recordings;
   return recording < entries.size() && !entries[recording].segment.empty();
@@ -250,6 +283,7 @@ RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, d
     const auto places = places_of(plan, evidence.recordings[r], settled[&plan], recorded_alone(evidence, r));
     for (const auto& encoder : encoders_of(evidence, r)) {
       if (std::ranges::find(out.axes, encoder.axis) == out.axes.end()) out.axes.push_back(encoder.axis);
+      judge_times(plan, encoder, places, out.findings);
       for (auto& stand : stands_of(plan, r, encoder, places, settling)) {
         by_plan[&plan].push_back(stand);
         out.stands.push_back(std::move(stand));

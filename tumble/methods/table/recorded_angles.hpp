@@ -36,8 +36,8 @@ struct RecordedAngles {
 ///
 /// A rest is what the plan calls one: from where its axes have settled, and `settling` later, to the end of the
 /// segment; of a slew, what follows it in its segment, or else its last reading. Readings that do not count turns are
-/// taken nearest to the command. A slew that went at another speed, or began later than the plan says by more than a
-/// sample, is said: what the Earth adds on the way is computed from the plan.
+/// taken nearest to the command. Where they count turns, a slew that passes its middle at another time than the plan
+/// says is named: what the Earth adds on the way is computed from the plan.
 ///
 /// Given     settling   [s], as Problem::settling
 ///           tolerance  [rad] by which a recorded angle may differ from the plan without a warning

@@ -73,6 +73,16 @@ TEST(RecordedAngles, far_from_the_plan_and_not_at_rest_are_said) {
   EXPECT_NE(angles.findings[1].message.find("'b' (outer at 91.0"), std::string::npos) << angles.findings[1].message;
 }
 
+TEST(RecordedAngles, a_turn_at_another_time_is_said) {
+  Evidence evidence = recorded(0.0);
+  for (auto& segment : evidence.plan.schedule)
+    if (segment.label == "turns") segment.axes.at("inner").value = si(18.5, "deg/s");
+  const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
+  ASSERT_EQ(angles.findings.size(), 1u);
+  // half of 3600 deg at 20 instead of 18.5 deg/s is 7.3 s early, seen to a sample
+  EXPECT_NE(angles.findings[0].message.find("'turns' (6.8"), std::string::npos) << angles.findings[0].message;
+}
+
 TEST(RecordedAngles, without_encoders_nothing_changes) {
   Evidence evidence = recorded(0.0);
   std::erase_if(evidence.recordings[0].channels, [](const Channel& c) { return c.kind == QuantityKind::angle; });
