@@ -1,0 +1,160 @@
+#include "tumble/methods/imu_multi_position/data.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::multi_position {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t fewest = 64;  ///< samples of a channel
+
+struct Kind {
+  const char* name;
+  QuantityKind quantity, increment;
+  const char* units;
+};
+constexpr Kind accelerometers{"accelerometer", QuantityKind::specific_force, QuantityKind::velocity,
+                              "specific force (m/s^2, g), velocity increments or LSB"};
+constexpr Kind gyros{"gyro", QuantityKind::angular_rate, QuantityKind::angle,
+                     "angular rate (rad/s, deg/s), angle increments or LSB"};
+
+std::string label(const Evidence& evidence, std::size_t r) {
+  if (evidence.recordings.size() < 2) return "";
+  const auto& file = evidence.recordings[r].origin.file;
+  return file.empty() ? fmt::format("recording {}", r + 1) : file;
+}
+
+/// The three channels, or what hinders; none at all: null and no problem.
+std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t r, const Kind& kind,
+                                          std::vector<std::string>& problems) {
+  std::array<const Channel*, 3> found{};
+  std::string missing;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string role = fmt::format("{}_{}", kind.name, letters[i]);
+    found[i] = channel_for(evidence, evidence.recordings[r], role);
+    if (found[i] == nullptr) missing += (missing.empty() ? "" : ", ") + role;
+  }
+  if (missing.empty()) return found;
+  const std::size_t present = 3 - static_cast<std::size_t>(std::count(found.begin(), found.end(), nullptr));
+  if (present > 0)
+    problems.push_back(fmt::format("{}no channel for {}: all three of a triad are needed",
+                                   label(evidence, r).empty() ? "" : label(evidence, r) + ": ", missing));
+  return {};
+}
+
+void check(const std::array<const Channel*, 3>& channels, const Kind& kind, std::vector<std::string>& problems) {
+  for (const Channel* c : channels) {
+    if (c->kind != kind.quantity && c->kind != kind.increment && c->kind != QuantityKind::count)
+      problems.push_back(fmt::format("channel '{}' [{}] is {}; {} takes {}", c->name, c->unit.text(), name(c->kind),
+                                     kind.name, kind.units));
+    else if (c->kind != channels[0]->kind)
+      problems.push_back(fmt::format("channels '{}' [{}] and '{}' [{}] differ in kind", channels[0]->name,
+                                     channels[0]->unit.text(), c->name, c->unit.text()));
+    if (c->values.size() < fewest)
+      problems.push_back(fmt::format("channel '{}' has {}", c->name, say_count(c->values.size(), "sample")));
+    else if (c->values.size() != channels[0]->values.size())
+      problems.push_back(fmt::format("channels '{}' and '{}' differ in length", channels[0]->name, c->name));
+  }
+}
+
+/// An output that stays at its greatest value, three samples and more, far from its middle.
+void find_range(Triad& triad, int axis) {
+  std::vector<double> values;
+  for (const auto& v : triad.value)
+    if (std::isfinite(v[axis])) values.push_back(v[axis]);
+  if (values.empty()) return;
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const double lowest = *low, highest = *high, far = 0.25 * (highest - lowest);
+  std::size_t at_low = 0, at_high = 0, most_low = 0, most_high = 0;
+  for (const double v : values) {
+    at_low = v == lowest ? at_low + 1 : 0, most_low = std::max(most_low, at_low);
+    at_high = v == highest ? at_high + 1 : 0, most_high = std::max(most_high, at_high);
+  }
+  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2), values.end());
+  const double middle = values[values.size() / 2];
+  if (most_low >= 3 && middle - lowest > far) triad.lowest[axis] = lowest;
+  if (most_high >= 3 && highest - middle > far) triad.highest[axis] = highest;
+}
+
+Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, std::vector<std::string>& problems) {
+  Triad triad;
+  const Channel& first = *channels[0];
+  const Clock clock = clock_of(first);
+  if (clock.backward > 0)
+    problems.push_back(
+        fmt::format("channel '{}': the stamps run backwards at sample {}", first.name, clock.first_backward + 1));
+  if (!(clock.rate > 0.0)) {
+    problems.push_back(fmt::format("channel '{}': no sampling rate can be told from its stamps", first.name));
+    return triad;
+  }
+  triad.step = 1.0 / clock.rate;
+  const double scale = first.kind == kind.increment ? clock.rate : 1.0;
+  triad.counts = first.kind == QuantityKind::count;
+  const std::size_t n = first.values.size();
+  triad.time.resize(n), triad.value.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    triad.time[i] = clock.even ? first.time(0) + static_cast<double>(i) * triad.step : first.time(i);
+    for (std::size_t a = 0; a < 3; ++a) triad.value[i][static_cast<int>(a)] = scale * channels[a]->values[i];
+  }
+  for (const auto& gap : clock.gaps) triad.gaps.push_back(gap.after);
+  for (int a = 0; a < 3; ++a) {
+    triad.names[a] = channels[a]->name;
+    if (kind.quantity == QuantityKind::angular_rate) find_range(triad, a);
+  }
+  return triad;
+}
+
+/// Empty where the recording has none of that kind.
+Triad triad_in(const Evidence& evidence, std::size_t r, const Kind& kind, std::vector<std::string>& problems) {
+  const auto before = problems.size();
+  const auto channels = channels_of(evidence, r, kind, problems);
+  if (channels[0] == nullptr || problems.size() > before) return {};
+  check(channels, kind, problems);
+  return problems.size() > before ? Triad{} : triad_of(channels, kind, problems);
+}
+
+}  // namespace
+
+std::size_t Triad::index(double at) const {
+  return static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), at) - time.begin());
+}
+
+bool Triad::clipped(std::size_t sample) const {
+  for (int a = 0; a < 3; ++a)
+    if (value[sample][a] <= lowest[a] || value[sample][a] >= highest[a]) return true;
+  return false;
+}
+
+std::vector<Session> sessions_of(const Evidence& evidence) {
+  std::vector<std::string> problems;
+  std::vector<Session> sessions;
+  std::vector<Triad> lone;
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    Triad forces = triad_in(evidence, r, accelerometers, problems), rates = triad_in(evidence, r, gyros, problems);
+    if (!forces.empty())
+      sessions.push_back({label(evidence, r), std::move(forces), std::move(rates)});
+    else if (!rates.empty())
+      lone.push_back(std::move(rates));
+  }
+  for (auto& session : sessions)
+    if (session.gyro.empty() && !lone.empty()) session.gyro = std::move(lone.front()), lone.erase(lone.begin());
+  if (sessions.empty() && problems.empty())
+    problems.push_back(
+        "there are no accelerometers: channels accelerometer_x, _y, _z are needed, and gyro_x, _y, _z beside them");
+  for (const auto& session : sessions)
+    if (session.accelerometer.counts != sessions[0].accelerometer.counts ||
+        (!session.gyro.empty() && !sessions[0].gyro.empty() && session.gyro.counts != sessions[0].gyro.counts))
+      problems.push_back(session.where + ": recordings of one test must be in the same kind of unit");
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, std::move(problems));
+  return sessions;
+}
+
+}  // namespace tumble::methods::multi_position

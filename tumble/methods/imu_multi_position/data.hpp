@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+
+/// Calibration of an IMU without a table: moved by hand between rests.
+namespace tumble::methods::multi_position {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+inline constexpr std::array<char, 3> letters{'x', 'y', 'z'};
+
+/// Three channels of one kind. Sample i stands for [time[i], time[i + 1]).
+struct Triad {
+  std::array<std::string, 3> names;
+  std::vector<double> time;       ///< [s]
+  std::vector<Vector3d> value;    ///< [SI of the unit]; not finite: missing
+  std::vector<std::size_t> gaps;  ///< indices of the last samples before one
+  std::array<double, 3> lowest{-1e300, -1e300, -1e300}, highest{1e300, 1e300, 1e300};  ///< where gyros look clipped
+  double step = 0.0;                                                                   ///< [s] between samples
+  bool counts = false;  ///< raw, LSB; else m/s^2 or rad/s
+
+  bool empty() const { return value.empty(); }
+  /// First sample at or after that time.
+  std::size_t index(double at) const;
+  /// Any output of that sample at the end of its range.
+  bool clipped(std::size_t sample) const;
+};
+
+/// What was recorded in one go.
+struct Session {
+  std::string where;  ///< which recording; empty: there is only one
+  Triad accelerometer, gyro;
+};
+
+/// The triads of all recordings. A recording with accelerometers alone and one with gyros alone make one session.
+/// Throws Error::bad_data that lists every problem: missing or unfit channels, stamps that run backwards, no samples.
+std::vector<Session> sessions_of(const Evidence& evidence);
+
+}  // namespace tumble::methods::multi_position

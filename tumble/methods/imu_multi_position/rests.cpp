@@ -1,0 +1,254 @@
+#include "tumble/methods/imu_multi_position/rests.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/imu_multi_position/start.hpp"
+
+namespace tumble::methods::multi_position {
+namespace {
+
+struct Span {
+  double begin, end;
+};
+
+/// Variance about each sample over a window, summed over the axes; infinite near missing samples, gaps and ends.
+struct Quiet {
+  std::vector<double> variance;
+  double level = 0.0;  ///< of rest
+};
+
+std::size_t window_of(const Triad& triad, double seconds) {
+  const auto n = static_cast<std::size_t>(std::llround(seconds / triad.step));
+  return std::clamp<std::size_t>(n, 16, std::max<std::size_t>(16, triad.value.size() / 8));
+}
+
+std::vector<double> window_variance(const Triad& triad, std::size_t window) {
+  const std::size_t n = triad.value.size();
+  Vector3d middle = Vector3d::Zero();  // keeps the sums of squares small
+  double known = 0.0;
+  for (const auto& v : triad.value)
+    if (v.allFinite()) middle += v, known += 1.0;
+  middle /= std::max(known, 1.0);
+  std::vector<double> variance(n, std::numeric_limits<double>::infinity());
+  std::vector<char> bad(n, 0);
+  for (const std::size_t after : triad.gaps) bad[std::min(after + 1, n - 1)] = 1;
+  Vector3d sum = Vector3d::Zero();
+  double squares = 0.0;
+  std::size_t unfit = 0;
+  const auto put = [&](std::size_t i, double sign) {
+    const bool finite = triad.value[i].allFinite();
+    if (!finite || bad[i]) unfit += sign > 0.0 ? 1 : -1;
+    if (!finite) return;
+    const Vector3d v = triad.value[i] - middle;
+    sum += sign * v, squares += sign * v.squaredNorm();
+  };
+  const double w = static_cast<double>(window);
+  for (std::size_t i = 0; i < n; ++i) {
+    put(i, 1.0);
+    if (i >= window) put(i - window, -1.0);
+    if (i + 1 < window) continue;
+    const double v = (squares - sum.squaredNorm() / w) / (w - 1.0);
+    if (unfit == 0) variance[i + 1 - window + window / 2] = std::max(v, 0.0);
+  }
+  return variance;
+}
+
+/// Variance of an output that goes to and fro between two steps of its resolution: what cannot be told from rest.
+double variance_of_step(const Triad& triad) {
+  double sum = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    double step = std::numeric_limits<double>::infinity(), size = 0.0;
+    for (std::size_t i = 1; i < triad.value.size(); ++i) {
+      const double change = std::abs(triad.value[i][axis] - triad.value[i - 1][axis]);
+      size = std::max(size, change);
+      if (change > 1e-9 * size && change < step) step = change;
+    }
+    if (std::isfinite(step)) sum += 0.25 * step * step;
+  }
+  return sum;
+}
+
+Quiet quiet_of(const std::vector<Session>& sessions, std::size_t s, bool gyro, const RestOptions& options) {
+  const Triad& triad = gyro ? sessions[s].gyro : sessions[s].accelerometer;
+  const std::size_t window = window_of(triad, options.window);
+  Quiet quiet{window_variance(triad, window), 0.0};
+  std::vector<double> blocks;
+  double scale = 0.0;
+  const double until = options.initial_rest > 0.0 ? triad.time.front() + options.initial_rest : triad.time.back();
+  for (std::size_t i = window / 2; i < quiet.variance.size() && triad.time[i] <= until; i += window)
+    if (std::isfinite(quiet.variance[i])) blocks.push_back(quiet.variance[i]);
+  for (const double v : quiet.variance)
+    if (std::isfinite(v)) scale = std::max(scale, v);
+  if (blocks.empty()) return quiet;
+  const std::size_t fifth = options.initial_rest > 0.0 ? blocks.size() / 2 : blocks.size() / 5;
+  std::nth_element(blocks.begin(), blocks.begin() + static_cast<long>(fifth), blocks.end());
+  quiet.level = std::max({blocks[fifth], 1e-12 * scale, variance_of_step(triad)});
+  return quiet;
+}
+
+std::vector<Span> spans_of(const Triad& triad, const Quiet& quiet, double multiplier) {
+  std::vector<Span> spans;
+  const double bound = multiplier * quiet.level;
+  bool inside = false;
+  for (std::size_t i = 0; i < quiet.variance.size(); ++i) {
+    const bool still = quiet.variance[i] <= bound;
+    if (still && !inside) spans.push_back({triad.time[i], triad.time[i]});
+    if (still) spans.back().end = triad.time[i];
+    inside = still;
+  }
+  return spans;
+}
+
+std::vector<Span> both(const std::vector<Span>& a, const std::vector<Span>& b) {
+  std::vector<Span> out;
+  for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+    const Span s{std::max(a[i].begin, b[j].begin), std::min(a[i].end, b[j].end)};
+    if (s.end > s.begin) out.push_back(s);
+    (a[i].end < b[j].end ? i : j) += 1;
+  }
+  return out;
+}
+
+Vector3d mean_of(const Triad& triad, double begin, double end, std::size_t& samples) {
+  Vector3d sum = Vector3d::Zero();
+  const std::size_t first = triad.index(begin), last = triad.index(end);
+  for (std::size_t i = first; i < last; ++i) sum += triad.value[i];
+  samples = last - first;
+  return sum / static_cast<double>(std::max<std::size_t>(samples, 1));
+}
+
+using Quiets = std::vector<std::array<Quiet, 2>>;
+
+std::vector<Rest> rests_at(const std::vector<Session>& sessions, const Quiets& quiets, double multiplier,
+                           const RestOptions& options) {
+  std::vector<Rest> rests;
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const Session& session = sessions[s];
+    auto spans = spans_of(session.accelerometer, quiets[s][0], multiplier);
+    if (!session.gyro.empty()) spans = both(spans, spans_of(session.gyro, quiets[s][1], multiplier));
+    for (const Span& span : spans) {
+      if (span.end - span.begin < options.least) continue;
+      Rest rest{.session = s, .begin = span.begin, .end = span.end};
+      rest.force = mean_of(session.accelerometer, span.begin, span.end, rest.samples);
+      if (!session.gyro.empty()) rest.rate = mean_of(session.gyro, span.begin, span.end, rest.gyro_samples);
+      if (rest.samples >= 8) rests.push_back(std::move(rest));
+    }
+  }
+  return rests;
+}
+
+bool same_pose(const Rest& a, const Rest& b, const Linear& of) {
+  if (a.session != b.session || b.begin - a.end > 2.0) return false;
+  const Matrix3d inverse = of.matrix.inverse();
+  const Vector3d first = inverse * (a.force - of.bias), second = inverse * (b.force - of.bias);
+  return (first.normalized() - second.normalized()).norm() < 0.02;  // a degree: nobody turns it by less on purpose
+}
+
+void mark_parts(std::vector<Rest>& rests, const Linear& of) {
+  std::size_t kept = 0;
+  for (std::size_t k = 1; k < rests.size(); ++k) {
+    if (!same_pose(rests[kept], rests[k], of)) {
+      kept = k;
+      continue;
+    }
+    const bool longer = rests[k].end - rests[k].begin > rests[kept].end - rests[kept].begin;
+    rests[longer ? kept : k].why_not = "a bump parts it from a longer rest in the same pose";
+    if (longer) kept = k;
+  }
+}
+
+/// Second half minus first half of a rest.
+Vector3d drift_of(const Triad& triad, const Rest& rest) {
+  const double middle = 0.5 * (rest.begin + rest.end);
+  std::size_t n = 0;
+  return mean_of(triad, middle, rest.end, n) - mean_of(triad, rest.begin, middle, n);
+}
+
+void mark_drifting(const std::vector<Session>& sessions, const Densities& noise, std::vector<Rest>& rests) {
+  std::vector<double> sizes, sorted;
+  for (const Rest& rest : rests) {
+    const Vector3d sd = (4.0 * noise.force / (rest.end - rest.begin)).cwiseSqrt().cwiseMax(1e-300);
+    sizes.push_back(drift_of(sessions[rest.session].accelerometer, rest).cwiseQuotient(sd).norm());
+  }
+  sorted = sizes;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
+  const double bound = std::max(8.0, 8.0 * sorted[sorted.size() / 2]);  // sqrt(3) for noise alone
+  for (std::size_t k = 0; k < rests.size(); ++k)
+    if (rests[k].used() && sizes[k] > bound) rests[k].why_not = "the output drifts in it";
+}
+
+/// Sums of squares of block means about the mean of their rest.
+void add_blocks(const Triad& triad, const Rest& rest, double block, Vector3d& squares, double& degrees) {
+  const double length = rest.end - rest.begin;
+  const auto blocks = static_cast<std::size_t>(std::floor(length / block));
+  if (blocks < 2) return;
+  std::size_t n = 0;
+  std::vector<Vector3d> means;
+  Vector3d mean = Vector3d::Zero();
+  for (std::size_t b = 0; b < blocks; ++b) {
+    const double at = rest.begin + static_cast<double>(b) * block;
+    means.push_back(mean_of(triad, at, at + block, n));
+    mean += means.back() / static_cast<double>(blocks);
+  }
+  for (const auto& m : means) squares += (m - mean).cwiseAbs2();
+  degrees += static_cast<double>(blocks - 1);
+}
+
+/// A quarter of the shortest rest, and not a few samples.
+double block_of(const std::vector<Session>& sessions, const RestOptions& options) {
+  double step = sessions[0].accelerometer.step;
+  for (const auto& session : sessions)
+    step = std::max({step, session.accelerometer.step, session.gyro.empty() ? 0.0 : session.gyro.step});
+  return std::max(0.25 * options.least, 8.0 * step);
+}
+
+Densities densities_of(const std::vector<Session>& sessions, const std::vector<Rest>& rests,
+                       const RestOptions& options) {
+  Densities out;
+  const double block = block_of(sessions, options);
+  double gyro_degrees = 0.0;
+  for (const Rest& rest : rests) {
+    if (!rest.used()) continue;
+    const Session& session = sessions[rest.session];
+    add_blocks(session.accelerometer, rest, block, out.force, out.degrees_of_freedom);
+    if (!session.gyro.empty()) add_blocks(session.gyro, rest, block, out.rate, gyro_degrees);
+  }
+  out.force *= block / std::max(out.degrees_of_freedom, 1.0);
+  out.rate *= block / std::max(gyro_degrees, 1.0);
+  return out;
+}
+
+}  // namespace
+
+Rests find_rests(const std::vector<Session>& sessions, const RestOptions& options, double gravity) {
+  Quiets quiets(sessions.size());
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    quiets[s][0] = quiet_of(sessions, s, false, options);
+    if (!sessions[s].gyro.empty()) quiets[s][1] = quiet_of(sessions, s, true, options);
+  }
+  Rests best;
+  double least = std::numeric_limits<double>::infinity();
+  Linear start;
+  for (const double multiplier : {2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 25.0, 40.0}) {
+    auto rests = rests_at(sessions, quiets, multiplier, options);
+    std::vector<Vector3d> means;
+    for (const Rest& rest : rests) means.push_back(rest.force);
+    const auto sphere = fit_sphere(means, gravity);
+    if (sphere) ++best.tried;
+    const bool better = sphere ? sphere->log_determinant < least
+                               : least == std::numeric_limits<double>::infinity() && rests.size() > best.all.size();
+    if (!better) continue;
+    if (sphere) least = sphere->log_determinant, start = sphere->accelerometer;
+    best.all = std::move(rests), best.multiplier = multiplier;
+  }
+  if (least == std::numeric_limits<double>::infinity()) return best;
+  mark_parts(best.all, start);
+  best.noise = densities_of(sessions, best.all, options);
+  mark_drifting(sessions, best.noise, best.all);
+  best.noise = densities_of(sessions, best.all, options);
+  return best;
+}
+
+}  // namespace tumble::methods::multi_position
