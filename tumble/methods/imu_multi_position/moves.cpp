@@ -98,7 +98,8 @@ Turn turn_of(const Triad& gyro, const Move& move, const Calibration& calibration
   turn.turned.fill(Matrix3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     const double dt = gyro.time[move.first + i + 1] - gyro.time[move.first + i];
-    const Vector3d d = angle[i + 1] - dt * (turn.rotation.transpose() * earth);
+    const Vector3d seen = turn.rotation.transpose() * earth;  // and half a sample on: seen + seen x angle/2
+    const Vector3d d = angle[i + 1] - dt * (seen + 0.5 * seen.cross(angle[i + 1]));
     const Matrix3d next = turn.rotation * turned_by(d + d.cross(angle[i + 2] - angle[i]) / 24.0);
     const Matrix3d middle = 0.5 * (turn.rotation + next);
     for (int j = 0; j < 3; ++j) {
