@@ -53,7 +53,10 @@ std::array<Tilt, 3> list_of(const Tilts& tilts, const Settings& rig) {
 Table positions_table(const Plan& plan, const Summaries& segments) {
   const Unit pulse = Unit::parse("pulse"), deg = Unit::parse("deg");
   const bool measured = std::ranges::none_of(segments[gyro], [](const auto& s) { return std::isnan(s.measured); });
-  Table table{"positions", "counts of each stay and rotation, over the time used", {}, {}};
+  Table table{"positions",
+              "counts of each stay and rotation over the time used; predicted without what rig_errors lists",
+              {},
+              {}};
   table.columns = {{"label", Unit()}};
   const auto axes = axes_of(plan);
   std::vector<std::vector<double>> angles;
