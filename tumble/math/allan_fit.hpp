@@ -32,6 +32,7 @@ struct FittedTerm {
   double chance = 1.0;              ///< probability of so much if the term were absent, by z or by improvement
   double degrees_of_freedom = 0.0;  ///< for a Student interval of the coefficient itself (the root)
   double upper_limit = 0.0;         ///< of the squared coefficient, 95 % one-sided [u^2]
+  double root_correction = 1.0;     ///< by which the root of `squared` is to be multiplied to be unbiased
 };
 
 struct AllanFit {

@@ -6,6 +6,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -28,13 +29,19 @@ std::vector<Option> options() {
        {"auto", "even", "stamps"},
        "even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only the stamps are "
        "late"},
+      {"estimator",
+       Type::word,
+       "1",
+       "likelihood",
+       {"likelihood", "allan"},
+       "likelihood: maximum likelihood of the record itself; allan: least squares on the Allan variances"},
       {"confidence", Type::quantity, "1", "0.95", {}, "of the band about the deviation, two-sided"},
       {"points_per_decade",
        Type::quantity,
        "1",
        "10",
        {},
-       "averaging times on the curve; the fit uses octaves of them"},
+       "averaging times on the curve; estimator allan fits octaves of them"},
       {"longest_fraction",
        Type::quantity,
        "1",
@@ -46,7 +53,8 @@ std::vector<Option> options() {
        "s",
        "",
        {},
-       "shortest averaging time the terms are fitted to: beyond filters in the instrument"},
+       "shortest averaging time the terms are fitted to, frequencies up to 1/(2 tau): beyond filters in the "
+       "instrument"},
       {"fit_to", Type::quantity, "s", "", {}, "longest averaging time the terms are fitted to"},
       {"significance",
        Type::quantity,
@@ -55,41 +63,6 @@ std::vector<Option> options() {
        {},
        "a term stays if chance gives it with less than this probability"},
   };
-}
-
-/// Points of the curve that are fitted.
-std::vector<AllanObservation> observations(const std::vector<DeviationPoint>& curve, const Settings& settings) {
-  std::vector<AllanObservation> within;
-  for (const auto& point : curve)
-    if (!(settings.has("fit_from") && point.tau < settings.number("fit_from")) &&
-        !(settings.has("fit_to") && point.tau > settings.number("fit_to")))
-      within.push_back({point.factor, point.deviation * point.deviation, point.count});
-  return thinned(within);
-}
-
-/// A trend and the noise about it, where the trend stands out of that noise; else the noise of the record as it is.
-/// The noise about a line looks smaller than it is until what the line took is put back: if the trend does not stand
-/// out even so, it never will.
-void fit(const EvenSignal& signal, const AllanOptions& curve, const Settings& settings, ChannelNoise& result) {
-  AllanFitOptions how;
-  how.significance = settings.number("significance");
-  result.used = observations(result.curve, settings);
-  result.fit = fit_allan_and_markov(result.used, result.samples, how);
-  constexpr double chance = 0.0027;  // 3 sigma
-  AllanFit about = result.fit;
-  std::vector<AllanObservation> used;
-  result.ramp = estimate_ramp(signal.values, signal.rate, about);
-  for (int round = 0; round < 3; ++round) {
-    const auto level = levelled(signal.values, signal.rate, result.ramp.slope);
-    used = observations(overlapping_allan(level, signal.rate, curve), settings);
-    if (round > 0) used = without_ramp(used, signal.rate, result.ramp);
-    about = fit_allan_and_markov(used, result.samples, how);
-    result.ramp = estimate_ramp(signal.values, signal.rate, about);
-    if (result.ramp.chance > chance) return;
-  }
-  result.ramp.kept = true;
-  result.used = used;
-  result.fit = about;
 }
 
 /// Deviation curve and fit of one stretch. What stands in its way is said in `failure`.
@@ -111,7 +84,9 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
     const AllanOptions curve{settings.number("points_per_decade"), result.confidence,
                              settings.number("longest_fraction")};
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
-    fit(signal, curve, settings, result);
+    result.likelihood = settings.word("estimator") == "likelihood";
+    result.fit =
+        result.likelihood ? fit_likelihood(signal, settings) : fit_allan_curve(signal, result.curve, curve, settings);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.failure = error.what();

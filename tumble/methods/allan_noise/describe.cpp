@@ -39,64 +39,71 @@ std::string remedy(NoiseTerm term) {
   return "";
 }
 
-std::string ramp_unit(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "deg/h/h" : "ug/h"; }
-
-void add_parameters(const ChannelNoise& channel, Estimate& estimate, std::vector<double>& gain) {
-  for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
-    const FittedTerm& term = channel.fit.terms[t];
-    if (!term.kept) continue;
-    const TermWords said = words(term.unit.term, channel.kind);
-    const double value = coefficient(term.unit.term, term.squared, channel.rate);
-    estimate.parameters.push_back({channel.label + "." + said.name, said.symbol, Unit::parse(said.unit), value,
-                                   said.description, term.degrees_of_freedom});
-    gain.push_back(0.5 * value / term.squared);
-  }
-  if (!channel.fit.markov_time_covariance.empty()) {
-    const FittedTerm& markov = channel.fit.terms.back();
-    estimate.parameters.push_back({channel.label + ".markov_time", "T_c", Unit::parse("s"),
-                                   markov.unit.markov_time / channel.rate, "correlation time of the Gauss-Markov bias",
-                                   markov.degrees_of_freedom});
-    gain.push_back(1.0 / channel.rate);
-  }
-  if (!channel.ramp.kept) return;
-  estimate.parameters.push_back({channel.label + ".rate_ramp", "R", Unit::parse(ramp_unit(channel.kind)),
-                                 channel.ramp.slope, "straight trend of the bias", channel.ramp.degrees_of_freedom});
-  gain.push_back(1.0);
+/// "" for the first Gauss-Markov process, "_2" for the second and so on.
+std::string number_of(const NoiseFit& fit, std::size_t term) {
+  std::size_t before = 0;
+  for (std::size_t t = 0; t < term; ++t) before += fit.terms[t].unit.term == NoiseTerm::markov ? 1 : 0;
+  return before > 0 && fit.terms[term].unit.term == NoiseTerm::markov ? fmt::format("_{}", before + 1) : "";
 }
 
-/// Covariances of the coefficients, by the derivative of the root; channels are taken as independent.
-void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector<double>& gain, Estimate& estimate) {
-  estimate.covariance = Matrix(gain.size(), gain.size());
-  Contribution noise{"output noise", std::vector<double>(gain.size(), 0.0)};
-  Contribution shape{"departure of the curve from the terms", std::vector<double>(gain.size(), 0.0)};
+/// One parameter of a channel: where its variance stands in the fit's covariance, and its derivative by that.
+struct Source {
+  std::size_t index = 0;
+  double gain = 1.0;
+};
+
+/// Adds the terms that are kept and the correlation times; the ramp comes last and has no source.
+std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estimate) {
+  const NoiseFit& fit = channel.fit;
+  std::vector<Source> sources;
+  std::size_t process = 0;
+  for (std::size_t t = 0; t < fit.terms.size(); ++t) {
+    const FittedTerm& term = fit.terms[t];
+    if (!term.kept) continue;
+    const TermWords said = words(term.unit.term, channel.kind);
+    const std::string number = number_of(fit, t);
+    const double root = coefficient(term.unit.term, term.squared, channel.rate), value = root * term.root_correction;
+    estimate.parameters.push_back({channel.label + "." + said.name + number, said.symbol, Unit::parse(said.unit), value,
+                                   said.description, term.degrees_of_freedom});
+    sources.push_back({t, 0.5 * root / term.squared});
+    if (term.unit.term != NoiseTerm::markov) continue;
+    estimate.parameters.push_back({channel.label + ".markov_time" + number, "T_c", Unit::parse("s"),
+                                   term.unit.markov_time / channel.rate, "correlation time of the Gauss-Markov bias",
+                                   term.degrees_of_freedom});
+    sources.push_back({fit.terms.size() + process++, 1.0 / channel.rate});
+  }
+  if (fit.ramp.kept)
+    estimate.parameters.push_back({channel.label + ".rate_ramp", "R", Unit::parse(ramp_unit(channel.kind)),
+                                   fit.ramp.slope * channel.rate, "straight trend of the bias",
+                                   fit.ramp.degrees_of_freedom});
+  return sources;
+}
+
+/// Covariances by the derivative of the root; channels are taken as independent. The ramp is linear in the record, as
+/// the others are quadratic: not correlated with them.
+void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector<std::vector<Source>>& sources,
+                    Estimate& estimate) {
+  const std::size_t all = estimate.parameters.size();
+  estimate.covariance = Matrix(all, all);
+  Contribution noise{"output noise", std::vector<double>(all, 0.0)};
+  Contribution shape{"departure of the record from the terms", std::vector<double>(all, 0.0)};
   bool departs = false;
   std::size_t base = 0;
-  for (const auto& channel : channels) {
-    std::vector<std::size_t> kept;
-    for (std::size_t t = 0; t < channel.fit.terms.size(); ++t)
-      if (channel.fit.terms[t].kept) kept.push_back(t);
-    for (std::size_t a = 0; a < kept.size(); ++a) {
-      for (std::size_t b = 0; b < kept.size(); ++b)
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const NoiseFit& fit = channels[c].fit;
+    for (std::size_t a = 0; a < sources[c].size(); ++a) {
+      const Source& one = sources[c][a];
+      for (std::size_t b = 0; b < sources[c].size(); ++b)
         estimate.covariance(base + a, base + b) =
-            gain[base + a] * gain[base + b] * channel.fit.covariance(kept[a], kept[b]);
-      const double part = gain[base + a] * gain[base + a] * channel.fit.model_error_variance[kept[a]];
+            one.gain * sources[c][b].gain * fit.covariance(one.index, sources[c][b].index);
+      const double part = one.gain * one.gain * fit.model_error_variance[one.index];
       shape.variance[base + a] = part;
       noise.variance[base + a] = std::max(0.0, estimate.covariance(base + a, base + a) - part);
       departs = departs || part > 0.0;
     }
-    const auto& time = channel.fit.markov_time_covariance;
-    if (!time.empty()) {
-      const std::size_t at = base + kept.size();
-      for (std::size_t a = 0; a < kept.size(); ++a)
-        estimate.covariance(base + a, at) = estimate.covariance(at, base + a) =
-            gain[base + a] * gain[at] * time[kept[a]];
-      estimate.covariance(at, at) = noise.variance[at] = gain[at] * gain[at] * time.back();
-      ++base;
-    }
-    base += kept.size();
-    if (!channel.ramp.kept) continue;
-    // Linear in the record, as the others are quadratic: not correlated with them.
-    estimate.covariance(base, base) = noise.variance[base] = channel.ramp.sd * channel.ramp.sd;
+    base += sources[c].size();
+    if (!fit.ramp.kept) continue;
+    estimate.covariance(base, base) = noise.variance[base] = std::pow(fit.ramp.sd * channels[c].rate, 2);
     ++base;
   }
   estimate.budget.push_back(std::move(noise));
@@ -111,7 +118,8 @@ std::string decision(const FittedTerm& term) {
 }
 
 void add_rows(const ChannelNoise& channel, Table& table) {
-  for (const FittedTerm& term : channel.fit.terms) {
+  for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
+    const FittedTerm& term = channel.fit.terms[t];
     const TermWords said = words(term.unit.term, channel.kind);
     const auto of = [&](double squared) {
       return shown(coefficient(term.unit.term, std::max(squared, 0.0), channel.rate), said.unit);
@@ -119,16 +127,17 @@ void add_rows(const ChannelNoise& channel, Table& table) {
     const double sd = 0.5 * term.squared_sd / std::sqrt(std::max(term.squared, term.squared_sd)) *
                       coefficient(term.unit.term, 1.0, channel.rate);
     const auto digits = [](double value, double scale) { return std::round(value * scale) / scale; };
-    table.rows.push_back({channel.label, said.name, said.symbol, of(term.squared), shown(sd, said.unit),
-                          digits(term.z, 100.0), digits(term.improvement, 10.0), of(term.upper_limit), decision(term)});
+    table.rows.push_back({channel.label, said.name + number_of(channel.fit, t), said.symbol, of(term.squared),
+                          shown(sd, said.unit), digits(term.z, 100.0), digits(term.improvement, 10.0),
+                          of(term.upper_limit), decision(term)});
   }
-  const Ramp& ramp = channel.ramp;
+  const NoiseRamp& ramp = channel.fit.ramp;
   const std::string unit = ramp_unit(channel.kind);
-  const double z = ramp.slope / ramp.sd,
-               limit = std::abs(ramp.slope) + student_quantile(0.975, ramp.degrees_of_freedom) * ramp.sd;
+  const double z = ramp.slope / ramp.sd, slope = ramp.slope * channel.rate, sd = ramp.sd * channel.rate,
+               limit = std::abs(slope) + student_quantile(0.975, ramp.degrees_of_freedom) * sd;
   table.rows.push_back(
-      {channel.label, "rate_ramp", "R", shown(ramp.slope, unit), shown(ramp.sd, unit), std::round(100.0 * z) / 100.0,
-       "", shown(limit, unit),
+      {channel.label, "rate_ramp", "R", shown(slope, unit), shown(sd, unit), std::round(100.0 * z) / 100.0, "",
+       shown(limit, unit),
        fmt::format("{}: chance alone gives this in {:.2g} %", ramp.kept ? "kept" : "left out", 100.0 * ramp.chance)});
 }
 
@@ -207,27 +216,31 @@ Findings merged(const Findings& findings) {
 
 /// Where the curve leaves the terms: the greatest departure in units of its statistical sd, and what makes such a bump.
 void add_departure(const ChannelNoise& channel, Findings& findings) {
-  const AllanFit& fit = channel.fit;
+  const NoiseFit& fit = channel.fit;
   if (fit.model_error == 0.0) return;
-  std::size_t worst = 0;
-  for (std::size_t i = 0; i < fit.residual.size(); ++i)
-    if (std::abs(fit.residual[i]) / fit.residual_sd[i] > std::abs(fit.residual[worst]) / fit.residual_sd[worst])
-      worst = i;
-  const double tau = static_cast<double>(channel.used[worst].factor) / channel.rate;
-  const double above = std::sqrt(std::max(0.0, 1.0 + fit.residual[worst])) - 1.0;
+  const auto departure = [](const NoiseResidual& one) { return std::abs(one.ratio - 1.0) / one.sd; };
+  const NoiseResidual& worst =
+      *std::max_element(fit.residuals.begin(), fit.residuals.end(),
+                        [&](const NoiseResidual& a, const NoiseResidual& b) { return departure(a) < departure(b); });
+  const double tau = 0.5 / worst.frequency / channel.rate;
+  const double above = std::sqrt(std::max(0.0, worst.ratio)) - 1.0;
   std::string message = fmt::format(
-      "the terms follow the deviation to {:.2g} % only (chi-square {:.3g} with {:g} degrees of freedom); intervals are "
+      "the terms follow the {} to {:.2g} % only (chi-square {:.3g} with {:g} degrees of freedom); intervals are "
       "widened to match. The greatest departure is {:+.2g} % at {}",
-      50.0 * fit.model_error, fit.chi_square, fit.degrees_of_freedom, 100.0 * above, say_seconds(tau));
+      channel.likelihood ? "noise" : "deviation", 50.0 * fit.model_error, fit.chi_square, fit.degrees_of_freedom,
+      100.0 * above, channel.likelihood ? fmt::format("{:.3g} Hz", 0.5 / tau) : say_seconds(tau));
   // A sine of frequency f lifts the deviation most at tau = 0.371/f, where tan x = 2 x with x = pi f tau.
   if (above > 0.0)
-    message += fmt::format(": a vibration or a periodic disturbance near {:.2g} Hz does that", 0.371 / tau);
+    message += fmt::format(": a vibration or a periodic disturbance near {:.2g} Hz does that",
+                           (channel.likelihood ? 0.5 : 0.371) / tau);
   else
     message += ": a filter in the instrument, or motion at other times, does that";
   findings.push_back({Severity::warning, message, channel.label});
 }
 
 }  // namespace
+
+std::string ramp_unit(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "deg/h/h" : "ug/h"; }
 
 TermWords words(NoiseTerm term, QuantityKind kind) {
   const bool rate = kind == QuantityKind::angular_rate;
@@ -267,7 +280,7 @@ double coefficient(NoiseTerm term, double squared, double rate) {
 
 Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
   Estimate estimate;
-  std::vector<double> gain;
+  std::vector<std::vector<Source>> sources;
   std::vector<ChannelNoise> fitted;
   Table table{"terms", "noise terms tried on each channel", {}, {}};
   for (const char* name :
@@ -279,21 +292,18 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
       estimate.findings.push_back({Severity::error, channel.failure, channel.label});
       continue;
     }
-    std::vector<AllanObservation> used;
-    for (const auto& point : channel.curve) used.push_back({point.factor, point.deviation, point.count});
-    used = thinned(used);
-    add_parameters(channel, estimate, gain);
+    sources.push_back(add_parameters(channel, estimate));
     add_rows(channel, table);
     add_curves(channel, estimate.curves);
     add_departure(channel, estimate.findings);
     add_dropped(channel, estimate.findings);
-    estimate.fit.observations += channel.used.size();
+    estimate.fit.observations += channel.fit.residuals.size();
     estimate.fit.degrees_of_freedom += channel.fit.degrees_of_freedom;
     estimate.fit.chi_square += channel.fit.chi_square;
     estimate.fit.condition = std::max(estimate.fit.condition, channel.fit.condition);
     fitted.push_back(channel);
   }
-  add_covariance(fitted, gain, estimate);
+  add_covariance(fitted, sources, estimate);
   estimate.tables.push_back(std::move(table));
   estimate.findings = merged(estimate.findings);
   return estimate;

@@ -6,8 +6,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/allan.hpp"
-#include "tumble/math/allan_fit.hpp"
-#include "tumble/methods/allan_noise/ramp.hpp"
+#include "tumble/math/noise_likelihood.hpp"
 
 namespace tumble {
 
@@ -19,9 +18,8 @@ struct ChannelNoise {
   std::size_t samples = 0;
   double confidence = 0.95;  ///< of the band
   std::vector<DeviationPoint> curve;
-  std::vector<AllanObservation> used;  ///< points of the curve that were fitted
-  AllanFit fit;
-  Ramp ramp;
+  bool likelihood = true;  ///< which estimator gave the fit
+  NoiseFit fit;
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };
@@ -31,6 +29,7 @@ struct TermWords {
   std::string name, symbol, unit, description;
 };
 TermWords words(NoiseTerm term, QuantityKind kind);
+std::string ramp_unit(QuantityKind kind);
 
 /// A squared coefficient [u^2] as the coefficient itself in SI: Q = T sqrt(c), N = sqrt(c T), B = sqrt(c), K =
 /// sqrt(c/T).

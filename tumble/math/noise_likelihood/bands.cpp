@@ -1,0 +1,404 @@
+#include "tumble/math/noise_likelihood/bands.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using std::numbers::pi;
+using Fft = Eigen::FFT<double>;
+
+constexpr std::size_t most_values = 16384;  ///< of the slow part
+constexpr int widest_block = 16;
+constexpr std::size_t single_ordinates = 32;
+constexpr double band_width = 0.03;  ///< relative
+
+// ---- what is expected ----------------------------------------------------------------------------------------------
+
+/// Second difference of t^2 ln t at t and steps of 1, where it is smooth: by its series beyond t = 16.
+double second_difference(double t) {
+  const auto f = [](double x) { return x == 0.0 ? 0.0 : x * x * std::log(std::abs(x)); };
+  if (t < 16.0) return f(t + 1.0) - 2.0 * f(t) + f(t - 1.0);
+  const double u = 1.0 / (t * t);
+  return 2.0 * std::log(t) + 3.0 - u * (1.0 / 6.0 + u * (1.0 / 30.0 + u / 84.0));
+}
+
+/// Fourth difference of the same.
+double fourth_difference(double t) {
+  if (t < 16.0) return second_difference(t + 1.0) - 2.0 * second_difference(t) + second_difference(std::abs(t - 1.0));
+  const double u = 1.0 / (t * t);
+  return -u * (2.0 + u * (2.0 + u * (3.0 + u * 17.0 / 3.0)));
+}
+
+/// Covariance at lag h of means over `unit` samples (generalised where the term has no variance).
+double mean_covariance(NoiseTerm term, double unit, int h) {
+  switch (term) {
+    case NoiseTerm::quantization:
+      return (h == 0 ? 2.0 : h == 1 ? -1.0 : 0.0) / (unit * unit);
+    case NoiseTerm::white:
+      return h == 0 ? 1.0 / unit : 0.0;
+    case NoiseTerm::flicker:
+      return -second_difference(h) / (2.0 * pi);
+    case NoiseTerm::random_walk: {
+      const auto cube = [](int x) { return std::pow(std::abs(x), 3); };
+      return -unit * (cube(h + 1) - 2.0 * cube(h) + cube(h - 1)) / 12.0;
+    }
+    case NoiseTerm::markov:
+      break;
+  }
+  return 0.0;
+}
+
+/// Means over r = unit/T_c of a Gauss-Markov process of unit variance: variance, covariance of neighbours, and what is
+/// left of it one unit on.
+struct MarkovMeans {
+  explicit MarkovMeans(double r) : decay(std::exp(-r)) {
+    const double gone = -std::expm1(-r);
+    next = gone * gone / (r * r);
+    if (r < 0.02) {
+      // 2 (r - 1 + exp(-r))/r^2 and, without cancellation, that less `next`.
+      variance = 1.0 - r / 3.0 + r * r / 12.0 - r * r * r / 60.0;
+      drop = r * (2.0 / 3.0 - r * (0.5 - r * (7.0 / 30.0 - r / 12.0)));
+    } else {
+      variance = 2.0 * (r - gone) / (r * r);
+      drop = variance - next;
+    }
+  }
+  double decay, variance, next, drop;
+};
+
+/// sum_i w_i w_{i+h} of the weights of cosine `order`.
+const std::vector<double>& cosine_products(int radix, int order) {
+  static const auto table = [] {
+    std::vector<std::vector<std::vector<double>>> all(widest_block + 1);
+    for (int p = 2; p <= widest_block; ++p)
+      for (int k = 0; k < p; ++k) {
+        std::vector<double> products(static_cast<std::size_t>(p), 0.0);
+        for (int h = 0; h < p; ++h)
+          for (int i = 0; i + h < p; ++i)
+            products[static_cast<std::size_t>(h)] +=
+                2.0 / p * std::cos(pi * k * (i + 0.5) / p) * std::cos(pi * k * (i + h + 0.5) / p);
+        all[static_cast<std::size_t>(p)].push_back(products);
+      }
+    return all;
+  }();
+  return table[static_cast<std::size_t>(radix)][static_cast<std::size_t>(order)];
+}
+
+NoiseBand cosine_band(double unit, int radix, int order) {
+  NoiseBand band;
+  band.frequency = order / (2.0 * radix * unit);
+  band.unit = unit;
+  band.radix = radix;
+  band.order = order;
+  const auto& products = cosine_products(radix, order);
+  for (std::size_t t = 0; t < power_law_terms.size(); ++t)
+    for (int h = 0; h < radix; ++h)
+      band.expected[t] +=
+          (h == 0 ? 1.0 : 2.0) * products[static_cast<std::size_t>(h)] * mean_covariance(power_law_terms[t], unit, h);
+  double ramp = 0.0;
+  for (int i = 0; i < radix; ++i) ramp += std::sqrt(2.0 / radix) * std::cos(pi * order * (i + 0.5) / radix) * i * unit;
+  band.ramp_square = ramp * ramp;
+  return band;
+}
+
+// ---- fast scales ---------------------------------------------------------------------------------------------------
+
+struct Cosines {
+  explicit Cosines(int p) : radix(p) {
+    for (int k = 0; k < p; ++k)
+      for (int i = 0; i < p; ++i) weight[i][k] = std::sqrt(2.0 / p) * std::cos(pi * k * (i + 0.5) / p);
+  }
+  int radix;
+  double weight[widest_block][widest_block];
+};
+
+/// Sums over blocks of the contrasts and of their squares.
+struct Sums {
+  double first[widest_block] = {}, second[widest_block] = {};
+  double count = 0.0;
+};
+
+/// Cosine transform of 16 values: odd orders from differences of opposite values, even ones from their sums, twice.
+void transform16(const Cosines& cosines, const double* y, double* out) {
+  double e[8], o[8], ee[4], eo[4], odd[8] = {}, two[4] = {}, four[4] = {};
+  for (int i = 0; i < 8; ++i) {
+    e[i] = y[i] + y[15 - i];
+    o[i] = y[i] - y[15 - i];
+  }
+  for (int i = 0; i < 4; ++i) {
+    ee[i] = e[i] + e[7 - i];
+    eo[i] = e[i] - e[7 - i];
+  }
+  for (int i = 0; i < 8; ++i)
+    for (int k = 0; k < 8; ++k) odd[k] += cosines.weight[i][2 * k + 1] * o[i];
+  for (int i = 0; i < 4; ++i)
+    for (int k = 0; k < 4; ++k) {
+      two[k] += cosines.weight[i][4 * k + 2] * eo[i];
+      four[k] += cosines.weight[i][4 * k] * ee[i];
+    }
+  for (int k = 0; k < 8; ++k) out[2 * k + 1] = odd[k];
+  for (int k = 0; k < 4; ++k) {
+    out[4 * k + 2] = two[k];
+    out[4 * k] = four[k];
+  }
+}
+
+void transform(const Cosines& cosines, const double* y, double* out) {
+  const int p = cosines.radix;
+  if (p == 16) return transform16(cosines, y, out);
+  for (int k = 0; k < p; ++k) out[k] = 0.0;
+  for (int i = 0; i < p; ++i)
+    for (int k = 0; k < p; ++k) out[k] += cosines.weight[i][k] * y[i];
+}
+
+/// Mean of what is there; NaN if more than half is missing.
+double mean_of_rest(const double* y, int p) {
+  double sum = 0.0;
+  int count = 0;
+  for (int i = 0; i < p; ++i)
+    if (!std::isnan(y[i])) {
+      sum += y[i];
+      ++count;
+    }
+  return 2 * count >= p ? sum / count : std::nan("");
+}
+
+/// Blocks first .. last - 1 of `values`.
+Sums transform_blocks(const Cosines& cosines, std::span<const double> values, std::size_t first, std::size_t last,
+                      std::vector<double>& means) {
+  Sums sums;
+  const auto p = static_cast<std::size_t>(cosines.radix);
+  const double to_mean = std::sqrt(0.5 / static_cast<double>(p));
+  for (std::size_t b = first; b < last; ++b) {
+    const double* y = values.data() + b * p;
+    double x[widest_block];
+    transform(cosines, y, x);
+    if (std::isnan(x[0])) {
+      means[b] = mean_of_rest(y, cosines.radix);
+      continue;
+    }
+    means[b] = x[0] * to_mean;
+    for (std::size_t k = 0; k < p; ++k) {
+      sums.first[k] += x[k];
+      sums.second[k] += x[k] * x[k];
+    }
+    ++sums.count;
+  }
+  return sums;
+}
+
+int next_radix(std::size_t values) {
+  if (values / widest_block >= most_values / 2) return widest_block;
+  int radix = 2;
+  while (values / static_cast<std::size_t>(radix) > most_values) radix *= 2;
+  return radix;
+}
+
+void add(const Sums& more, Sums& sums) {
+  for (int k = 0; k < widest_block; ++k) {
+    sums.first[k] += more.first[k];
+    sums.second[k] += more.second[k];
+  }
+  sums.count += more.count;
+}
+
+/// Takes the contrasts of one scale off; returns the values of the next.
+std::vector<double> fast_scale(std::span<const double> values, double unit, NoiseBands& result) {
+  const int radix = next_radix(values.size());
+  const Cosines cosines(radix);
+  const std::size_t blocks = values.size() / static_cast<std::size_t>(radix);
+  std::vector<double> means(blocks);
+  Sums whole;
+  for (std::size_t part = 0; part < NoiseBands::parts; ++part) {
+    const Sums sums = transform_blocks(cosines, values, blocks * part / NoiseBands::parts,
+                                       blocks * (part + 1) / NoiseBands::parts, means);
+    add(sums, whole);
+    if (unit > 1.0) continue;
+    double square = 0.0;
+    for (int k = 1; k < radix; ++k) square += sums.second[k];
+    result.part_count.push_back(sums.count * (radix - 1));
+    result.part_mean_square.push_back(square / std::max(1.0, result.part_count.back()));
+  }
+  for (int k = 1; k < radix; ++k) {
+    NoiseBand band = cosine_band(unit, radix, k);
+    band.count = whole.count;
+    if (whole.count == 0.0) continue;
+    band.mean_square = whole.second[k] / whole.count;
+    band.with_ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0) * whole.first[k] / whole.count;
+    result.bands.push_back(band);
+  }
+  return means;
+}
+
+// ---- slow part -----------------------------------------------------------------------------------------------------
+
+struct Run {
+  std::size_t first = 0, values = 0;
+};
+
+/// The greatest length up to n whose prime factors a fast transform bears.
+std::size_t smooth(std::size_t n) {
+  for (;; --n) {
+    std::size_t rest = n;
+    for (std::size_t p = 2; p <= 31; ++p)
+      while (rest % p == 0) rest /= p;
+    if (rest == 1) return n;
+  }
+}
+
+std::vector<Run> runs_without_gap(std::span<const double> values) {
+  std::vector<Run> runs;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    if (runs.empty() || runs.back().first + runs.back().values != i) runs.push_back({i, 0});
+    ++runs.back().values;
+  }
+  std::erase_if(runs, [](const Run& run) { return run.values < 2; });
+  for (Run& run : runs)
+    if (run.values > 64) run.values = smooth(run.values);
+  return runs;
+}
+
+/// sum_j x_j sin(pi j k/(n + 1)), k = 1 .. n.
+std::vector<double> sine_sums(Fft& fft, std::span<const double> x) {
+  const std::size_t n = x.size();
+  std::vector<double> odd(2 * (n + 1), 0.0);
+  for (std::size_t j = 0; j < n; ++j) {
+    odd[j + 1] = x[j];
+    odd[2 * n + 1 - j] = -x[j];
+  }
+  std::vector<std::complex<double>> transformed;
+  fft.fwd(transformed, odd);
+  std::vector<double> sums(n);
+  for (std::size_t k = 0; k < n; ++k) sums[k] = -0.5 * transformed[k + 1].imag();
+  return sums;
+}
+
+/// Variances of the sine coefficients of n differences under unit flicker,
+///   gamma_0 + 2 sum_h gamma_h ((1 - h/(n+1)) cos(h w_k) + sin(h w_k) cot(w_k)/(n+1)),   w_k = pi k/(n+1)
+std::vector<double> flicker_of_sines(Fft& fft, std::size_t n) {
+  std::vector<double> even(2 * (n + 1), 0.0), gamma(n, 0.0);
+  const double size = static_cast<double>(n + 1);
+  const double zero = fourth_difference(0.0) / (2.0 * pi);
+  for (std::size_t h = 1; h < n; ++h) {
+    gamma[h - 1] = fourth_difference(static_cast<double>(h)) / (2.0 * pi);
+    even[h] = even[2 * (n + 1) - h] = gamma[h - 1] * (1.0 - static_cast<double>(h) / size);
+  }
+  std::vector<std::complex<double>> cosines;
+  fft.fwd(cosines, even);
+  const auto sines = sine_sums(fft, gamma);
+  std::vector<double> variances(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double w = pi * static_cast<double>(k + 1) / size;
+    variances[k] = zero + cosines[k + 1].real() + 2.0 * sines[k] / (std::tan(w) * size);
+  }
+  return variances;
+}
+
+NoiseBand sine_band(double unit, std::size_t n, std::size_t k, double x, double flicker) {
+  NoiseBand band;
+  const double size = static_cast<double>(n + 1), w = pi * static_cast<double>(k + 1) / size;
+  const double rise = 2.0 - 2.0 * std::cos(w), edge = std::sin(w);
+  band.frequency = w / (2.0 * pi * unit);
+  band.count = 1.0;
+  band.mean_square = x * x;
+  // A ramp has differences of `unit`, whose coefficient is sqrt(2/(n + 1)) cot(w/2) for odd k + 1.
+  const double ramp = k % 2 == 0 ? unit * std::sqrt(2.0 / size) / std::tan(0.5 * w) : 0.0;
+  band.with_ramp = x * ramp;
+  band.ramp_square = ramp * ramp;
+  // Of quantization the covariance is the square of that of white noise but at both ends.
+  band.expected = {(rise * rise + 4.0 / size * edge * edge) / (unit * unit), rise / unit, flicker,
+                   unit * (2.0 / 3.0 + std::cos(w) / 3.0)};
+  band.unit = unit;
+  band.shortness = 1.0 / size;
+  return band;
+}
+
+void gather(const NoiseBand& one, NoiseBand& band) {
+  const double all = band.count + one.count, share = one.count / all;
+  const auto mean = [&](double& a, double b) { a += share * (b - a); };
+  mean(band.frequency, one.frequency);
+  mean(band.mean_square, one.mean_square);
+  mean(band.with_ramp, one.with_ramp);
+  mean(band.ramp_square, one.ramp_square);
+  mean(band.shortness, one.shortness);
+  for (std::size_t t = 0; t < band.expected.size(); ++t) mean(band.expected[t], one.expected[t]);
+  band.count = all;
+}
+
+void slow_part(std::span<const double> values, double unit, NoiseBands& result) {
+  Fft fft;
+  fft.SetFlag(Fft::HalfSpectrum);
+  std::vector<NoiseBand> sines;
+  for (const Run& run : runs_without_gap(values)) {
+    const std::size_t n = run.values - 1;
+    std::vector<double> differences(n);
+    for (std::size_t j = 0; j < n; ++j) differences[j] = values[run.first + j + 1] - values[run.first + j];
+    const auto sums = sine_sums(fft, differences);
+    const auto flicker = flicker_of_sines(fft, n);
+    const double scale = std::sqrt(2.0 / static_cast<double>(n + 1));
+    for (std::size_t k = 0; k < n; ++k) sines.push_back(sine_band(unit, n, k, scale * sums[k], flicker[k]));
+  }
+  std::stable_sort(sines.begin(), sines.end(),
+                   [](const NoiseBand& a, const NoiseBand& b) { return a.frequency < b.frequency; });
+  if (sines.empty() && result.bands.empty())
+    throw Error(Error::Kind::bad_data, "no two neighbouring samples: nothing to tell noise by");
+  std::size_t index = 0;
+  double first = 0.0;
+  for (const NoiseBand& one : sines) {
+    if (index++ < single_ordinates || one.frequency > first * (1.0 + band_width)) {
+      result.bands.push_back(one);
+      first = one.frequency;
+    } else {
+      gather(one, result.bands.back());
+    }
+    result.ordinates.push_back({one.frequency, one.mean_square, result.bands.size() - 1});
+  }
+}
+
+}  // namespace
+
+NoiseBands::NoiseBands(std::span<const double> rate) : samples(rate.size()) {
+  double unit = 1.0;
+  std::vector<double> values;
+  while (rate.size() > most_values) {
+    const double times = next_radix(rate.size());
+    values = fast_scale(rate, unit, *this);
+    rate = values;
+    unit *= times;
+  }
+  slow_part(rate, unit, *this);
+}
+
+double expected_markov(const NoiseBand& band, double time) {
+  const MarkovMeans means(band.unit / time);
+  if (band.radix > 0) {
+    const auto& products = cosine_products(band.radix, band.order);
+    // Covariances less the variance, which weights that add up to zero do not see: no cancellation.
+    double sum = 0.0, below = -means.drop, covariance = means.next;
+    for (int h = 1; h < band.radix; ++h) {
+      sum += 2.0 * products[static_cast<std::size_t>(h)] * below;
+      below -= covariance * (1.0 - means.decay);
+      covariance *= means.decay;
+    }
+    return sum;
+  }
+  const double w = 2.0 * pi * band.frequency * band.unit, gone = 1.0 - means.decay;
+  const double beyond = means.next * gone * gone;  // minus the covariance of differences at lag 2
+  const double zero = 2.0 * means.drop, one = means.next * gone - means.drop;
+  const std::complex<double> z = std::polar(means.decay, w), turn = std::polar(1.0, 2.0 * w);
+  const std::complex<double> sum = turn / (1.0 - z), lags = turn * (2.0 - z) / ((1.0 - z) * (1.0 - z));
+  const double cotangent = std::abs(std::sin(w)) < 1e-12 ? 0.0 : std::cos(w) / std::sin(w);
+  const double first = (1.0 - band.shortness) * std::cos(w) + band.shortness * std::cos(w);
+  const double others = sum.real() - band.shortness * lags.real() + band.shortness * cotangent * sum.imag();
+  return zero + 2.0 * (one * first - beyond * others);
+}
+
+}  // namespace tumble
