@@ -62,6 +62,12 @@ std::vector<Option> options() {
        "0.01",
        {},
        "a term stays if chance gives it with less than this probability"},
+      {"wanted_sd",
+       Type::quantity,
+       "%",
+       "5 %",
+       {},
+       "relative uncertainty that table advice gives the length of record for"},
   };
 }
 
@@ -85,8 +91,10 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
                              settings.number("longest_fraction")};
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
     result.likelihood = settings.word("estimator") == "likelihood";
-    result.fit =
-        result.likelihood ? fit_likelihood(signal, settings) : fit_allan_curve(signal, result.curve, curve, settings);
+    if (result.likelihood)
+      fit_likelihood(signal, settings, result);
+    else
+      result.fit = fit_allan_curve(signal, result.curve, curve, settings);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.failure = error.what();
@@ -105,6 +113,7 @@ void check(const Settings& settings) {
   within("confidence", 0.0, 0.9999);
   within("longest_fraction", 0.0, 0.5);
   within("significance", 0.0, 1.0);
+  within("wanted_sd", 0.0, 1.0);
   if (settings.number("points_per_decade") != 0.0) within("points_per_decade", 0.99, 1000.0);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
@@ -121,7 +130,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   for (const auto& result : results)
     if (!result.failure.empty()) failures.push_back(result.label + ": " + result.failure);
   if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
-  Estimate estimate = describe_noise(results);
+  Estimate estimate = describe_noise(results, settings.number("wanted_sd"));
   estimate.method = "allan_noise";
   estimate.title = evidence.plan.title;
   return estimate;
@@ -152,7 +161,7 @@ Trial trial(std::uint64_t seed) {
 
 extern const Method allan_noise{
     .name = "allan_noise",
-    .summary = "noise terms of angular rate or specific force from the overlapping Allan deviation",
+    .summary = "noise terms of angular rate or specific force by maximum likelihood, beside the Allan deviation",
     .source = "IEEE Std 528 terms; NIST SP 1065 (2008), eq. (11); Greenhall and Riley, PTTI 2003",
     .needs_plan = false,
     .roles = roles,

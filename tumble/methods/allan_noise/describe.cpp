@@ -7,6 +7,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/least_squares.hpp"
+#include "tumble/methods/allan_noise/tables.hpp"
 
 namespace tumble {
 namespace {
@@ -278,7 +279,7 @@ double coefficient(NoiseTerm term, double squared, double rate) {
   return std::sqrt(squared);
 }
 
-Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
+Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd) {
   Estimate estimate;
   std::vector<std::vector<Source>> sources;
   std::vector<ChannelNoise> fitted;
@@ -305,6 +306,12 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels) {
   }
   add_covariance(fitted, sources, estimate);
   estimate.tables.push_back(std::move(table));
+  estimate.tables.push_back(readings_table(fitted));
+  estimate.tables.push_back(densities_table(fitted));
+  if (std::any_of(fitted.begin(), fitted.end(), [](const ChannelNoise& one) { return one.likelihood; })) {
+    estimate.tables.push_back(composites_table(fitted));
+    estimate.tables.push_back(advice_table(fitted, wanted_sd));
+  }
   estimate.findings = merged(estimate.findings);
   return estimate;
 }

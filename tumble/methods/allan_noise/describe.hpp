@@ -10,6 +10,12 @@
 
 namespace tumble {
 
+/// What length of record a term takes.
+struct LengthAdvice {
+  std::string term, now, wanted;
+  double seconds = 0.0;
+};
+
 /// What was found on one channel.
 struct ChannelNoise {
   std::string label;
@@ -20,6 +26,7 @@ struct ChannelNoise {
   std::vector<DeviationPoint> curve;
   bool likelihood = true;  ///< which estimator gave the fit
   NoiseFit fit;
+  std::vector<LengthAdvice> advice;
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };
@@ -36,6 +43,7 @@ std::string ramp_unit(QuantityKind kind);
 double coefficient(NoiseTerm term, double squared, double rate);
 
 /// Parameters, covariance, budget, tables, curves and findings of all channels together.
-Estimate describe_noise(const std::vector<ChannelNoise>& channels);
+/// wanted_sd: relative, of the advice on the length of record.
+Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd);
 
 }  // namespace tumble

@@ -1,5 +1,11 @@
 #include "tumble/methods/allan_noise/fit.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/math/noise_likelihood/length.hpp"
+#include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"
 
 namespace tumble {
@@ -39,14 +45,70 @@ NoiseFit in_general(const AllanFit& from, const std::vector<AllanObservation>& u
   return fit;
 }
 
+std::string amount(double value_si, const std::string& unit) {
+  return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);
+}
+
+Finding told(const std::vector<SpectralLine>& lines, const ChannelNoise& channel) {
+  std::string list;
+  for (const auto& line : lines)
+    list += fmt::format("{}{:.4g} Hz ({})", list.empty() ? "" : ", ", line.frequency * channel.rate,
+                        amount(line.amplitude, channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug"));
+  return {
+      Finding::Severity::warning,
+      fmt::format("periodic disturbances, with their amplitudes: {}; the terms are identified beside them, from the "
+                  "frequencies that they do not reach",
+                  list),
+      channel.label};
+}
+
+/// Lengths for a relative sd of what is seen, and for half the limit of what is not.
+std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& bands, double wanted) {
+  const NoiseFit& fit = channel.fit;
+  const RecordLength length(bands, fit);
+  const double record = static_cast<double>(channel.samples) / channel.rate;
+  std::vector<LengthAdvice> rows;
+  std::size_t process = 0;
+  for (std::size_t t = 0; t < fit.terms.size(); ++t) {
+    const FittedTerm& term = fit.terms[t];
+    const TermWords said = words(term.unit.term, channel.kind);
+    if (!term.kept) {
+      const double limit = coefficient(term.unit.term, term.upper_limit, channel.rate);
+      rows.push_back({said.name, "below " + amount(limit, said.unit), "limit " + amount(0.5 * limit, said.unit),
+                      record * length.times_for(t, term.upper_limit / (4.0 * 1.645))});
+      continue;
+    }
+    const auto percent = [](double share) { return fmt::format("{:.2g} %", 100.0 * share); };
+    rows.push_back({said.name, percent(0.5 * term.squared_sd / term.squared), percent(wanted),
+                    record * length.times_for(t, 2.0 * wanted * term.squared)});
+    if (term.unit.term != NoiseTerm::markov) continue;
+    const std::size_t at = fit.terms.size() + process++;
+    rows.push_back({"markov_time", percent(std::sqrt(fit.covariance(at, at)) / term.unit.markov_time), percent(wanted),
+                    record * length.times_for(at, wanted * term.unit.markov_time)});
+  }
+  return rows;
+}
+
 }  // namespace
 
-NoiseFit fit_likelihood(const EvenSignal& signal, const Settings& settings) {
+void fit_likelihood(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
   NoiseLikelihoodOptions options;
   options.significance = settings.number("significance");
   if (settings.has("fit_from")) options.shortest = settings.number("fit_from") * signal.rate;
   if (settings.has("fit_to")) options.longest = settings.number("fit_to") * signal.rate;
-  return fit_noise(NoiseBands(signal.values), options);
+  NoiseBands bands(signal.values);
+  result.fit = fit_noise(bands, options);
+  if (result.fit.model_error > 0.0) {
+    const auto lines = spectral_lines(signal.values);
+    if (!lines.empty()) {
+      bands = without_lines(bands, lines);
+      result.fit = fit_noise(bands, options);
+      result.findings.push_back(told(lines, result));
+    }
+  }
+  const Findings changes = changes_along(bands, signal.begin, signal.rate, result.label);
+  result.findings.insert(result.findings.end(), changes.begin(), changes.end());
+  result.advice = advice(result, bands, settings.number("wanted_sd"));
 }
 
 /// The noise about a line looks smaller than it is until what the line took is put back: if the trend does not stand

@@ -5,12 +5,13 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/math/allan.hpp"
 #include "tumble/math/noise_likelihood.hpp"
+#include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
 
 namespace tumble {
 
-/// Noise terms by maximum likelihood of the record.
-NoiseFit fit_likelihood(const EvenSignal& signal, const Settings& settings);
+/// Noise terms by maximum likelihood of the record, and what length of record each would take.
+void fit_likelihood(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
 
 /// Noise terms from the Allan variances by generalised least squares. A trend and the noise about it, where the trend
 /// stands out of that noise; else the noise of the record as it is.

@@ -1,0 +1,124 @@
+#include "tumble/methods/allan_noise/lines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+
+#include "tumble/core/say.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr std::size_t longest_segment = 4096, most_segments = 512, most_lines = 8, neighbours = 24;
+
+struct Periodogram {
+  std::vector<double> density;  ///< one-sided [u^2 samples], from frequency zero on
+  double segments = 0.0;
+};
+
+Periodogram periodogram(std::span<const double> values, std::size_t length) {
+  Eigen::FFT<double> fft;
+  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  std::vector<double> window(length), segment(length);
+  double power = 0.0;
+  for (std::size_t i = 0; i < length; ++i) {
+    const double sine = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
+    window[i] = sine * sine;
+    power += window[i] * window[i];
+  }
+  Periodogram result{std::vector<double>(length / 2 + 1, 0.0), 0.0};
+  const std::size_t there = values.size() / length, stride = (there + most_segments - 1) / most_segments;
+  std::vector<std::complex<double>> spectrum;
+  for (std::size_t first = 0; (first + 1) * length <= values.size(); first += stride) {
+    const auto part = values.subspan(first * length, length);
+    double mean = 0.0;
+    for (const double value : part) mean += value / static_cast<double>(length);
+    if (std::isnan(mean)) continue;
+    for (std::size_t i = 0; i < length; ++i) segment[i] = window[i] * (part[i] - mean);
+    fft.fwd(spectrum, segment);
+    for (std::size_t k = 0; k < result.density.size(); ++k) result.density[k] += 2.0 * std::norm(spectrum[k]) / power;
+    ++result.segments;
+  }
+  for (double& one : result.density) one /= std::max(1.0, result.segments);
+  return result;
+}
+
+double median_about(const std::vector<double>& density, std::size_t k) {
+  const std::size_t low = std::max<std::size_t>(2, k - std::min(k, neighbours)),
+                    high = std::min(density.size() - 1, k + neighbours);
+  std::vector<double> part(density.begin() + static_cast<std::ptrdiff_t>(low),
+                           density.begin() + static_cast<std::ptrdiff_t>(high));
+  std::nth_element(part.begin(), part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2), part.end());
+  return part[part.size() / 2];
+}
+
+}  // namespace
+
+std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
+  std::size_t length = longest_segment;
+  while (length > 64 && values.size() / length < 8) length /= 2;
+  const Periodogram spectrum = periodogram(values, length);
+  std::vector<SpectralLine> lines;
+  if (spectrum.segments < 4.0) return lines;
+  const double threshold = 1.0 + 10.0 / std::sqrt(spectrum.segments), bin = 1.0 / static_cast<double>(length);
+  const auto& density = spectrum.density;
+  // From the fourth on: below, the window and a slow drift are not told apart.
+  for (std::size_t k = 4; k + 2 < density.size(); ++k) {
+    if (density[k] < density[k - 1] || density[k] <= density[k + 1]) continue;
+    const double base = median_about(density, k);
+    if (density[k] < threshold * base) continue;
+    double power = 0.0;
+    for (std::size_t j = k - 2; j <= k + 2; ++j) power += (density[j] - base) * bin;
+    lines.push_back({static_cast<double>(k) * bin, std::sqrt(2.0 * std::max(0.0, power)), 2.0 * bin});
+  }
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
+  if (lines.size() > most_lines) lines.resize(most_lines);
+  return lines;
+}
+
+NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine>& lines) {
+  NoiseBands rest = bands;
+  std::erase_if(rest.bands, [&](const NoiseBand& band) {
+    // A cosine within p values takes in what lies within 1/p of its frequency; sines are sharp but gathered 3 % wide.
+    const double width = band.radix > 0 ? 1.0 / (band.radix * band.unit) : 0.03 * band.frequency;
+    return std::any_of(lines.begin(), lines.end(), [&](const SpectralLine& line) {
+      return std::abs(line.frequency - band.frequency) < width + line.width;
+    });
+  });
+  return rest;
+}
+
+Findings changes_along(const NoiseBands& bands, double begin, double rate, const std::string& label) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < bands.part_count.size(); ++i) {
+    sum += bands.part_count[i] * bands.part_mean_square[i];
+    count += bands.part_count[i];
+  }
+  if (!(sum > 0.0)) return {};
+  double most = 0.0;
+  std::size_t part = 0;
+  for (std::size_t i = 0; i < bands.part_count.size(); ++i) {
+    const double off = std::abs(bands.part_mean_square[i] * count / sum - 1.0) * std::sqrt(0.5 * bands.part_count[i]);
+    if (off > most) {
+      most = off;
+      part = i;
+    }
+  }
+  if (most < 5.0) return {};
+  const double change = std::sqrt(bands.part_mean_square[part] * count / sum) - 1.0;
+  const double length = static_cast<double>(bands.samples) / rate / NoiseBands::parts;
+  return {
+      {std::abs(change) > 0.1 ? Finding::Severity::warning : Finding::Severity::info,
+       fmt::format("the noise is not the same all along: its fast part is {:+.2g} % off its mean from {} to {} ({:.0f} "
+                   "standard deviations); the terms are those of the mean power",
+                   100.0 * change, say_instant(begin + length * static_cast<double>(part)),
+                   say_instant(begin + length * static_cast<double>(part + 1)), most),
+       label}};
+}
+
+}  // namespace tumble

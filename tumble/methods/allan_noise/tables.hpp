@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/allan_noise/describe.hpp"
+
+namespace tumble {
+
+/// What each channel's Allan curve says where a straight line is laid to it, beside the identified terms.
+Table readings_table(const std::vector<ChannelNoise>& channels);
+
+/// White noise and random walk as configuration files of visual-inertial estimators want them: continuous density and
+/// random walk in SI, beside the standard deviation of one sample that they are not.
+Table densities_table(const std::vector<ChannelNoise>& channels);
+
+/// The sets of terms that were compared.
+Table composites_table(const std::vector<ChannelNoise>& channels);
+
+/// Length of record for a wanted relative uncertainty of each term.
+Table advice_table(const std::vector<ChannelNoise>& channels, double wanted);
+
+}  // namespace tumble
