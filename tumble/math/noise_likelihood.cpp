@@ -8,6 +8,7 @@
 
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/least_squares.hpp"
+#include "tumble/math/noise_likelihood/dependence.hpp"
 #include "tumble/math/noise_likelihood/scoring.hpp"
 #include "tumble/units/error.hpp"
 
@@ -239,21 +240,39 @@ Linear linear(const BandData& data, const Tried& chosen) {
   return result;
 }
 
+std::vector<WeightedTerm> weighted_terms(const Tried& chosen) {
+  std::vector<WeightedTerm> terms;
+  Index column = 0;
+  for (std::size_t t = 0; t < power_laws; ++t)
+    if (chosen.terms.used[t]) terms.push_back({{power_law_terms[t]}, chosen.fit.c[column++]});
+  for (const double time : chosen.terms.times) terms.push_back({{NoiseTerm::markov, time}, chosen.fit.c[column++]});
+  return terms;
+}
+
 /// Of the estimates as linear sums of the mean squares.
 struct Spread {
   MatrixXd covariance, by_error;
+  VectorXd widening;  ///< of the sd by dependence
   double condition = 0.0;
 };
 
-Spread spread(const BandData& data, const VectorXd& statistical_count, const Linear& model, const ScoringFit& fit) {
+/// The inverse of the information, or, where contrasts depend on each other, the covariance of the maximum all the
+/// same: with A the information and B the covariance of the derivative of ln L, A^-1 B A^-1.
+Spread spread(const BandData& data, const VectorXd& statistical_count, const Linear& model, const Tried& chosen) {
+  const ScoringFit& fit = chosen.fit;
   const VectorXd weight = (0.5 * data.count).cwiseSqrt().cwiseQuotient(fit.s);
   const MatrixXd weighted = weight.asDiagonal() * model.x;
   const VectorXd scale = weighted.colwise().norm().cwiseInverse();
   const MatrixXd unit = weighted * scale.asDiagonal(), gram = unit.transpose() * unit;
   const MatrixXd inverse = gram.ldlt().solve(MatrixXd::Identity(gram.rows(), gram.cols()));
   Spread result;
-  result.covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
-  const MatrixXd gain = result.covariance * weighted.transpose() * weight.asDiagonal();  // c = gain z
+  const MatrixXd independent = scale.asDiagonal() * inverse * scale.asDiagonal();
+  // Weight of each contrast in the derivative.
+  const VectorXd each = data.count.cwiseQuotient(statistical_count).cwiseQuotient(fit.s.cwiseAbs2());
+  const MatrixXd more = covariance_of_dependence(data.bands, weighted_terms(chosen), each.asDiagonal() * model.x);
+  result.covariance = independent + independent * more * independent;
+  result.widening = (result.covariance.diagonal().array() / independent.diagonal().array()).sqrt();
+  const MatrixXd gain = independent * weighted.transpose() * weight.asDiagonal();  // c = gain z
   const Eigen::ArrayXd s = fit.s.array(), error = 2.0 / data.count.array() - 2.0 / statistical_count.array();
   result.by_error = gain * (s.square() * error).matrix().asDiagonal() * gain.transpose();
   const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(gram).eigenvalues();
@@ -264,7 +283,7 @@ Spread spread(const BandData& data, const VectorXd& statistical_count, const Lin
 /// P(estimate of one coefficient <= `estimate`) if it were c: the estimate as a sum of mean squares, of which variance
 /// and third moment make a shifted chi-square.
 double chance_below(const BandData& data, const MatrixXd& x, const VectorXd& fitted, Index column, double estimate,
-                    double c) {
+                    double c, double widening) {
   const VectorXd s = (fitted + (c - estimate) * x.col(column)).cwiseMax(1e-6 * fitted);
   const VectorXd weight = (0.5 * data.count).cwiseSqrt().cwiseQuotient(s);
   MatrixXd weighted = weight.asDiagonal() * x;
@@ -275,18 +294,18 @@ double chance_below(const BandData& data, const MatrixXd& x, const VectorXd& fit
   const VectorXd gain = scale[column] * (weight.asDiagonal() * (weighted * row));
   const double third = (gain.array().cube() * 8.0 * s.array().cube() / data.count.array().square()).sum();
   const double skew = third / (sd * sd * sd), edf = 8.0 / std::max(skew * skew, 1e-6);
-  const double off = (estimate - c) / (sd * std::sqrt(0.5 * edf));
+  const double off = (estimate - c) / (widening * sd * std::sqrt(0.5 * edf));
   return skew > 0.0 ? 1.0 - chi_square_tail(1.0 + off, edf) : chi_square_tail(1.0 - off, edf);
 }
 
 /// Degrees of freedom for which value +- t sd holds the coefficient with 95 %: so that the chances of an estimate as
 /// low from the upper end and as high from the lower end add up to 5 %.
 double interval_freedom(const BandData& data, const MatrixXd& x, const VectorXd& s, Index column, double squared,
-                        double value, double sd) {
+                        double value, double sd, double widening) {
   const auto missed = [&](double t) {
     const double lower = value - t * sd;
-    return chance_below(data, x, s, column, squared, std::pow(value + t * sd, 2)) +
-           (lower > 0.0 ? 1.0 - chance_below(data, x, s, column, squared, lower * lower) : 0.0);
+    return chance_below(data, x, s, column, squared, std::pow(value + t * sd, 2), widening) +
+           (lower > 0.0 ? 1.0 - chance_below(data, x, s, column, squared, lower * lower, widening) : 0.0);
   };
   constexpr double most = 1e4;
   const double normal = student_quantile(0.975, most);
@@ -366,8 +385,9 @@ void describe_kept(const BandData& data, const Selection& selection, const Linea
     term.z = term.squared / term.squared_sd;
     const double relative = variance / (term.squared * term.squared), root = std::sqrt(term.squared);
     term.root_correction = 1.0 + relative / 8.0;
-    term.degrees_of_freedom = interval_freedom(data, model.x, chosen.fit.s, at(a), term.squared,
-                                               root * term.root_correction, 0.5 * root * std::sqrt(relative));
+    term.degrees_of_freedom =
+        interval_freedom(data, model.x, chosen.fit.s, at(a), term.squared, root * term.root_correction,
+                         0.5 * root * std::sqrt(relative), known.widening[at(a)]);
     const double factor = student_quantile(0.95, term.degrees_of_freedom);
     term.upper_limit = term.squared * std::pow(term.root_correction + 0.5 * factor * std::sqrt(relative), 2);
   }
@@ -455,7 +475,7 @@ NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const
   for (const NoiseTerm term : power_law_terms) fit.terms.push_back({{term}});
   for (const double time : chosen.terms.times) fit.terms.push_back({{NoiseTerm::markov, time}});
   const Linear model = linear(data, chosen);
-  const Spread known = spread(data, whole.count, model, chosen.fit);
+  const Spread known = spread(data, whole.count, model, chosen);
   describe_kept(data, selection, model, known, chosen, fit);
   for (std::size_t t = 0; t < power_laws; ++t)
     if (!fit.terms[t].kept) describe_absent(data, chosen, ramp, t, fit.terms[t]);

@@ -36,25 +36,6 @@ double fourth_difference(double t) {
   return -u * (2.0 + u * (2.0 + u * (3.0 + u * 17.0 / 3.0)));
 }
 
-/// Covariance at lag h of means over `unit` samples (generalised where the term has no variance).
-double mean_covariance(NoiseTerm term, double unit, int h) {
-  switch (term) {
-    case NoiseTerm::quantization:
-      return (h == 0 ? 2.0 : h == 1 ? -1.0 : 0.0) / (unit * unit);
-    case NoiseTerm::white:
-      return h == 0 ? 1.0 / unit : 0.0;
-    case NoiseTerm::flicker:
-      return -second_difference(h) / (2.0 * pi);
-    case NoiseTerm::random_walk: {
-      const auto cube = [](int x) { return std::pow(std::abs(x), 3); };
-      return -unit * (cube(h + 1) - 2.0 * cube(h) + cube(h - 1)) / 12.0;
-    }
-    case NoiseTerm::markov:
-      break;
-  }
-  return 0.0;
-}
-
 /// Means over r = unit/T_c of a Gauss-Markov process of unit variance: variance, covariance of neighbours, and what is
 /// left of it one unit on.
 struct MarkovMeans {
@@ -101,7 +82,7 @@ NoiseBand cosine_band(double unit, int radix, int order) {
   for (std::size_t t = 0; t < power_law_terms.size(); ++t)
     for (int h = 0; h < radix; ++h)
       band.expected[t] +=
-          (h == 0 ? 1.0 : 2.0) * products[static_cast<std::size_t>(h)] * mean_covariance(power_law_terms[t], unit, h);
+          (h == 0 ? 1.0 : 2.0) * products[static_cast<std::size_t>(h)] * unit_covariance(power_law_terms[t], unit, h);
   double ramp = 0.0;
   for (int i = 0; i < radix; ++i) ramp += std::sqrt(2.0 / radix) * std::cos(pi * order * (i + 0.5) / radix) * i * unit;
   band.ramp_square = ramp * ramp;
@@ -375,6 +356,24 @@ NoiseBands::NoiseBands(std::span<const double> rate) : samples(rate.size()) {
     unit *= times;
   }
   slow_part(rate, unit, *this);
+}
+
+double unit_covariance(NoiseTerm term, double unit, int h) {
+  switch (term) {
+    case NoiseTerm::quantization:
+      return (h == 0 ? 2.0 : h == 1 ? -1.0 : 0.0) / (unit * unit);
+    case NoiseTerm::white:
+      return h == 0 ? 1.0 / unit : 0.0;
+    case NoiseTerm::flicker:
+      return -second_difference(h) / (2.0 * pi);
+    case NoiseTerm::random_walk: {
+      const auto cube = [](int x) { return std::pow(std::abs(x), 3); };
+      return -unit * (cube(h + 1) - 2.0 * cube(h) + cube(h - 1)) / 12.0;
+    }
+    case NoiseTerm::markov:
+      break;
+  }
+  return 0.0;
 }
 
 double expected_markov(const NoiseBand& band, double time) {

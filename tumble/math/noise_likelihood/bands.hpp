@@ -64,6 +64,10 @@ class NoiseBands {
   std::vector<double> part_mean_square, part_count;
 };
 
+/// Covariance at a lag of h units of means over `unit` samples under a unit power law; generalised (as far as weights
+/// that add up to zero can tell) where there is no variance.
+double unit_covariance(NoiseTerm term, double unit, int h);
+
 /// Expected mean square [u^2] in a band of a Gauss-Markov process of unit variance, and its derivative by ln T_c.
 /// time: T_c [samples], at most 1/20 of the record for an accuracy of 1e-6.
 double expected_markov(const NoiseBand& band, double time);
