@@ -374,8 +374,9 @@ void describe_kept(const BandData& data, const Selection& selection, const Linea
     if (t < power_laws) {
       column = std::count(chosen.terms.used.begin(), chosen.terms.used.begin() + at(t), true);
       const Tried& without = selection.all[selection.chosen & ~(std::size_t{1} << t)];
-      term.improvement = without.fit.c.size() == 0 ? INFINITY : without.value() - chosen.value();
-      term.chance = chance_of(term.improvement);
+      const bool sole = without.fit.c.size() == 0;  // nothing to be compared with
+      term.improvement = sole ? 0.0 : without.value() - chosen.value();
+      term.chance = sole ? 0.0 : chance_of(term.improvement);
     } else {
       column = chosen.fit.c.size() - at(chosen.terms.times.size()) + at(t) - power_laws;
     }
