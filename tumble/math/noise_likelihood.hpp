@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tumble/math/allan_fit.hpp"
-#include "tumble/math/noise_likelihood/bands.hpp"
+#include "tumble/math/noise_bands.hpp"
 
 namespace tumble {
 
@@ -58,11 +58,11 @@ struct NoiseFit {
 ///
 ///   -2 ln L = sum_b nu_b (ln s_b + z_b/s_b),   s_b = sum_t c_t E_tb
 ///
-/// over the bands of `bands.hpp`. Of all sets of the four power laws (and the Gauss-Markov processes that lower -2 ln L
-/// by more than 13.8 each beside all four) in which every term is significant, the one with the least AICc is chosen.
-/// The covariance is that of the information of the data; correlation times count as unknown. What the terms cannot
-/// follow beyond statistics enters as an independent relative error of the power in each range of frequencies, sized so
-/// that chi-square equals its degrees of freedom.
+/// over the bands of `noise_bands.hpp`. Of all sets of the four power laws (and the Gauss-Markov processes that lower
+/// -2 ln L by more than 13.8 each beside all four) in which every term is significant, the one with the least AICc is
+/// chosen. The covariance is that of the information of the data; correlation times count as unknown. What the terms
+/// cannot follow beyond statistics enters as an independent relative error of the power in each range of frequencies,
+/// sized so that chi-square equals its degrees of freedom.
 ///
 /// Throws    Error::bad_data if the bands between `shortest` and `longest` cannot carry a term
 /// See       P. Whittle (1953) for the form; exact marginal expectations as in A. M. Sykulski and others, The debiased

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "tumble/math/noise_likelihood/bands.hpp"
+#include "tumble/math/noise_bands.hpp"
 
 namespace tumble {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "tumble/math/noise_likelihood/bands.hpp"
+#include "tumble/math/noise_bands.hpp"
 
 namespace tumble {
 

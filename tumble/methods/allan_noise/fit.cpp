@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/math/noise_likelihood/length.hpp"
+#include "tumble/math/noise_length.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/math/noise_likelihood/bands.hpp"
+#include "tumble/math/noise_bands.hpp"
 
 namespace tumble {
 

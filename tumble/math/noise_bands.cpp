@@ -1,4 +1,4 @@
-#include "tumble/math/noise_likelihood/bands.hpp"
+#include "tumble/math/noise_bands.hpp"
 
 #include <algorithm>
 #include <cmath>

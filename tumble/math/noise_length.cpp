@@ -1,4 +1,4 @@
-#include "tumble/math/noise_likelihood/length.hpp"
+#include "tumble/math/noise_length.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
