@@ -18,24 +18,6 @@ constexpr int most_differences = 3;
 
 using Series = std::vector<double>;
 
-/// Takes the least-squares quadratic off, with discrete orthogonal polynomials 1, t, t^2 - <t^2> on t = -1 ... 1.
-void remove_quadratic(Series& z) {
-  const double count = static_cast<double>(z.size());
-  const auto at = [&](std::size_t i) { return (2.0 * static_cast<double>(i) - (count - 1.0)) / (count - 1.0); };
-  const double square = (count + 1.0) / (3.0 * (count - 1.0));  // <t^2>
-  double p0 = 0.0, p1 = 0.0, p2 = 0.0, n1 = 0.0, n2 = 0.0;
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    const double t = at(i), q = t * t - square;
-    p0 += z[i];
-    p1 += z[i] * t;
-    p2 += z[i] * q;
-    n1 += t * t;
-    n2 += q * q;
-  }
-  const double c0 = p0 / count, c1 = p1 / n1, c2 = n2 > 0.0 ? p2 / n2 : 0.0;
-  for (std::size_t i = 0; i < z.size(); ++i) z[i] -= c0 + c1 * at(i) + c2 * (at(i) * at(i) - square);
-}
-
 /// z_i <- z_{i+1} - z_i
 void difference(Series& z) {
   for (std::size_t i = 0; i + 1 < z.size(); ++i) z[i] = z[i + 1] - z[i];

@@ -128,23 +128,46 @@ Phase integrate_rate(std::span<const double> rate, std::size_t fewest) {
   return phase;
 }
 
-std::vector<double> second_difference_sums(const Phase& phase, std::span<const std::size_t> factors) {
+double remove_quadratic(std::span<double> x) {
+  // Discrete orthogonal polynomials 1, t, t^2 - <t^2> on t = -1 ... 1.
+  if (x.size() < 2) return 0.0;
+  const double count = static_cast<double>(x.size());
+  const double scale = 2.0 / (count - 1.0);
+  const auto at = [&](std::size_t i) { return scale * static_cast<double>(i) - 1.0; };
+  const double square = (count + 1.0) / (3.0 * (count - 1.0));  // <t^2>
+  double p0 = 0.0, p1 = 0.0, p2 = 0.0, n1 = 0.0, n2 = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double t = at(i), q = t * t - square;
+    p0 += x[i];
+    p1 += x[i] * t;
+    p2 += x[i] * q;
+    n1 += t * t;
+    n2 += q * q;
+  }
+  const double c0 = p0 / count, c1 = p1 / n1, c2 = n2 > 0.0 ? p2 / n2 : 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] -= c0 + c1 * at(i) + c2 * (at(i) * at(i) - square);
+  return c2 * scale * scale;
+}
+
+void add_second_differences(std::span<const double> x, std::span<const std::size_t> factors, std::span<double> sums) {
   // Longest factor of a group and terms a block: what the first two touch stays in a 32 kB and a 512 kB cache.
   struct Group {
     std::size_t longest, block;
   };
   constexpr std::array<Group, 3> groups{{{512, 2048}, {16384, 16384}, {~std::size_t{0}, 65536}}};
+  std::size_t from = 0;
+  for (const auto& group : groups) {
+    std::size_t to = from;
+    while (to < factors.size() && factors[to] <= group.longest) ++to;
+    add_run(x, factors.subspan(from, to - from), group.block, sums.subspan(from, to - from));
+    from = to;
+  }
+}
 
+std::vector<double> second_difference_sums(const Phase& phase, std::span<const std::size_t> factors) {
   std::vector<double> sums(factors.size(), 0.0);
   for (const auto& run : phase.runs) {
-    const std::span<const double> x(phase.values.data() + run.first, run.points());
-    std::size_t from = 0;
-    for (const auto& group : groups) {
-      std::size_t to = from;
-      while (to < factors.size() && factors[to] <= group.longest) ++to;
-      add_run(x, factors.subspan(from, to - from), group.block, std::span(sums).subspan(from, to - from));
-      from = to;
-    }
+    add_second_differences({phase.values.data() + run.first, run.points()}, factors, sums);
   }
   return sums;
 }

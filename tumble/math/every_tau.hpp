@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace tumble {
+
+/// Element k belongs to averaging factor m = k + 1.
+struct EveryTau {
+  std::vector<double> deviation;   ///< [u]
+  std::vector<std::size_t> count;  ///< terms summed; 0 (and deviation 0) where gaps leave none
+  std::vector<double> rounding;    ///< bound of the relative rounding error of the deviation, 1e-10 unless it is more
+};
+
+/// Overlapping Allan deviation of a rate signal at every averaging factor m = 1 ... N/2, exactly as `overlapping_allan`
+/// defines it, in O(N log^2 N) instead of O(N^2).
+///
+///   sum_n (x_n - 2 x_{n+m} + x_{n+2m})^2 = Q(0, N-2m) + 4 Q(m, N-m) + Q(2m, N) + 2 R(2m) - 8 R(m) + 4 H(m) + 4 G(m)
+///
+/// with N phase points x, Q(a, b) the sum of squares over a <= n < b, and R, H, G as of `lagged_products`. Before, the
+/// least-squares quadratic is taken off, its part is put back in closed form. Where rounding of this sum of large
+/// numbers may exceed 1e-10, it is done on short pieces of the record, each less its own quadratic; what is then left
+/// is summed directly.
+///
+/// Given     rate  [u], evenly spaced; NaN: missing samples
+/// Throws    Error::bad_data as of overlapping_allan
+/// Accuracy  `rounding`, beside the phase's own (white noise to random walk with drift: 1e-10 at every m)
+EveryTau every_overlapping_allan(std::span<const double> rate);
+
+/// Its sums of squared second differences of phase without gaps, for m = 1 ... (N-1)/2, and the bounds of their
+/// relative rounding errors.
+std::vector<double> every_second_difference_sum(std::span<const double> phase, std::vector<double>& rounding);
+
+}  // namespace tumble

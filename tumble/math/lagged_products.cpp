@@ -1,0 +1,237 @@
+#include "tumble/math/lagged_products.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <complex>
+#include <cstring>
+
+#define POCKETFFT_NO_MULTITHREADING
+#include "pocketfft/pocketfft_hdronly.h"
+#include "tumble/math/parallel.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr std::size_t shortest_block = 256;  // a triangle of this size is summed directly
+constexpr std::size_t most_blocks = 64;      // blocks a side that a triangle or rectangle is cut into
+constexpr std::size_t step = 8;              // complex values that the multiplication works through at a time
+
+/// A line of the cache.
+struct Line {
+  alignas(64) double values[8] = {};
+};
+
+/// Transforms of length 2 L, real ones stored by their first L + 1 values, with zeros up to a whole number of steps.
+struct Spectra {
+  std::size_t length = 0;  ///< L
+  std::size_t count = 0;
+  std::vector<Line> lines;  ///< real, imaginary, real, ...
+
+  Spectra(std::size_t half, std::size_t number) : length(half), count(number), lines(number * stride() / 8) {}
+  std::size_t stride() const { return 2 * (length + step); }
+  double* at(std::size_t k) { return lines.data()->values + k * stride(); }
+  const double* at(std::size_t k) const { return lines.data()->values + k * stride(); }
+};
+
+/// Runs body(first, last) over [0, count) in pieces of `piece`, on all threads or, within a thread, one after the
+/// other.
+template <class Body>
+void in_pieces(std::size_t count, std::size_t piece, bool threads, const Body& body) {
+  const std::size_t pieces = (count + piece - 1) / piece;
+  const auto one = [&](std::size_t k) { body(k * piece, std::min(count, (k + 1) * piece)); };
+  if (threads) {
+    parallel_for(pieces, one);
+  } else {
+    for (std::size_t k = 0; k < pieces; ++k) one(k);
+  }
+}
+
+pocketfft::stride_t strides(std::size_t across, std::size_t along) {
+  return {static_cast<std::ptrdiff_t>(across), static_cast<std::ptrdiff_t>(along)};
+}
+
+/// Spectra of x[first + k L, first + k L + used), k = 0 ... count-1, zero beyond `used` and beyond the end of x.
+Spectra spectra(std::span<const double> x, std::size_t first, std::size_t length, std::size_t used, std::size_t count,
+                bool threads) {
+  Spectra result(length, count);
+  in_pieces(count, 8, threads, [&](std::size_t from, std::size_t to) {
+    std::vector<double> room((to - from) * 2 * length);
+    for (std::size_t k = from; k < to; ++k) {
+      const std::size_t start = first + k * length;
+      if (start >= x.size()) continue;
+      std::copy_n(x.data() + start, std::min(used, x.size() - start), room.data() + (k - from) * 2 * length);
+    }
+    pocketfft::r2c<double>({to - from, 2 * length}, strides(2 * length * sizeof(double), sizeof(double)),
+                           strides(result.stride() * sizeof(double), 2 * sizeof(double)), 1, true, room.data(),
+                           reinterpret_cast<std::complex<double>*>(result.at(from)), 1.0);
+  });
+  return result;
+}
+
+using Lanes = double __attribute__((vector_size(32)));
+using Order = long long __attribute__((vector_size(32)));
+
+/// out = sum_{a<count} conj(A_a) B_a over `step` complex values, A_a and B_a `stride` apart. The order of addition is
+/// fixed and nothing is fused, so that the result is the same on every processor.
+[[gnu::always_inline]] inline void multiply_in_lanes(const double* a, const double* b, std::size_t stride,
+                                                     std::size_t count, double* out) {
+  constexpr std::size_t lanes = step / 2;
+  Lanes straight[lanes] = {}, crossed[lanes] = {};
+  for (std::size_t k = 0; k < count; ++k) {
+#pragma GCC unroll 4
+    for (std::size_t i = 0; i < lanes; ++i) {
+      Lanes u, v;
+      std::memcpy(&u, a + k * stride + 4 * i, sizeof u);
+      std::memcpy(&v, b + k * stride + 4 * i, sizeof v);
+      straight[i] += u * v;
+      crossed[i] += u * __builtin_shuffle(v, Order{1, 0, 3, 2});
+    }
+  }
+#pragma GCC unroll 4
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Lanes sum = {straight[i][0] + straight[i][1], crossed[i][0] - crossed[i][1], straight[i][2] + straight[i][3],
+                       crossed[i][2] - crossed[i][3]};
+    std::memcpy(out + 4 * i, &sum, sizeof sum);
+  }
+}
+
+/// out[u] += sum_{i<u} a[i] b[i + u], u < count. Sixteen u at a time, each its own lane.
+[[gnu::always_inline]] inline void triangle_in_lanes(const double* a, const double* b, std::size_t count, double* out) {
+  constexpr std::size_t width = 16, lanes = width / 4;
+  for (std::size_t start = 0; start < count; start += width) {
+    double sums[width] = {};
+    if (start + width <= count) {
+      Lanes all[lanes] = {};
+      for (std::size_t i = 0; i < start; ++i) {
+        const Lanes u = {a[i], a[i], a[i], a[i]};
+#pragma GCC unroll 4
+        for (std::size_t k = 0; k < lanes; ++k) {
+          Lanes v;
+          std::memcpy(&v, b + i + start + 4 * k, sizeof v);
+          all[k] += u * v;
+        }
+      }
+      std::memcpy(sums, all, sizeof sums);
+    }
+    const std::size_t done = start + width <= count ? start : 0;
+    for (std::size_t u = start; u < std::min(count, start + width); ++u) {
+      for (std::size_t i = done; i < u; ++i) sums[u - start] += a[i] * b[i + u];
+      out[u] += sums[u - start];
+    }
+  }
+}
+
+#ifdef __x86_64__
+[[gnu::target("avx2")]] void triangle_avx2(const double* a, const double* b, std::size_t count, double* out) {
+  triangle_in_lanes(a, b, count, out);
+}
+[[gnu::target("avx2")]] void multiply_avx2(const double* a, const double* b, std::size_t stride, std::size_t count,
+                                           double* out) {
+  multiply_in_lanes(a, b, stride, count, out);
+}
+#endif
+
+void multiply(const double* a, const double* b, std::size_t stride, std::size_t count, double* out) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) return multiply_avx2(a, b, stride, count, out);
+#endif
+  multiply_in_lanes(a, b, stride, count, out);
+}
+
+/// out[b L + u] += sum over blocks a < columns(b) and i in block a of x_i x_{i + b L + u}, for the blocks b of lags.
+template <class Columns>
+void add_squares(const Spectra& blocks, const Spectra& windows, std::size_t lag_blocks, const Columns& columns,
+                 bool threads, std::span<double> out) {
+  const std::size_t length = blocks.length;
+  Spectra sums(length, lag_blocks);
+  // Few values of all spectra at a time: they are used for every pair while they are in the cache.
+  in_pieces((length + step) / step, 4, threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      for (std::size_t b = 0; b < lag_blocks; ++b) {
+        multiply(blocks.at(0) + 2 * step * k, windows.at(b) + 2 * step * k, sums.stride(), columns(b),
+                 sums.at(b) + 2 * step * k);
+      }
+    }
+  });
+  in_pieces(lag_blocks, 8, threads, [&](std::size_t from, std::size_t to) {
+    std::vector<double> room((to - from) * 2 * length);
+    pocketfft::c2r<double>({to - from, 2 * length}, strides(sums.stride() * sizeof(double), 2 * sizeof(double)),
+                           strides(2 * length * sizeof(double), sizeof(double)), 1, false,
+                           reinterpret_cast<const std::complex<double>*>(sums.at(from)), room.data(),
+                           1.0 / static_cast<double>(2 * length));
+    for (std::size_t b = from; b < to; ++b) {
+      for (std::size_t u = 0; u < length && b * length + u < out.size(); ++u) {
+        out[b * length + u] += room[(b - from) * 2 * length + u];
+      }
+    }
+  });
+}
+
+void triangle(const double* a, const double* b, std::size_t count, double* out) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) return triangle_avx2(a, b, count, out);
+#endif
+  triangle_in_lanes(a, b, count, out);
+}
+
+/// Size of the squares that a side is cut into.
+std::size_t block_length(std::size_t side) {
+  return std::max(shortest_block, std::bit_ceil((side + most_blocks - 1) / most_blocks));
+}
+
+/// out[u] += sum_{i=first}^{first+u-1} x_i x_{i+first+u}: what is left on the diagonal, lag = first + u.
+void add_triangle(std::span<const double> x, std::size_t first, std::span<double> out) {
+  if (out.size() <= shortest_block) {
+    triangle(x.data() + first, x.data() + 2 * first, out.size(), out.data());
+    return;
+  }
+  const std::size_t length = block_length(out.size());
+  const std::size_t count = (out.size() + length - 1) / length;
+  const auto blocks = spectra(x, first, length, length, count, false);
+  const auto windows = spectra(x, 2 * first, length, 2 * length, 2 * count, false);
+  add_squares(
+      blocks, windows, count, [](std::size_t b) { return b; }, false, out);
+  for (std::size_t b = 0; b < count; ++b) {
+    const std::size_t start = b * length;
+    add_triangle(x, first + start, out.subspan(start, std::min(length, out.size() - start)));
+  }
+}
+
+/// leading[m], from the spectra of the whole series.
+std::vector<double> leading_products(std::span<const double> x, std::size_t longest, const Spectra& blocks,
+                                     const Spectra& windows, bool threads) {
+  std::vector<double> out(longest + 1, 0.0);
+  const std::size_t length = blocks.length, count = longest / length + 1;
+  add_squares(
+      blocks, windows, count, [](std::size_t b) { return b; }, threads, out);
+  in_pieces(count, 1, threads, [&](std::size_t b, std::size_t) {
+    const std::size_t start = b * length;
+    add_triangle(x, start, std::span(out).subspan(start, std::min(length, out.size() - start)));
+  });
+  return out;
+}
+
+}  // namespace
+
+LaggedProducts lagged_products(std::span<const double> x, std::size_t longest, bool threads) {
+  LaggedProducts result;
+  const std::size_t length = block_length(2 * longest + 1);
+  const std::size_t lag_blocks = 2 * longest / length + 1, all = (x.size() + length - 1) / length;
+  {
+    const auto blocks = spectra(x, 0, length, length, all, threads);
+    const auto windows = spectra(x, 0, length, 2 * length, all, threads);
+    result.whole.assign(2 * longest + 1, 0.0);
+    add_squares(
+        blocks, windows, lag_blocks, [&](std::size_t b) { return all > b ? all - b : 0; }, threads, result.whole);
+    result.leading = leading_products(x, longest, blocks, windows, threads);
+  }
+  const std::size_t reach = std::min(x.size(), 2 * longest + 2 * length);
+  const std::vector<double> backwards(x.rbegin(), x.rbegin() + static_cast<std::ptrdiff_t>(reach));
+  const std::size_t count = longest / length + 1;
+  const auto blocks = spectra(backwards, 0, length, length, count, threads);
+  const auto windows = spectra(backwards, 0, length, 2 * length, 2 * count, threads);
+  result.trailing = leading_products(backwards, longest, blocks, windows, threads);
+  return result;
+}
+
+}  // namespace tumble

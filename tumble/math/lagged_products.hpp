@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace tumble {
+
+/// Sums of products of a series with itself `lag` samples later, N values:
+///
+///   whole[k]    = sum_{i=0}^{N-1-k} x_i x_{i+k}       k = 0 ... 2 M
+///   leading[m]  = sum_{i=0}^{m-1}   x_i x_{i+m}       m = 0 ... M
+///   trailing[m] = leading[m] of the series read backwards
+struct LaggedProducts {
+  std::vector<double> whole;
+  std::vector<double> leading;
+  std::vector<double> trailing;
+};
+
+/// All of them in O(N log^2 N): the plane of (i, lag) is cut into squares of 2M/64 or fewer, each a product of short
+/// Fourier transforms; the triangles that `leading` leaves on the diagonal are cut likewise, down to direct sums.
+///
+/// Given     x; longest  M, at most N/2
+///           threads  whether to use all threads, or only the caller's (for calls from within a thread)
+/// Accuracy  absolute, about 2e-16 sum x^2 (tested)
+LaggedProducts lagged_products(std::span<const double> x, std::size_t longest, bool threads);
+
+}  // namespace tumble
