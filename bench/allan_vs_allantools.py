@@ -6,16 +6,20 @@ needs numpy and allantools. The data are of the same kind and size on both sides
 """
 
 import json
+import os
 import platform
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 import allantools
 import numpy
 
 REPEATS = 3
+PAIRS = 3
+ALL_PROCESSORS = os.sched_getaffinity(0)
 
 
 def octaves(longest):
@@ -49,10 +53,55 @@ def median_ms(call):
 
 
 def ours(program):
-    text = subprocess.run([program, f"--benchmark_repetitions={REPEATS}", "--benchmark_report_aggregates_only=true",
+    text = subprocess.run([program, "--benchmark_filter=^(overlapping_allan|family|streaming)",
+                           f"--benchmark_repetitions={REPEATS}", "--benchmark_report_aggregates_only=true",
                            "--benchmark_format=json"], check=True, capture_output=True, text=True).stdout
-    return {row["run_name"].removesuffix("/process_time"): row["cpu_time"]
+    return {row["run_name"].removesuffix("/real_time").removesuffix("/process_time"): row["cpu_time"]
             for row in json.loads(text)["benchmarks"] if row["aggregate_name"] == "median"}
+
+
+def ours_once(program, name, processors):
+    """Real and processor time of one run, bound to so many processors."""
+    os.sched_setaffinity(0, sorted(ALL_PROCESSORS)[:processors])
+    try:
+        text = subprocess.run([program, f"--benchmark_filter=^{name}", "--benchmark_format=json"], check=True,
+                              capture_output=True, text=True).stdout
+    finally:
+        os.sched_setaffinity(0, ALL_PROCESSORS)
+    row = json.loads(text)["benchmarks"][0]
+    return row["real_time"], row["cpu_time"]
+
+
+def hundred(program):
+    """10^7 samples at 100 factors: pairs of runs, one after the other, and how well the deviations agree."""
+    data = recording(10**7)
+    with tempfile.NamedTemporaryFile() as file:
+        data.tofile(file.name)
+        lines = subprocess.run([program, "--deviations", file.name], check=True, capture_output=True,
+                               text=True).stdout.split()
+    factors = [int(word) for word in lines[0::2]]
+    deviations = numpy.array([float(word) for word in lines[1::2]])
+    pairs = []
+    for _ in range(PAIRS):
+        real, cpu = time.perf_counter(), time.process_time()
+        found = allantools.oadev(data, rate=1.0, data_type="freq", taus=factors)
+        theirs_real, theirs_cpu = 1e3 * (time.perf_counter() - real), 1e3 * (time.process_time() - cpu)
+        _, one_cpu = ours_once(program, "hundred_factors", 1)
+        both_real, _ = ours_once(program, "hundred_factors", 2)
+        pairs.append((theirs_cpu, one_cpu, theirs_cpu / one_cpu, theirs_real, both_real, theirs_real / both_real))
+    disagreement = numpy.max(numpy.abs(found[1] / deviations - 1.0))
+    return len(factors), disagreement, [statistics.median(column) for column in zip(*pairs)]
+
+
+def every(program):
+    """Every factor of 10^6 samples: processor time on one processor, of the loops extrapolated from one factor in 10000."""
+    pairs = []
+    for _ in range(PAIRS):
+        fast = ours_once(program, "every_factor/", 1)[1]
+        plain = 1e4 * ours_once(program, "every_factor_by_loop/0", 1)[1]
+        vector = 1e4 * ours_once(program, "every_factor_by_loop/1", 1)[1]
+        pairs.append((fast, plain, plain / fast, vector, vector / fast))
+    return [statistics.median(column) for column in zip(*pairs)]
 
 
 def theirs():
@@ -93,6 +142,7 @@ TITLES = {
     "family/htotdev": "HTOTDEV, 2000 points, octaves",
     "family/theo1": "Theo1, 5000 points, octaves",
     "family/mtie": "MTIE, 1e5 points, octaves",
+    "streaming": "OADEV of a stream of 1e7 samples, 10 per decade, 0.4 MB held",
 }
 
 
@@ -116,6 +166,28 @@ def main():
         print(f"| {title} | {mine[name]:.3g} | " +
               (f"{against:.4g} | {against / mine[name]:.3g} |" if against else "not run | |"))
 
+    count, disagreement, (their_cpu, one, one_ratio, their_real, two, two_ratio) = hundred(sys.argv[1])
+    print(f"""
+## 10^7 samples, {count} factors
+
+Medians of {PAIRS} pairs of runs, one after the other. The deviations agree to {disagreement:.1e}.
+
+| | ours [ms] | allantools [ms] | ratio |
+|---|---:|---:|---:|
+| one processor (processor time) | {one:.4g} | {their_cpu:.4g} | {one_ratio:.3g} |
+| two processors (real time) | {two:.4g} | {their_real:.4g} | {two_ratio:.3g} |""")
+    fast, plain, plain_ratio, vector, vector_ratio = every(sys.argv[1])
+    print(f"""
+## Every factor of 10^6 samples
+
+Processor time on one processor, medians of {PAIRS} runs. The loops over all n for each of the 500 000 factors are
+extrapolated from 50 of them, evenly spread.
+
+| | time [s] | ours faster by |
+|---|---:|---:|
+| `every_overlapping_allan` | {1e-3 * fast:.3g} | |
+| loop, vectorised by the compiler | {1e-3 * plain:.3g} | {plain_ratio:.3g} |
+| loop, AVX2 by hand | {1e-3 * vector:.3g} | {vector_ratio:.3g} |""")
 
 if __name__ == "__main__":
     main()

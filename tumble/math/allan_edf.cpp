@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 // Letters as in Greenhall and Riley (2003): alpha exponent of S_y, d order of the difference, m averaging factor, F
 // filter factor (1 modified, m not, infinite for its limit), S stride factor, M number of terms, r = M/S, J number of
@@ -145,6 +146,36 @@ double phase_difference_edf(int alpha, const PhaseDifference& difference, std::s
     inverse = inverse_edf_white_phase(M, r, d);
   }
   return std::max(1.0, 1.0 / inverse);
+}
+
+double parabolic_edf(int alpha, std::size_t factor, std::size_t terms) {
+  // Beyond 24 points in tau the edf depends on terms/factor alone (within 2 %).
+  constexpr std::size_t most_points = 24, lags_in_tau = 8;
+  if (factor == 1) return phase_difference_edf(alpha, PhaseDifference{}, 1, terms);
+  alpha = std::clamp(alpha, -2, 2);
+  const std::size_t m = std::min(factor, most_points), lags = lags_in_tau * m, span = 2 * m;
+  const double M = std::max(1.0, static_cast<double>(terms) * static_cast<double>(m) / static_cast<double>(factor));
+  const double F = alpha > 0 ? static_cast<double>(m) : infinite;
+  const auto weight = [&](std::size_t k) {
+    const double line = 0.5 * static_cast<double>(m - 1) - static_cast<double>(k % m);
+    return k < m ? line : -line;
+  };
+  std::vector<double> product(span, 0.0);  // sum_k w_k w_{k+d}
+  for (std::size_t d = 0; d < span; ++d) {
+    for (std::size_t k = 0; k + d < span; ++k) product[d] += weight(k) * weight(k + d);
+  }
+  std::vector<double> phase(lags + span);
+  for (std::size_t k = 0; k < phase.size(); ++k) {
+    phase[k] = s_x(static_cast<double>(k) / static_cast<double>(m), F, alpha);
+  }
+  double variance = 0.0, sum = 0.0;
+  for (std::size_t j = 0; j < lags && static_cast<double>(j) < M; ++j) {
+    double covariance = product[0] * phase[j];
+    for (std::size_t d = 1; d < span; ++d) covariance += product[d] * (phase[j + d] + phase[j > d ? j - d : d - j]);
+    if (j == 0) variance = covariance;
+    sum += (j == 0 ? 1.0 : 2.0) * (1.0 - static_cast<double>(j) / M) * covariance * covariance;
+  }
+  return std::max(1.0, M * variance * variance / sum);
 }
 
 }  // namespace tumble

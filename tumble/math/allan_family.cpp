@@ -28,6 +28,8 @@ MeanSquare measure_at(Stability measure, std::span<const double> x, std::span<co
     case Stability::modified_allan:
     case Stability::time:
       return modified_allan_variance(x, m);
+    case Stability::parabolic:
+      return parabolic_variance(x, m);
     case Stability::total:
       return total_variance(x, m);
     case Stability::modified_total:
@@ -101,6 +103,8 @@ double edf_of_difference(Stability measure, int alpha, std::size_t m, std::size_
     case Stability::time_total:
     case Stability::time:
       return phase_difference_edf(alpha, {2, true, true}, m, count);
+    case Stability::parabolic:
+      return parabolic_edf(alpha, m, count);
     default:
       return 0.0;
   }
@@ -164,7 +168,7 @@ std::vector<DeviationPoint> stability(Stability measure, std::span<const double>
   if (phase.size() < 2) return points;
   std::vector<double> rate(phase.size() - 1);
   for (std::size_t n = 0; n < rate.size(); ++n) rate[n] = phase[n + 1] - phase[n];
-  const Phase whole{{phase.begin(), phase.end()}, {{0, phase.size() - 1}}};
+  const Phase whole{phase, {{0, phase.size() - 1}}, nullptr};
   const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(whole, factors);
 
   int alpha = options.alpha.value_or(2);
@@ -192,10 +196,11 @@ std::vector<DeviationPoint> stability(Stability measure, std::span<const double>
 }
 
 std::vector<double> phase_from_rate(std::span<const double> rate, double interval) {
-  auto phase = integrate_rate(rate, 1);
+  const auto phase = integrate_rate(rate, 1);
   if (phase.has_gaps()) throw Error(Error::Kind::bad_data, "the rate has missing samples: use overlapping_allan");
-  for (double& value : phase.values) value *= interval;
-  return std::move(phase.values);
+  std::vector<double> values(phase.values.begin(), phase.values.end());
+  for (double& value : values) value *= interval;
+  return values;
 }
 
 }  // namespace tumble

@@ -21,6 +21,7 @@ enum class Stability {
   modified_total,        ///< MTOTDEV   of each 3 tau of phase, without its slope, extended by reflection
   time_total,            ///< TTOTDEV = tau MTOTDEV/sqrt(3)
   hadamard_total,        ///< HTOTDEV   of each 3 tau of rate, without its slope, extended by reflection
+  parabolic,             ///< PDEV   of slopes fitted to phase over tau, two tau side by side
   theo1,                 ///< Theo1     even m from 10; tau = 0.75 m t0
   peak_interval_error,   ///< MTIE      largest peak-to-peak phase in any window of m + 1 points
   rms_interval_error     ///< TIE rms of x_{n+m} - x_n
@@ -43,8 +44,11 @@ struct StabilityOptions {
 ///   total           1/(2 tau^2 (N-2)) sum_{n=1}^{N-2} (x*_{n-m} - 2 x_n + x*_{n+m})^2                  (25)
 ///   modified total  1/(2 tau^2 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (zbar_j)^2, zbar of segment n          (27)
 ///   Hadamard total  1/(6 M) sum_n 1/(6m) sum_{j=0}^{6m-1} (zbar_j)^2, the same of the rate
+///   parabolic       72/(m^4 tau^2 M) sum_i (sum_{k=0}^{m-1} ((m-1)/2 - k) (x_{i+k} - x_{i+k+m}))^2,  Allan at m = 1
 ///   Theo1           1/(0.75 tau^2 (N-m)) sum_{i=0}^{N-m-1} sum_{k=0}^{m/2-1} z_ik^2/(m/2-k),           (30)
 ///                   z_ik = x_i - x_{i-k+m/2} + x_{i+m} - x_{i+k+m/2};  (equation) of NIST SP 1065
+///
+/// (parabolic: Vernotte, Lenczner, Bourgeois and Rubiola, IEEE Trans. UFFC 63 (2016) 611)
 ///
 /// edf: Greenhall and Riley (2003) for the differences; for the total ones the linear approximations of NIST SP 1065,
 /// tables 7 and 8 (good to about 10 % for white rate noise; up to 20 % too large for white phase noise, and more for

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <random>
 #include <sstream>
 #include <string>
 
@@ -240,6 +241,71 @@ TEST(OverlappingAllan, GapsLeaveTheEstimateWithinItsLimits) {
     EXPECT_LT(whole[i].deviation, gaps[i].upper) << gaps[i].factor;
     EXPECT_GT(gaps[i].deviation, whole[i].lower) << gaps[i].factor;
     EXPECT_LT(gaps[i].deviation, whole[i].upper) << gaps[i].factor;
+  }
+}
+
+/// Phase of white (times = 1) or random-walk (2) rate noise of unit variance a sample.
+std::vector<double> summed_noise(std::size_t points, int times, unsigned seed) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double> phase(points);
+  double once = 0.0, twice = 0.0;
+  for (double& value : phase) {
+    once += normal(engine);
+    twice += once;
+    value = times == 1 ? once : twice;
+  }
+  return phase;
+}
+
+TEST(Stability, ParabolicIsTheSumItIsDefinedAs) {
+  const auto x = summed_noise(1000, 2, 3);
+  const std::size_t factors[6] = {1, 2, 3, 64, 301, 499};
+  const auto points = stability(Stability::parabolic, x, 0.5, factors, {.alpha = -2});
+  ASSERT_EQ(points.size(), 6u);
+  for (const auto& point : points) {
+    const std::size_t m = point.factor;
+    long double sum = 0.0L;
+    for (std::size_t i = 0; i + 2 * m < x.size(); ++i) {
+      long double slope = 0.0L;
+      for (std::size_t k = 0; k < m; ++k) slope += (0.5L * (m - 1) - k) * (x[i + k] - x[i + k + m]);
+      sum += slope * slope;
+    }
+    if (m == 1) {  // no slope in one point: there it is the Allan deviation
+      EXPECT_EQ(point.deviation, stability(Stability::overlapping_allan, x, 0.5, factors, {.alpha = -2})[0].deviation);
+      continue;
+    }
+    const double tau = 0.5 * static_cast<double>(m), m2 = static_cast<double>(m) * static_cast<double>(m);
+    const double expected = std::sqrt(72.0 * static_cast<double>(sum) / (m2 * m2 * tau * tau * (x.size() - 2 * m)));
+    EXPECT_NEAR(point.deviation / expected, 1.0, 1e-12) << m;
+    EXPECT_EQ(point.count, x.size() - 2 * m);
+  }
+}
+
+TEST(Stability, ParabolicRespondsAsPublishedAndScattersAsItsEdfSays) {
+  // Vernotte and others (2016), table 1: against the Allan variance, 6/5 of it for white rate noise and 39/35 for its
+  // random walk; at m = 32 the discrete sum is within 1/m^2 of that.
+  struct Case {
+    int alpha, times;
+    double ratio;
+  };
+  for (const auto& [alpha, times, ratio] : {Case{0, 1, 6.0 / 5.0}, Case{-2, 2, 39.0 / 35.0}}) {
+    constexpr std::size_t m = 32, records = 400;
+    const std::size_t factors[1] = {m};
+    double sum = 0.0, squares = 0.0, edf = 0.0;
+    for (unsigned seed = 0; seed < records; ++seed) {
+      const auto x = summed_noise(1024, times, seed);
+      const auto point = stability(Stability::parabolic, x, 1.0, factors, {.alpha = alpha}).at(0);
+      const double variance = point.deviation * point.deviation;
+      sum += variance / records;
+      squares += variance * variance / records;
+      edf = point.edf;
+    }
+    const double tau = m, allan = times == 1 ? 1.0 / tau : tau / 3.0;
+    EXPECT_NEAR(sum / (ratio * allan), 1.0, 4.0 * std::sqrt(2.0 / edf / records) + 1.0 / (tau * tau)) << alpha;
+    // The variance of a sample variance of 400 with edf of about 30 has a relative sd of sqrt(2/400 (1 + 6/edf)).
+    const double seen = 2.0 * sum * sum / (squares - sum * sum);
+    EXPECT_NEAR(seen / edf, 1.0, 4.0 * std::sqrt(2.0 / records * (1.0 + 6.0 / edf)) + 0.06) << alpha;
   }
 }
 

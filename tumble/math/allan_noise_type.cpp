@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t fewest_for_autocorrelation = 30;
 constexpr std::size_t fewest_for_phase = 128;
 constexpr std::size_t fewest_for_ratio = 8;
-constexpr std::size_t segment_points = 8192;  // of a long decimated phase, read in this many points at a time ...
-constexpr std::size_t most_segments = 8;      // ... so many times, evenly over the record
+constexpr std::size_t segment_points = 4096;  // of a long decimated phase, read in this many points at a time ...
+constexpr std::size_t most_segments = 4;      // ... so many times, evenly over the record
 constexpr int most_differences = 3;
 
 using Series = std::vector<double>;

@@ -38,6 +38,35 @@ MeanSquare modified_allan_variance(std::span<const double> x, std::size_t m) {
   return {sum / (2.0 * tau * tau * tau * tau * static_cast<double>(count)), count};
 }
 
+MeanSquare parabolic_variance(std::span<const double> x, std::size_t m) {
+  if (m == 1) return difference_variance(x, 1, 2, 1);  // a line through one point has no slope
+  if (x.size() <= 2 * m) return {};
+  // The sum over k moves along with i by its two ends and by the plain sum of the differences. Rounding of what is
+  // added up twice grows fast, hence a fresh start at every block.
+  const std::size_t count = x.size() - 2 * m, block = std::max<std::size_t>(256, m);
+  std::vector<double> partial((count + block - 1) / block, 0.0);
+  const double middle = 0.5 * static_cast<double>(m - 1);
+  parallel_for(partial.size(), [&](std::size_t task) {
+    const std::size_t first = task * block, last = std::min(count, first + block);
+    double plain = 0.0, weighted = 0.0;
+    for (std::size_t k = 0; k < m; ++k) {
+      const double difference = x[first + k] - x[first + m + k];
+      plain += difference;
+      weighted += (middle - static_cast<double>(k)) * difference;
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      partial[task] += weighted * weighted;
+      const double leaves = x[i] - x[i + m], enters = x[i + m] - x[std::min(i + 2 * m, x.size() - 1)];
+      plain += enters - leaves;
+      weighted += plain - middle * leaves - (middle + 1.0) * enters;
+    }
+  });
+  double sum = 0.0;
+  for (const double part : partial) sum += part;
+  const double tau = static_cast<double>(m);
+  return {72.0 * sum / (tau * tau * tau * tau * tau * tau * static_cast<double>(count)), count};
+}
+
 MeanSquare total_variance(std::span<const double> x, std::size_t m) {
   const std::size_t size = x.size();
   if (size < 3 || m > size - 1) return {};

@@ -15,6 +15,7 @@ struct MeanSquare {
 /// Variance of a d-th difference, d = 2 or 3, of terms `stride` samples apart.
 MeanSquare difference_variance(std::span<const double> x, std::size_t m, int order, std::size_t stride);
 MeanSquare modified_allan_variance(std::span<const double> x, std::size_t m);
+MeanSquare parabolic_variance(std::span<const double> x, std::size_t m);
 MeanSquare total_variance(std::span<const double> x, std::size_t m);
 /// Mean over segments of 3 m values of the mean square of second differences of m-averages, each segment without its
 /// slope and extended by reflection on both sides. Of phase: 2 m^2 times the modified total variance. Of rate: 6 times

@@ -98,16 +98,12 @@ void sum_directly(std::span<const double> x, std::vector<std::size_t> factors, s
     if (terms > most) factors.resize(i);
   }
   std::reverse(factors.begin(), factors.end());
-  constexpr std::size_t piece = 16;
-  parallel_for((factors.size() + piece - 1) / piece, [&](std::size_t k) {
-    const auto some = std::span(factors).subspan(k * piece, std::min(piece, factors.size() - k * piece));
-    std::vector<double> found(some.size(), 0.0);
-    add_second_differences(x, some, found);
-    for (std::size_t i = 0; i < some.size(); ++i) {
-      sums[some[i] - 1] = found[i];
-      errors[some[i] - 1] = 0.0;
-    }
-  });
+  std::vector<double> found(factors.size(), 0.0);
+  add_second_differences(x, factors, found);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    sums[factors[i] - 1] = found[i];
+    errors[factors[i] - 1] = 0.0;
+  }
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <random>
+#include <span>
 
 #include "tumble/math/allan.hpp"
 #include "tumble/math/allan_phase.hpp"
@@ -17,7 +18,7 @@ namespace {
 using tumble::every_overlapping_allan;
 
 /// Deviation from the sum as it is defined, in long double over the same phase.
-double direct(const std::vector<double>& x, std::size_t m) {
+double direct(std::span<const double> x, std::size_t m) {
   long double sum = 0.0L;
   for (std::size_t n = 0; n + 2 * m < x.size(); ++n) {
     const long double z = static_cast<long double>(x[n]) - 2.0L * x[n + m] + x[n + 2 * m];

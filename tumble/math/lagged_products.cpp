@@ -6,7 +6,8 @@
 #include <cstring>
 
 #define POCKETFFT_NO_MULTITHREADING
-#include "pocketfft/pocketfft_hdronly.h"
+#include <pocketfft/pocketfft_hdronly.h>
+
 #include "tumble/math/parallel.hpp"
 
 namespace tumble {
