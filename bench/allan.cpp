@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "tumble/math/allan_differences.hpp"
 #include "tumble/math/allan_family.hpp"
 #include "tumble/math/allan_phase.hpp"
 #include "tumble/math/every_tau.hpp"

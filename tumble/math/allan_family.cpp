@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "tumble/math/allan_differences.hpp"
 #include "tumble/math/allan_edf.hpp"
 #include "tumble/math/allan_noise_type.hpp"
 #include "tumble/math/allan_phase.hpp"
@@ -141,8 +142,7 @@ double edf_of(Stability measure, int alpha, std::size_t m, std::size_t count, do
   }
 }
 
-void check(std::span<const double> phase, double interval, std::span<const std::size_t> factors,
-           const StabilityOptions& options) {
+void check(double interval, std::span<const std::size_t> factors, const StabilityOptions& options) {
   std::vector<std::string> problems;
   if (!(interval > 0.0 && std::isfinite(interval)))
     problems.push_back("interval between phase points must be above 0 s");
@@ -152,40 +152,63 @@ void check(std::span<const double> phase, double interval, std::span<const std::
     problems.push_back("averaging factors must be whole numbers from 1 on, in ascending order");
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  const auto bad = std::find_if(phase.begin(), phase.end(), [](double value) { return !std::isfinite(value); });
-  if (bad != phase.end()) {
-    throw Error(Error::Kind::bad_data,
-                "phase point " + std::to_string(bad - phase.begin()) + " is not a finite number");
-  }
 }
 
-}  // namespace
+/// What the runs between gaps say together: estimates weighted by their number of terms, of peaks the largest. Runs are
+/// nearly independent: edf = M^2/sum(M_i^2/edf_i); 0 where no formula is published.
+struct Pooled {
+  double square = 0.0;
+  std::size_t count = 0;
+  double edf = 0.0;
+};
 
-std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
-                                      std::span<const std::size_t> factors, const StabilityOptions& options) {
-  check(phase, interval, factors, options);
+Pooled pool(Stability measure, const Phase& phase, std::size_t m, int alpha, bool remove_bias) {
+  Pooled pooled;
+  double sum = 0.0, spread = 0.0;
+  bool known = true;
+  for (const auto& run : phase.runs) {
+    const auto x = phase.values.subspan(run.first, run.points());
+    std::vector<double> rate;
+    if (measure == Stability::hadamard_total) {
+      for (std::size_t n = 0; n + 1 < x.size(); ++n) rate.push_back(x[n + 1] - x[n]);
+    }
+    const auto found = measure_at(measure, x, rate, m);
+    if (found.count == 0) continue;
+    const double ratio = static_cast<double>(x.size() - 1) / static_cast<double>(m);
+    const double value = remove_bias ? found.value / bias(measure, alpha, m, ratio) : found.value;
+    const double terms = static_cast<double>(found.count), edf = edf_of(measure, alpha, m, found.count, ratio);
+    pooled.count += found.count;
+    pooled.square = std::max(pooled.square, value);
+    sum += terms * value;
+    known = known && edf > 0.0;
+    spread += known ? terms * terms / edf : 0.0;
+  }
+  if (pooled.count == 0) return pooled;
+  const double all = static_cast<double>(pooled.count);
+  if (measure != Stability::peak_interval_error) pooled.square = sum / all;
+  pooled.edf = known ? all * all / spread : 0.0;
+  return pooled;
+}
+
+std::vector<DeviationPoint> stability_of(Stability measure, const Phase& phase, double interval,
+                                         std::span<const std::size_t> factors, const StabilityOptions& options) {
   std::vector<DeviationPoint> points;
-  if (phase.size() < 2) return points;
-  std::vector<double> rate(phase.size() - 1);
-  for (std::size_t n = 0; n < rate.size(); ++n) rate[n] = phase[n + 1] - phase[n];
-  const Phase whole{phase, {{0, phase.size() - 1}}, nullptr};
-  const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(whole, factors);
-
+  const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(phase, factors);
   int alpha = options.alpha.value_or(2);
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const std::size_t m = factors[i];
-    const auto square = measure_at(measure, phase, rate, m);
-    if (square.count == 0) continue;
-    const double scale = measure == Stability::theo1 ? 0.75 : 1.0;
-    DeviationPoint point{.factor = m, .tau = scale * static_cast<double>(m) * interval, .count = square.count};
-    if (!options.alpha && phase.size() > 2 * m) {
-      alpha = identify_noise_type(whole, m, allan_sums[i], phase.size() - 2 * m, alpha);
+    if (!options.alpha) {
+      std::size_t terms = 0;
+      for (const auto& run : phase.runs) terms += run.points() > 2 * m ? run.points() - 2 * m : 0;
+      alpha = identify_noise_type(phase, m, allan_sums[i], terms, alpha);
     }
+    const auto pooled = pool(measure, phase, m, alpha, options.remove_bias);
+    if (pooled.count == 0) continue;
+    const double scale = measure == Stability::theo1 ? 0.75 : 1.0;
+    DeviationPoint point{.factor = m, .tau = scale * static_cast<double>(m) * interval, .count = pooled.count};
     point.alpha = alpha;
-    const double ratio = static_cast<double>(rate.size()) / static_cast<double>(m);
-    const double unbiased = options.remove_bias ? square.value / bias(measure, alpha, m, ratio) : square.value;
-    point.deviation = deviation_of(measure, unbiased, point.tau, interval);
-    point.edf = edf_of(measure, alpha, m, square.count, ratio);
+    point.deviation = deviation_of(measure, pooled.square, point.tau, interval);
+    point.edf = pooled.edf;
     const auto limits = point.edf > 0.0 ? deviation_limits(point.deviation, point.edf, options.confidence)
                                         : Limits{point.deviation, point.deviation};
     point.lower = limits.lower;
@@ -195,12 +218,38 @@ std::vector<DeviationPoint> stability(Stability measure, std::span<const double>
   return points;
 }
 
+std::vector<double> scaled(std::span<const double> values, double factor) {
+  std::vector<double> result(values.begin(), values.end());
+  for (double& value : result) value *= factor;
+  return result;
+}
+
+}  // namespace
+
+std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
+                                      std::span<const std::size_t> factors, const StabilityOptions& options) {
+  check(interval, factors, options);
+  const auto bad = std::find_if(phase.begin(), phase.end(), [](double value) { return !std::isfinite(value); });
+  if (bad != phase.end()) {
+    throw Error(Error::Kind::bad_data,
+                "phase point " + std::to_string(bad - phase.begin()) + " is not a finite number");
+  }
+  if (phase.size() < 2) return {};
+  return stability_of(measure, {phase, {{0, phase.size() - 1}}, nullptr}, interval, factors, options);
+}
+
+std::vector<DeviationPoint> stability_of_rate(Stability measure, std::span<const double> rate, double interval,
+                                              std::span<const std::size_t> factors, const StabilityOptions& options) {
+  check(interval, factors, options);
+  const auto phase = integrate_rate(rate, 1);
+  const auto values = scaled(phase.values, interval);
+  return stability_of(measure, {values, phase.runs, nullptr}, interval, factors, options);
+}
+
 std::vector<double> phase_from_rate(std::span<const double> rate, double interval) {
   const auto phase = integrate_rate(rate, 1);
-  if (phase.has_gaps()) throw Error(Error::Kind::bad_data, "the rate has missing samples: use overlapping_allan");
-  std::vector<double> values(phase.values.begin(), phase.values.end());
-  for (double& value : values) value *= interval;
-  return values;
+  if (phase.has_gaps()) throw Error(Error::Kind::bad_data, "the rate has missing samples: use stability_of_rate");
+  return scaled(phase.values, interval);
 }
 
 }  // namespace tumble

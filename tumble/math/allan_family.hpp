@@ -62,6 +62,11 @@ struct StabilityOptions {
 std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
                                       std::span<const std::size_t> factors, const StabilityOptions& options);
 
+/// The same of a rate signal [u] in which samples may be missing (NaN). Nothing is put in their place: the runs between
+/// them are measured apart and pooled by their numbers of terms, edf likewise; MTIE is the largest of any run.
+std::vector<DeviationPoint> stability_of_rate(Stability measure, std::span<const double> rate, double interval,
+                                              std::span<const std::size_t> factors, const StabilityOptions& options);
+
 /// x_0 = 0, x_{n+1} = x_n + (y_n - mean y) t0, whose stability in all measures but the interval errors is that of y.
 std::vector<double> phase_from_rate(std::span<const double> rate, double interval);
 

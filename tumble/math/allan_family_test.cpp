@@ -43,6 +43,8 @@ const std::map<std::string, Stability>& names() {
                                                     {"hadamard", Stability::hadamard},
                                                     {"overlapping_hadamard", Stability::overlapping_hadamard},
                                                     {"total", Stability::total},
+                                                    {"parabolic", Stability::parabolic},
+                                                    {"theo1", Stability::theo1},
                                                     {"hadamard_total", Stability::hadamard_total},
                                                     {"modified_total", Stability::modified_total},
                                                     {"modified_total_biased", Stability::modified_total},
@@ -306,6 +308,43 @@ TEST(Stability, ParabolicRespondsAsPublishedAndScattersAsItsEdfSays) {
     // The variance of a sample variance of 400 with edf of about 30 has a relative sd of sqrt(2/400 (1 + 6/edf)).
     const double seen = 2.0 * sum * sum / (squares - sum * sum);
     EXPECT_NEAR(seen / edf, 1.0, 4.0 * std::sqrt(2.0 / records * (1.0 + 6.0 / edf)) + 0.06) << alpha;
+  }
+}
+
+TEST(Stability, GapsPoolTheRunsBetweenThem) {
+  const auto phase = summed_noise(3001, 1, 9);
+  std::vector<double> rate(3000);
+  for (std::size_t n = 0; n < rate.size(); ++n) rate[n] = phase[n + 1] - phase[n];
+  const std::size_t factors[3] = {1, 20, 400};
+  for (const auto& [name, measure] : names()) {
+    const StabilityOptions options{.alpha = 0};
+    // Without gaps the two are one, to the rounding of the sums.
+    const auto whole = stability_of_rate(measure, rate, 0.5, factors, options);
+    const auto direct = stability(measure, phase_from_rate(rate, 0.5), 0.5, factors, options);
+    ASSERT_EQ(whole.size(), direct.size()) << name;
+    for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_EQ(whole[i].deviation, direct[i].deviation) << name;
+
+    auto broken = rate;
+    broken[1000] = std::numeric_limits<double>::quiet_NaN();
+    const auto first = stability_of_rate(measure, std::span(rate).first(1000), 0.5, factors, options);
+    const auto second = stability_of_rate(measure, std::span(rate).subspan(1001), 0.5, factors, options);
+    const auto pooled = stability_of_rate(measure, broken, 0.5, factors, options);
+    for (const auto& point : pooled) {
+      double sum = 0.0;
+      std::size_t count = 0;
+      for (const auto* run : {&first, &second}) {
+        for (const auto& part : *run) {
+          if (part.factor != point.factor) continue;
+          sum += static_cast<double>(part.count) * part.deviation * part.deviation;
+          count += part.count;
+        }
+      }
+      EXPECT_EQ(point.count, count) << name;
+      EXPECT_NEAR(point.deviation / std::sqrt(sum / static_cast<double>(count)), 1.0, 1e-9) << name << point.factor;
+      EXPECT_LE(point.lower, point.deviation);
+    }
+    ASSERT_FALSE(pooled.empty()) << name;
+    if (pooled[0].edf > 0.0) EXPECT_LT(pooled[0].edf, whole[0].edf) << name;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "tumble/math/allan_differences.hpp"
 #include "tumble/math/allan_phase.hpp"
 #include "tumble/math/lagged_products.hpp"
 #include "tumble/math/parallel.hpp"

@@ -38,13 +38,8 @@ struct Spectra {
 /// other.
 template <class Body>
 void in_pieces(std::size_t count, std::size_t piece, bool threads, const Body& body) {
-  const std::size_t pieces = (count + piece - 1) / piece;
-  const auto one = [&](std::size_t k) { body(k * piece, std::min(count, (k + 1) * piece)); };
-  if (threads) {
-    parallel_for(pieces, one);
-  } else {
-    for (std::size_t k = 0; k < pieces; ++k) one(k);
-  }
+  if (threads) return parallel_pieces(count, piece, body);
+  for (std::size_t k = 0; k < count; k += piece) body(k, std::min(count, k + piece));
 }
 
 pocketfft::stride_t strides(std::size_t across, std::size_t along) {

@@ -32,4 +32,9 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
   if (failure) std::rethrow_exception(failure);
 }
 
+void parallel_pieces(std::size_t count, std::size_t length, const std::function<void(std::size_t, std::size_t)>& body) {
+  parallel_for((count + length - 1) / length,
+               [&](std::size_t k) { body(k * length, std::min(count, (k + 1) * length)); });
+}
+
 }  // namespace tumble

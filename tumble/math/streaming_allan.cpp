@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "tumble/math/allan_differences.hpp"
 #include "tumble/math/allan_edf.hpp"
 #include "tumble/math/allan_phase.hpp"
 #include "tumble/units/error.hpp"
