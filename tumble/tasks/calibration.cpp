@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/formats/checksum.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 
@@ -29,9 +29,7 @@ void read_calibration(Plan& plan) {
   try {
     const auto text = read_text_file(calibration.file);
     result = estimate_from_json(text, calibration.file);
-    formats::Sha256 sum;
-    sum.add(text);
-    calibration.sha256 = sum.hex();
+    calibration.sha256 = sha256_of(text);
   } catch (const Error& error) {
     auto problems = error.problems;
     const std::string where = plan.file.empty() ? "--set calibration" : plan.file;

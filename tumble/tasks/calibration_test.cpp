@@ -5,7 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/checksum.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -69,7 +70,7 @@ TEST_F(CalibrationFile, IsReadWithItsCovarianceAndChecksum) {
   ASSERT_TRUE(plan.calibration.result);
   const auto& covariance = plan.calibration.result->covariance;
   EXPECT_NEAR(covariance(0, 1), 1e-8, 1e-20);
-  EXPECT_EQ(plan.calibration.sha256, formats::sha256_of_file(plan.calibration.file));
+  EXPECT_EQ(plan.calibration.sha256, sha256_of(read_text_file(plan.calibration.file)));
   Provenance provenance;
   add_calibration(plan, provenance);
   ASSERT_EQ(provenance.inputs.size(), 1u);

@@ -3,6 +3,7 @@
 #include <openssl/evp.h>
 
 #include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::formats {
@@ -48,3 +49,13 @@ std::string sha256_of_file(const std::string& path) {
 }
 
 }  // namespace tumble::formats
+
+namespace tumble {
+
+std::string sha256_of(std::string_view bytes) {
+  formats::Sha256 sum;
+  sum.add(bytes);
+  return sum.hex();
+}
+
+}  // namespace tumble

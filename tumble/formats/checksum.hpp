@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tumble {
+
+/// SHA-256 of these bytes, lower-case hex.
+std::string sha256_of(std::string_view bytes);
+
+}  // namespace tumble

@@ -1,0 +1,107 @@
+#include "tumble/methods/linear/linear.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/north_finding/report.hpp"
+#include "tumble/methods/north_finding/trial.hpp"
+#include "tumble/units/error.hpp"
+
+// Symbols: i index angle, counter-clockwise seen from above; W_k rate at index angle k; A azimuth, w_ie Earth's rate,
+// phi latitude.
+
+namespace tumble::methods {
+namespace {
+
+using namespace north;
+
+std::vector<Role> roles() {
+  return {{"gyro", "", true, "output of the gyro along x: a rate, angle increments, counts, a current or a voltage"},
+          {"accelerometer_x", "", false,
+           "output of the accelerometer along x; absent: the base is as level as the rig says"},
+          {"accelerometer_y", "", false, "output of the accelerometer along y"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  std::vector<Option> all = instrument_options();
+  const std::vector<Option> more{
+      {"bias_instability",
+       Type::quantity,
+       "deg/h",
+       "",
+       {},
+       "of the gyro: taken for what the bias does from position to position, in place of what they show"},
+      {"drift",
+       Type::word,
+       "1",
+       "auto",
+       {"auto", "yes", "no"},
+       "whether a linear drift of the bias is part of the model; auto: where six places or more show it apart from the "
+       "azimuth"},
+      {"azimuth_about", Type::quantity, "deg", "", {}, "rough azimuth: tells the two answers of two positions apart"},
+      {"reference_azimuth",
+       Type::quantity,
+       "deg",
+       "",
+       {},
+       "the azimuth as known otherwise: errors are shown against it"},
+      {"settling", Type::quantity, "s", "2 s", {}, "time dropped in each segment after the rig has settled"},
+      {"averaging",
+       Type::quantity,
+       "s",
+       "10 s",
+       {},
+       "length of the averages whose scatter gives the noise; of a table that turns at most a tenth of a turn"}};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+bool has(const std::vector<Quantity>& free, Quantity quantity) {
+  for (const Quantity one : free)
+    if (one == quantity) return true;
+  return false;
+}
+
+Reduction reduced(const Bench& bench, Instrument instrument, bool predicted) {
+  Reduction out{std::move(instrument), {}, {}, {}};
+  out.setup = (predicted ? set_up_prediction : set_up)(bench, out.instrument);
+  if (has(out.setup.free, gyro_z)) forget(out.instrument, gyro_z);  // the turns show it
+  const auto errors = disturbances_of(bench, has(out.setup.free, pitch), has(out.setup.free, roll));
+  for (std::size_t c = 0; c < bench.signals.size(); ++c)
+    out.noise.push_back(predicted ? expected_noise(bench, c, out.setup.start)
+                                  : north::noise_of(bench, c, out.setup.start, errors, out.setup.drift));
+  out.solution = solve(bench, out.instrument, out.setup, out.noise, errors, predicted);
+  return out;
+}
+
+Estimate answer(const Bench& bench, bool predicted) {
+  const Plan& plan = *bench.plan;
+  if (!plan.calibration.result)
+    return described(bench, reduced(bench, nominal_instrument(plan, bench.records), predicted), nullptr, predicted);
+  const Reduction identified = reduced(bench, identified_instrument(plan, bench.records), predicted);
+  const Reduction nominal = reduced(bench, nominal_instrument(plan, bench.records), predicted);
+  return described(bench, identified, &nominal, predicted);
+}
+
+Estimate identify(const Evidence& evidence, const Progress&) { return answer(bench_of(evidence), false); }
+
+Estimate predict(const Plan& plan) { return answer(bench_of(plan), true); }
+
+}  // namespace
+
+extern const Method north_finding;
+const Method north_finding{
+    .name = "north_finding",
+    .summary = "azimuth from a gyro at index angles about the vertical: two, four, many positions or turning, any tilt",
+    .source =
+        "Chinese patent CN113175941B (Xi'an University of Technology, 2023), north finder with a ring laser gyro and "
+        "two "
+        "accelerometers; eq. (2.8)-(2.18)",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = north::trial,
+    .compensate = nullptr,
+    .predict = predict,
+    .takes_calibration = true};
+
+}  // namespace tumble::methods

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/methods/linear/rows.hpp"
+#include "tumble/methods/linear/slow.hpp"
+#include "tumble/methods/north_finding/attitude.hpp"
+#include "tumble/methods/north_finding/instrument.hpp"
+
+namespace tumble::methods::north {
+
+/// A stay at an index angle, or a revolution of a table that turns: what shares one draw of slow noise.
+struct Place {
+  std::string label;
+  int run = 1;
+  bool steady = true;
+  double angle = 0.0;         ///< [rad] index angle; of a turn: where it begins
+  double rate = 0.0;          ///< [rad/s] of the table
+  linear::Interval interval;  ///< of its samples
+};
+
+/// One channel of the test.
+struct Signal {
+  Channel channel = gyro;
+  linear::Problem problem;
+  linear::Evidences evidence = {};
+  linear::Rows blocks = {};              ///< averages, as they are read
+  std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is left out
+  std::vector<Place> places = {};
+  std::vector<Row> rows = {};  ///< a stay is one row, of a turn every block is one
+};
+
+/// The test, as read.
+struct Bench {
+  const Plan* plan = nullptr;
+  Index index;
+  Records records;
+  std::vector<Signal> signals;  ///< the gyro first
+  double middle = 0.0;          ///< t_0 [s] since power-on, from which the drift counts
+  Findings findings;
+};
+
+inline constexpr std::size_t npos = static_cast<std::size_t>(-1);
+
+/// Reads the channels. Throws Error::bad_input, bad_data with all that is missing.
+Bench bench_of(const Evidence& evidence);
+/// The same of a plan, around its [truth].
+Bench bench_of(const Plan& plan);
+
+const Signal* signal_of(const Bench& bench, Channel channel);
+
+/// What an error of the rig does to the middle of a row.
+struct Move {
+  std::size_t row = 0;
+  View before, after;
+};
+
+/// One draw of an error of the rig, at one standard deviation: the rows of each signal that it moves.
+struct Disturbance {
+  std::string source;
+  std::vector<std::vector<Move>> moves;
+};
+
+/// All errors of the rigs. Those that turn the base as a whole are left out as far as the base is what is looked for:
+/// about the vertical always, about x and y where roll and pitch are found.
+std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, bool roll_found);
+
+}  // namespace tumble::methods::north

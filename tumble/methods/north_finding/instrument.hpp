@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/core/plan.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/north_finding/model.hpp"
+
+namespace tumble::methods::north {
+
+/// Quantities that are known beforehand with this covariance.
+struct Prior {
+  std::string source;  ///< as the budget names it
+  std::vector<Quantity> of;
+  Matrix covariance;  ///< [SI]
+};
+
+/// What is known of the instrument.
+struct Instrument {
+  State state{};                             ///< tilt and azimuth 0
+  std::array<bool, channels> scale_known{};  ///< else it is found with the azimuth
+  std::array<bool, channels> bias_known{};   ///< of accelerometers: used where the positions cannot show it
+  std::vector<Prior> priors;
+  Findings findings;
+};
+
+/// How a channel is recorded.
+struct Recorded {
+  bool present = false;
+  Unit unit;          ///< of the output per second: "pulse/s", "deg/h", "V"
+  bool plain = true;  ///< a rate or a specific force: the scale factor is 1
+  double per_second = 1.0;
+  bool pulses = false;
+};
+using Records = std::array<Recorded, channels>;
+
+/// From the channel's unit. Throws Error::bad_data where it is no output of such a sensor.
+Recorded recorded_as(Channel channel, const Unit& unit, double rate);
+
+/// Settings that say what is known of the instrument.
+std::vector<Option> instrument_options();
+
+/// Takes the quantity out of what is known beforehand.
+void forget(Instrument& instrument, Quantity quantity);
+
+/// As the settings have it: nominal scale factors, no misalignment, with the uncertainties stated.
+Instrument nominal_instrument(const Plan& plan, const Records& records);
+
+/// What the calibration says in place of the nominal values, with its covariance. Throws Error::bad_input where it
+/// holds nothing of the kind or in another unit.
+Instrument identified_instrument(const Plan& plan, const Records& records);
+
+}  // namespace tumble::methods::north

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/math/mixed_model.hpp"
+#include "tumble/methods/linear/linear.hpp"
+#include "tumble/methods/north_finding/bench.hpp"
+
+namespace tumble::methods::north {
+
+/// Noise of one signal.
+struct Noise {
+  double white = 0.0;           ///< s^2 [SI of the channel, squared, times s]
+  std::vector<SlowNoise> slow;  ///< of its places, with their variances
+  bool slow_known = false;      ///< from the settings or the plan's truth, not found
+  bool slow_shown = true;       ///< false: too few places to show it
+  Matrix component_covariance;  ///< of (s^2, variances of `slow`); empty where they are known
+  double place_sd = 0.0;        ///< [SI of the channel] by which places differ beyond the model and white noise
+};
+
+/// What of the circle the index angles of a signal show.
+struct Shown {
+  bool none = true, both = false;  ///< directions in the base: none, one or both
+  double along = 0.0;              ///< [rad] the one direction, from the base's x towards its y
+  bool drift = false;              ///< a linear drift can be told apart as well
+};
+Shown shown_by(const Signal& signal);
+
+/// Straight least squares on [cos i, sin i, 1, t] as far as they are shown: horizontal parts of the field in the base,
+/// in units of the output, and the residuals of the rows.
+struct Harmonics {
+  double x = 0.0, y = 0.0;  ///< of the field along x and y of the base, or `x` along Shown::along alone
+  double offset = 0.0;
+  std::vector<double> residuals;
+  double condition = 1.0;
+};
+Harmonics harmonics_of(const Signal& signal, const std::vector<double>& outputs, const Shown& shown, bool drift);
+
+/// Found from the scatter within and between places, at `state` and with the rig's errors.
+Noise noise_of(const Bench& bench, std::size_t signal, const State& state, const std::vector<Disturbance>& disturbances,
+               bool drift);
+/// As the plan's truth has it.
+Noise expected_noise(const Bench& bench, std::size_t signal, const State& state);
+
+/// Change of the rows of a signal by a disturbance.
+std::vector<double> effect_of(const Signal& signal, const std::vector<Move>& moves, const State& state);
+
+}  // namespace tumble::methods::north

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/methods/north_finding/solve.hpp"
+
+namespace tumble::methods::north {
+
+/// One reduction: what was known of the instrument, and what came out.
+struct Reduction {
+  Instrument instrument;
+  Setup setup;
+  std::vector<Noise> noise;
+  Solution solution;
+};
+
+/// Azimuths without the joint fit, corrected for gamma_y by (2.10).
+struct ClosedForms {
+  double uncorrected = 0.0;  ///< [rad] as if the base were level
+  double first_order = 0.0;  ///< (2.9)
+  double exact = 0.0;        ///< (2.12)
+};
+ClosedForms closed_forms(const Bench& bench, const Reduction& reduction);
+
+/// The estimate of `reduction`; `nominal` is the same test without the calibration, or null.
+Estimate described(const Bench& bench, const Reduction& reduction, const Reduction* nominal, bool predicted);
+
+/// How the test may mislead, and what would mend it.
+Findings findings_of(const Bench& bench, const Reduction& reduction, bool predicted);
+
+/// "four positions", "continuous turning"
+std::string scheme_of(const Bench& bench);
+
+/// From 0 to 360 deg.
+double wrapped(double angle);
+
+}  // namespace tumble::methods::north

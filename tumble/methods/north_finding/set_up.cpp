@@ -1,0 +1,214 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/earth/earth.hpp"
+#include "tumble/math/mixed_model.hpp"
+#include "tumble/methods/north_finding/solve.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::methods::north {
+namespace {
+
+constexpr std::size_t least_places_for_drift = 6;
+
+std::vector<double> outputs_of(const Signal& signal) {
+  std::vector<double> out;
+  for (const auto& row : signal.rows) out.push_back(row.output);
+  return out;
+}
+
+/// Which of (u_x, u_y, b_x, b_y) the accelerometers show.
+struct Level {
+  bool pitch = false, roll = false;
+  std::vector<Quantity> biases;  ///< found with the tilt
+};
+
+Level level_of(const Bench& bench, const Instrument& instrument, Findings& findings) {
+  std::vector<const Signal*> signals;
+  std::size_t rows = 0;
+  for (const auto& signal : bench.signals)
+    if (signal.channel != gyro) {
+      signals.push_back(&signal);
+      rows += signal.rows.size();
+    }
+  Level level;
+  if (signals.empty()) return level;
+  const std::size_t columns = 2 + signals.size();
+  Matrix design(rows, columns);
+  std::size_t i = 0;
+  for (std::size_t s = 0; s < signals.size(); ++s)
+    for (const auto& row : signals[s]->rows) {
+      for (const auto& view : row.views) {
+        const Vector3 axis = row.channel == accelerometer_y ? view.turn.y : view.turn.x;
+        design(i, 0) += view.weight * axis.x;
+        design(i, 1) += view.weight * axis.y;
+      }
+      design(i++, 2 + s) = 1.0;
+    }
+  std::vector<std::size_t> preference;
+  for (std::size_t k = 2; k < columns; ++k) preference.push_back(k);
+  preference.push_back(1);
+  const auto dropped =
+      unobservable_columns(design, std::vector<double>(rows, 1.0), std::vector<double>(columns, 1.0), preference, 1e3);
+  const auto kept = [&](std::size_t column) {
+    return std::ranges::none_of(dropped, [&](const Dropped& one) { return one.column == column; });
+  };
+  level.pitch = kept(0);
+  level.roll = kept(1);
+  for (std::size_t s = 0; s < signals.size(); ++s) {
+    const Channel channel = signals[s]->channel;
+    if (kept(2 + s))
+      level.biases.push_back(bias_of(channel));
+    else if (!instrument.bias_known[channel])
+      findings.push_back({Finding::Severity::warning,
+                          fmt::format("the positions do not show the bias of {}: it is taken as zero, without "
+                                      "uncertainty; state accelerometer_bias_sd, or add the position opposite",
+                                      role_of(channel)),
+                          ""});
+  }
+  return level;
+}
+
+bool drift_wanted(const Bench& bench, const Shown& shown) {
+  const auto& word = bench.plan->settings.word("drift");
+  if (word == "no") return false;
+  if (word == "yes" && !shown.drift)
+    throw Error(Error::Kind::bad_data,
+                "[settings] drift = \"yes\", but in this order the index angles do not show a drift apart from the "
+                "azimuth: go through the positions forwards and back");
+  return shown.drift && (word == "yes" || bench.signals.front().places.size() >= least_places_for_drift);
+}
+
+void refuse_unshown(const Bench& bench, const Instrument& instrument, const Shown& shown) {
+  std::vector<std::string> problems;
+  const auto& signal = bench.signals.front();
+  if (shown.none)
+    problems.push_back(
+        fmt::format("all {} use the same index angle: nothing tells the Earth's rate from the bias; "
+                    "turn the table to angles 90 or 180 deg apart",
+                    signal.places.size() == 1 ? "samples" : "positions"));
+  else if (!shown.both && !instrument.scale_known[gyro])
+    problems.push_back(
+        "index angles 180 deg apart alone give the azimuth from the size of the rate, which needs the gyro's scale "
+        "factor: [settings] gyro_scale_factor or a calibration; or add positions at 90 deg to these");
+  for (const Channel channel : {accelerometer_x, accelerometer_y})
+    if (bench.records[channel].present && !instrument.scale_known[channel])
+      problems.push_back(
+          fmt::format("the output of {} is in {}: [settings] accelerometer_scale_factor or a calibration "
+                      "must say its scale factor",
+                      role_of(channel), bench.records[channel].unit.text()));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+void choose_free(const Bench& bench, const Instrument& instrument, Setup& setup) {
+  const Level level = level_of(bench, instrument, setup.findings);
+  setup.free = {azimuth};
+  if (level.pitch) setup.free.push_back(pitch);
+  if (level.roll) setup.free.push_back(roll);
+  setup.free.push_back(gyro_bias);
+  if (setup.drift) setup.free.push_back(gyro_drift);
+  if (!instrument.scale_known[gyro]) setup.free.push_back(gyro_scale);
+  double low = INFINITY, high = -INFINITY;
+  for (const auto& place : bench.signals.front().places) {
+    low = std::min(low, place.rate);
+    high = std::max(high, place.rate);
+  }
+  if (high - low > 1e-6) setup.free.push_back(gyro_z);
+  setup.free.insert(setup.free.end(), level.biases.begin(), level.biases.end());
+}
+
+bool is_free(const Setup& setup, Quantity quantity) {
+  return std::ranges::find(setup.free, quantity) != setup.free.end();
+}
+
+/// Tilt of the rig as the plan has it.
+void start_from_rig(const Bench& bench, Setup& setup) {
+  const Rotation& base = bench.index.base_from_level;
+  const Vector3 up = base * Vector3{0.0, 0.0, 1.0};
+  setup.start[pitch] = std::asin(std::clamp(up.x, -1.0, 1.0));
+  setup.start[roll] = std::atan2(up.y, up.z);
+  setup.start[azimuth] = std::atan2(base.x.x, base.x.y);
+}
+
+/// Tilt from the accelerometers, their biases.
+void start_tilt(const Bench& bench, Setup& setup) {
+  double x = 0.0, y = 0.0, count = 0.0;
+  for (const auto& signal : bench.signals) {
+    if (signal.channel == gyro) continue;
+    const Shown shown = shown_by(signal);
+    const double unit = setup.start[scale_of(signal.channel)] * setup.start[gravity_here];
+    if (!shown.both) continue;
+    const auto found = harmonics_of(signal, outputs_of(signal), shown, false);
+    x += found.x / unit;
+    y += found.y / unit;
+    count += 1.0;
+  }
+  if (count == 0.0) return;
+  x /= count;
+  y /= count;
+  if (const double square = x * x + y * y; square > 0.75)
+    throw Error(Error::Kind::bad_data,
+                fmt::format("the accelerometers show a tilt of {:.3g} g: their scale factor or unit (g or m/s^2) is "
+                            "wrong, or their axes are not level",
+                            std::sqrt(square)));
+  setup.start[pitch] = std::asin(x);
+  setup.start[roll] = std::atan2(y, std::sqrt(1.0 - x * x - y * y));
+}
+
+void start_azimuth(const Bench& bench, const Instrument& instrument, Setup& setup) {
+  const Signal& signal = bench.signals.front();
+  const auto found = harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift);
+  const Vector3 up = directions_of(0.0, setup.start[pitch], setup.start[roll]).up;
+  const double horizontal = earth_rate * std::cos(setup.start[latitude]);
+  State& s = setup.start;
+  if (setup.shown.both && !instrument.scale_known[gyro]) {
+    const double size = std::hypot(found.x, found.y);
+    if (!(size > 0.0)) throw Error(Error::Kind::bad_data, "the gyro shows no rate that changes with the index angle");
+    s[gyro_scale] = size / horizontal;
+  }
+  const double k = s[gyro_scale];
+  if (setup.shown.both) {
+    s[azimuth] = exact_azimuth(found.x / k, found.y / k, up.x, up.y, s[latitude]) + s[gyro_y];
+  } else {
+    // (2.11): the rate along the one direction, less what tilt gives of the vertical rate
+    const double tilt = std::cos(setup.shown.along) * up.x + std::sin(setup.shown.along) * up.y;
+    const double c = (found.x / k - earth_rate * std::sin(s[latitude]) * tilt) / horizontal;
+    const double off = std::acos(std::clamp(c, -1.0, 1.0));
+    const double one = setup.shown.along + off, other = setup.shown.along - off;
+    const auto& settings = bench.plan->settings;
+    const auto apart = [&](double a) {
+      return settings.has("azimuth_about") ? std::abs(std::remainder(a - settings.number("azimuth_about"), 2.0 * M_PI))
+                                           : std::abs(std::remainder(a, 2.0 * M_PI));
+    };
+    s[azimuth] = apart(one) <= apart(other) ? one : other;
+    setup.other_azimuth = apart(one) <= apart(other) ? other : one;
+  }
+  s[gyro_bias] = found.offset / k;
+}
+
+Setup begin(const Bench& bench, const Instrument& instrument) {
+  Setup setup;
+  setup.start = instrument.state;
+  setup.shown = shown_by(bench.signals.front());
+  refuse_unshown(bench, instrument, setup.shown);
+  setup.drift = drift_wanted(bench, setup.shown);
+  choose_free(bench, instrument, setup);
+  start_from_rig(bench, setup);
+  return setup;
+}
+
+}  // namespace
+
+Setup set_up(const Bench& bench, const Instrument& instrument) {
+  Setup setup = begin(bench, instrument);
+  if (is_free(setup, pitch) && is_free(setup, roll)) start_tilt(bench, setup);
+  start_azimuth(bench, instrument, setup);
+  return setup;
+}
+
+Setup set_up_prediction(const Bench& bench, const Instrument& instrument) { return begin(bench, instrument); }
+
+}  // namespace tumble::methods::north

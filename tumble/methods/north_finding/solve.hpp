@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/methods/north_finding/noise.hpp"
+
+namespace tumble::methods::north {
+
+/// What the test is to give, and around what.
+struct Setup {
+  State start{};
+  std::vector<Quantity> free;  ///< azimuth first
+  Shown shown;                 ///< by the gyro
+  bool drift = false;
+  std::optional<double> other_azimuth;  ///< [rad] where only one direction is shown: the mirror image
+  Findings findings;
+};
+
+/// From the closed forms. Throws Error::bad_data where the azimuth cannot be told.
+Setup set_up(const Bench& bench, const Instrument& instrument);
+/// The same where nothing is measured yet: around the attitude that the rig has.
+Setup set_up_prediction(const Bench& bench, const Instrument& instrument);
+
+struct Solution {
+  State state{};
+  std::vector<Quantity> free;
+  Matrix covariance;
+  std::vector<SourceCovariance> sources;
+  std::vector<double> degrees_of_freedom;
+  Matrix gain;                    ///< free quantities by rows, the signals' rows one after the other
+  std::vector<double> residuals;  ///< [SI of the channel]
+  std::vector<double> sd;         ///< of the rows: white noise alone
+  Fit fit;
+};
+
+/// Generalised least squares of all channels together, the noise white within places and slow between them, the rig's
+/// errors and what is known beforehand as random effects common to the channels; Gauss-Newton about `start`.
+Solution solve(const Bench& bench, const Instrument& instrument, const Setup& setup, const std::vector<Noise>& noise,
+               const std::vector<Disturbance>& disturbances, bool predicted);
+
+}  // namespace tumble::methods::north
