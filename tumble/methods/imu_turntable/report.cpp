@@ -175,6 +175,21 @@ Table positions(const Task& task, const JointSolution& solution) {
   return table;
 }
 
+/// The effect of a rate error is taken as linear. Where an axis off the vertical runs away by delta until the end of a
+/// segment, what goes round with it is smaller by the mean of delta^2/2, delta^2/6 at the standard deviation, and that
+/// of a square of a normal number is sqrt(3) times as large: it is in no column, and goes to the scale factors.
+void add_second_order(const Look& look, Estimate& estimate) {
+  const double variance = std::pow(look.run_away, 4.0) / 12.0;
+  if (!(variance > 0.0)) return;
+  Contribution line{"rate error, second order", std::vector<double>(estimate.parameters.size(), 0.0)};
+  for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
+    if (!estimate.parameters[p].name.ends_with("_scale_factor_error")) continue;
+    line.variance[p] = variance;
+    estimate.covariance(p, p) += variance;
+  }
+  estimate.budget.push_back(std::move(line));
+}
+
 /// Ways between positions, which a schedule that was searched for has many of: one finding for all.
 void say_ways(Findings& findings) {
   constexpr std::string_view end = " is not used: no sample is left after settling";
@@ -209,6 +224,7 @@ void say_not_shown(const Task& task, const JointSolution& solution, Findings& fi
 Estimate answer_of(const Task& task, const JointSolution& solution) {
   Estimate estimate = linear::estimate_of(solution.all);
   estimate.method = "imu_turntable";
+  add_second_order(task.look, estimate);
   linear::gather_small(estimate);
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const std::size_t before = estimate.findings.size();

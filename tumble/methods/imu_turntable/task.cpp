@@ -28,6 +28,16 @@ bool holds(const Segment& segment) {
   });
 }
 
+/// How far the axes run away from the plan within a segment by one standard deviation of their rate error [rad].
+double run_away_in(const linear::PowerUp& power_up, const linear::Stretch& stretch) {
+  const Settings& rig = power_up.plan->rig;
+  if (!rig.has("rate_error_sd") || (rig.has("ideal") && rig.flag("ideal"))) return 0.0;
+  double angle = 0.0;
+  for (const auto& [name, motion] : power_up.rig.segments[stretch.segment].axes)
+    if (motion.kind == Motion::Kind::rate) angle = std::max(angle, std::abs(motion.value));
+  return angle * rig.number("rate_error_sd") * static_cast<double>(stretch.samples) * stretch.step;
+}
+
 /// Instants all over a stretch that fall in step with no motion.
 void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Look& look) {
   constexpr double golden = 0.6180339887498949;
@@ -55,6 +65,7 @@ void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Lo
   };
   look.even_rate.push_back(even(&Felt::rate, rate));
   look.even_force.push_back(even(&Felt::specific_force, force));
+  if (!look.even_force.back()) look.run_away = std::max(look.run_away, run_away_in(power_up, stretch));
   look.rate.push_back(rate);
   look.force.push_back(force);
   look.at_rest.push_back(holds(power_up.rig.segments[stretch.segment]));

@@ -24,6 +24,7 @@ struct Look {
   std::vector<bool> even_rate, even_force;         ///< within a tenth of the mean all the time
   std::vector<bool> at_rest;                       ///< all axes held
   double turning = 0.0;                            ///< greatest |w|^2 + |dw/dt| [1/s^2]
+  double run_away = 0.0;                           ///< [rad] greatest rate error times time, turning off the vertical
   Vector3 fastest, strongest;                      ///< greatest |w_i| [rad/s] and |f_i| [m/s^2] along each axis
 };
 
