@@ -61,6 +61,8 @@ double usual_step(const std::vector<double>& values, double size) {
 std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
   for (const Register& r : registers()) {
     if (spread.lowest < r.lowest || spread.highest > r.highest) continue;
+    const double quarter = 0.25 * (r.highest - r.lowest);  // more than `near` of the jumps below can be
+    if (spread.lowest > r.lowest + quarter || spread.highest < r.highest - quarter) continue;
     const double step = usual_step(channel.values, r.highest - r.lowest + 1.0);
     // Counts that use the whole of it anyway run over it or do not: that cannot be told.
     if (16.0 * (step + 1.0) > r.highest - r.lowest) continue;

@@ -31,6 +31,15 @@ Neighbours neighbours_of(const std::vector<double>& values, std::size_t i) {
   return {median, std::max(near[2 * side - 3] - median, median - near[2])};
 }
 
+/// Whether a window may hold twice what its neighbours do. Of any five neighbours one lies within a tenth of the
+/// median, since at most four of all do not, and that is 1.1/1.5 of the window at most.
+bool may_stand_out(const std::vector<double>& values, std::size_t i) {
+  const double bound = 0.75 * std::abs(values[i]);
+  for (const std::size_t k : {i - 1, i + 1, i - 2, i + 2, i - 3})
+    if (!(std::abs(values[k]) > bound)) return true;
+  return false;
+}
+
 /// Windows that hold k = 2, 3, ... times what their quiet neighbours hold: the card was read too late, and counted on.
 struct Late {
   std::size_t windows = 0, missed = 0, first = 0;
@@ -41,7 +50,7 @@ Late late_reads(const Channel& channel) {
   Late late;
   const auto& values = channel.values;
   for (std::size_t i = side; i + side < values.size(); ++i) {
-    if (!std::isfinite(values[i])) continue;
+    if (!std::isfinite(values[i]) || !may_stand_out(values, i)) continue;
     const Neighbours near = neighbours_of(values, i);
     const double size = std::abs(near.median);
     if (!(size >= 16.0) || !(near.scatter <= 0.1 * size)) continue;

@@ -20,7 +20,8 @@ using namespace multi_position;
 std::vector<Role> roles() {
   std::vector<Role> all;
   for (const char letter : multi_position::letters)
-    all.push_back({fmt::format("accelerometer_{}", letter), "", true,
+    all.push_back({fmt::format("accelerometer_{}", letter), "",
+                   false,  // not in every recording, if gyros have their own
                    fmt::format("accelerometer along {}: specific force, velocity increments or raw counts", letter)});
   for (const char letter : multi_position::letters)
     all.push_back({fmt::format("gyro_{}", letter), "", false,

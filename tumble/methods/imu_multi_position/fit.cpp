@@ -162,15 +162,17 @@ void apply(const ChainSolution& step, Fit& fit) {
     fit.direction[k] = (fit.direction[k] + across(fit.direction[k]) * step.pairs[k]).normalized();
 }
 
-/// Gauss-Newton steps until they change nothing that matters beside the standard deviations, or `most`.
-void iterate(const Work& work, int most) {
+constexpr double roughly = 1e-2, finely = 1e-4;  ///< of a standard deviation
+
+/// Gauss-Newton steps until one would change all by less than that, or `most`.
+void iterate(const Work& work, int most, double close) {
   for (int i = 0; i < most; ++i) {
     const ChainSolution step = solve(normal_equations(work.fit), true);
     if (!step.sound) throw_singular();
+    const auto relative = step.parameters.cwiseAbs2().cwiseQuotient(step.covariance.diagonal());
+    if (relative.maxCoeff() < close * close) break;
     apply(step, work.fit);
     linearise(work);
-    const auto relative = step.parameters.cwiseAbs2().cwiseQuotient(step.covariance.diagonal());
-    if (relative.maxCoeff() < 1e-6) break;
   }
 }
 
@@ -301,17 +303,15 @@ Fit fit_all(const std::vector<Session>& sessions, Rests& rests, const FitOptions
   start(work);
   fit.earth = earth_up(options) * fit.direction[0];
   linearise(work);
-  iterate(work, 8);
+  iterate(work, 8, roughly);
   for (int pass = 0; pass < 10; ++pass) {
     find_scatter(1, fit);
-    iterate(work, 3);
+    iterate(work, 3, roughly);
     if (!leave_out_far(work)) break;
-    iterate(work, 3);
+    iterate(work, 3, roughly);
   }
-  find_scatter(1, fit);
-  iterate(work, 4);
   find_scatter(2, fit);
-  iterate(work, 2);
+  iterate(work, 6, finely);
   say_left_out(work);
   add_uncertainty(rests.noise.degrees_of_freedom, fit);
   return fit;

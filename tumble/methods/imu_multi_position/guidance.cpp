@@ -97,8 +97,9 @@ Gain gain_of(const Eigen::MatrixXd& before, const Eigen::MatrixXd& after, const 
   Gain gain;
   for (Eigen::Index i = 0; i < before.rows(); ++i) {
     const double share = 1.0 - std::sqrt(std::max(after(i, i), 0.0) / before(i, i));
-    if (share > gain.share) gain = {share, names[static_cast<std::size_t>(i)]};
+    if (share > gain.share + 1e-9) gain = {share, names[static_cast<std::size_t>(i)]};
   }
+  gain.share = std::round(1e3 * gain.share) / 1e3;  // a tenth of a percent is more than anybody needs
   return gain;
 }
 

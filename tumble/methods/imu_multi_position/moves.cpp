@@ -20,8 +20,9 @@ Matrix3d skew(const Vector3d& v) {
 /// Rotation by the vector v, active.
 Matrix3d turned_by(const Vector3d& v) {
   const double square = v.squaredNorm(), angle = std::sqrt(square);
-  const double s = angle > 1e-4 ? std::sin(angle) / angle : 1.0 - square / 6.0;
-  const double c = angle > 1e-4 ? (1.0 - std::cos(angle)) / square : 0.5 - square / 24.0;
+  double s = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));         // sin(angle)/angle
+  double c = 0.5 - square / 24.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0));        // (1 - cos(angle))/angle^2
+  if (square > 0.01) s = std::sin(angle) / angle, c = (1.0 - std::cos(angle)) / square;  // else exact to 1e-14
   Matrix3d m = c * v * v.transpose() + s * skew(v);
   m.diagonal().array() += 1.0 - c * square;
   return m;
