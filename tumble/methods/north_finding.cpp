@@ -1,7 +1,11 @@
+#include <algorithm>
+#include <cmath>
+
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/report.hpp"
 #include "tumble/methods/north_finding/trial.hpp"
+#include "tumble/methods/table/recorded_angles.hpp"
 #include "tumble/units/error.hpp"
 
 // Symbols: i index angle, counter-clockwise seen from above; W_k rate at index angle k; A azimuth, w_ie Earth's rate,
@@ -16,7 +20,10 @@ std::vector<Role> roles() {
   return {{"gyro", "", true, "output of the gyro along x: a rate, angle increments, counts, a current or a voltage"},
           {"accelerometer_x", "", false,
            "output of the accelerometer along x; absent: the base is as level as the rig says"},
-          {"accelerometer_y", "", false, "output of the accelerometer along y"}};
+          {"accelerometer_y", "", false, "output of the accelerometer along y"},
+          {"table_angle", "deg", false, "recorded angle of a rate table; absent: as commanded"},
+          {"outer_angle", "deg", false, "recorded angle of the outer axis of a table of several axes"},
+          {"inner_angle", "deg", false, "recorded angle of its inner axis"}};
 }
 
 std::vector<Option> options() {
@@ -43,6 +50,12 @@ std::vector<Option> options() {
        "",
        {},
        "the azimuth as known otherwise: errors are shown against it"},
+      {"angle_tolerance",
+       Type::quantity,
+       "deg",
+       "0.1 deg",
+       {},
+       "by which a recorded angle may differ from the plan without a warning"},
       {"settling", Type::quantity, "s", "2 s", {}, "time dropped in each segment after the rig has settled"},
       {"averaging",
        Type::quantity,
@@ -81,7 +94,30 @@ Estimate answer(const Bench& bench, bool predicted) {
   return described(bench, identified, &nominal, predicted);
 }
 
-Estimate identify(const Evidence& evidence, const Progress&) { return answer(bench_of(evidence), false); }
+/// Where the table went elsewhere than the plan says it also came to rest at another time: a second look at the
+/// readings then knows when.
+table::RecordedAngles recorded_angles(const Evidence& evidence, double settling, double tolerance) {
+  auto first = table::with_recorded_angles(evidence, settling, tolerance);
+  if (std::ranges::none_of(first.stands, [&](const table::Stand& stand) {
+        return std::abs(stand.recorded - stand.commanded) > tolerance;
+      }))
+    return first;
+  auto second = table::with_recorded_angles(first.evidence, settling, tolerance);
+  for (std::size_t k = 0; k < second.stands.size(); ++k) second.stands[k].commanded = first.stands[k].commanded;
+  second.findings = first.findings;
+  return second;
+}
+
+Estimate identify(const Evidence& evidence, const Progress&) {
+  const auto& settings = evidence.plan.settings;
+  const double tolerance = settings.number("angle_tolerance");
+  if (!(tolerance > 0.0)) throw Error(Error::Kind::bad_input, "[settings] angle_tolerance must be above zero");
+  const auto angles = recorded_angles(evidence, settings.number("settling"), tolerance);
+  Estimate estimate = answer(bench_of(angles.evidence), false);
+  estimate.findings.insert(estimate.findings.end(), angles.findings.begin(), angles.findings.end());
+  if (!angles.stands.empty()) estimate.tables.push_back(table::angles_table(angles));
+  return estimate;
+}
 
 Estimate predict(const Plan& plan) { return answer(bench_of(plan), true); }
 

@@ -35,6 +35,7 @@ bool is_angle(const Axis& axis) { return axis.unit == "deg"; }
 
 /// Whether the segments put this axis to different angles, or turn it.
 bool turns(const Schedule& schedule, const std::string& axis) {
+  constexpr double least = 0.01;  // recorded angles of an axis that stands differ by less
   std::set<double> held;
   for (const auto& segment : schedule) {
     const auto motion = segment.axes.find(axis);
@@ -47,7 +48,7 @@ bool turns(const Schedule& schedule, const std::string& axis) {
     else
       return true;
   }
-  return held.size() > 1;
+  return !held.empty() && *held.rbegin() - *held.begin() > least;
 }
 
 std::string turning_axis(const Plan& plan) {

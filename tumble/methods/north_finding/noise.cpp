@@ -243,6 +243,7 @@ Noise noise_of(const Bench& bench, std::size_t number, const State& state, const
     data.slow = linear::unknown_slow_noise(intervals_of(signal), data.design.columns, step_of(signal));
   }
   const MixedFit fit = fit_mixed_model(data);
+  noise.scatter = fit.white_variance;
   noise.white = without_rounding(signal, fit.white_variance);
   noise.component_covariance = fit.component_covariance;
   if (!noise.slow_known) {
@@ -265,7 +266,7 @@ Noise expected_noise(const Bench& bench, std::size_t number, const State& state)
     for (const auto& output : one.model.outputs(one.truth)) {
       if (one.prefix + output.channel != name) continue;
       NoiseModel model = noise_of(one.truth, output.noise_prefix);
-      noise.white = k * k * model.angle_random_walk * model.angle_random_walk;
+      noise.white = noise.scatter = k * k * model.angle_random_walk * model.angle_random_walk;
       noise.slow =
           linear::known_slow_noise(intervals_of(signal), model,
                                    one.truth.number(output.noise_prefix + "turn_on_repeatability"), step_of(signal));

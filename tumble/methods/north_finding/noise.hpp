@@ -11,6 +11,7 @@ namespace tumble::methods::north {
 /// Noise of one signal.
 struct Noise {
   double white = 0.0;           ///< s^2 [SI of the channel, squared, times s]
+  double scatter = 0.0;         ///< the same of the rows as they scatter: of a turn with the rounding to whole pulses
   std::vector<SlowNoise> slow;  ///< of its places, with their variances
   bool slow_known = false;      ///< from the settings or the plan's truth, not found
   bool slow_shown = true;       ///< false: too few places to show it

@@ -89,6 +89,10 @@ Channel& channel(Recording& recording, const std::string& name) {
   return *std::ranges::find(recording.channels, name, &Channel::name);
 }
 
+void without_angles(Recording& recording) {
+  std::erase_if(recording.channels, [](const Channel& one) { return one.name.ends_with("_angle"); });
+}
+
 /// In column `column` of the table's row that begins with `first`.
 double cell(const Estimate& estimate, const char* table, const std::string& first, std::size_t column) {
   for (const auto& row : find_table(estimate, table)->rows)
@@ -174,7 +178,12 @@ TEST(NorthFinding, ErrorOfAnIndexIsThatOf215) {
   std::vector<double> real = angles;
   for (std::size_t k = 0; k < 4; ++k) real[k] += off[k] / 3600.0;
   const Plan plan = table_at(a, 0.0, 0.0, angles);
-  const auto estimate = identified(plan, gyro_alone(table_at(a, 0.0, 0.0, real)));
+  Recording recording = gyro_alone(table_at(a, 0.0, 0.0, real));
+  const auto recorded = identified(plan, recording);  // the encoder shows them
+  EXPECT_NEAR(value(recorded, "azimuth") - a, 0.0, 1e-11);
+  EXPECT_EQ(find_table(recorded, "angles")->rows.size(), 8u);  // outer and inner
+  without_angles(recording);
+  const auto estimate = identified(plan, recording);
   const double s = std::sin(a), c = std::cos(a);
   const double expected = -0.5 * (s * s * (off[0] + off[2]) + c * c * (off[1] + off[3]));
   EXPECT_NEAR((value(estimate, "azimuth") - a) / arcsec, expected, 0.02);  // second order: (60 arcsec)^2 is 0.02
@@ -301,7 +310,13 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
                    error, "locked in"));
   Plan exchanged = plan;
   std::swap(exchanged.schedule[2].axes, exchanged.schedule[4].axes);
-  EXPECT_TRUE(says(identified(exchanged, good), error, "'3' and '5' exchanged"));
+  const auto mended = identified(exchanged, good);  // by the recorded angles
+  EXPECT_LT(apart(value(mended, "azimuth"), 37.0 * degree), 1e-9);
+  EXPECT_TRUE(
+      std::ranges::any_of(mended.findings, [](const Finding& f) { return f.severity != Finding::Severity::info; }));
+  Recording blind = good;
+  without_angles(blind);
+  EXPECT_TRUE(says(identified(exchanged, blind), error, "'3' and '5' exchanged"));
 }
 
 TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {

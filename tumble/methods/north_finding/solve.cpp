@@ -24,8 +24,9 @@ struct Source {
 /// All rows of all signals at one state.
 struct System {
   VectorXd residual;
-  MatrixXd slopes;  ///< by all quantities
-  VectorXd white;   ///< variance of each row
+  MatrixXd slopes;   ///< by all quantities
+  VectorXd white;    ///< variance of each row by white noise
+  VectorXd scatter;  ///< and by what rounding adds in a turn: what rows are weighted by
   std::vector<Source> sources;
 };
 
@@ -81,7 +82,11 @@ void add_priors(const Instrument& instrument, System& system) {
 System system_at(const Bench& bench, const State& state, const std::vector<Noise>& noise,
                  const std::vector<Disturbance>& disturbances, const Instrument& instrument, bool predicted) {
   const auto firsts = firsts_of(bench);
-  System system{VectorXd::Zero(firsts.back()), MatrixXd(firsts.back(), at(quantities)), VectorXd(firsts.back()), {}};
+  System system{VectorXd::Zero(firsts.back()),
+                MatrixXd(firsts.back(), at(quantities)),
+                VectorXd(firsts.back()),
+                VectorXd(firsts.back()),
+                {}};
   for (std::size_t c = 0; c < bench.signals.size(); ++c)
     for (std::size_t r = 0; r < bench.signals[c].rows.size(); ++r) {
       const Row& row = bench.signals[c].rows[r];
@@ -90,6 +95,7 @@ System system_at(const Bench& bench, const State& state, const std::vector<Noise
       const auto slopes = slopes_of(state, row);
       for (std::size_t k = 0; k < quantities; ++k) system.slopes(i, at(k)) = slopes[k];
       system.white[i] = noise[c].white / row.seconds;
+      system.scatter[i] = noise[c].scatter / row.seconds;
     }
   add_noise(bench, noise, firsts, system);
   add_rig(bench, state, disturbances, firsts, system);
@@ -100,12 +106,12 @@ System system_at(const Bench& bench, const State& state, const std::vector<Noise
 /// Standard deviations that rows are divided by: of the white noise, but never less than a trace of all that moves the
 /// row or of its rounding.
 VectorXd weights_of(const System& system) {
-  VectorXd total = system.white;
+  VectorXd total = system.scatter;
   for (const auto& source : system.sources) total += source.columns.rowwise().squaredNorm();
   VectorXd out(total.size());
   for (Index i = 0; i < total.size(); ++i) {
     const double size = system.slopes.row(i).cwiseAbs().maxCoeff() * 1e-18;
-    out[i] = std::sqrt(std::max({system.white[i], 1e-10 * total[i], size * size, 1e-300}));
+    out[i] = std::sqrt(std::max({system.scatter[i], 1e-10 * total[i], size * size, 1e-300}));
   }
   return out;
 }
