@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "tumble/formats/format.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
@@ -70,70 +68,6 @@ struct Session {
 };
 
 Estimate identified(const Evidence& evidence) { return imu_ferraris.identify(evidence, {}); }
-
-double cell(const Estimate& estimate, const std::string& matrix, std::size_t row, std::size_t column) {
-  std::size_t seen = 0;
-  for (const auto& cells : find_table(estimate, "matrices")->rows)
-    if (std::get<std::string>(cells[0]) == matrix && seen++ == row) return std::get<double>(cells[3 + column]);
-  ADD_FAILURE() << "no " << matrix;
-  return std::nan("");
-}
-
-/// The published session as a user would read it.
-Evidence published(const std::string& angle) {
-  const std::string folder = TUMBLE_SOURCE_DIR "/tests/reference/imucal/";
-  ReadOptions options;
-  options.rate = 204.8;
-  options.segment_column = "part";
-  options.columns = {"part", "-"};
-  for (const char* name : {"accelerometer_x", "accelerometer_y", "accelerometer_z", "gyro_x", "gyro_y", "gyro_z"})
-    options.columns.push_back(std::string(name) + "[LSB]");
-  Evidence evidence;
-  std::vector<std::string> problems;
-  evidence.plan.settings = resolve(imu_ferraris.options(),
-                                   {{"gravity", "9.81 m/s^2", "", true, true},
-                                    {"rotation_angle", angle, "", true, true},
-                                    {"axes", "any", "", true, true}},
-                                   "", problems);
-  evidence.recordings = {read_recording(folder + "annotated_session.csv", options, {})};
-  return evidence;
-}
-
-TEST(ImuFerraris, AgreesWithThePublishedCalibration) {
-  const auto estimate = identified(published("-360 deg"));
-  const auto expected = nlohmann::json::parse(
-      std::ifstream(TUMBLE_SOURCE_DIR "/tests/reference/imucal/annotated_session_expected_cal.json"));
-  for (const char* matrix : {"K_a", "R_a", "K_g", "R_g", "K_ga"})
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 3; ++j)
-        EXPECT_NEAR(cell(estimate, matrix, i, j), expected[matrix][i][j].get<double>(), 1e-10) << matrix << i << j;
-  for (const char* vector : {"b_a", "b_g"})
-    for (std::size_t j = 0; j < 3; ++j)
-      EXPECT_NEAR(cell(estimate, vector, 0, j), expected[vector][j].get<double>(), 1e-10) << vector << j;
-  EXPECT_TRUE(says(estimate.findings, "all three gyros show the angular rate with the opposite sign"));
-}
-
-TEST(ImuFerraris, CompensatesThePosesToGravityAndTheTurnsToTheAngle) {
-  const auto evidence = published("360 deg");
-  auto estimate = identified(evidence);
-  const auto out = imu_ferraris.compensate(estimate, evidence.recordings[0]).recording;
-  Evidence again = evidence;
-  again.recordings = {out};
-  const auto unit = identified(again);
-  // what is left of the biases: the poses lean by less than 1 deg across axes that lean by less than 2.5 deg, in each
-  // of which a bias is read from two poses alone; and of that what the gyros make of specific force
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(cell(unit, "K_a", i, i), 1.0, 1e-12);
-    EXPECT_NEAR(cell(unit, "b_a", 0, i), 0.0, 0.0175 * 0.044 * g);
-    EXPECT_NEAR(cell(unit, "K_g", i, i), 1.0, 1e-5);
-    EXPECT_NEAR(cell(unit, "R_g", i, (i + 1) % 3), 0.0, 1e-5);
-    EXPECT_NEAR(cell(unit, "K_ga", i, 0), 0.0, 1e-12);
-  }
-  const auto* sd = find_channel(out, "gyro_x.compensation_sd");
-  ASSERT_NE(sd, nullptr);
-  EXPECT_GT(sd->values[0], 0.0);
-  EXPECT_THROW(imu_ferraris.compensate(estimate, out), Error);  // not twice
-}
 
 /// Unweighted least squares of the same six poses has the same matrix; its bias is the mean over all six poses, in
 /// which the tilts across the vertical do not cancel.

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/budget.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/budget.hpp"
 #include "tumble/methods/linear/words.hpp"
 
 namespace tumble::methods::turntable {
@@ -243,7 +243,7 @@ Estimate answer_of(const Task& task, const JointSolution& solution) {
   Estimate estimate = linear::estimate_of(solution.all);
   estimate.method = "imu_turntable";
   add_second_order(task.look, estimate);
-  linear::gather_small(estimate);
+  gather_small(estimate);
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const std::size_t before = estimate.findings.size();
     linear::warn_of_misfit(solution.outputs[o], task.kinds[o / 3] == Kind::gyro ? "deg/h" : "ug", estimate.findings);

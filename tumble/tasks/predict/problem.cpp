@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/methods/linear/budget.hpp"
+#include "tumble/core/budget.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
@@ -181,7 +181,7 @@ Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& out
     describe(output, part);
     append(whole, part);
   }
-  linear::gather_small(whole);
+  gather_small(whole);
   return whole;
 }
 

@@ -1,8 +1,8 @@
-#include "tumble/methods/linear/budget.hpp"
+#include "tumble/core/budget.hpp"
 
 #include <algorithm>
 
-namespace tumble::linear {
+namespace tumble {
 
 void gather_small(Estimate& estimate) {
   constexpr double least_share = 1e-3;
@@ -20,4 +20,4 @@ void gather_small(Estimate& estimate) {
   if (gathered > 0) estimate.budget.push_back(std::move(small));
 }
 
-}  // namespace tumble::linear
+}  // namespace tumble
