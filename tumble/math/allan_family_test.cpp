@@ -278,7 +278,8 @@ TEST(Stability, ParabolicIsTheSumItIsDefinedAs) {
       continue;
     }
     const double tau = 0.5 * static_cast<double>(m), m2 = static_cast<double>(m) * static_cast<double>(m);
-    const double expected = std::sqrt(72.0 * static_cast<double>(sum) / (m2 * m2 * tau * tau * (x.size() - 2 * m)));
+    const double expected =
+        std::sqrt(72.0 * static_cast<double>(sum) / (m2 * m2 * tau * tau * static_cast<double>(x.size() - 2 * m)));
     EXPECT_NEAR(point.deviation / expected, 1.0, 1e-12) << m;
     EXPECT_EQ(point.count, x.size() - 2 * m);
   }
@@ -344,7 +345,9 @@ TEST(Stability, GapsPoolTheRunsBetweenThem) {
       EXPECT_LE(point.lower, point.deviation);
     }
     ASSERT_FALSE(pooled.empty()) << name;
-    if (pooled[0].edf > 0.0) EXPECT_LT(pooled[0].edf, whole[0].edf) << name;
+    if (pooled[0].edf > 0.0) {
+      EXPECT_LT(pooled[0].edf, whole[0].edf) << name;
+    }
   }
 }
 
