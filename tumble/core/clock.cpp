@@ -6,18 +6,13 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/median.hpp"
 
 namespace tumble {
 
 namespace {
 
 using Stamps = std::vector<double>;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The interval that most of the neighbours keep to for most of the time, from up to 10 000 of them spread over the
 /// record; 0 when they do not keep to one.

@@ -6,24 +6,18 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/math/median.hpp"
 #include "tumble/methods/vibration/windows.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::four {
 namespace {
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// [s] from each stamp to the next; the last as the median.
 std::vector<double> intervals_of(const Channel& channel) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < channel.values.size(); ++i) intervals.push_back(channel.time(i) - channel.time(i - 1));
-  if (!channel.values.empty()) intervals.push_back(median(intervals));
+  if (!channel.values.empty()) intervals.push_back(intervals.empty() ? 0.0 : median(intervals));
   return intervals;
 }
 
@@ -39,7 +33,7 @@ std::vector<std::pair<double, double>> segments_of(const Recording& recording, c
 /// Counts over their windows, which last from stamp to stamp where `own` says so.
 void divide_by_windows(Channel& channel, bool own, const std::string& file, Findings& findings) {
   const auto intervals = intervals_of(channel);
-  const double usual = median(intervals);
+  const double usual = intervals.empty() ? 0.0 : median(intervals);
   std::size_t missed = 0, together = 0;
   double before = NAN;
   for (std::size_t i = 0; i < channel.values.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/median.hpp"
 
 namespace tumble::scale {
 namespace {
@@ -20,10 +21,7 @@ struct Part {
 
 double median_of(std::vector<double> values) {
   std::erase_if(values, [](double v) { return std::isnan(v); });
-  if (values.empty()) return std::nan("");
-  auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 std::vector<Part> parts_of(const Plan& plan, const Recording& recording, const Channel& channel) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/median.hpp"
+
 namespace tumble::methods::imu {
 namespace {
 
@@ -21,13 +23,6 @@ double greatest(std::span<const Vector3> all) {
   double most = 0.0;
   for (const auto& one : all) most = std::max({most, std::abs(one.x), std::abs(one.y), std::abs(one.z)});
   return most;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// Line through the origin with the least sum of deviations: the median of the ratios, weighted by |felt|.

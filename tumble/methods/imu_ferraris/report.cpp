@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/median.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu/axes_check.hpp"
 
@@ -37,11 +38,6 @@ Unit scale_unit(const Recorded& recorded, std::size_t output) {
 
 Unit sensitivity_unit(const Recorded& recorded, std::size_t output) {
   return is_si(recorded, output) ? Unit::parse("deg/s/g") : per(recorded, output, "m/s^2");
-}
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
 }
 
 double middle(Vector3 k) { return median({k.x, k.y, k.z}); }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/median.hpp"
 #include "tumble/methods/accelerometer/samples.hpp"
 #include "tumble/methods/imu/axes_check.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
@@ -79,12 +80,6 @@ Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, cons
   for (std::size_t i = 0; i < 3; ++i)
     names[i] = require_channel(evidence, evidence.recordings.front(), imu::role_of(kind, i)).name;
   return imu::about_triad(kind, felt, shown, labels, names);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// Segments at rest whose beginning differs from their end by more than noise and drift explain, and by more than it
