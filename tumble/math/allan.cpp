@@ -4,10 +4,10 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/math/allan_differences.hpp"
 #include "tumble/math/allan_edf.hpp"
 #include "tumble/math/allan_noise_type.hpp"
 #include "tumble/math/allan_phase.hpp"
-#include "tumble/math/allan_differences.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/units/error.hpp"
 

@@ -16,8 +16,8 @@
 namespace tumble::tasks {
 
 /// The `--set key=value` of a command line. Plain keys are [settings] of the method, "truth.key" and "rig.key" those of
-/// the other tables, "channels.role" that of [channels]; "rate", "missing", "columns", "segment_column" and "unit.column"
-/// say what a file does not.
+/// the other tables, "channels.role" that of [channels]; "rate", "missing", "columns", "segment_column" and
+/// "unit.column" say what a file does not.
 using Sets = std::vector<std::pair<std::string, std::string>>;
 
 /// Reads and checks a plan; `sets` override it.
