@@ -7,6 +7,8 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
+#include "tumble/methods/allan_noise/spectrum.hpp"
+#include "tumble/methods/allan_noise/together.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -68,6 +70,24 @@ std::vector<Option> options() {
        "5 %",
        {},
        "relative uncertainty that table advice gives the length of record for"},
+      {"spectrum",
+       Type::word,
+       "1",
+       "none",
+       {"none", "welch", "multitaper"},
+       "power spectral density beside the deviation: by Hann windows that overlap, or by Slepian tapers"},
+      {"correlation",
+       Type::flag,
+       "1",
+       "false",
+       {},
+       "how channels that were sampled together fluctuate together, over the averaging time"},
+      {"hat",
+       Type::flag,
+       "1",
+       "false",
+       {},
+       "three or more channels of one kind measure the same input: the noise of each by itself (three-cornered hat)"},
   };
 }
 
@@ -95,6 +115,7 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
       fit_likelihood(signal, settings, result);
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
+    add_spectrum(signal, settings, result);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.failure = error.what();
@@ -131,6 +152,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     if (!result.failure.empty()) failures.push_back(result.label + ": " + result.failure);
   if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
   Estimate estimate = describe_noise(results, settings.number("wanted_sd"));
+  describe_spectra(results, estimate);
+  describe_together(found, results, settings, estimate);
   estimate.method = "allan_noise";
   estimate.title = evidence.plan.title;
   return estimate;

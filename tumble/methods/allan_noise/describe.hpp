@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/allan.hpp"
 #include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/power_spectrum.hpp"
 
 namespace tumble {
 
@@ -26,6 +28,7 @@ struct ChannelNoise {
   std::vector<DeviationPoint> curve;
   bool likelihood = true;  ///< which estimator gave the fit
   NoiseFit fit;
+  std::optional<PowerSpectrum> spectrum;
   std::vector<LengthAdvice> advice;
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one

@@ -150,7 +150,7 @@ std::vector<Stretch> stretches(const Evidence& evidence) {
         throw Error(Error::Kind::bad_data,
                     fmt::format("{} is in {}: an angular rate or a specific force is needed, as in deg/h or m/s^2",
                                 channel->name, channel->unit.text()));
-      Stretch stretch{channel, channel->name, 0, channel->values.size()};
+      Stretch stretch{channel, channel->name, 0, channel->values.size(), run.recording, run.begin};
       if (std::isfinite(run.begin) && !channel->values.empty()) stretch.begin = index_at(*channel, run.begin);
       if (std::isfinite(run.end) && !channel->values.empty()) stretch.end = index_at(*channel, run.end);
       const int number = ++seen[channel->name];

@@ -16,6 +16,8 @@ struct Stretch {
   const Channel* channel = nullptr;
   std::string label;  ///< the channel's name, with ".run2" and so on where the name comes again
   std::size_t begin = 0, end = 0;
+  std::size_t recording = 0;
+  double run = 0.0;  ///< [s] its begin, -inf of a recording without marks
 };
 
 /// The angular-rate and specific-force channels (or the one with role `signal`) of every recording, one stretch a run.

@@ -1,0 +1,104 @@
+#include "tumble/methods/allan_noise/spectrum.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/math/spectral_conversion.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+NoiseModel model_of(const FittedTerm& term, double rate) {
+  const double value = coefficient(term.unit.term, term.squared, rate);
+  switch (term.unit.term) {
+    case NoiseTerm::quantization:
+      return {.quantization_noise = value};
+    case NoiseTerm::white:
+      return {.angle_random_walk = value};
+    case NoiseTerm::flicker:
+      return {.bias_instability = value};
+    case NoiseTerm::random_walk:
+      return {.rate_random_walk = value};
+    case NoiseTerm::markov:
+      return {.markov_sd = value, .markov_time = term.unit.markov_time / rate};
+  }
+  return {};
+}
+
+Curve curve_of(const ChannelNoise& channel, const std::string& name, std::vector<double> density) {
+  const bool rate = channel.kind == QuantityKind::angular_rate;
+  Curve curve;
+  curve.name = channel.label + " " + name;
+  curve.figure = "power spectral density " + channel.label;
+  curve.x = {"frequency", Unit::parse("Hz"), channel.spectrum->frequency};
+  curve.y = {"one-sided density", Unit::parse(rate ? "(deg/h)^2/Hz" : "ug^2/Hz"), std::move(density)};
+  curve.logarithmic = true;
+  return curve;
+}
+
+void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
+  const PowerSpectrum& spectrum = *channel.spectrum;
+  Curve measured = curve_of(channel, "power_spectrum", spectrum.density);
+  measured.points = true;
+  measured.lower = spectrum.lower;
+  measured.upper = spectrum.upper;
+  measured.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
+  curves.push_back(std::move(measured));
+  std::vector<double> sum(spectrum.frequency.size(), 0.0);
+  std::vector<Curve> terms;
+  for (const FittedTerm& term : channel.fit.terms) {
+    if (!term.kept) continue;
+    const NoiseModel model = model_of(term, channel.rate);
+    std::vector<double> density;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      density.push_back(sampled_density(model, spectrum.frequency[i], channel.rate));
+      sum[i] += density.back();
+    }
+    terms.push_back(curve_of(channel, words(term.unit.term, channel.kind).name + "_density", std::move(density)));
+  }
+  curves.push_back(curve_of(channel, "fitted_density", std::move(sum)));
+  for (auto& curve : terms) curves.push_back(std::move(curve));
+}
+
+}  // namespace
+
+void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+  const std::string& asked = settings.word("spectrum");
+  if (asked == "none") return;
+  const auto estimator = asked == "welch" ? SpectrumEstimator::welch : SpectrumEstimator::multitaper;
+  const double fine = settings.number("points_per_decade");
+  try {
+    result.spectrum = power_spectrum(estimator, signal.values, signal.rate,
+                                     {.points_per_decade = fine > 0.0 ? fine : 10.0, .confidence = result.confidence});
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_data) throw;
+    result.findings.push_back(
+        {Finding::Severity::warning, fmt::format("no power spectral density: {}", error.what()), result.label});
+  }
+}
+
+void describe_spectra(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
+  Table table{"spectra",
+              "one-sided power spectral densities",
+              {{"channel", Unit()},
+               {"segments", Unit()},
+               {"samples each", Unit()},
+               {"bandwidth", Unit::parse("Hz")},
+               {"degrees of freedom of one frequency", Unit()},
+               {"left out", Unit()}},
+              {}};
+  for (const auto& channel : channels) {
+    if (!channel.spectrum || !channel.failure.empty() || channel.spectrum->edf.empty()) continue;
+    const PowerSpectrum& spectrum = *channel.spectrum;
+    add_curves(channel, estimate.curves);
+    table.rows.push_back({channel.label, static_cast<double>(spectrum.segments), static_cast<double>(spectrum.length),
+                          spectrum.bandwidth, std::round(10.0 * spectrum.edf.front()) / 10.0,
+                          say_count(spectrum.left_out, "sample")});
+  }
+  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+}
+
+}  // namespace tumble

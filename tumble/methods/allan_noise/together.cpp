@@ -1,0 +1,239 @@
+#include "tumble/methods/allan_noise/together.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/math/joint_stability.hpp"
+#include "tumble/math/parallel.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using Severity = Finding::Severity;
+
+/// Indices of the channels that were sampled together: of one run of one recording, as long and as fast as each other.
+using Group = std::vector<std::size_t>;
+
+std::vector<Group> groups_of(const std::vector<Stretch>& stretches, const std::vector<ChannelNoise>& channels) {
+  const auto together = [&](std::size_t a, std::size_t b) {
+    return stretches[a].recording == stretches[b].recording && stretches[a].run == stretches[b].run &&
+           channels[a].samples == channels[b].samples && std::abs(channels[a].rate / channels[b].rate - 1.0) < 1e-9;
+  };
+  std::vector<Group> groups;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (!channels[i].failure.empty()) continue;
+    const auto place =
+        std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return together(group[0], i); });
+    if (place == groups.end())
+      groups.push_back({i});
+    else
+      place->push_back(i);
+  }
+  return groups;
+}
+
+double white_share(const ChannelNoise& channel, double factor) {
+  double white = 0.0, sum = 0.0;
+  for (const auto& term : channel.fit.terms) {
+    if (!term.kept) continue;
+    const double part = term.squared * unit_allan_variance(term.unit, factor);
+    sum += part;
+    if (term.unit.term == NoiseTerm::white) white += part;
+  }
+  return sum > 0.0 ? white / sum : 0.0;
+}
+
+struct Pair {
+  std::size_t a = 0, b = 0;
+  std::vector<AllanCorrelation> points;
+  std::size_t whitest = 0;  ///< point at which the lesser of the two shares of white noise is largest
+};
+
+Pair correlate(std::size_t a, std::size_t b, const std::vector<EvenSignal>& signals,
+               const std::vector<ChannelNoise>& channels, const std::vector<std::size_t>& factors) {
+  Pair pair{a, b, {}, 0};
+  pair.points = allan_correlation(signals[a].values, signals[b].values, signals[a].rate, factors, 0.95);
+  double most = -1.0;
+  for (std::size_t i = 0; i < pair.points.size(); ++i) {
+    const double factor = static_cast<double>(pair.points[i].factor);
+    const double share = std::min(white_share(channels[a], factor), white_share(channels[b], factor));
+    if (share > most + 1e-3) {
+      most = share;
+      pair.whitest = i;
+    }
+  }
+  return pair;
+}
+
+void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
+                    Estimate& estimate) {
+  Table table{"correlation",
+              "correlation of channels at the averaging time where both are whitest",
+              {{"channel", Unit()},
+               {"with", Unit()},
+               {"averaging time", Unit::parse("s")},
+               {"correlation", Unit()},
+               {"95 % limits", Unit()},
+               {"chance", Unit()},
+               {"white share", Unit()}},
+              {}};
+  std::string list;
+  for (const auto& pair : pairs) {
+    if (pair.points.empty()) continue;
+    const auto &one = channels[pair.a], &other = channels[pair.b];
+    const AllanCorrelation& at = pair.points[pair.whitest];
+    const double factor = static_cast<double>(at.factor);
+    const double share = std::min(white_share(one, factor), white_share(other, factor));
+    const std::string limits = fmt::format("{:+.4f} to {:+.4f}", at.lower, at.upper);
+    table.rows.push_back({one.label, other.label, at.tau, std::round(1e4 * at.correlation) / 1e4, limits,
+                          fmt::format("{:.2g} %", 100.0 * at.chance), fmt::format("{:.0f} %", 100.0 * share)});
+    if (at.chance * static_cast<double>(pairs.size()) < significance)
+      list += fmt::format("{}{} with {} {:+.3f} ({:+.3f} to {:+.3f})", list.empty() ? "" : ", ", one.label, other.label,
+                          at.correlation, at.lower, at.upper);
+    Curve curve;
+    curve.name = one.label + " with " + other.label;
+    curve.figure = "correlation of channels over the averaging time";
+    curve.x = {"averaging time", Unit::parse("s"), {}};
+    curve.y = {"correlation", Unit(), {}};
+    curve.logarithmic_x = true;
+    for (const auto& point : pair.points) {
+      curve.x.values.push_back(point.tau);
+      curve.y.values.push_back(point.correlation);
+      if (pairs.size() > 3) continue;
+      curve.lower.push_back(point.lower);
+      curve.upper.push_back(point.upper);
+      curve.band = "95 % limits";
+    }
+    estimate.curves.push_back(std::move(curve));
+  }
+  if (table.rows.empty()) return;
+  estimate.tables.push_back(std::move(table));
+  if (!list.empty())
+    estimate.findings.push_back(
+        {Severity::warning,
+         fmt::format(
+             "channels fluctuate together, with 95 % limits: {}. Chance gives this, of {}, in less than {:g} %. "
+             "A common supply, reference or vibration does that, and misalignment of axes; the covariance "
+             "below takes the channels as independent",
+             list, say_count(pairs.size(), "pair"), 100.0 * significance),
+         ""});
+}
+
+void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, const std::vector<ChannelNoise>& channels,
+                  const std::vector<std::size_t>& factors, double confidence, Estimate& estimate, Table& table) {
+  const bool rate = channels[group[0]].kind == QuantityKind::angular_rate;
+  const Unit unit = Unit::parse(rate ? "deg/h" : "ug");
+  std::vector<std::span<const double>> values;
+  std::string labels;
+  for (const auto i : group) {
+    values.push_back(signals[i].values);
+    labels += (labels.empty() ? "" : ", ") + channels[i].label;
+  }
+  const auto points = three_cornered_hat(values, signals[group[0]].rate, factors, confidence);
+  std::vector<Curve> curves(group.size());
+  std::size_t negative = 0, impossible = 0;
+  for (const auto& point : points) {
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const auto& one = point.instruments[k];
+      const auto text = [&](double variance) {
+        return fmt::format("{:.3g}", unit.difference_from_si(std::sqrt(variance)));
+      };
+      negative += one.variance <= 0.0 ? 1 : 0;
+      impossible += one.upper == 0.0 ? 1 : 0;
+      table.rows.push_back({channels[group[k]].label, point.tau,
+                            one.variance > 0.0 ? text(one.variance) : "not above 0",
+                            fmt::format("{} to {}", text(one.lower), text(one.upper)), unit.text(),
+                            std::round(10.0 * point.edf) / 10.0});
+      if (one.variance <= 0.0) continue;
+      curves[k].x.values.push_back(point.tau);
+      curves[k].y.values.push_back(std::sqrt(one.variance));
+      curves[k].lower.push_back(std::sqrt(one.lower));
+      curves[k].upper.push_back(std::sqrt(one.upper));
+    }
+  }
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    Curve& curve = curves[k];
+    if (curve.x.values.empty()) continue;
+    curve.name = channels[group[k]].label + " by itself";
+    curve.figure = fmt::format("{} of the same input: {}", rate ? "gyros" : "accelerometers", labels);
+    curve.x.name = "averaging time";
+    curve.x.unit = Unit::parse("s");
+    curve.y.name = "Allan deviation";
+    curve.y.unit = unit;
+    curve.band = fmt::format("{:g} % confidence", 100.0 * confidence);
+    curve.logarithmic = curve.points = true;
+    estimate.curves.push_back(std::move(curve));
+  }
+  if (negative > 0)
+    estimate.findings.push_back(
+        {impossible > 0 ? Severity::warning : Severity::info,
+         fmt::format("{} of {} variances came out not above zero: smaller than the scatter of the others, whose limits "
+                     "say how small{}",
+                     negative, points.size() * group.size(),
+                     impossible > 0 ? "; some are below zero beyond chance: the noises have something in common" : ""),
+         labels});
+}
+
+std::vector<std::size_t> octaves(std::size_t samples, const Settings& settings) {
+  const double longest = settings.number("longest_fraction") * static_cast<double>(samples);
+  return averaging_factors(std::max<std::size_t>(1, static_cast<std::size_t>(longest)), 0.0);
+}
+
+void describe_hats(const std::vector<Group>& groups, const std::vector<EvenSignal>& signals,
+                   const std::vector<ChannelNoise>& channels, const Settings& settings, Estimate& estimate) {
+  Table table{"hat",
+              "deviation of each instrument by itself, from the differences of instruments of the same input",
+              {{"channel", Unit()},
+               {"averaging time", Unit::parse("s")},
+               {"deviation", Unit()},
+               {fmt::format("{:g} % limits", 100.0 * settings.number("confidence")), Unit()},
+               {"unit", Unit()},
+               {"degrees of freedom", Unit()}},
+              {}};
+  for (const auto& group : groups) {
+    for (const auto kind : {QuantityKind::angular_rate, QuantityKind::specific_force}) {
+      Group alike;
+      std::copy_if(group.begin(), group.end(), std::back_inserter(alike),
+                   [&](std::size_t i) { return channels[i].kind == kind; });
+      if (alike.size() < 3) continue;
+      describe_hat(alike, signals, channels, octaves(channels[alike[0]].samples, settings),
+                   settings.number("confidence"), estimate, table);
+    }
+  }
+  if (table.rows.empty())
+    estimate.findings.push_back({Severity::warning,
+                                 "no three-cornered hat: three or more channels of one kind, sampled together, are "
+                                 "needed",
+                                 ""});
+  else
+    estimate.tables.push_back(std::move(table));
+}
+
+}  // namespace
+
+void describe_together(const std::vector<Stretch>& stretches, const std::vector<ChannelNoise>& channels,
+                       const Settings& settings, Estimate& estimate) {
+  const bool correlation = settings.flag("correlation"), hat = settings.flag("hat");
+  if (!correlation && !hat) return;
+  std::vector<EvenSignal> signals(stretches.size());
+  const double rate = settings.has("rate") ? settings.number("rate") : 0.0;
+  for (std::size_t i = 0; i < stretches.size(); ++i)
+    if (channels[i].failure.empty()) signals[i] = even_signal(stretches[i], rate, settings.word("timing"));
+  const auto groups = groups_of(stretches, channels);
+  if (hat) describe_hats(groups, signals, channels, settings, estimate);
+  if (!correlation) return;
+  std::vector<Pair> pairs;
+  for (const auto& group : groups)
+    for (std::size_t a = 0; a < group.size(); ++a)
+      for (std::size_t b = a + 1; b < group.size(); ++b) pairs.push_back({group[a], group[b], {}, 0});
+  parallel_for(pairs.size(), [&](std::size_t i) {
+    pairs[i] = correlate(pairs[i].a, pairs[i].b, signals, channels, octaves(channels[pairs[i].a].samples, settings));
+  });
+  describe_pairs(pairs, channels, settings.number("significance"), estimate);
+}
+
+}  // namespace tumble
