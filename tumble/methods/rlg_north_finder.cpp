@@ -37,16 +37,35 @@ std::vector<double> values_of(const Estimate& estimate) {
   return values;
 }
 
-/// By which means of the accelerometers differ from stay to stay, the larger of both [m/s^2].
-double drift_of(const linear::JointSolution& solution, const Estimate& estimate) {
-  double drift = 0.0;
+/// By which means of the accelerometers differ from stay to stay, the larger of both [m/s^2]; without drift by noise.
+double scatter_of(const linear::JointSolution& solution, const std::vector<double>& parameters, bool with_drift) {
+  double scatter = 0.0;
   for (const Which output : {accelerometer_x, accelerometer_y}) {
     double noise = 0.0;
     for (const auto& segment : solution.outputs[output].segments) noise = std::max(noise, segment.sd);
-    const double scale = std::abs(estimate.parameters[output * per_output].value);
-    drift = std::max(drift, std::hypot(noise, solution.outputs[output].drift_sd) / scale);
+    const double scale = std::abs(parameters[output * per_output]);
+    scatter = std::max(scatter, std::hypot(noise, with_drift ? solution.outputs[output].drift_sd : 0.0) / scale);
   }
-  return drift;
+  return scatter;
+}
+
+/// Tilts of the table. Those far beyond what the rig states leave residuals that pass for drift, in which the tilts
+/// would then be lost: where they may be, the fit is made again with a table that may be tilted so.
+Tilts tilts_by(const Prepared& prepared, const std::array<linear::Problem, outputs>& problems,
+               const linear::JointSolution& solution, const std::vector<double>& parameters, double gravity) {
+  const Settings& rig = prepared.evidence.plan.rig;
+  const auto tilts = [&](const linear::JointSolution& by, const std::vector<double>& b, bool with_drift) {
+    const Summaries segments = summaries_of(by);
+    return tilts_of(measured(segments), segments, b, gravity, scatter_of(by, b, with_drift), rig);
+  };
+  const Tilts by_noise = tilts(solution, parameters, false);
+  if (tilt_faults(by_noise, rig).empty()) return tilts(solution, parameters, true);
+  Evidence tilted = prepared.evidence;
+  const double largest = std::max({std::abs(by_noise.rho_x), std::abs(by_noise.rho_y), std::abs(by_noise.eta)});
+  for (const char* name : {"level_sd", "orthogonality_sd"})
+    tilted.plan.rig.set_number(name, std::max(rig.number(name), largest), Unit::parse("arcsec"));
+  const auto again = linear::identify(tilted, problems);
+  return tilts(again, values_of(least_squares_estimate(again)), true);
 }
 
 /// What the path lacks: an error for the formulas, a term on weak legs for least squares.
@@ -60,7 +79,7 @@ void judge_path(const Summaries& segments, const Settings& settings, Findings& f
     findings.push_back({Finding::Severity::error, problem + " from its position, and rests on what else shows it", ""});
 }
 
-/// By the estimator chosen. Where it fails, the order of the positions may be why.
+/// By the estimator chosen. Where it fails, the order of the positions or rotations may be why.
 Estimate estimate_of(const Evidence& evidence, const std::array<linear::Problem, outputs>& problems,
                      const linear::JointSolution& solution, const Findings& order, double gravity) {
   try {
@@ -85,14 +104,14 @@ Estimate answer(const Prepared& prepared) {
   const Summaries segments = summaries_of(solution);
   judge_path(segments, plan.settings, findings);
   const Means means = measured(segments);
-  const Findings order = order_faults(segments);
+  Findings order = order_faults(segments);
+  if (order.empty()) order = turn_faults(prepared.evidence, segments);  // the accelerometers then mean what they say
   Estimate estimate = estimate_of(prepared.evidence, problems, solution, order, local_gravity);
   append(findings, estimate.findings);
   append(order, estimate.findings);
   append(rotation_faults(plan, segments, estimate), estimate.findings);
   append(count_faults(prepared.evidence, segments, estimate), estimate.findings);
-  const Tilts tilts =
-      tilts_of(means, segments, values_of(estimate), local_gravity, drift_of(solution, estimate), plan.rig);
+  const Tilts tilts = tilts_by(prepared, problems, solution, values_of(estimate), local_gravity);
   append(tilt_faults(tilts, plan.rig), estimate.findings);
   estimate.tables.push_back(positions_table(plan, segments));
   if (missing(path_of({segments[gyro].begin(), segments[gyro].end()})).empty()) {
@@ -134,8 +153,7 @@ const Method rlg_north_finder{
     .summary = "ring laser gyro and two accelerometers of a north finder from eight positions and three rotations",
     .source =
         "CN113175941B (Xi'an University of Technology, 2023): the eight-position path; estimators (2.1)-(2.7), tilts "
-        "of "
-        "the table (2.19)",
+        "of the table (2.19)",
     .needs_plan = true,
     .roles = north_finder::roles,
     .options = north_finder::options,

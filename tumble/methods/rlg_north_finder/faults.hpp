@@ -9,7 +9,7 @@
 namespace tumble::north_finder {
 
 /// Positions in another order, turns the other way, accelerometers exchanged or reversed: what the accelerometers show
-/// against what the plan says, stay by stay.
+/// against what the plan says, stay by stay; which of these, by what the gyro shows of the Earth's rate there.
 Findings order_faults(const Summaries& segments);
 
 /// Rotations: the number of turns and their sense by what the gyro shows of the Earth's rate at rest, forward against
@@ -17,6 +17,12 @@ Findings order_faults(const Summaries& segments);
 ///
 /// Given  estimate  with parameters in the order of wanted()
 Findings rotation_faults(const Plan& plan, const Summaries& segments, const Estimate& estimate);
+
+/// Rotations about another axis than the plan says, in the other sense, of another number of turns: by how gravity goes
+/// round in the accelerometers on the way, or the Earth's rate in the gyro where the axis is upright.
+///
+/// Given  evidence  with the channels in pulses per second
+Findings turn_faults(const Evidence& evidence, const Summaries& segments);
 
 /// Counts within the stays: lock-in, dither that is cut off, a table that has not come to rest.
 Findings count_faults(const Evidence& evidence, const Summaries& segments, const Estimate& estimate);

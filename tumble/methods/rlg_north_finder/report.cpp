@@ -136,10 +136,10 @@ Findings tilt_faults(const Tilts& tilts, const Settings& rig) {
   for (const auto& one : list_of(tilts, rig))
     if (std::abs(one.value) > 4.0 * std::hypot(one.prior, tilts.sd) && one.prior > 0.0)
       findings.push_back(
-          {Finding::Severity::warning,
+          {Finding::Severity::error,
            fmt::format("{} ({}) is {}, but the rig states {}: level the table, or state what it is (level_sd, "
                        "index_zero_sd, orthogonality_sd of [rig]), else a part of it stays in the misalignments of the "
-                       "accelerometers",
+                       "accelerometers, beyond their uncertainty",
                        one.name, one.description, say_difference(one.value, arcsec), say_difference(one.prior, arcsec)),
            ""});
   return findings;

@@ -49,7 +49,7 @@ void against_earth(Segments segments, const Path& path, double scale, Findings& 
     findings.push_back({Severity::error,
                         fmt::format("the rotations about x ran in the other sense than the plan says: by them the "
                                     "scale factor is {}, by the Earth's rate at rest {}",
-                                    say_value(scale, Unit::parse("pulse/arcsec")),
+                                    say_difference(scale, Unit::parse("pulse/arcsec")),
                                     say_difference(rest.scale, Unit::parse("pulse/arcsec"))),
                         segments[forward->segment].label});
     return;
@@ -73,7 +73,7 @@ void against_earth(Segments segments, const Path& path, double scale, Findings& 
 void both_ways(Segments segments, const Path& path, const Estimate& estimate, Findings& findings) {
   const double scale = estimate.parameters[0].value, bias = estimate.parameters[1].value;
   const Turning *forward = path.rotation(0, true), *reverse = path.rotation(0, false);
-  if (!forward || !reverse) return;
+  if (!forward || !reverse || scale * at_rest(segments).scale < 0.0) return;  // the other sense is said already
   const auto turned = [&](const Turning& one) {
     const auto& segment = segments[one.segment];
     const double earth = segment.felt.rate.x * segment.duration - whole_turn * std::round(one.turns);
@@ -89,7 +89,7 @@ void both_ways(Segments segments, const Path& path, const Estimate& estimate, Fi
              "the turns about x are not whole, or not the same both ways: the counts of '{}' and '{}' differ by "
              "{} of angle: begin and end each rotation at the same mark",
              segments[forward->segment].label, segments[reverse->segment].label,
-             say_difference(difference, Unit::parse("deg"))),
+             say_difference(std::abs(difference), Unit::parse("deg"))),
          ""});
 }
 
