@@ -24,6 +24,7 @@ struct SlowNoise {
   std::string source;
   Matrix kernel;          ///< G x G, positive semi-definite
   double variance = 0.0;  ///< [u^2 / unit of the kernel]: found by fit_mixed_model, given to predict_mixed_model
+  bool known = false;     ///< fit_mixed_model takes the variance as given as well
 };
 
 /// Observations in segments, with fixed effects (the parameters), known disturbances and noise of two kinds:
@@ -51,7 +52,8 @@ struct MixedFit {
   std::vector<SourceCovariance> sources;  ///< white noise first, then slow noise, then known effects, as given
   double white_variance = 0.0;            ///< s^2 [u^2 s]
   std::vector<double> slow_variance;      ///< t_c^2
-  /// Covariance of (s^2, t_c^2) relative to the estimates that `sources` begin with; empty where they are known.
+  /// Covariance of (s^2, t_c^2) relative to the estimates that `sources` begin with, zero for those known; empty where
+  /// all are.
   Matrix component_covariance;
   std::vector<Matrix> component_sensitivity;  ///< d covariance / d (s^2, t_c^2)
   std::vector<double> fitted;                 ///< X b [u], N

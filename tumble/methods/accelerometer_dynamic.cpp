@@ -16,6 +16,7 @@ std::vector<Role> roles() { return {accelerometer::role()}; }
 std::vector<Option> options() {
   using Type = Option::Type;
   auto options = linear::options("2 s", "1 s");
+  options.push_back(linear::bias_instability_option("ug"));
   for (auto& option : linear::loop_options()) options.push_back(std::move(option));
   options.push_back(accelerometer::scale_factor_option("of a current, voltage or pulses: \"1.25 mA/g\""));
   options.push_back({"static_terms",

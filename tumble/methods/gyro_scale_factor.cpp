@@ -28,6 +28,7 @@ std::vector<Role> roles() {
 
 std::vector<Option> options() {
   auto all = linear::options("2 s", "10 s");
+  all.push_back(linear::bias_instability_option("deg/h"));
   all.push_back(
       {"order", Option::Type::integer, "1", "3", {}, "highest odd power of the rate in the model: 1, 3 or 5"});
   return all;
@@ -50,6 +51,7 @@ linear::Problem problem_of(const Plan& plan) {
   linear::Problem problem;
   problem.role = "gyro";
   linear::set_options(plan.settings, problem);
+  problem.stated_per = "scale_factor";
   const int order = plan.settings.integer("order");
   if (order != 1 && order != 3 && order != 5) throw Error(Error::Kind::bad_input, "[settings] order must be 1, 3 or 5");
   double range = 0.0;

@@ -32,6 +32,8 @@ std::vector<Option> options() {
     options.push_back({name, type, unit, fallback, {}, description});
   };
   for (auto& option : imu::scale_factor_options()) options.push_back(std::move(option));
+  for (const auto& [kind, unit] : {std::pair{imu::Kind::gyro, "deg/h"}, {imu::Kind::accelerometer, "ug"}})
+    options.push_back(linear::bias_instability_option(unit, imu::prefix_of(kind)));
   options.push_back({"order",
                      Type::word,
                      "1",

@@ -18,6 +18,8 @@ std::vector<Role> roles() {
 std::vector<Option> options() {
   auto options = linear::options("2 s", "10 s");
   for (auto& option : imu::scale_factor_options()) options.push_back(std::move(option));
+  for (const auto& [kind, unit] : {std::pair{imu::Kind::gyro, "deg/h"}, {imu::Kind::accelerometer, "ug"}})
+    options.push_back(linear::bias_instability_option(unit, imu::prefix_of(kind)));
   return options;
 }
 

@@ -30,12 +30,8 @@ std::vector<Option> options() {
   using Type = Option::Type;
   std::vector<Option> all = instrument_options();
   const std::vector<Option> more{
-      {"bias_instability",
-       Type::quantity,
-       "deg/h",
-       "",
-       {},
-       "of the gyro: taken for what the bias does from position to position, in place of what they show"},
+      linear::bias_instability_option("deg/h", "gyro_"),
+      linear::bias_instability_option("ug", "accelerometer_"),
       {"drift",
        Type::word,
        "1",

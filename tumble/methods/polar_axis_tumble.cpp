@@ -16,6 +16,7 @@ std::vector<Role> roles() { return {sdof::gyro_role()}; }
 std::vector<Option> options() {
   auto options = sdof::reading_options();
   for (auto& option : linear::options("5 s", "10 s")) options.push_back(std::move(option));
+  options.push_back(linear::bias_instability_option("deg/h"));
   return options;
 }
 

@@ -15,6 +15,7 @@ std::vector<Option> options() {
   using Type = Option::Type;
   auto options = sdof::reading_options();
   for (auto& option : linear::options("2 s", "1 s")) options.push_back(std::move(option));
+  options.push_back(linear::bias_instability_option("deg/h"));
   for (auto& option : linear::loop_options()) options.push_back(std::move(option));
   options.push_back({"static_terms",
                      Type::word,

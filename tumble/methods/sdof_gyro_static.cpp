@@ -14,6 +14,7 @@ std::vector<Option> options() {
   using Type = Option::Type;
   auto options = sdof::reading_options();
   for (auto& option : linear::options("5 s", "10 s")) options.push_back(std::move(option));
+  options.push_back(linear::bias_instability_option("deg/h"));
   options.push_back({"misalignment",
                      Type::flag,
                      "1",

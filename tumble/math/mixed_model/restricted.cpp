@@ -35,14 +35,26 @@ class Restricted {
     MatrixXd factor = contrast(known_factor(rows));
     keep_what_is_not_white(factor);
     known_ = factor * factor.transpose();
-    for (const auto& slow : data.slow) kernels_.push_back(map(slow.kernel));
+    held_.push_back(false);
+    for (const auto& slow : data.slow) {
+      kernels_.push_back(map(slow.kernel));
+      held_.push_back(slow.known);
+    }
   }
 
   Index contrasts() const { return z_.size(); }
   Index size() const { return at(kernels_.size()) + 1; }
+  /// Whether a variance is known beforehand.
+  bool held(Index i) const { return held_[static_cast<std::size_t>(i)]; }
   double freedom() const { return within_freedom_ + static_cast<double>(z_.size()); }
   double total_squares() const { return within_squares_ + z_.squaredNorm(); }
-  double known_mean() const { return contrasts() > 0 ? known_.trace() / static_cast<double>(contrasts()) : 0.0; }
+  /// Of what is known at these variances.
+  double known_mean(const VectorXd& variances) const {
+    double mean = contrasts() > 0 ? known_.trace() / static_cast<double>(contrasts()) : 0.0;
+    for (Index i = 1; i < size(); ++i)
+      if (held(i)) mean += variances[i] * shift_mean(i - 1);
+    return mean;
+  }
   double within() const { return within_freedom_ > 0.0 ? within_squares_ / within_freedom_ : 0.0; }
   /// Mean variance of the contrasts for a unit of each slow component.
   double shift_mean(Index c) const {
@@ -110,15 +122,16 @@ class Restricted {
   VectorXd z_;
   MatrixXd shifts_, known_;
   std::vector<MatrixXd> kernels_;
+  std::vector<bool> held_;
   double within_squares_, within_freedom_;
 };
 
-/// One step of Fisher's scoring over the variances that are not held at zero.
-VectorXd scoring_step(const Restricted::Point& point, const VectorXd& variances) {
+/// One step of Fisher's scoring over the variances that are neither known nor held at zero.
+VectorXd scoring_step(const Restricted& likelihood, const Restricted::Point& point, const VectorXd& variances) {
   const VectorXd gradient = 0.5 * (point.fits - point.expects);
   std::vector<Index> free;
   for (Index i = 0; i < variances.size(); ++i)
-    if (i == 0 || variances[i] > 0.0 || gradient[i] > 0.0) free.push_back(i);
+    if (i == 0 || (!likelihood.held(i) && (variances[i] > 0.0 || gradient[i] > 0.0))) free.push_back(i);
   const MatrixXd information = point.information(free, free);
   const VectorXd unit = information.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
@@ -142,14 +155,15 @@ struct Top {
   Restricted::Point point;
 };
 
-/// Climbs from `start`; a variance that begins at zero stays there.
+/// Climbs from `start`; a variance that begins at zero stays there, and one that is known where it is.
 Top climb(const Restricted& likelihood, const VectorXd& start, double floor) {
   Top top{start, likelihood.at_variances(start)};
   int still = 0;  // rounds that gained nothing
   for (int round = 0; round < 200 && still < 2; ++round) {
-    VectorXd next = round < 4 ? sure_step(top.point, top.variances) : scoring_step(top.point, top.variances);
+    VectorXd next =
+        round < 4 ? sure_step(top.point, top.variances) : scoring_step(likelihood, top.point, top.variances);
     for (Index i = 0; i < next.size(); ++i)
-      if (start[i] == 0.0) next[i] = 0.0;
+      if (start[i] == 0.0 || likelihood.held(i)) next[i] = start[i];
     next[0] = std::max(next[0], floor);
     auto there = likelihood.at_variances(next);
     const double value = top.point.value;
@@ -163,15 +177,18 @@ Top climb(const Restricted& likelihood, const VectorXd& start, double floor) {
   return top;
 }
 
-/// Of slow noise with one source's name the first is left out where the likelihood hardly misses it: two variances that
-/// the data cannot tell apart make intervals too wide.
+/// Slow noise is left out where the likelihood hardly misses it and something like it stays: other slow noise of the
+/// same source's name, or of known size. Two variances that the data cannot tell apart make intervals too wide.
 Top without_needless(const MixedData& data, const Restricted& likelihood, Top top, double floor) {
-  for (std::size_t c = 0; c + 1 < data.slow.size(); ++c) {
+  const bool some_known = std::ranges::any_of(data.slow, &SlowNoise::known);
+  for (std::size_t c = 0; c < data.slow.size(); ++c) {
     const Index i = at(c) + 1;
     const bool alternative = std::any_of(data.slow.begin() + static_cast<std::ptrdiff_t>(c) + 1, data.slow.end(),
                                          [&](const SlowNoise& other) { return other.source == data.slow[c].source; });
-    if (!alternative || !(top.variances[i] > 0.0)) continue;
-    VectorXd start = top.variances.cwiseMax(1e-3 * top.variances[i]);
+    if (likelihood.held(i) || !(alternative || some_known) || !(top.variances[i] > 0.0)) continue;
+    VectorXd start = top.variances;
+    for (Index later = i + 1; later < start.size(); ++later)
+      if (!likelihood.held(later)) start[later] = std::max(start[later], 1e-3 * top.variances[i]);
     start[i] = 0.0;
     Top less = climb(likelihood, start, floor);
     if (less.point.value - top.point.value < 1.0) top = std::move(less);
@@ -187,20 +204,23 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
     throw Error(Error::Kind::bad_data, fmt::format("{} observations leave nothing to tell the noise of {} parameters",
                                                    data.design.rows, data.design.columns));
   const double mean = likelihood.total_squares() / likelihood.freedom();
-  // Below, the observations are free of noise to rounding: V would lose its own digits.
-  const double floor = std::max({1e-10 * likelihood.known_mean(), square(1e-16) * rows.observations.squaredNorm(),
-                                 std::numeric_limits<double>::min() * 1e20});
   VectorXd start = VectorXd::Constant(likelihood.size(), 0.0);
+  for (std::size_t c = 0; c < data.slow.size(); ++c)
+    if (data.slow[c].known) start[at(c) + 1] = data.slow[c].variance;
+  // Below, the observations are free of noise to rounding: V would lose its own digits.
+  const double floor = std::max({1e-10 * likelihood.known_mean(start), square(1e-16) * rows.observations.squaredNorm(),
+                                 std::numeric_limits<double>::min() * 1e20});
   start[0] = std::max(likelihood.within() > 0.0 ? likelihood.within() : mean, floor);
   for (Index c = 0; c + 1 < start.size(); ++c)
-    if (const double unit = likelihood.shift_mean(c); likelihood.contrasts() > 0 && unit > 0.0)
+    if (const double unit = likelihood.shift_mean(c);
+        !likelihood.held(c + 1) && likelihood.contrasts() > 0 && unit > 0.0)
       start[c + 1] = std::max(mean, floor) / unit / static_cast<double>(start.size());
   const auto [now, point] = without_needless(data, likelihood, climb(likelihood, start, floor), floor);
   // A variance found to be zero is taken as known: counting its uncertainty as well would make the intervals wider
   // still where there is no slow noise.
   MatrixXd information = point.information;
   for (Index i = 1; i < now.size(); ++i)
-    if (!(now[i] > 0.0)) information.row(i).setZero(), information.col(i).setZero();
+    if (!(now[i] > 0.0) || likelihood.held(i)) information.row(i).setZero(), information.col(i).setZero();
   const VectorXd unit =
       information.diagonal().cwiseSqrt().cwiseInverse().unaryExpr([](double u) { return std::isfinite(u) ? u : 0.0; });
   const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();

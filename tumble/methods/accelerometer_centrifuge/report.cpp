@@ -166,6 +166,7 @@ void say_what_is_lacking(const Normalised& found, const Settings& settings, Esti
 std::vector<Option> options() {
   using Type = Option::Type;
   auto options = linear::options("5 s", "10 s");
+  options.push_back(linear::bias_instability_option("ug"));
   options.push_back(accelerometer::scale_factor_option(
       "nominal; not needed where a tumble is part of the evidence. With scale_factor_sd it is taken as known"));
   options.push_back(

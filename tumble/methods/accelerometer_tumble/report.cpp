@@ -138,6 +138,7 @@ void add_residuals(const Solution& solution, Estimate& estimate) {
 std::vector<Option> options() {
   using Type = Option::Type;
   auto options = linear::options("2 s", "10 s");
+  options.push_back(linear::bias_instability_option("ug"));
   options.push_back(accelerometer::scale_factor_option(
       "nominal, \"2000 pulse/s/g\" or the like; not needed: what is found is compared with it"));
   options.push_back({"terms",

@@ -17,6 +17,9 @@ enum class Kind { accelerometer, gyro };
 inline constexpr std::array<Kind, 2> kinds{Kind::accelerometer, Kind::gyro};
 inline constexpr std::array<char, 3> letters{'x', 'y', 'z'};
 
+/// What names of settings for one kind begin with.
+constexpr const char* prefix_of(Kind kind) { return kind == Kind::gyro ? "gyro_" : "accelerometer_"; }
+
 /// "accelerometer_x"
 std::string role_of(Kind kind, std::size_t axis);
 

@@ -99,7 +99,7 @@ Alone gyro_alone(const Evidence& evidence) {
   problem.scale = reading.scale;
   problem.pulse = reading.pulse;
   problem.input = input_of(evidence.plan, channel.name);
-  linear::set_options(evidence.plan.settings, problem);
+  linear::set_options(evidence.plan.settings, problem, imu::prefix_of(Kind::gyro));
   problem.columns = {{"bias", "b", "deg/h", "bias", [](const Felt&) { return 1.0; }},
                      {"scale_factor_error", "k", "ppm", "scale factor error", problem.input}};
   const auto solution = linear::identify(evidence, problem);

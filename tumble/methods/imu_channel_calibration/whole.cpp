@@ -26,7 +26,7 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   problem.scale = reading.scale;
   problem.pulse = reading.pulse;
   problem.input = [=](const Felt& felt) { return imu::component(imu::field_of(kind, felt), axis); };
-  linear::set_options(settings, problem);
+  linear::set_options(settings, problem, imu::prefix_of(kind));
   std::vector<std::string> names{role + "_bias", role + "_scale_factor_error"};
   for (const std::size_t which : {2u, 3u})
     names.push_back(fmt::format("{}_misalignment_{}", role, letters[other_axis(axis, which)]));

@@ -190,24 +190,6 @@ void add_second_order(const Look& look, Estimate& estimate) {
   estimate.budget.push_back(std::move(line));
 }
 
-/// With hardly more segments than parameters the drift cannot be estimated, least of all that common to all segments.
-void say_too_few(const JointSolution& solution, Findings& findings) {
-  constexpr std::size_t spare = 4;  // as the likelihood needs to look for flicker
-  std::size_t segments = 0, terms = 0;
-  for (const auto& output : solution.outputs)
-    if (output.columns.size() > terms) {
-      segments = output.segments.size();
-      terms = output.columns.size();
-    }
-  if (segments >= terms + spare) return;
-  findings.push_back({Finding::Severity::warning,
-                      fmt::format("{} segments for {} terms of an output leave too little to estimate drift from: the "
-                                  "uncertainties, of the biases above all, lack it. Predict gives them for the noise "
-                                  "that the plan states; more and shorter segments would show it",
-                                  segments, terms),
-                      ""});
-}
-
 /// Ways between positions, which a schedule that was searched for has many of: one finding for all.
 void say_ways(Findings& findings) {
   constexpr std::string_view end = " is not used: no sample is left after settling";
@@ -251,8 +233,6 @@ Estimate answer_of(const Task& task, const JointSolution& solution) {
   }
   say_not_shown(task, solution, estimate.findings);
   say_ways(estimate.findings);
-  if (!solution.outputs.front().segments.empty() && !std::isnan(solution.outputs.front().segments.front().measured))
-    say_too_few(solution, estimate.findings);
   estimate.tables.push_back(observability(task, solution, estimate));
   estimate.tables.push_back(correction(task, estimate));
   estimate.tables.push_back(positions(task, solution));

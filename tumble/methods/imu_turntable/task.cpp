@@ -106,7 +106,7 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   problem.input = [=](const Felt& felt) { return imu::component(imu::field_of(kind, felt), axis); };
   problem.condition_limit = 1e4;
   problem.even_averages = true;
-  linear::set_options(settings, problem);
+  linear::set_options(settings, problem, imu::prefix_of(kind));
   return problem;
 }
 
@@ -142,7 +142,7 @@ std::vector<Kind> kinds_of(const Evidence& evidence) {
 
 /// A reading that no unit is needed for: all that a prediction must know is the pulse.
 imu::Reading predicted_reading(Kind kind, const Settings& truth) {
-  const std::string prefix = kind == Kind::gyro ? "gyro_" : "accelerometer_";
+  const std::string prefix = imu::prefix_of(kind);
   if (!truth.has(prefix + "output") || truth.word(prefix + "output") != "count") return {};
   if (!truth.has(prefix + "pulse_scale_factor") || truth.number(prefix + "pulse_scale_factor") == 0.0)
     throw Error(Error::Kind::bad_input,

@@ -67,9 +67,11 @@ Plan trial_plan() {
   for (const Kind kind : {Kind::gyro, Kind::accelerometer})
     for (std::size_t axis = 0; axis < 3; ++axis) set_truth_of(kind, axis, plan);
   set_truth(plan, "gyro_angle_random_walk", 0.05, "deg/sqrt(h)");
-  set_truth(plan, "gyro_bias_instability", 0.02, "deg/h");
+  set_truth(plan, "gyro_bias_instability", 0.3, "deg/h");
   set_truth(plan, "accelerometer_angle_random_walk", 0.03, "(m/s)/sqrt(h)");
-  set_truth(plan, "accelerometer_bias_instability", 0.3, "ug");
+  set_truth(plan, "accelerometer_bias_instability", 5.0, "ug");
+  for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
+    plan.settings.set_number(name, plan.truth.number(name), Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
   return plan;
 }
 

@@ -1,5 +1,8 @@
 #include "tumble/methods/linear/joint.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -63,10 +66,31 @@ std::vector<Work> all_of(std::size_t outputs, const WorkOut& work_out) {
   return works;
 }
 
+/// Segments show how outputs drift between them, not what all of them share.
+void say_unstated(std::span<const Problem> problems, JointSolution& solution) {
+  std::vector<std::string> settings;
+  Finding finding{Finding::Severity::info, "", ""};
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    if (problems[i].bias_instability > 0.0) continue;
+    const Solution& output = solution.outputs[i];
+    // as many as the likelihood needs to look for flicker
+    if (output.segments.size() < output.columns.size() + 4) finding.severity = Finding::Severity::warning;
+    if (std::ranges::find(settings, problems[i].stated_by) == settings.end()) settings.push_back(problems[i].stated_by);
+  }
+  if (settings.empty()) return;
+  finding.message = fmt::format(
+      "drift is taken from what the segments show, which is little: where it is not small against noise, "
+      "biases are less certain than said. Give {} as a noise test found it",
+      fmt::join(settings, " and "));
+  solution.all.findings.push_back(std::move(finding));
+}
+
 }  // namespace
 
 JointSolution identify(const Evidence& evidence, std::span<const Problem> problems) {
-  return together(all_of(problems.size(), [&](std::size_t i) { return worked_out(evidence, problems[i]); }));
+  auto solution = together(all_of(problems.size(), [&](std::size_t i) { return worked_out(evidence, problems[i]); }));
+  say_unstated(problems, solution);
+  return solution;
 }
 
 JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::span<const Truth> truths) {

@@ -110,11 +110,19 @@ std::vector<double> coefficients_for(const Problem& problem, const Truth& truth)
   return all;
 }
 
-/// Of one segment's shift, as the likelihood found it; the bias of a power-up is none.
-double drift_sd(const std::vector<SlowNoise>& slow, const std::vector<double>& variance) {
+/// The bias instability stated, as the output shows it.
+double stated_for(const Problem& problem, const std::vector<std::size_t>& kept, const std::vector<double>& b) {
+  double per = problem.stated_per.empty() ? 1.0 : 0.0;
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    if (problem.columns[kept[k]].name == problem.stated_per) per = std::abs(b[k]);
+  return per * problem.bias_instability;
+}
+
+/// Of one segment's shift by the slow noise of this source, as the likelihood found it or as stated.
+double shift_sd(const std::string& source, const std::vector<SlowNoise>& slow, const std::vector<double>& variance) {
   double sum = 0.0;
   for (std::size_t c = 0; c < slow.size(); ++c) {
-    if (slow[c].source != drift_source) continue;
+    if (slow[c].source != source) continue;
     const Matrix& kernel = slow[c].kernel;
     for (std::size_t g = 0; g < kernel.rows; ++g) sum += variance[c] * kernel(g, g) / static_cast<double>(kernel.rows);
   }
@@ -143,11 +151,13 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   data.effects = effects_of(work.found, problem, work.rows, spread(work.kept, look, problem.columns.size()));
   if (problem.pulse > 0.0) data.effects.push_back(counting);
   const double step = work.found.stretches.front().step;
-  data.slow = unknown_slow_noise(intervals_of(work.found), work.kept.size(), step);
+  data.slow =
+      unknown_slow_noise(intervals_of(work.found), work.kept.size(), step, stated_for(problem, work.kept, look));
   solution.fit = fit_mixed_model(data);
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
-  solution.drift_sd = drift_sd(data.slow, solution.fit.slow_variance);
+  solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);
+  warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), solution);
   describe_dropped(problem, solution);
   return work;
 }

@@ -61,6 +61,11 @@ struct Problem {
   /// A segment in which an axis slews is used from rest to rest as one total, whatever way it took; of one at a rate as
   /// many whole turns as it holds. Counted pulses of a move tell its angle, however it went.
   bool whole_moves = false;
+  /// Bias instability [SI of what `stated_per` names, or of the output] known beforehand: few segments cannot show it.
+  /// 0: found from the segments.
+  double bias_instability = 0.0;
+  std::string stated_by = "bias_instability";  ///< the setting that gives it
+  std::string stated_per = {};                 ///< column by whose coefficient it moves the output; empty: 1
   bool rests_only = false;  ///< segments in which an axis is told to do anything but stand are passed over
 };
 
@@ -93,8 +98,12 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
 
 /// The options every method on this engine has: `settling`, `averaging`, `oversampling`.
 std::vector<Option> options(const std::string& settling, const std::string& averaging);
+/// `bias_instability`, after a prefix where a method has outputs of several kinds.
+Option bias_instability_option(const std::string& unit, const std::string& prefix = "");
+/// What it says [SI], 0 where it is absent; adds what is wrong with it to `problems`.
+double stated_bias_instability(const Settings& settings, const std::string& prefix, std::vector<std::string>& problems);
 /// Puts them into a problem.
-void set_options(const Settings& settings, Problem& problem);
+void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix = "");
 
 /// `natural_frequency`, `damping_ratio` and `loop_lag_sd` of a rebalance or servo loop.
 std::vector<Option> loop_options();

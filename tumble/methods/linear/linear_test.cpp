@@ -297,6 +297,41 @@ std::ptrdiff_t misfits(const Estimate& estimate) {
   });
 }
 
+TEST(linear, a_stated_bias_instability_is_a_line_of_the_budget) {
+  Trial trial = find_method("sdof_gyro_static").trial(3);
+  const double without = standard_uncertainty(find_method("sdof_gyro_static").identify(trial.evidence, {}), 0);
+  const double stated = 50.0 * trial.evidence.plan.truth.number("bias_instability");
+  trial.evidence.plan.settings.set_number("bias_instability", stated, Unit::parse("deg/h"));
+  const auto estimate = find_method("sdof_gyro_static").identify(trial.evidence, {});
+  const auto line = std::ranges::find(estimate.budget, linear::stated_source, &Contribution::source);
+  ASSERT_NE(line, estimate.budget.end());
+  // D_F is the mean over the test: flicker over its length leaves about B in it, and the statement is what limits it
+  EXPECT_GT(standard_uncertainty(estimate, 0), 2.0 * without);
+  EXPECT_GT(std::sqrt(line->variance[0]), 0.5 * stated);
+  EXPECT_LT(std::sqrt(line->variance[0]), 5.0 * stated);
+}
+
+TEST(linear, a_stated_bias_instability_far_too_small_is_said) {
+  Trial trial = find_method("accelerometer_tumble").trial(4);
+  Plan& plan = trial.evidence.plan;
+  plan.truth.set_number("bias_instability", Unit::parse("ug").to_si(300.0), Unit::parse("ug"));
+  trial.evidence.recordings = {simulate(plan, 4, {})};
+  const auto says_so = [&](double stated) {
+    plan.settings.set_number("bias_instability", Unit::parse("ug").to_si(stated), Unit::parse("ug"));
+    const auto findings = find_method("accelerometer_tumble").identify(trial.evidence, {}).findings;
+    return std::ranges::any_of(
+        findings, [](const Finding& one) { return one.message.find("bias instability stated") != std::string::npos; });
+  };
+  EXPECT_TRUE(says_so(0.3));
+  EXPECT_FALSE(says_so(300.0));
+}
+
+TEST(linear, a_bias_instability_of_nothing_is_refused) {
+  Trial trial = find_method("sdof_gyro_static").trial(3);
+  trial.evidence.plan.settings.set_number("bias_instability", 0.0, Unit::parse("deg/h"));
+  EXPECT_THROW(find_method("sdof_gyro_static").identify(trial.evidence, {}), Error);
+}
+
 TEST(linear, a_sound_test_has_no_misfit) {
   for (const char* name : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic"})
     for (std::uint64_t seed = 1; seed <= 5; ++seed)

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/least_squares.hpp"
+#include "tumble/math/median.hpp"
 #include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/linear/words.hpp"
 #include "tumble/units/error.hpp"
@@ -74,6 +76,25 @@ void warn_of_misfit(const Solution& solution, const std::string& channel_unit, F
        ""});
 }
 
+void warn_of_excess(const Problem& problem, double stated, Solution& solution) {
+  if (!(stated > 0.0)) return;
+  const std::size_t segments = solution.segments.size(), columns = solution.columns.size();
+  const double freedom = segments > columns ? static_cast<double>(segments - columns) : 1.0;
+  std::vector<double> noise;
+  for (const auto& segment : solution.segments) noise.push_back(segment.sd);
+  const double expected = std::hypot(stated, median(noise));
+  const double times = std::hypot(solution.drift_sd, expected) / expected;
+  // seldom where the statement is right: what else moves segments counts as well
+  if (times * times < std::max(3.0, chi_square_quantile(0.9999, freedom) / freedom)) return;
+  solution.findings.push_back(
+      {Finding::Severity::warning,
+       fmt::format(
+           "{}: the segments differ {:.2g} times as much as noise and the bias instability stated let expect: is "
+           "it right, in its unit too? The uncertainties count the rest as drift, as far as the segments show it",
+           problem.role, times),
+       ""});
+}
+
 void describe_dropped(const Problem& problem, Solution& solution) {
   std::vector<std::string> empty;
   for (const auto& dropped : solution.dropped) {
@@ -114,7 +135,27 @@ std::vector<Option> options(const std::string& settling, const std::string& aver
       {"oversampling", Type::integer, "1", "1", {}, "instants within each sample at which a moving rig is computed"}};
 }
 
-void set_options(const Settings& settings, Problem& problem) {
+Option bias_instability_option(const std::string& unit, const std::string& prefix) {
+  return {prefix + "bias_instability",
+          Option::Type::quantity,
+          unit,
+          "",
+          {},
+          "B as a noise test found it (IEEE 528; the flat part of the Allan deviation is 0.664 B): part of the fit, so "
+          "that few segments need not show it; absent: found from the segments",
+          true};
+}
+
+double stated_bias_instability(const Settings& settings, const std::string& prefix,
+                               std::vector<std::string>& problems) {
+  const std::string name = prefix + "bias_instability";
+  if (!settings.has(name)) return 0.0;
+  const double stated = settings.number(name);
+  if (!(stated > 0.0)) problems.push_back(fmt::format("[settings] {} must be above zero, or absent", name));
+  return stated;
+}
+
+void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix) {
   problem.settling = settings.number("settling");
   problem.averaging = settings.number("averaging");
   problem.oversampling = settings.integer("oversampling");
@@ -123,6 +164,8 @@ void set_options(const Settings& settings, Problem& problem) {
   if (!(problem.averaging > 0.0)) problems.push_back("[settings] averaging must be above zero");
   if (problem.oversampling < 1 || problem.oversampling > 1000)
     problems.push_back("[settings] oversampling must be from 1 to 1000");
+  problem.stated_by = noise_prefix + "bias_instability";
+  problem.bias_instability = stated_bias_instability(settings, noise_prefix, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

@@ -55,18 +55,23 @@ constexpr const char* turn_on = "turn-on repeatability";
 
 }  // namespace
 
-std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step) {
+std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step,
+                                          double bias_instability) {
   std::vector<SlowNoise> slow;
   slow.push_back({drift_source,
                   kernel_of(intervals, [](const Interval&, const Interval&, bool same) { return same ? 1.0 : 0.0; })});
+  const bool stated = bias_instability > 0.0;
   // Two variances more than the parameters need some segments to be told apart.
-  if (intervals.size() >= parameters + 4) {
+  const bool shown = intervals.size() >= parameters + 4;
+  if (shown || stated) {
     const auto bank = flicker_bank(1.0, step / 4.0, 4.0 * longest_of(intervals));
-    slow.push_back({drift_source, kernel_of(intervals, [&](const Interval& first, const Interval& second, bool same) {
-                      double sum = 0.0;
-                      for (const auto& component : bank) sum += markov(component, first, second, same);
-                      return sum;
-                    })});
+    const Matrix kernel = kernel_of(intervals, [&](const Interval& first, const Interval& second, bool same) {
+      double sum = 0.0;
+      for (const auto& component : bank) sum += markov(component, first, second, same);
+      return sum;
+    });
+    if (shown) slow.push_back({drift_source, kernel});
+    if (stated) slow.push_back({stated_source, kernel, bias_instability * bias_instability, true});
   }
   if (power_ups_in(intervals) > 1) slow.push_back({turn_on, same_power_up(intervals)});
   return slow;

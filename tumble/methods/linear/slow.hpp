@@ -12,6 +12,9 @@ namespace tumble::linear {
 /// Line of the budget for what moves the mean of a segment.
 inline constexpr const char* drift_source = "drift between positions";
 
+/// The same where the user has stated it.
+inline constexpr const char* stated_source = "bias instability, as stated";
+
 /// When a segment's mean was taken: power-up, and from when to when since then [s].
 struct Interval {
   std::size_t power_up = 0;
@@ -20,7 +23,11 @@ struct Interval {
 
 /// What identify lets the likelihood find: shifts independent from segment to segment; where there are segments enough
 /// flicker, whose slowest part moves the whole test; and with several power-ups a bias of each.
-std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step);
+///
+/// Given     bias_instability   B [u], known beforehand: so much flicker is there however few segments there are, and
+///                              the rest is what they show beyond. 0: not known
+std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step,
+                                          double bias_instability = 0.0);
 
 /// What a noise model says: the covariance of the means without the white noise, in the same lines of the budget.
 ///

@@ -243,7 +243,7 @@ void say_uncertain(const Bench& bench, const Reduction& reduction, bool predicte
     out.push_back(
         {Severity::warning,
          "there are no more positions than unknowns: what the bias does from one to the next does not show and "
-         "is not in the uncertainty. State bias_instability, or add positions",
+         "is not in the uncertainty. State gyro_bias_instability, or add positions",
          ""});
   if (!bench.plan->calibration.result && !(bench.plan->settings.number("gyro_misalignment_sd") > 0.0))
     out.push_back({Severity::info,

@@ -6,6 +6,7 @@
 
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::methods::north {
 namespace {
@@ -83,22 +84,13 @@ std::vector<linear::Interval> intervals_of(const Signal& signal) {
 
 double step_of(const Signal& signal) { return signal.evidence.stretches.front().step; }
 
-/// Noise from place to place that is known beforehand, as columns of one standard deviation each.
-std::vector<KnownEffect> known_effects(const Signal& signal, const std::vector<SlowNoise>& slow) {
-  std::vector<KnownEffect> out;
-  for (const auto& one : slow) {
-    const MatrixXd kernel = map(one.kernel);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(kernel);
-    for (Eigen::Index k = 0; k < kernel.cols(); ++k) {
-      const double sd = std::sqrt(std::max(0.0, one.variance * solver.eigenvalues()[k]));
-      if (!(sd > 0.0)) continue;
-      KnownEffect effect{one.source, {}, false};
-      for (const std::size_t row : signal.row_of)
-        if (row != npos) effect.column.push_back(sd * solver.eigenvectors()(at(signal.rows[row].place), k));
-      out.push_back(std::move(effect));
-    }
-  }
-  return out;
+/// What the settings say of the bias instability of a signal, as its output shows it; 0: nothing.
+double stated_for(const Bench& bench, const Signal& signal, const State& state) {
+  std::vector<std::string> problems;
+  const double stated = linear::stated_bias_instability(bench.plan->settings,
+                                                        signal.channel == gyro ? "gyro_" : "accelerometer_", problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return stated * std::abs(state[scale_of(signal.channel)]);
 }
 
 /// Blocks as the mixed model takes them.
@@ -228,28 +220,20 @@ std::vector<double> effect_of(const Signal& signal, const std::vector<Move>& mov
 Noise noise_of(const Bench& bench, std::size_t number, const State& state, const std::vector<Disturbance>& disturbances,
                bool drift) {
   const Signal& signal = bench.signals[number];
-  const auto& settings = bench.plan->settings;
   MixedData data = blocks_of(signal, shown_by(signal), drift);
   add_effects(signal, number, state, disturbances, data);
   Noise noise;
-  noise.slow_known = signal.channel == gyro && settings.has("bias_instability");
+  const double stated = stated_for(bench, signal, state);
+  noise.slow_known = stated > 0.0;
   noise.slow_shown = signal.places.size() > data.design.columns;
-  if (noise.slow_known) {
-    NoiseModel model;
-    model.bias_instability = settings.number("bias_instability") * state[gyro_scale];
-    noise.slow = linear::known_slow_noise(intervals_of(signal), model, 0.0, step_of(signal));
-    for (auto& effect : known_effects(signal, noise.slow)) data.effects.push_back(std::move(effect));
-  } else if (noise.slow_shown) {
-    data.slow = linear::unknown_slow_noise(intervals_of(signal), data.design.columns, step_of(signal));
-  }
+  data.slow = linear::unknown_slow_noise(intervals_of(signal), data.design.columns, step_of(signal), stated);
+  if (!noise.slow_shown) std::erase_if(data.slow, [](const SlowNoise& slow) { return !slow.known; });
   const MixedFit fit = fit_mixed_model(data);
   noise.scatter = fit.white_variance;
   noise.white = without_rounding(signal, fit.white_variance);
   noise.component_covariance = fit.component_covariance;
-  if (!noise.slow_known) {
-    noise.slow = data.slow;
-    for (std::size_t c = 0; c < noise.slow.size(); ++c) noise.slow[c].variance = fit.slow_variance[c];
-  }
+  noise.slow = data.slow;
+  for (std::size_t c = 0; c < noise.slow.size(); ++c) noise.slow[c].variance = fit.slow_variance[c];
   noise.place_sd = place_sd(noise.slow);
   return noise;
 }

@@ -13,7 +13,7 @@ struct Noise {
   double white = 0.0;           ///< s^2 [SI of the channel, squared, times s]
   double scatter = 0.0;         ///< the same of the rows as they scatter: of a turn with the rounding to whole pulses
   std::vector<SlowNoise> slow;  ///< of its places, with their variances
-  bool slow_known = false;      ///< from the settings or the plan's truth, not found
+  bool slow_known = false;      ///< from the settings or the plan's truth, at least in part
   bool slow_shown = true;       ///< false: too few places to show it
   Matrix component_covariance;  ///< of (s^2, variances of `slow`); empty where they are known
   double place_sd = 0.0;        ///< [SI of the channel] by which places differ beyond the model and white noise

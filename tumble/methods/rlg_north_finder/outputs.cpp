@@ -18,6 +18,7 @@ double f_x(const Felt& felt) { return felt.specific_force.x; }
 double f_y(const Felt& felt) { return felt.specific_force.y; }
 double f_z(const Felt& felt) { return felt.specific_force.z; }
 
+constexpr const char *gyro_prefix = "gyro_", *accelerometer_prefix = "accelerometer_";
 constexpr const char* per_angle = "pulse/arcsec";
 constexpr const char* per_velocity = "pulse/(m/s)";
 
@@ -61,27 +62,28 @@ std::vector<Role> roles() {
 
 std::vector<Option> options() {
   using Type = Option::Type;
-  return {
-      {"estimator",
-       Type::word,
-       "1",
-       "least_squares",
-       {"least_squares", "closed_form"},
-       "all positions and rotations together with the errors of the table, or the formulas (2.1)-(2.7)"},
-      {"settling", Type::quantity, "s", "5 s", {}, "time dropped in each stay after the table has settled"},
-      {"averaging", Type::quantity, "s", "10 s", {}, "length of the averages that show the noise in a stay"},
-      {"angle_tolerance",
-       Type::quantity,
-       "deg",
-       "0.1 deg",
-       {},
-       "by which a recorded angle may differ from the plan without a warning"},
-      {"dither_frequency",
-       Type::quantity,
-       "Hz",
-       "",
-       {},
-       "of the gyro's dither: rotations near its multiples over the scale factor are named; absent: not looked at"}};
+  return {{"estimator",
+           Type::word,
+           "1",
+           "least_squares",
+           {"least_squares", "closed_form"},
+           "all positions and rotations together with the errors of the table, or the formulas (2.1)-(2.7)"},
+          {"settling", Type::quantity, "s", "5 s", {}, "time dropped in each stay after the table has settled"},
+          {"averaging", Type::quantity, "s", "10 s", {}, "length of the averages that show the noise in a stay"},
+          {"angle_tolerance",
+           Type::quantity,
+           "deg",
+           "0.1 deg",
+           {},
+           "by which a recorded angle may differ from the plan without a warning"},
+          {"dither_frequency",
+           Type::quantity,
+           "Hz",
+           "",
+           {},
+           "of the gyro's dither: rotations near its multiples over the scale factor are named; absent: not looked at"},
+          linear::bias_instability_option("deg/h", gyro_prefix),
+          linear::bias_instability_option("ug", accelerometer_prefix)};
 }
 
 std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
@@ -92,6 +94,8 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
   if (!(averaging > 0.0)) wrong.push_back("[settings] averaging must be above zero");
   if (!(plan.settings.number("angle_tolerance") > 0.0))
     wrong.push_back("[settings] angle_tolerance must be above zero");
+  const double gyro_instability = linear::stated_bias_instability(plan.settings, gyro_prefix, wrong);
+  const double other_instability = linear::stated_bias_instability(plan.settings, accelerometer_prefix, wrong);
   if (!wrong.empty()) throw Error(Error::Kind::bad_input, wrong);
   for (const Which output : {gyro, accelerometer_x, accelerometer_y}) {
     linear::Problem& problem = problems[output];
@@ -101,6 +105,9 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
     problem.averaging = averaging;
     problem.whole_moves = output == gyro;
     problem.rests_only = output != gyro;
+    problem.bias_instability = output == gyro ? gyro_instability : other_instability;
+    problem.stated_by = std::string(output == gyro ? gyro_prefix : accelerometer_prefix) + "bias_instability";
+    problem.stated_per = wanted()[output * per_output].name;  // the scale factor
     problem.advice = output == gyro ? "the path needs rotations about x, y and z and the eight positions"
                                     : "the path needs x and y up and down, z up and down";
     for (const auto& one_wanted : wanted())

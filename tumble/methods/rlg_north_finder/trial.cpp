@@ -29,7 +29,7 @@ Beside accelerometer(const char* name, double yaw, double bias, double along_p, 
   one.truth.set_number("misalignment_o", si(along_p, "arcsec"), Unit::parse("arcsec"));
   one.truth.set_number("misalignment_p", si(along_o, "arcsec"), Unit::parse("arcsec"));
   one.truth.set_number("angle_random_walk", si(20.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
-  one.truth.set_number("bias_instability", si(1.2, "ug"), Unit::parse("ug"));
+  one.truth.set_number("bias_instability", si(3.0, "ug"), Unit::parse("ug"));
   return one;
 }
 
@@ -79,7 +79,9 @@ Plan trial_plan(double stay, int turns) {
   methods::set_truth(plan, "misalignment_z", -110.0, "arcsec");
   methods::set_truth(plan, "scale_factor_error", 40.0, "ppm");
   methods::set_truth(plan, "angle_random_walk", 0.01, "deg/sqrt(h)");
-  methods::set_truth(plan, "bias_instability", 0.012, "deg/h");
+  methods::set_truth(plan, "bias_instability", 0.05, "deg/h");
+  plan.settings.set_number("gyro_bias_instability", si(0.05, "deg/h"), Unit::parse("deg/h"));
+  plan.settings.set_number("accelerometer_bias_instability", si(3.0, "ug"), Unit::parse("ug"));
   plan.truth.set_integer("edges", 4);
   plan.beside.push_back(accelerometer("x", 0.0, 120.0, 80.0, 50.0, 300.0));
   plan.beside.push_back(accelerometer("y", 90.0, -260.0, -35.0, 90.0, -200.0));
