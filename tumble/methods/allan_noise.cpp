@@ -9,6 +9,7 @@
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
 #include "tumble/methods/allan_noise/together.hpp"
+#include "tumble/methods/allan_noise/windows.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -76,6 +77,12 @@ std::vector<Option> options() {
        "none",
        {"none", "welch", "multitaper"},
        "power spectral density beside the deviation: by Hann windows that overlap, or by Slepian tapers"},
+      {"windows",
+       Type::integer,
+       "1",
+       "0",
+       {},
+       "the deviation in so many windows along the record, and whether they differ; 0: none"},
       {"correlation",
        Type::flag,
        "1",
@@ -116,6 +123,7 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
     add_spectrum(signal, settings, result);
+    add_windows(signal, settings, result);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.failure = error.what();
@@ -136,6 +144,8 @@ void check(const Settings& settings) {
   within("significance", 0.0, 1.0);
   within("wanted_sd", 0.0, 1.0);
   if (settings.number("points_per_decade") != 0.0) within("points_per_decade", 0.99, 1000.0);
+  if (const int windows = settings.integer("windows"); windows != 0 && (windows < 3 || windows > 1000))
+    problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -153,6 +163,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
   Estimate estimate = describe_noise(results, settings.number("wanted_sd"));
   describe_spectra(results, estimate);
+  describe_windows(results, estimate);
   describe_together(found, results, settings, estimate);
   estimate.method = "allan_noise";
   estimate.title = evidence.plan.title;

@@ -7,6 +7,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/allan.hpp"
+#include "tumble/math/dynamic_stability.hpp"
 #include "tumble/math/noise_likelihood.hpp"
 #include "tumble/math/power_spectrum.hpp"
 
@@ -29,6 +30,8 @@ struct ChannelNoise {
   bool likelihood = true;  ///< which estimator gave the fit
   NoiseFit fit;
   std::optional<PowerSpectrum> spectrum;
+  std::optional<DynamicStability> windows;
+  double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one

@@ -1,0 +1,109 @@
+#include "tumble/methods/allan_noise/windows.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr std::size_t most_curves = 6;  ///< averaging times drawn in a figure
+
+double time_of(const ChannelNoise& channel, std::size_t sample) {
+  return channel.begin + static_cast<double>(sample) / channel.rate;
+}
+
+Finding changed(const ChannelNoise& channel) {
+  const DynamicStability& found = *channel.windows;
+  const StabilityWindow& window = found.windows[found.worst_window];
+  return {Finding::Severity::warning,
+          fmt::format(
+              "the noise is not the same all along: from {} to {} the deviation at {} is {:.3g} times that of the "
+              "other windows. Chance gives one so far off in {}{:.2g} % of records ({} compared); the terms "
+              "are those of the whole record",
+              say_instant(time_of(channel, window.first)), say_instant(time_of(channel, window.first + window.size)),
+              say_seconds(found.whole[found.worst_factor].tau), std::sqrt(found.worst_ratio),
+              found.chance < 1e-6 ? "less than " : "", 100.0 * std::max(found.chance, 1e-6), found.tests),
+          channel.label};
+}
+
+void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
+  const DynamicStability& found = *channel.windows;
+  const std::size_t stride = (found.whole.size() + most_curves - 1) / most_curves;
+  for (std::size_t i = 0; i < found.whole.size(); i += stride) {
+    const double whole = found.whole[i].deviation;
+    Curve curve;
+    curve.name = fmt::format("{} at {}", channel.label, say_seconds(found.whole[i].tau));
+    curve.figure = "deviation along the record " + channel.label;
+    curve.x = {"time", Unit::parse("s"), {}};
+    curve.y = {"deviation over that of the record", Unit(), {}};
+    curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
+    for (const auto& window : found.windows) {
+      const DeviationPoint& point = window.points[i];
+      if (point.count == 0 || !(whole > 0.0)) continue;
+      curve.x.values.push_back(time_of(channel, window.first + window.size / 2));
+      curve.y.values.push_back(point.deviation / whole);
+      curve.lower.push_back(point.lower / whole);
+      curve.upper.push_back(point.upper / whole);
+    }
+    if (!curve.x.values.empty()) curves.push_back(std::move(curve));
+  }
+}
+
+void add_rows(const ChannelNoise& channel, Table& table) {
+  const DynamicStability& found = *channel.windows;
+  const Unit unit = Unit::parse(channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug");
+  for (std::size_t i = 0; i < found.whole.size(); ++i) {
+    for (const auto& window : found.windows) {
+      const DeviationPoint& point = window.points[i];
+      if (point.count == 0) continue;
+      const auto text = [&](double value) { return fmt::format("{:.4g}", unit.difference_from_si(value)); };
+      table.rows.push_back({channel.label, point.tau, time_of(channel, window.first),
+                            time_of(channel, window.first + window.size), text(point.deviation),
+                            text(point.lower) + " to " + text(point.upper), unit.text(),
+                            std::round(10.0 * point.edf) / 10.0});
+    }
+  }
+}
+
+}  // namespace
+
+void add_windows(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+  const int windows = settings.integer("windows");
+  if (windows == 0) return;
+  result.begin = signal.begin;
+  try {
+    result.windows = dynamic_allan(signal.values, signal.rate, static_cast<std::size_t>(windows), result.confidence);
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_data) throw;
+    result.findings.push_back(
+        {Finding::Severity::warning, fmt::format("no deviation along the record: {}", error.what()), result.label});
+    return;
+  }
+  if (result.windows->chance < settings.number("significance")) result.findings.push_back(changed(result));
+}
+
+void describe_windows(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
+  Table table{"windows",
+              "deviation along the record",
+              {{"channel", Unit()},
+               {"averaging time", Unit::parse("s")},
+               {"from", Unit::parse("s")},
+               {"to", Unit::parse("s")},
+               {"deviation", Unit()},
+               {"limits", Unit()},
+               {"unit", Unit()},
+               {"degrees of freedom", Unit()}},
+              {}};
+  for (const auto& channel : channels) {
+    if (!channel.windows || !channel.failure.empty()) continue;
+    add_curves(channel, estimate.curves);
+    add_rows(channel, table);
+  }
+  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+}
+
+}  // namespace tumble
