@@ -20,6 +20,13 @@ using Eigen::VectorXd;
 
 constexpr double ramp_chance = 0.0027;  ///< 3 sigma
 
+NoiseTerms power_laws_of(const NoiseLikelihoodOptions& options) {
+  NoiseTerms all;
+  for (std::size_t t = 0; t < power_laws; ++t)
+    all.used[t] = std::count(options.terms.begin(), options.terms.end(), power_law_terms[t]) > 0;
+  return all;
+}
+
 /// A power law that is left out, tried beside the others.
 void describe_absent(const BandData& data, const TriedTerms& chosen, bool ramp, std::size_t term, FittedTerm& result) {
   const MatrixXd others = columns(data, chosen.terms);
@@ -52,7 +59,7 @@ void describe_kept(const BandData& data, const TermSelection& selection, const L
       const TriedTerms& without = selection.all[selection.chosen & ~(std::size_t{1} << t)];
       const bool sole = without.fit.c.size() == 0;  // nothing to be compared with
       term.improvement = sole ? 0.0 : without.value() - chosen.value();
-      term.chance = sole ? 0.0 : chance_of(term.improvement);
+      term.chance = sole ? 0.0 : chance_without(data, without, chosen, t);
     } else {
       column = chosen.fit.c.size() - at(chosen.terms.times.size()) + at(t) - power_laws;
     }
@@ -65,6 +72,11 @@ void describe_kept(const BandData& data, const TermSelection& selection, const L
     term.degrees_of_freedom =
         interval_freedom(data, model.x, chosen.fit.s, at(a), term.squared, root * term.root_correction,
                          0.5 * root * std::sqrt(relative), known.widening[at(a)]);
+    if (t >= power_laws) {
+      const Index time = at(model.terms.size() + t) - power_laws;
+      term.degrees_of_freedom =
+          std::min(term.degrees_of_freedom, time_freedom(std::sqrt(known.covariance(time, time))));
+    }
     const double factor = student_quantile(0.95, term.degrees_of_freedom);
     term.upper_limit = term.squared * std::pow(term.root_correction + 0.5 * factor * std::sqrt(relative), 2);
   }
@@ -87,6 +99,10 @@ void add_covariance(const LinearNoise& model, const NoiseSpread& known, const Tr
   }
 }
 
+double two_sided(double t, double freedom) {
+  return 2.0 * boost::math::cdf(boost::math::complement(boost::math::students_t(freedom), t));
+}
+
 /// The ramp's slope with the random walk at its limit where none was seen, and the chance of so much.
 NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNoise& model, const NoiseSpread& known,
                   const FittedTerm& walk) {
@@ -100,9 +116,25 @@ NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNo
   ramp.slope = best.slope;
   ramp.sd = std::sqrt(best.variance);
   ramp.degrees_of_freedom = std::clamp(2.0 / std::max(by.dot(known.covariance * by), 1e-9), 1.0, 1e6);
-  ramp.chance = 2.0 * boost::math::cdf(boost::math::complement(boost::math::students_t(ramp.degrees_of_freedom),
-                                                               std::abs(ramp.slope) / ramp.sd));
+  ramp.chance = two_sided(std::abs(ramp.slope) / ramp.sd, ramp.degrees_of_freedom);
   return ramp;
+}
+
+/// Where no walk and no process was seen beside the ramp, walk and ramp still compete for the same few sines: how much
+/// -2 ln L is lower with the ramp than with all power laws and none, and the sd for which the slope would be as far
+/// from zero.
+void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& options, NoiseRamp& ramp) {
+  const NoiseTerms all = power_laws_of(options);
+  const ScoringFit with = tried(data, all, true, data.start).fit, without = tried(data, all, false, data.start).fit;
+  const double fall = without.minus_twice_log_likelihood -
+                      (with.minus_twice_log_likelihood + std::log(with.slope_variance));  // at its best, not integrated
+  // A walk of few sines makes the fall greater by chance than a chi-square is: Student's distribution of 20 degrees of
+  // freedom keeps false ramps beside any walk below 0.5 %.
+  const double chance = fall > 0.0 ? two_sided(std::sqrt(fall), 20.0) : 1.0;
+  if (chance >= ramp.chance) return;
+  ramp.chance = chance;
+  ramp.sd = std::abs(ramp.slope) / std::sqrt(fall);
+  ramp.degrees_of_freedom = 1e6;
 }
 
 void list_composites(const TermSelection& selection, NoiseFit& fit) {
@@ -125,9 +157,7 @@ void list_composites(const TermSelection& selection, NoiseFit& fit) {
 }
 
 NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options) {
-  NoiseTerms all;
-  for (std::size_t t = 0; t < power_laws; ++t)
-    all.used[t] = std::count(options.terms.begin(), options.terms.end(), power_law_terms[t]) > 0;
+  const NoiseTerms all = power_laws_of(options);
   TriedTerms full = tried(whole, all, ramp, whole.start);
   const double longest = static_cast<double>(samples) / 20.0;
   for (std::size_t m = 0; m < options.most_markov && add_process(whole, ramp, longest, full); ++m) {
@@ -178,6 +208,8 @@ NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& option
   if (data.count.size() < 2 || !(data.z.maxCoeff() > 0.0))
     throw Error(Error::Kind::bad_data, "nothing that changes between the averaging times to fit");
   NoiseFit with = fit_beside(data, true, bands.samples, options);
+  const bool unseen = !with.terms[power_laws - 1].kept && with.terms.size() == power_law_terms.size();
+  if (unseen) weigh_against_walk(data, options, with.ramp);
   if (with.ramp.chance <= ramp_chance) {
     with.ramp.kept = true;
     return with;

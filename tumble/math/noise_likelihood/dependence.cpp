@@ -132,19 +132,13 @@ MatrixXd with_sines(const Scale& last, const std::vector<NoiseBand>& bands, cons
 
 /// Quantization leaves 4 c_Q sin(w) sin(w')/(u^2 (n + 1)) between sines that are both even or both odd.
 MatrixXd of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms, const MatrixXd& weights) {
-  double quantization = 0.0;
-  for (const auto& term : terms)
-    if (term.unit.term == NoiseTerm::quantization) quantization = term.squared;
+  const VectorXd part = variance_of_ends(bands, terms);
   VectorXd sum = VectorXd::Zero(weights.cols());
   MatrixXd same = MatrixXd::Zero(weights.cols(), weights.cols());
   for (std::size_t i = 0; i < bands.size(); ++i) {
-    const NoiseBand& band = bands[i];
-    if (band.radix > 0) continue;
-    const double edge = std::sin(2.0 * pi * band.frequency * band.unit);
-    const double part = 4.0 * quantization * band.shortness / (band.unit * band.unit) * edge * edge;
-    const VectorXd w = part * weights.row(at(i)).transpose();
-    sum += band.count * w;
-    same += band.count * w * w.transpose();
+    const VectorXd w = part[at(i)] * weights.row(at(i)).transpose();
+    sum += bands[i].count * w;
+    same += bands[i].count * w * w.transpose();
   }
   return 0.5 * (sum * sum.transpose()) - same;
 }
@@ -162,6 +156,20 @@ double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit,
     sum += term.squared * (lag == 0 ? 2.0 * (r - gone) / (r * r) : std::exp(-(lag - 1) * r) * gone * gone / (r * r));
   }
   return sum;
+}
+
+VectorXd variance_of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms) {
+  double quantization = 0.0;
+  for (const auto& term : terms)
+    if (term.unit.term == NoiseTerm::quantization) quantization = term.squared;
+  VectorXd part = VectorXd::Zero(at(bands.size()));
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const NoiseBand& band = bands[i];
+    if (band.radix > 0) continue;
+    const double edge = std::sin(2.0 * pi * band.frequency * band.unit);
+    part[at(i)] = 4.0 * quantization * band.shortness / (band.unit * band.unit) * edge * edge;
+  }
+  return part;
 }
 
 MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms,

@@ -21,6 +21,10 @@ struct WeightedTerm {
 Eigen::MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms,
                                          const Eigen::MatrixXd& weights);
 
+/// What of the mean square of each band quantization at the two ends of the record gives: it is the same two values in
+/// all sines.
+Eigen::VectorXd variance_of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms);
+
 /// Covariance of means over `unit` samples at a lag of `lag` units, up to what contrasts do not see.
 double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit, int lag);
 

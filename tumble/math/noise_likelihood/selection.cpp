@@ -5,6 +5,7 @@
 
 #include "tumble/math/allan_fit.hpp"
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/math/noise_likelihood/score.hpp"
 
 namespace tumble {
 namespace {
@@ -86,6 +87,13 @@ int size_of(const NoiseTerms& terms) {
 
 double chance_of(double fall) { return fall <= 0.0 ? 1.0 : 0.5 * chi_square_tail(fall, 1.0); }
 
+double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term) {
+  constexpr double beyond_doubt = 300.0;
+  const double fall = without.value() - with.value(), chance = chance_of(fall);
+  if (chance > 0.5 || fall > beyond_doubt) return chance;
+  return std::max(chance, chance_by_slope(data, without, data.design.col(at(term))));
+}
+
 TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, double significance) {
   TermSelection selection;
   const std::size_t subsets = std::size_t{1} << power_laws;
@@ -107,7 +115,7 @@ TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, do
     for (std::size_t t = 0; t < power_laws && supported; ++t) {
       const std::size_t without = mask & ~(std::size_t{1} << t);
       if (without == mask || selection.all[without].fit.c.size() == 0) continue;
-      supported = chance_of(selection.all[without].value() - one.value()) < significance;
+      supported = chance_without(data, selection.all[without], one, t) < significance;
     }
     selection.supported[mask] = supported;
     selection.aicc[mask] = aicc(one, ramp, data.count.sum());

@@ -38,6 +38,9 @@ int size_of(const NoiseTerms& terms);
 /// Probability of so great a fall of -2 ln L by a coefficient that is zero: half a chi-square, as none is below zero.
 double chance_of(double fall);
 
+/// Probability that chance alone makes a term of the power laws look as needed as it does.
+double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term);
+
 struct TermSelection {
   std::vector<TriedTerms> all;  ///< [mask] over the power laws
   std::vector<bool> supported;

@@ -4,7 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
 
 #include "tumble/math/allan_fit.hpp"
 #include "tumble/math/eigen/view.hpp"
@@ -33,6 +35,24 @@ double chance_below(const BandData& data, const MatrixXd& x, const VectorXd& fit
   const double skew = third / (sd * sd * sd), edf = 8.0 / std::max(skew * skew, 1e-6);
   const double off = (estimate - c) / (widening * sd * std::sqrt(0.5 * edf));
   return skew > 0.0 ? 1.0 - chi_square_tail(1.0 + off, edf) : chi_square_tail(1.0 - off, edf);
+}
+
+/// Degrees of freedom of the Student factor at which 5 % of intervals miss.
+double freedom_for(const std::function<double(double)>& missed) {
+  constexpr double most = 1e4;
+  const double normal = student_quantile(0.975, most);
+  double low = normal, high = student_quantile(0.975, 1.0);
+  if (missed(low) <= 0.05) return std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 12; ++i) {
+    const double middle = 0.5 * (low + high);
+    (missed(middle) > 0.05 ? low : high) = middle;
+  }
+  double few = 0.0, many = std::log(most);
+  for (int i = 0; i < 20; ++i) {
+    const double middle = 0.5 * (few + many);
+    (student_quantile(0.975, std::exp(middle)) > high ? few : many) = middle;
+  }
+  return std::exp(0.5 * (few + many));
 }
 
 }  // namespace
@@ -100,25 +120,34 @@ NoiseSpread spread(const BandData& data, const VectorXd& statistical_count, cons
 
 double interval_freedom(const BandData& data, const MatrixXd& x, const VectorXd& s, Index column, double squared,
                         double value, double sd, double widening) {
-  const auto missed = [&](double t) {
+  return freedom_for([&](double t) {
     const double lower = value - t * sd;
     return chance_below(data, x, s, column, squared, std::pow(value + t * sd, 2), widening) +
            (lower > 0.0 ? 1.0 - chance_below(data, x, s, column, squared, lower * lower, widening) : 0.0);
-  };
-  constexpr double most = 1e4;
-  const double normal = student_quantile(0.975, most);
-  double low = normal, high = student_quantile(0.975, 1.0);
-  if (missed(low) <= 0.05) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    (missed(middle) > 0.05 ? low : high) = middle;
-  }
-  double few = 0.0, many = std::log(most);
-  for (int i = 0; i < 20; ++i) {
-    const double middle = 0.5 * (few + many);
-    (student_quantile(0.975, std::exp(middle)) > high ? few : many) = middle;
-  }
-  return std::exp(0.5 * (few + many));
+  });
+}
+
+double time_freedom(double sd) {
+  const auto below = [](double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); };
+  return freedom_for([&](double t) {
+    // Greatest share of the truth whose interval ends below it, and least whose interval starts above it.
+    double low = 1e-3, high = 1.0;
+    for (int i = 0; i < 30; ++i) {
+      const double share = 0.5 * (low + high);
+      (share + t * sd * std::pow(share, 1.5) < 1.0 ? low : high) = share;
+    }
+    const double starts = 4.0 / (9.0 * t * t * sd * sd);  // share - t sd share^1.5 is greatest here
+    double above = 0.0;
+    if (starts > 1.0 && starts - t * sd * std::pow(starts, 1.5) > 1.0) {
+      double least = 1.0, most = starts;
+      for (int i = 0; i < 30; ++i) {
+        const double share = 0.5 * (least + most);
+        (share - t * sd * std::pow(share, 1.5) < 1.0 ? least : most) = share;
+      }
+      above = below(-std::log(most) / sd);
+    }
+    return below(std::log(low) / sd) + above;
+  });
 }
 
 double upper_limit(const BandData& data, const MatrixXd& others, const VectorXd& column, bool ramp,

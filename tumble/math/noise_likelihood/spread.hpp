@@ -36,6 +36,12 @@ NoiseSpread spread(const BandData& data, const Eigen::VectorXd& statistical_coun
 double interval_freedom(const BandData& data, const Eigen::MatrixXd& x, const Eigen::VectorXd& s, Eigen::Index column,
                         double squared, double value, double sd, double widening);
 
+/// The same for a correlation time, whose logarithm is nearly normal and whose sd grows as its power 3/2: an estimate
+/// that is low states too small a sd.
+///
+/// Given     sd  of the logarithm
+double time_freedom(double sd);
+
 /// Where -2 ln L rises by 2.71 (95 % one-sided) above its least as the coefficient of `column` grows.
 double upper_limit(const BandData& data, const Eigen::MatrixXd& others, const Eigen::VectorXd& column, bool ramp,
                    const ScoringFit& free, double value, double sd);
