@@ -1,12 +1,12 @@
 #include "tumble/math/long_run.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

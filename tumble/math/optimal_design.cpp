@@ -1,10 +1,10 @@
 #include "tumble/math/optimal_design.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 
 namespace tumble {

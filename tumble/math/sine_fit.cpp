@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

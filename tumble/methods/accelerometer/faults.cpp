@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +12,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/methods/accelerometer/samples.hpp"
 #include "tumble/methods/eigen/view.hpp"

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::methods::accelerometer {

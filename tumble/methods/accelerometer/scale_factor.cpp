@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {

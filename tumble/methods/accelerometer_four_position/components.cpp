@@ -1,9 +1,9 @@
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::methods::four {

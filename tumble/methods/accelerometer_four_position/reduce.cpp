@@ -1,10 +1,10 @@
 #include "tumble/methods/accelerometer_four_position/reduce.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/accelerometer_four_position/repeatability.hpp"
 #include "tumble/methods/eigen/view.hpp"
 

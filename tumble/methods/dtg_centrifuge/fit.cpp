@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "tumble/math/allan_fit.hpp"
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/methods/eigen/view.hpp"
 

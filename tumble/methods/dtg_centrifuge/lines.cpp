@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 
 namespace tumble::dtg {

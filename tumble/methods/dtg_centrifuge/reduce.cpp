@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include <set>
 #include <tuple>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::dtg {

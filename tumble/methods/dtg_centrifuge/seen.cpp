@@ -1,12 +1,12 @@
 #include "tumble/methods/dtg_centrifuge/seen.hpp"
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <map>
 #include <utility>
 
 #include "tumble/math/circle.hpp"
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/parallel.hpp"
 
 namespace tumble::dtg {

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlopt.hpp>
 #include <numeric>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/whitening.hpp"

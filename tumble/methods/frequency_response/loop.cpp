@@ -1,12 +1,12 @@
 #include "tumble/methods/frequency_response/loop.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <numbers>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/least_squares.hpp"
 
 namespace tumble::response {

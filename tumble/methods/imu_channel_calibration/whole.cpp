@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/methods/linear/joint.hpp"

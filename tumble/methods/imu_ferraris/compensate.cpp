@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu/sensors.hpp"

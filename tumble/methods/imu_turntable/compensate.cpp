@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/units/error.hpp"
 

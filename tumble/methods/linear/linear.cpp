@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/linear/rows.hpp"
 #include "tumble/methods/linear/slow.hpp"
 #include "tumble/methods/linear/words.hpp"

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/linear/rows.hpp"
 #include "tumble/methods/linear/slow.hpp"
 #include "tumble/methods/method.hpp"

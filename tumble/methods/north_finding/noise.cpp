@@ -1,9 +1,9 @@
 #include "tumble/methods/north_finding/noise.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"

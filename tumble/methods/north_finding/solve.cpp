@@ -1,10 +1,10 @@
 #include "tumble/methods/north_finding/solve.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 

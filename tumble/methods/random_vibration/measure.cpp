@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/rigs/rig.hpp"

@@ -1,7 +1,7 @@
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
 
 namespace tumble::random_vibration {

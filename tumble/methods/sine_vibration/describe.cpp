@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/rigs/rig.hpp"
 

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/sine_fit.hpp"
 #include "tumble/units/error.hpp"
 

@@ -1,9 +1,10 @@
 #include "tumble/tasks/optimise/criteria.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "tumble/math/eigen/dense.hpp"
 
 namespace tumble::tasks {
 namespace {

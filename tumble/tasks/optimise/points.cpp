@@ -1,9 +1,10 @@
 #include "tumble/tasks/optimise/points.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "tumble/math/eigen/dense.hpp"
 
 namespace tumble::tasks {
 namespace {

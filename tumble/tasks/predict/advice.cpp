@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
 
+#include "tumble/math/eigen/dense.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/predict/candidates.hpp"
 #include "tumble/tasks/predict/problem.hpp"
