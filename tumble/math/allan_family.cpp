@@ -9,13 +9,16 @@
 #include "tumble/math/allan_noise_type.hpp"
 #include "tumble/math/allan_phase.hpp"
 #include "tumble/math/allan_sums.hpp"
+#include "tumble/math/allan_theoh.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
 /// The measure in units of t0 = 1: variance, or for interval errors the square of the answer.
-MeanSquare measure_at(Stability measure, std::span<const double> x, std::span<const double> rate, std::size_t m) {
+/// theo_bias: of ThêoH, Allan over Theo1 variance.
+MeanSquare measure_at(Stability measure, std::span<const double> x, std::span<const double> rate, double theo_bias,
+                      std::size_t m) {
   const double square = static_cast<double>(m) * static_cast<double>(m);
   switch (measure) {
     case Stability::allan:
@@ -45,6 +48,8 @@ MeanSquare measure_at(Stability measure, std::span<const double> x, std::span<co
     }
     case Stability::theo1:
       return theo1_variance(x, m);
+    case Stability::theoh:
+      return theoh_variance(x, theo_bias, m);
     case Stability::peak_interval_error: {
       const auto peak = peak_interval_error(x, m);
       return {peak.value * peak.value, peak.count};
@@ -113,6 +118,9 @@ double edf_of_difference(Stability measure, int alpha, std::size_t m, std::size_
 
 /// edf of the measure with `count` terms at factor m of a record of T/tau = `ratio`; 0 where no formula is published.
 double edf_of(Stability measure, int alpha, std::size_t m, std::size_t count, double ratio) {
+  if (measure == Stability::theoh)
+    return ratio >= theoh_shortest_ratio ? phase_difference_edf(alpha, {2, true, false}, m, count)
+                                         : theo_bias_removed_edf(alpha, ratio);
   struct Pair {
     double a, b;
   };
@@ -162,17 +170,18 @@ struct Pooled {
   double edf = 0.0;
 };
 
-Pooled pool(Stability measure, const Phase& phase, std::size_t m, int alpha, bool remove_bias) {
+Pooled pool(Stability measure, const Phase& phase, std::span<const double> theo_bias, std::size_t m, int alpha,
+            bool remove_bias) {
   Pooled pooled;
   double sum = 0.0, spread = 0.0;
   bool known = true;
-  for (const auto& run : phase.runs) {
-    const auto x = phase.values.subspan(run.first, run.points());
+  for (std::size_t r = 0; r < phase.runs.size(); ++r) {
+    const auto x = phase.values.subspan(phase.runs[r].first, phase.runs[r].points());
     std::vector<double> rate;
     if (measure == Stability::hadamard_total) {
       for (std::size_t n = 0; n + 1 < x.size(); ++n) rate.push_back(x[n + 1] - x[n]);
     }
-    const auto found = measure_at(measure, x, rate, m);
+    const auto found = measure_at(measure, x, rate, theo_bias[r], m);
     if (found.count == 0) continue;
     const double ratio = static_cast<double>(x.size() - 1) / static_cast<double>(m);
     const double value = remove_bias ? found.value / bias(measure, alpha, m, ratio) : found.value;
@@ -193,16 +202,23 @@ Pooled pool(Stability measure, const Phase& phase, std::size_t m, int alpha, boo
 std::vector<DeviationPoint> stability_of(Stability measure, const Phase& phase, double interval,
                                          std::span<const std::size_t> factors, const StabilityOptions& options) {
   std::vector<DeviationPoint> points;
-  const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(phase, factors);
+  // The noise type of ThêoH is that of the longest tau whose 30 strided points tell it well.
+  std::vector<std::size_t> typed(factors.begin(), factors.end());
+  if (measure == Stability::theoh)
+    for (std::size_t& m : typed) m = std::min(m, std::max<std::size_t>(1, phase.values.size() / 31));
+  const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(phase, typed);
+  std::vector<double> theo_bias(phase.runs.size(), 1.0);
+  for (std::size_t r = 0; measure == Stability::theoh && r < phase.runs.size(); ++r)
+    theo_bias[r] = allan_over_theo1(phase.values.subspan(phase.runs[r].first, phase.runs[r].points()));
   int alpha = options.alpha.value_or(2);
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const std::size_t m = factors[i];
     if (!options.alpha) {
       std::size_t terms = 0;
-      for (const auto& run : phase.runs) terms += run.points() > 2 * m ? run.points() - 2 * m : 0;
-      alpha = identify_noise_type(phase, m, allan_sums[i], terms, alpha);
+      for (const auto& run : phase.runs) terms += run.points() > 2 * typed[i] ? run.points() - 2 * typed[i] : 0;
+      alpha = identify_noise_type(phase, typed[i], allan_sums[i], terms, alpha);
     }
-    const auto pooled = pool(measure, phase, m, alpha, options.remove_bias);
+    const auto pooled = pool(measure, phase, theo_bias, m, alpha, options.remove_bias);
     if (pooled.count == 0) continue;
     const double scale = measure == Stability::theo1 ? 0.75 : 1.0;
     DeviationPoint point{.factor = m, .tau = scale * static_cast<double>(m) * interval, .count = pooled.count};

@@ -4,6 +4,7 @@
 
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/methods/allan_noise/all_taus.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
@@ -45,6 +46,12 @@ std::vector<Option> options() {
        "10",
        {},
        "averaging times on the curve; estimator allan fits octaves of them"},
+      {"taus",
+       Type::word,
+       "1",
+       "log",
+       {"log", "all"},
+       "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval"},
       {"longest_fraction",
        Type::quantity,
        "1",
@@ -122,6 +129,7 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
       fit_likelihood(signal, settings, result);
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
+    add_all_taus(signal, settings, result);
     add_spectrum(signal, settings, result);
     add_windows(signal, settings, result);
   } catch (const Error& error) {
@@ -162,6 +170,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     if (!result.failure.empty()) failures.push_back(result.label + ": " + result.failure);
   if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
   Estimate estimate = describe_noise(results, settings.number("wanted_sd"));
+  describe_all_taus(results, estimate);
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
   describe_together(found, results, settings, estimate);

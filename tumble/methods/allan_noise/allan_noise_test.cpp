@@ -166,5 +166,62 @@ TEST(allan_noise, points_at_motion_and_settings_out_of_range) {
   }
 }
 
+const Curve* curve_named(const Estimate& estimate, const std::string& name) {
+  for (const auto& curve : estimate.curves)
+    if (curve.name == name) return &curve;
+  return nullptr;
+}
+
+TEST(allan_noise, shows_the_spectrum_and_every_averaging_time_where_asked) {
+  auto evidence = with({noisy("gyro.x", 11, 4000)});
+  EXPECT_EQ(curve_named(identify(evidence), "gyro.x power_spectrum"), nullptr);
+  evidence.plan.settings.set_word("spectrum", "welch");
+  evidence.plan.settings.set_word("taus", "all");
+  evidence.plan.settings.set_integer("windows", 5);
+  const auto estimate = identify(evidence);
+  const Curve* spectrum = curve_named(estimate, "gyro.x power_spectrum");
+  const Curve* white = curve_named(estimate, "gyro.x angle_random_walk_density");
+  ASSERT_NE(spectrum, nullptr);
+  ASSERT_NE(white, nullptr);
+  // One-sided: 2 N^2. Points of the last tenth of a decade average 160 frequencies: 3.6 % and 4 sd.
+  EXPECT_NEAR(spectrum->y.values.back(), white->y.values.back(), 0.15 * white->y.values.back());
+  EXPECT_NEAR(white->y.values.back(), 2.0 * std::pow(si(0.1, "deg/sqrt(h)"), 2), 0.1 * white->y.values.back());
+  const Curve* every = curve_named(estimate, "gyro.x every_averaging_time");
+  const Curve* points = curve_named(estimate, "gyro.x allan_deviation");
+  ASSERT_NE(every, nullptr);
+  ASSERT_EQ(every->x.values.size(), 1000u);
+  const double tau = points->x.values.back();
+  const std::size_t at = static_cast<std::size_t>(std::llround(10.0 * tau)) - 1;
+  EXPECT_NEAR(every->y.values[at], points->y.values.back(), 1e-9 * points->y.values.back());
+  EXPECT_NEAR(every->lower[at], points->lower.back(), 1e-9 * points->lower.back());
+  EXPECT_EQ(find_table(estimate, "windows")->rows.size() % 5, 0u);
+  EXPECT_EQ(said(estimate.findings).find("not the same all along"), std::string::npos);
+}
+
+TEST(allan_noise, tells_instruments_apart_that_measure_the_same) {
+  // Three gyros of N = 0.1 deg/sqrt(h) on a moving base. What two have in common is found, the third keeps out of it.
+  std::vector<Channel> gyros{noisy("a", 21), noisy("b", 22), noisy("c", 23)};
+  std::vector<double> motion(gyros[0].values.size(), 0.0);
+  add_noise({.rate_random_walk = si(200.0, "deg/h/sqrt(h)")}, 10.0, RandomStream(24), motion);
+  for (auto& gyro : gyros)
+    for (std::size_t i = 0; i < motion.size(); ++i) gyro.values[i] += motion[i];
+  auto evidence = with(gyros);
+  evidence.plan.settings.set_flag("hat", true);
+  const Curve* alone = nullptr;
+  const auto hat = identify(evidence);
+  ASSERT_NE(alone = curve_named(hat, "b by itself"), nullptr);
+  for (std::size_t i = 0; i < 6; ++i) {  // edf above 300: sd of the deviation below 10 %
+    const double truth = si(0.1, "deg/sqrt(h)") / std::sqrt(alone->x.values[i]);
+    EXPECT_NEAR(alone->y.values[i], truth, 0.3 * truth);
+  }
+  std::vector<Channel> supplied{noisy("a", 21), noisy("b", 22), noisy("c", 23)};
+  for (std::size_t i = 0; i < motion.size(); ++i) supplied[1].values[i] += 0.2 * supplied[0].values[i];
+  evidence = with(supplied);
+  evidence.plan.settings.set_flag("correlation", true);
+  const std::string text = said(identify(evidence).findings);
+  EXPECT_NE(text.find("a with b"), std::string::npos);
+  EXPECT_EQ(text.find("with c"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tumble

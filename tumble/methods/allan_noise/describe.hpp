@@ -8,6 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/allan.hpp"
 #include "tumble/math/dynamic_stability.hpp"
+#include "tumble/math/every_tau.hpp"
 #include "tumble/math/noise_likelihood.hpp"
 #include "tumble/math/power_spectrum.hpp"
 
@@ -30,6 +31,7 @@ struct ChannelNoise {
   bool likelihood = true;  ///< which estimator gave the fit
   NoiseFit fit;
   std::optional<PowerSpectrum> spectrum;
+  std::optional<EveryTau> every;
   std::optional<DynamicStability> windows;
   double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;
