@@ -13,9 +13,9 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/methods/accelerometer/samples.hpp"
-#include "tumble/methods/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::accelerometer {

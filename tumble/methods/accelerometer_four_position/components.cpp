@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 
 namespace tumble::methods::four {
 namespace {

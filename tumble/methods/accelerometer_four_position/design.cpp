@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 
 namespace tumble::methods::four {
 

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/accelerometer_four_position/repeatability.hpp"
-#include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::methods::four {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <set>
 
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/accelerometer_four_position/components.hpp"
-#include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::methods::four {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/pulses/rounding.hpp"
 
 namespace tumble::methods::four {

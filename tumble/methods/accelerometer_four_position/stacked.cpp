@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::four {

@@ -8,15 +8,12 @@
 
 #include "tumble/math/allan_fit.hpp"
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/math/least_squares.hpp"
-#include "tumble/methods/eigen/view.hpp"
 
 namespace tumble::dtg {
 namespace {
 
-using methods::at;
-using methods::map;
-using methods::plain;
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;

@@ -5,14 +5,11 @@
 #include <limits>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 
 namespace tumble::dtg {
 namespace {
 
-using methods::at;
-using methods::map;
-using methods::plain;
 
 using Vector = Eigen::Map<const Eigen::VectorXd>;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/methods/linear/joint.hpp"
 #include "tumble/units/error.hpp"

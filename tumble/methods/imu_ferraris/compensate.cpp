@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
 #include "tumble/units/error.hpp"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu/axes_check.hpp"
 
 namespace tumble::methods::ferraris {

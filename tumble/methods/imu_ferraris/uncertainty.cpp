@@ -8,8 +8,8 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/math/least_squares.hpp"
-#include "tumble/methods/eigen/view.hpp"
 #include "tumble/methods/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/eigen/view.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::north {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
 
 namespace tumble::tasks {
 namespace {
@@ -16,16 +17,6 @@ using Eigen::VectorXd;
 constexpr double nothing = 1e-9;     ///< information, beside the largest of the point, that is rounding
 constexpr double negligible = 1e-3;  ///< variance of a shift, beside that of the white noise of a power-up
 constexpr double samples_in_period = 40.0;
-
-Eigen::Map<const MatrixXd> map(const Matrix& m) {
-  return {m.values.data(), static_cast<Index>(m.rows), static_cast<Index>(m.columns)};
-}
-
-Matrix plain(const MatrixXd& m) {
-  Matrix out(static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols()));
-  Eigen::Map<MatrixXd>(out.values.data(), m.rows(), m.cols()) = m;
-  return out;
-}
 
 double dwell_of(const Candidate& one, double dwell) { return std::max(dwell, one.least); }
 
