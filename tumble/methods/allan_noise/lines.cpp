@@ -14,6 +14,8 @@ namespace tumble {
 namespace {
 
 constexpr std::size_t longest_segment = 4096, most_segments = 512, most_lines = 8, neighbours = 24;
+constexpr std::size_t lowest = 8;  ///< frequency looked at: below, a line and a slow drift are not told apart
+constexpr std::size_t spread = 2;  ///< half-width of a line under the window
 
 struct Periodogram {
   std::vector<double> density;  ///< one-sided [u^2 samples], from frequency zero on
@@ -47,13 +49,20 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
   return result;
 }
 
-double median_about(const std::vector<double>& density, std::size_t k) {
-  const std::size_t low = std::max<std::size_t>(2, k - std::min(k, neighbours)),
-                    high = std::min(density.size() - 1, k + neighbours);
-  std::vector<double> part(density.begin() + static_cast<std::ptrdiff_t>(low),
-                           density.begin() + static_cast<std::ptrdiff_t>(high));
+double median_of(std::span<const double> density) {
+  std::vector<double> part(density.begin(), density.end());
   std::nth_element(part.begin(), part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2), part.end());
   return part[part.size() / 2];
+}
+
+/// What is there without a line: geometric mean of the medians on either side, which lie as far away on a logarithmic
+/// scale of frequency, so that the slope of a walk or flicker is none.
+double level_about(std::span<const double> density, std::size_t k) {
+  const std::size_t low = std::max(k / 2, k - std::min(k, neighbours)),
+                    high = std::min({density.size() - 1, 2 * k, k + neighbours});
+  const std::span<const double> below = density.subspan(low, k - spread - low);
+  if (high <= k + spread + 1) return median_of(below);
+  return std::sqrt(median_of(below) * median_of(density.subspan(k + spread + 1, high - k - spread)));
 }
 
 }  // namespace
@@ -66,13 +75,12 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   if (spectrum.segments < 4.0) return lines;
   const double threshold = 1.0 + 10.0 / std::sqrt(spectrum.segments), bin = 1.0 / static_cast<double>(length);
   const auto& density = spectrum.density;
-  // From the fourth on: below, the window and a slow drift are not told apart.
-  for (std::size_t k = 4; k + 2 < density.size(); ++k) {
+  for (std::size_t k = lowest; k + spread < density.size(); ++k) {
     if (density[k] < density[k - 1] || density[k] <= density[k + 1]) continue;
-    const double base = median_about(density, k);
+    const double base = level_about(density, k);
     if (density[k] < threshold * base) continue;
     double power = 0.0;
-    for (std::size_t j = k - 2; j <= k + 2; ++j) power += (density[j] - base) * bin;
+    for (std::size_t j = k - spread; j <= k + spread; ++j) power += (density[j] - base) * bin;
     lines.push_back({static_cast<double>(k) * bin, std::sqrt(2.0 * std::max(0.0, power)), 2.0 * bin});
   }
   std::stable_sort(lines.begin(), lines.end(),

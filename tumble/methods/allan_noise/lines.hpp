@@ -17,7 +17,7 @@ struct SpectralLine {
 };
 
 /// Peaks of the averaged periodogram (Hann window, at most 512 segments of at most 4096 samples spread over the record)
-/// that stand 10 sd above the median of their neighbours, the strongest first, at most 8.
+/// that stand 10 sd above the medians on either side, the strongest first, at most 8.
 std::vector<SpectralLine> spectral_lines(std::span<const double> values);
 
 /// The bands without those that a line falls into.
