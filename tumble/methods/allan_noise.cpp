@@ -9,6 +9,7 @@
 #include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
+#include "tumble/methods/allan_noise/temperature.hpp"
 #include "tumble/methods/allan_noise/together.hpp"
 #include "tumble/methods/allan_noise/windows.hpp"
 #include "tumble/methods/method.hpp"
@@ -174,6 +175,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
   describe_together(found, results, settings, estimate);
+  describe_temperature(evidence, found, results, estimate);
   estimate.method = "allan_noise";
   estimate.title = evidence.plan.title;
   return estimate;

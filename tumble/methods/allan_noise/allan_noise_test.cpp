@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "tumble/math/noise_model.hpp"
@@ -221,6 +222,30 @@ TEST(allan_noise, tells_instruments_apart_that_measure_the_same) {
   const std::string text = said(identify(evidence).findings);
   EXPECT_NE(text.find("a with b"), std::string::npos);
   EXPECT_EQ(text.find("with c"), std::string::npos);
+}
+
+TEST(allan_noise, says_how_channels_follow_the_temperature) {
+  // Two cycles of 3 K over 2000 s; 5 deg/h/K on one gyro, none on the other. Nothing is said where it does not move.
+  std::vector<Channel> channels{noisy("gyro.x", 31), noisy("gyro.y", 32)};
+  Channel temperature{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, 10.0, nullptr}, {}};
+  temperature.values.assign(channels[0].values.size(), 298.0);
+  auto still = with(channels);
+  still.recordings[0].channels.push_back(temperature);
+  EXPECT_EQ(find_table(identify(still), "temperature"), nullptr);
+  for (std::size_t i = 0; i < temperature.values.size(); ++i) {
+    const double warmth = 3.0 * std::sin(std::numbers::pi * 2e-4 * static_cast<double>(i));
+    temperature.values[i] += warmth;
+    channels[0].values[i] += si(5.0, "deg/h") * warmth;
+  }
+  channels.push_back(temperature);
+  const auto estimate = identify(with(channels));
+  const Table* table = find_table(estimate, "temperature");
+  ASSERT_NE(table, nullptr);
+  ASSERT_EQ(table->rows.size(), 2u);
+  EXPECT_NEAR(std::get<double>(table->rows[0][2]), 6.0, 0.1);
+  EXPECT_NEAR(std::stod(std::get<std::string>(table->rows[0][3])), 5.0, 0.2);
+  EXPECT_NE(said(estimate.findings).find("gyro.x: follows temperature"), std::string::npos);
+  EXPECT_EQ(said(estimate.findings).find("gyro.y: follows"), std::string::npos);
 }
 
 }  // namespace

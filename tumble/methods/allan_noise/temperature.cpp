@@ -1,0 +1,220 @@
+#include "tumble/methods/allan_noise/temperature.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/math/whitening.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr std::size_t most_averages = 64, fewest_averages = 16;
+
+struct Averages {
+  std::vector<double> mean, share;
+};
+
+Averages averages_of(std::span<const double> values, std::size_t stride) {
+  const std::size_t count = values.size() / stride;
+  Averages result{std::vector<double>(count, 0.0), std::vector<double>(count, 0.0)};
+  for (std::size_t k = 0; k < count; ++k) {
+    double sum = 0.0, there = 0.0;
+    for (const double value : values.subspan(k * stride, stride)) {
+      if (std::isnan(value)) continue;
+      sum += value;
+      ++there;
+    }
+    result.mean[k] = there > 0.0 ? sum / there : std::nan("");
+    result.share[k] = there / static_cast<double>(stride);
+  }
+  return result;
+}
+
+/// The noise of averages, and the degrees of freedom with which its slow part is known.
+struct Noise {
+  NoiseModel model;
+  double freedom = 1e6;
+};
+
+Noise noise_of(const ChannelNoise& channel, double interval) {
+  Noise noise;
+  for (const FittedTerm& term : channel.fit.terms) {
+    const NoiseTerm kind = term.unit.term;
+    const bool limit = !term.kept && kind == NoiseTerm::random_walk;
+    if (!term.kept && !limit) continue;
+    const double value = coefficient(kind, limit ? term.upper_limit : term.squared, channel.rate);
+    if (kind == NoiseTerm::white) noise.model.angle_random_walk = value;
+    if (kind == NoiseTerm::flicker) noise.model.bias_instability = value;
+    if (kind == NoiseTerm::random_walk) noise.model.rate_random_walk = value;
+    if (kind == NoiseTerm::markov && value > noise.model.markov_sd) {
+      noise.model.markov_sd = value;
+      noise.model.markov_time = term.unit.markov_time / channel.rate;
+    }
+    if (kind != NoiseTerm::white && kind != NoiseTerm::quantization && term.kept)
+      noise.freedom = std::min(noise.freedom, term.degrees_of_freedom);
+    // What quantization leaves in an average, as independent from one to the next.
+    if (kind == NoiseTerm::quantization)
+      noise.model.angle_random_walk = std::max(noise.model.angle_random_walk, value * std::sqrt(2.0 / interval));
+  }
+  return noise;
+}
+
+/// Constant, temperature, rate of change, signal: a row for each average that has all.
+Matrix design_of(const Averages& signal, const Averages& temperature, double interval, std::vector<double>& share) {
+  const std::size_t count = signal.mean.size();
+  Matrix design(count, 4);
+  share.assign(count, 0.0);
+  double origin = 0.0, warm = 0.0, rows = 0.0;
+  for (std::size_t k = 1; k + 1 < count; ++k) {
+    const double rate = (temperature.mean[k + 1] - temperature.mean[k - 1]) / (2.0 * interval);
+    if (std::isnan(rate) || std::isnan(temperature.mean[k]) || std::isnan(signal.mean[k])) continue;
+    share[k] = signal.share[k];
+    design(k, 2) = rate;
+    origin += signal.mean[k];
+    warm += temperature.mean[k];
+    ++rows;
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    if (share[k] == 0.0) continue;
+    design(k, 0) = 1.0;
+    design(k, 1) = temperature.mean[k] - warm / rows;
+    design(k, 3) = signal.mean[k] - origin / rows;
+  }
+  return design;
+}
+
+/// Whether the temperature moves by more than its averages scatter from one to the next.
+bool moves(const Matrix& design, const std::vector<double>& share) {
+  double level = 0.0, steps = 0.0, rows = 0.0;
+  for (std::size_t k = 1; k < design.rows; ++k) {
+    if (share[k] == 0.0 || share[k - 1] == 0.0) continue;
+    level += design(k, 1) * design(k, 1);
+    steps += 0.5 * std::pow(design(k, 1) - design(k - 1, 1), 2);
+    ++rows;
+  }
+  return rows >= fewest_averages && level > 30.0 * steps;
+}
+
+/// Slopes and their covariance from whitened columns, the constant taken out.
+void regress(const Matrix& design, const std::vector<double>& share, const Noise& noise, TemperatureEffect& effect) {
+  Matrix block = design;
+  Whitening(noise.model, effect.average, effect.average * static_cast<double>(block.rows))(block, share);
+  double s[4][4] = {};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < 4; ++j)
+      for (std::size_t k = 0; k < block.rows; ++k) s[i][j] += block(k, i) * block(k, j);
+  const auto left = [&](std::size_t i, std::size_t j) { return s[i][j] - s[0][i] * s[0][j] / s[0][0]; };
+  const double determinant = left(1, 1) * left(2, 2) - left(1, 2) * left(1, 2);
+  effect.slope = (left(2, 2) * left(1, 3) - left(1, 2) * left(2, 3)) / determinant;
+  effect.of_rate = (left(1, 1) * left(2, 3) - left(1, 2) * left(1, 3)) / determinant;
+  effect.slope_sd = std::sqrt(left(2, 2) / determinant);
+  effect.of_rate_sd = std::sqrt(left(1, 1) / determinant);
+  const double statistic = 0.5 * (effect.slope * left(1, 3) + effect.of_rate * left(2, 3));
+  const boost::math::fisher_f_distribution<double> f(2.0, noise.freedom);
+  effect.chance = boost::math::cdf(boost::math::complement(f, std::max(0.0, statistic)));
+}
+
+double share_explained(const Matrix& design, const std::vector<double>& share, const TemperatureEffect& effect) {
+  double whole = 0.0, rest = 0.0, sum = 0.0, rows = 0.0;
+  for (std::size_t k = 0; k < design.rows; ++k) {
+    if (share[k] == 0.0) continue;
+    const double left = design(k, 3) - effect.slope * design(k, 1) - effect.of_rate * design(k, 2);
+    whole += design(k, 3) * design(k, 3);
+    rest += left * left;
+    sum += left;
+    ++rows;
+  }
+  return whole > 0.0 ? std::max(0.0, 1.0 - (rest - sum * sum / rows) / whole) : 0.0;
+}
+
+std::string shown(double value, double sd, const std::string& unit) {
+  const Unit in = Unit::parse(unit);
+  return fmt::format("{:.3g} +- {:.2g} {}", in.difference_from_si(value), in.difference_from_si(sd), unit);
+}
+
+Finding follows(const TemperatureEffect& effect, const ChannelNoise& channel, const Channel& temperature) {
+  const bool rate = channel.kind == QuantityKind::angular_rate;
+  return {
+      Finding::Severity::warning,
+      fmt::format("follows {}: {} and {}, which over its {:.3g} K explains {:.0f} % of the variance of averages over "
+                  "{} (chance gives this in {:.2g} %). The terms take it for noise: compensate first",
+                  temperature.name, shown(effect.slope, effect.slope_sd, rate ? "deg/h/K" : "ug/K"),
+                  shown(effect.of_rate, effect.of_rate_sd, rate ? "deg/h/(K/min)" : "ug/(K/min)"), effect.range,
+                  100.0 * effect.explained, say_seconds(effect.average), 100.0 * std::max(effect.chance, 1e-6)),
+      channel.label};
+}
+
+const Channel* temperature_of(const Recording& recording, const Channel& beside) {
+  for (const auto& channel : recording.channels)
+    if (channel.kind == QuantityKind::temperature && channel.values.size() == beside.values.size()) return &channel;
+  return nullptr;
+}
+
+}  // namespace
+
+std::optional<TemperatureEffect> temperature_effect(std::span<const double> values, std::span<const double> temperature,
+                                                    const ChannelNoise& channel) {
+  if (values.size() != temperature.size() || values.size() < fewest_averages) return {};
+  const std::size_t stride = (values.size() + most_averages - 1) / most_averages;
+  TemperatureEffect effect;
+  effect.average = static_cast<double>(stride) / channel.rate;
+  std::vector<double> share;
+  const Matrix design = design_of(averages_of(values, stride), averages_of(temperature, stride), effect.average, share);
+  if (!moves(design, share)) return {};
+  double low = 0.0, high = 0.0;
+  for (std::size_t k = 0; k < design.rows; ++k) {
+    low = std::min(low, design(k, 1));
+    high = std::max(high, design(k, 1));
+  }
+  effect.range = high - low;
+  const Noise noise = noise_of(channel, effect.average);
+  if (!(noise.model.angle_random_walk > 0.0)) return {};
+  regress(design, share, noise, effect);
+  if (!std::isfinite(effect.slope_sd) || !std::isfinite(effect.of_rate_sd)) return {};
+  effect.explained = share_explained(design, share, effect);
+  return effect;
+}
+
+void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& stretches,
+                          const std::vector<ChannelNoise>& channels, Estimate& estimate) {
+  const Settings& settings = evidence.plan.settings;
+  const double rate = settings.has("rate") ? settings.number("rate") : 0.0;
+  Table table{"temperature",
+              "how the channels follow the temperature: generalised least squares under the identified noise",
+              {{"channel", Unit()},
+               {"with", Unit()},
+               {"range", Unit::parse("K")},
+               {"by temperature", Unit()},
+               {"by its rate of change", Unit()},
+               {"explains", Unit()},
+               {"chance", Unit()}},
+              {}};
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const Stretch& stretch = stretches[i];
+    if (!channels[i].failure.empty()) continue;
+    const Channel* temperature = temperature_of(evidence.recordings[stretch.recording], *stretch.channel);
+    if (temperature == nullptr) continue;
+    Stretch beside = stretch;
+    beside.channel = temperature;
+    const EvenSignal signal = even_signal(stretch, rate, settings.word("timing")),
+                     warmth = even_signal(beside, rate, settings.word("timing"));
+    const auto effect = temperature_effect(signal.values, warmth.values, channels[i]);
+    if (!effect) continue;
+    const bool gyro = channels[i].kind == QuantityKind::angular_rate;
+    table.rows.push_back({channels[i].label, temperature->name, effect->range,
+                          shown(effect->slope, effect->slope_sd, gyro ? "deg/h/K" : "ug/K"),
+                          shown(effect->of_rate, effect->of_rate_sd, gyro ? "deg/h/(K/min)" : "ug/(K/min)"),
+                          fmt::format("{:.0f} %", 100.0 * effect->explained),
+                          fmt::format("{:.2g} %", 100.0 * effect->chance)});
+    if (effect->chance < settings.number("significance"))
+      estimate.findings.push_back(follows(*effect, channels[i], *temperature));
+  }
+  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+}
+
+}  // namespace tumble
