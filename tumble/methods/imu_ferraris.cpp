@@ -1,5 +1,10 @@
-#include <cmath>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "tumble/methods/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/compensate.hpp"
 #include "tumble/methods/imu_ferraris/report.hpp"
 #include "tumble/methods/imu_ferraris/trial.hpp"
@@ -79,6 +84,46 @@ Means means_of(const Plan& plan, const Recorded& recorded) {
   return means;
 }
 
+/// "x_p" and so on of what an output nearly at its greatest and the others in their middle mean; empty: not clear.
+std::string pose_shown(Vector3 force, Vector3 middle, Vector3 half) {
+  std::string shown;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double share = (imu::component(force, i) - imu::component(middle, i)) / imu::component(half, i);
+    if (std::abs(share) > 0.8) shown += fmt::format("{}_{}", imu::letters[i], share > 0.0 ? "p" : "a");
+  }
+  return shown.size() == 3 ? shown : "";
+}
+
+/// Which pose shows what another label says, where each of the six directions is there once.
+std::string exchanged_labels(const Means& means) {
+  Vector3 low = means.force[0], high = low;
+  for (const auto& f : means.force) {
+    low = {std::min(low.x, f.x), std::min(low.y, f.y), std::min(low.z, f.z)};
+    high = {std::max(high.x, f.x), std::max(high.y, f.y), std::max(high.z, f.z)};
+  }
+  std::set<std::string> all;
+  std::string text;
+  for (std::size_t p = 0; p < poses; ++p) {
+    const auto shown = pose_shown(means.force[p], 0.5 * (low + high), 0.5 * (high - low));
+    all.insert(shown);
+    if (shown != labels()[p]) text += fmt::format("{}{} is {}", text.empty() ? "" : ", ", labels()[p], shown);
+  }
+  return all.size() == poses && !all.contains("") ? text : "";
+}
+
+/// Labels of poses about different axes exchanged leave no three axes to solve for.
+Calibration calibrated(const Means& means) {
+  try {
+    return closed_form(means);
+  } catch (const Error& error) {
+    const auto text = exchanged_labels(means);
+    if (text.empty()) throw;
+    throw Error(error.kind, fmt::format("the labels of poses look exchanged: by the accelerometers {}; put the labels "
+                                        "right, or say which is which: labels = \"x_p=...\"",
+                                        text));
+  }
+}
+
 void check_settings(const Settings& settings) {
   std::vector<std::string> problems;
   if (std::abs(settings.number("rotation_angle")) < si(10.0, "deg"))
@@ -118,7 +163,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Recorded data = recorded(evidence);
   report(progress, 0.5, "calibrating");
   const Means means = means_of(plan, data);
-  const Calibration calibration = closed_form(means);
+  const Calibration calibration = calibrated(means);
   Estimate estimate;
   estimate.method = "imu_ferraris";
   estimate.findings = faults(plan, means, calibration, data);

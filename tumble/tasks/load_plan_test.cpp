@@ -95,6 +95,9 @@ A2_0 = "0.001 deg/h/K^2"
 A1_0 = "0.07 deg/h/K"
 [beside.plate]
 model = "pendulous_accelerometer"
+mount_roll = "10 deg"
+mount_pitch = "-0.5 rad"
+mount_yaw = "90 deg"
 )";
   const auto plan = load(text, {{"truth.A2_0", "0.002 deg/h/K^2"}, {"beside.plate.truth.bias", "3 mg"}});
   ASSERT_EQ(plan.beside.size(), 2u);
@@ -105,6 +108,11 @@ model = "pendulous_accelerometer"
   EXPECT_DOUBLE_EQ(second.truth.number("A2_0"), si(0.002, "deg/h/K^2"));
   EXPECT_EQ(plate.model, "pendulous_accelerometer");
   EXPECT_DOUBLE_EQ(plate.truth.number("bias"), si(3.0, "mg"));
+  EXPECT_DOUBLE_EQ(plate.mount_roll, si(10.0, "deg"));
+  EXPECT_DOUBLE_EQ(plate.mount_pitch, -0.5);
+  EXPECT_DOUBLE_EQ(plate.mount_yaw, si(90.0, "deg"));
+  EXPECT_EQ(second.mount_roll, 0.0);
+  EXPECT_EQ(second.mount_yaw, 0.0);
 }
 
 TEST_F(LoadPlan, AsksARigNoWayBetweenPositionsRecordedOneByOne) {

@@ -160,6 +160,31 @@ TEST(ImuFerraris, NamesExchangedAndReversedAxes) {
   EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("sign of gravity"), std::string::npos);
 }
 
+/// Poses about different axes leave nothing to solve; before, two outputs were said to be the same.
+TEST(ImuFerraris, NamesLabelsOfPosesThatAreExchanged) {
+  Session session;
+  std::swap(session.truth["x_p"], session.truth["y_p"]);
+  auto message = refusal(imu_ferraris, session.evidence());
+  EXPECT_NE(message.find("labels of poses look exchanged: by the accelerometers x_p is y_p, y_p is x_p"),
+            std::string::npos)
+      << message;
+  session = {};
+  std::swap(session.truth["z_a"], session.truth["y_p"]);
+  message = refusal(imu_ferraris, session.evidence());
+  EXPECT_NE(message.find("y_p is z_a, z_a is y_p"), std::string::npos) << message;
+}
+
+/// Before, it was taken for reversed, or its turn for incomplete.
+TEST(ImuFerraris, NamesAnOutputThatIsSilent) {
+  for (const std::size_t k : {0u, 4u}) {
+    auto evidence = Session().evidence();
+    auto& channel = evidence.recordings[0].channels[k];
+    std::ranges::fill(channel.values, 0.01);
+    const auto message = refusal(imu_ferraris, evidence);
+    EXPECT_NE(message.find("'" + channel.name + "' holds the same value throughout"), std::string::npos) << message;
+  }
+}
+
 TEST(ImuFerraris, NamesTurnsThatAreWrong) {
   Session session;
   session.truth["y_rot"][4] *= 0.75;

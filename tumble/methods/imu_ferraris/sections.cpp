@@ -175,8 +175,18 @@ struct Reader {
                                        role_of(k), out.unit[k].text(), role_of(k / 3 * 3), out.unit[k / 3 * 3].text()));
   }
 
+  void check_alive() {
+    for (std::size_t k = 0; k < outputs; ++k) {
+      bool alive = out.channel[k].empty();
+      for (const auto& section : out.section)
+        alive = alive || (section.parts > 0 && (section.density[k] > 0.0 || section.mean[k] != out.section[0].mean[k]));
+      if (!alive) problems.push_back(fmt::format("channel '{}' holds the same value throughout", out.channel[k]));
+    }
+  }
+
   void check() {
     check_units();
+    check_alive();
     std::vector<std::string> missing_poses, missing_turns;
     for (std::size_t s = 0; s < sections; ++s)
       if (out.section[s].parts == 0) (s < poses ? missing_poses : missing_turns).push_back(labels()[s]);

@@ -65,6 +65,16 @@ void check(const std::array<const Channel*, 3>& channels, const Kind& kind, std:
   }
 }
 
+/// Rests of which one accelerometer says nothing would be asked for without end.
+void check_alive(const std::array<const Channel*, 3>& channels, std::vector<std::string>& problems) {
+  for (const Channel* c : channels) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double v : c->values)
+      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    if (low == high) problems.push_back(fmt::format("channel '{}' holds the same value throughout", c->name));
+  }
+}
+
 /// An output that stays at its greatest value, three samples and more, far from its middle.
 void find_range(Triad& triad, int axis) {
   std::vector<double> values;
@@ -118,6 +128,7 @@ Triad triad_in(const Evidence& evidence, std::size_t r, const Kind& kind, std::v
   const auto channels = channels_of(evidence, r, kind, problems);
   if (channels[0] == nullptr || problems.size() > before) return {};
   check(channels, kind, problems);
+  if (kind.quantity == QuantityKind::specific_force) check_alive(channels, problems);
   return problems.size() > before ? Triad{} : triad_of(channels, kind, problems);
 }
 

@@ -23,7 +23,9 @@ constexpr Mistaken rates[] = {{"deg/s", "rad/s"}, {"rad/s", "deg/s"},  {"deg/h",
                               {"deg/s", "deg/h"}, {"mrad/s", "rad/s"}, {"deg/h", "rad/s"}};
 
 /// `scale`: what is shown of what is felt.
-void check_unit(std::span<const Mistaken> known, const char* what, const std::string& shown, double scale) {
+/// `step`: between samples [s], which increments taken for rates differ by, or rates for increments.
+void check_unit(std::span<const Mistaken> known, const char* what, const std::string& shown, double scale,
+                double step) {
   if (scale > 0.6 && scale < 1.6) return;
   std::string like;
   for (const auto& m : known) {
@@ -31,6 +33,10 @@ void check_unit(std::span<const Mistaken> known, const char* what, const std::st
     if (std::abs(std::log(scale / ratio)) < 0.2)
       like = fmt::format(": they look like {} taken for {}; state the unit of the columns", m.is, m.taken);
   }
+  if (std::abs(std::log(scale / step)) < 0.2)
+    like = ": they look like increments taken for rates; state the unit of the increments (deg, m/s) for the columns";
+  if (std::abs(std::log(scale * step)) < 0.2)
+    like = ": they look like rates taken for increments; state the unit of the rates (deg/s, m/s^2) for the columns";
   if (like.empty()) like = ": check their unit, or give them as counts, unit LSB";
   throw Error(Error::Kind::bad_data, fmt::format("the {} show {:.4g} times {}{}", what, scale, shown, like));
 }
@@ -81,7 +87,8 @@ int changed(const Axes& axes) {
 
 void check_force_unit(const Session& session, const Matrix3d& matrix) {
   if (session.accelerometer.counts) return;
-  check_unit(forces, "accelerometers", "gravity at rest", std::cbrt(matrix.diagonal().prod()));
+  check_unit(forces, "accelerometers", "gravity at rest", std::cbrt(matrix.diagonal().prod()),
+             session.accelerometer.step);
 }
 
 void check_gyros(const Session& session, const Matrix3d& matrix) {
@@ -100,7 +107,7 @@ void check_gyros(const Session& session, const Matrix3d& matrix) {
     throw Error(Error::Kind::bad_data, text + "; put it right in [channels] and in the signs of the columns");
   }
   if (session.gyro.counts) return;
-  check_unit(rates, "gyros", "the turn between rests", std::cbrt(std::abs(matrix.determinant())));
+  check_unit(rates, "gyros", "the turn between rests", std::cbrt(std::abs(matrix.determinant())), session.gyro.step);
 }
 
 std::optional<Vector3d> planned_up(const Plan& plan) {

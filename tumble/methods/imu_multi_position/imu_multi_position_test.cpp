@@ -179,6 +179,17 @@ TEST(ImuMultiPosition, names_units_taken_for_others) {
   EXPECT_NE(refusal(in_degrees).find("deg/s taken for rad/s"), std::string::npos) << refusal(in_degrees);
 }
 
+// 100 Hz: a factor of 100 either way.
+TEST(ImuMultiPosition, names_increments_taken_for_rates_and_a_silent_accelerometer) {
+  Evidence increments = method().trial(7).evidence, rates = increments, silent = increments;
+  for (const char* a : {"gyro_x", "gyro_y", "gyro_z"}) scale(increments, a, 0.01), scale(rates, a, 100.0);
+  EXPECT_NE(refusal(increments).find("increments taken for rates"), std::string::npos) << refusal(increments);
+  EXPECT_NE(refusal(rates).find("rates taken for increments"), std::string::npos) << refusal(rates);
+  scale(silent, "accelerometer_y", 0.0);
+  EXPECT_NE(refusal(silent).find("channel 'accelerometer_y' holds the same value"), std::string::npos)
+      << refusal(silent);
+}
+
 TEST(ImuMultiPosition, leaves_out_a_bad_rest_and_a_bad_move_and_says_so) {
   Trial trial = method().trial(8);
   Evidence& evidence = trial.evidence;

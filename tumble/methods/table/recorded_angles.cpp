@@ -142,6 +142,7 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
     const Motion* motion = motion_of(segment, encoder.axis);
     const bool slews = motion != nullptr && motion->kind == Kind::slew;
     const double slack = 1e-6 / mean_rate(channel);
+    if (place.begin > channel.time(channel.values.size() - 1) + slack) continue;  // the recording ends before
     std::size_t from = index_at(channel, place.settled + (slews ? 0.0 : settling) - slack);
     const std::size_t end = index_at(channel, place.end - slack);
     if (slews && from >= end && end > 0) from = end - 1;

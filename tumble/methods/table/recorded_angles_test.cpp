@@ -83,6 +83,15 @@ TEST(RecordedAngles, a_turn_at_another_time_is_said) {
   EXPECT_NE(angles.findings[0].message.find("'turns' (6.8"), std::string::npos) << angles.findings[0].message;
 }
 
+// Before, the last reading of a recording cut short stood for every slew that follows.
+TEST(RecordedAngles, nothing_is_said_of_what_a_recording_cut_short_lacks) {
+  Evidence evidence = recorded(0.0);
+  for (auto& channel : evidence.recordings[0].channels) channel.values.resize(100);  // in b
+  const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
+  EXPECT_TRUE(angles.findings.empty()) << angles.findings.front().message;
+  for (const auto& one : angles.stands) EXPECT_TRUE(one.label == "a" || one.label == "b") << one.label;
+}
+
 TEST(RecordedAngles, without_encoders_nothing_changes) {
   Evidence evidence = recorded(0.0);
   std::erase_if(evidence.recordings[0].channels, [](const Channel& c) { return c.kind == QuantityKind::angle; });
