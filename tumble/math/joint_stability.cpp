@@ -152,15 +152,16 @@ std::vector<AllanCorrelation> allan_correlation(std::span<const double> a, std::
     throw Error(Error::Kind::bad_input, "two signals of the same length and a confidence between 0 and 1 are needed");
   const auto first = where_both(a, b), second = where_both(b, a);
   const auto of_first = variances(first, rate, factors), of_second = variances(second, rate, factors);
+  if (of_first.empty() || of_first.front().deviation == 0.0 || of_second.front().deviation == 0.0) return {};
+  const double scale = of_first.front().deviation / of_second.front().deviation;
+  const auto of_rest = variances(difference(first, second, scale), rate, factors);
   std::vector<AllanCorrelation> result;
-  for (std::size_t i = 0; i < std::min(of_first.size(), of_second.size()); ++i) {
+  for (std::size_t i = 0; i < of_first.size(); ++i) {
     const auto &one = of_first[i], &other = of_second[i];
-    const double edf = std::sqrt(one.edf * other.edf);
-    if (!(edf > 3.0) || one.deviation == 0.0 || other.deviation == 0.0) continue;
-    const std::size_t factor[1] = {one.factor};
-    const auto rest = difference(first, second, one.deviation / other.deviation);
-    const auto of_rest = variances(rest, rate, factor);
-    const double r = std::clamp(1.0 - 0.5 * square(of_rest.front().deviation / one.deviation), -1.0, 1.0);
+    const double edf = std::sqrt(one.edf * other.edf), of_other = scale * other.deviation;
+    if (!(edf > 3.0) || one.deviation == 0.0 || of_other == 0.0) continue;
+    const double covariance = 0.5 * (square(one.deviation) + square(of_other) - square(of_rest[i].deviation));
+    const double r = std::clamp(covariance / (one.deviation * of_other), -1.0, 1.0);
     AllanCorrelation point{one.factor, one.tau, r, -1.0, 1.0, 0.0, edf};
     const double reach =
         student_quantile(0.5 * (1.0 + confidence), std::numeric_limits<double>::infinity()) / std::sqrt(edf - 2.0);

@@ -17,9 +17,10 @@ struct AllanCorrelation {
 };
 
 /// Correlation of the second differences whose mean squares are the overlapping Allan variances (Groslambert
-/// covariance): with v of the signals, each over its own deviation, and of their difference d
+/// covariance): with v of the signals a and c b, and of their difference, c such that the first are alike at the
+/// shortest averaging time,
 ///
-///   r(tau) = 1 - v_d/2
+///   r(tau) = (v_a + c^2 v_b - v_d)/(2 c sqrt(v_a v_b))
 ///
 /// Limits by Fisher: atanh r +- z/sqrt(nu - 2), nu = sqrt(nu_a nu_b) of the two variances. By the inequality of Cauchy
 /// and Schwarz, nu is not larger than the true one of signals of different noise types, and it is the true one if both
