@@ -245,7 +245,7 @@ def summary(draws, term, truth):
         unit, name = SHOWN[term]
         return f"**reports {statistics.median(estimates) / unit:.3g} {name}** in {100 * len(values) / len(draws):.0f} %", len(values)
     ratios = [100 * (estimate / truth - 1) for estimate in estimates]
-    mean, sd = statistics.fmean(ratios), statistics.stdev(ratios)
+    mean, sd = statistics.fmean(ratios), statistics.stdev(ratios) if len(ratios) > 1 else math.nan
     text = f"{'+' if mean > 0 else ''}{digits(mean, 3)} +- {digits(sd / math.sqrt(len(ratios)), 1)} %, scatter {digits(sd, 2)} %"
     if len(values) < len(draws):
         text += f", in {100 * len(values) / len(draws):.0f} %"
