@@ -70,24 +70,35 @@ bool breaks_off(std::span<const double> values, std::size_t begin, std::size_t l
   return moves(begin > side ? begin - side : 0, begin) || moves(end, std::min(values.size(), end + side));
 }
 
+/// Calls visit(begin, length) for every run of equal values of at least `shortest` samples. So long a run holds one of
+/// the pairs of neighbours that lie shortest - 1 apart: only these are looked at.
+template <class Visit>
+void visit_runs(const std::vector<double>& values, std::size_t shortest, Visit visit) {
+  std::size_t done = 0;
+  for (std::size_t i = shortest - 1; i < values.size(); i += shortest - 1) {
+    if (i < done || values[i] != values[i - 1]) continue;
+    std::size_t begin = i - 1, end = i + 1;
+    while (begin > 0 && values[begin - 1] == values[i]) --begin;
+    while (end < values.size() && values[end] == values[i]) ++end;
+    if (end - begin >= shortest) visit(begin, end - begin);
+    done = end;
+  }
+}
+
 /// Runs of equal values of at least `shortest` samples, those at the channel's extremes left to the saturation check.
 Stuck stuck_runs(const Channel& channel, const std::vector<std::size_t>& borders, std::size_t shortest, double lowest,
                  double highest) {
   const std::vector<double>& values = channel.values;
   Stuck stuck;
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i <= values.size(); ++i) {
-    if (i < values.size() && values[i] == values[begin]) continue;
-    const std::size_t length = i - begin;
-    if (length >= shortest && values[begin] != lowest && values[begin] != highest &&
-        out_of_place_in_segment(values, borders, begin, length) &&
-        (channel.kind != QuantityKind::count || breaks_off(values, begin, length))) {
-      ++stuck.times;
-      stuck.samples += length;
-      if (length > stuck.longest) stuck.longest = length, stuck.longest_begin = begin;
-    }
-    begin = i;
-  }
+  visit_runs(values, shortest, [&](std::size_t begin, std::size_t length) {
+    if (values[begin] == lowest || values[begin] == highest ||
+        !out_of_place_in_segment(values, borders, begin, length) ||
+        (channel.kind == QuantityKind::count && !breaks_off(values, begin, length)))
+      return;
+    ++stuck.times;
+    stuck.samples += length;
+    if (length > stuck.longest) stuck.longest = length, stuck.longest_begin = begin;
+  });
   return stuck;
 }
 
@@ -99,9 +110,9 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool on
   double lowest = INFINITY, highest = -INFINITY;
   std::size_t present = 0;
   for (const double value : channel.values) {
-    lowest = std::min(lowest, std::isnan(value) ? lowest : value);
-    highest = std::max(highest, std::isnan(value) ? highest : value);
-    present += !std::isnan(value);
+    lowest = value < lowest ? value : lowest;  // of NaN neither is true
+    highest = value > highest ? value : highest;
+    present += value == value;
   }
   if (present < 2) return {};
   if (lowest == highest) {
