@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 
@@ -16,6 +17,7 @@ struct Arguments {
   std::string what, output;
   std::vector<std::string> recordings, sets;
   bool json = false, strict = false;
+  std::uint64_t memory = 2'000'000'000;
 };
 
 /// A plan is a file, a method a word.
@@ -40,8 +42,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   Estimate estimate;
   {
     ProgressLine line(terminal);
-    const auto evidence = tasks::gather(plan, arguments.recordings, sets, line.progress());
-    estimate = tasks::identify(evidence, line.progress());
+    estimate = tasks::identify(plan, arguments.recordings, sets, arguments.memory, line.progress());
   }
   if (!arguments.output.empty()) {
     write_file_atomically(arguments.output, to_json(estimate));
@@ -69,6 +70,12 @@ Verb add_identify(CLI::App& program) {
   app->add_flag("--json", arguments->json, "print the result as JSON instead of a table");
   app->add_flag("--strict", arguments->strict,
                 "exit status 1 when a limit of the plan is not kept or cannot be judged");
+  app->add_option("--memory-limit", arguments->memory,
+                  "a recording with more bytes of samples is worked\n"
+                  "through block after block, where the method can")
+      ->transform(CLI::AsSizeValue(true))
+      ->type_name("SIZE")
+      ->default_str("2 GB");
   add_sets(*app, arguments->sets,
            "a setting of the method (see `tumble list methods NAME`), or\n"
            "channels.ROLE=COLUMN, or what a file does not say itself:\n"
@@ -80,6 +87,7 @@ Verb add_identify(CLI::App& program) {
       "  tumble identify allan_noise data.csv --set rate=100\n"
       "  tumble identify static_bias data.csv --set channels.signal=gyro.x --set unit.gyro.x=deg/h\n"
       "  tumble identify fog.toml fog.h5 -o fog.json\n"
+      "  tumble identify allan_noise long.h5 --memory-limit \"500 MB\"\n"
       "  tumble identify acceptance.toml --strict --json | jq .verdicts\n");
   return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }

@@ -7,5 +7,7 @@ namespace tumble {
 
 /// SHA-256 of these bytes, lower-case hex.
 std::string sha256_of(std::string_view bytes);
+/// Of those of a file. Throws Error::bad_file.
+std::string sha256_of_file(const std::string& path);
 
 }  // namespace tumble

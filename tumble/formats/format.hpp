@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -42,6 +43,8 @@ struct Format {
   bool (*recognises)(const std::string& path);  ///< by its first bytes
   /// Everything at once, with origin (file, sha256).
   Recording (*read)(const std::string& path, const ReadOptions& options, const Progress& progress);
+  /// Bytes that the samples wanted take in memory, about. Throws as read where the file says too little.
+  std::uintmax_t (*memory)(const std::string& path, const ReadOptions& options);
   /// For files larger than memory: blocks of about `samples` samples a channel. Without origin.sha256.
   void (*stream)(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
                  const Progress& progress);

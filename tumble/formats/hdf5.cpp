@@ -25,6 +25,7 @@ extern const Format hdf5{"hdf5",
                          {".h5", ".hdf5", ".hdf"},
                          recognises,
                          tumble::hdf5::read,
+                         tumble::hdf5::memory,
                          tumble::hdf5::stream,
                          tumble::hdf5::writer};
 

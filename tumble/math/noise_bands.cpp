@@ -6,6 +6,7 @@
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "tumble/math/block_cosines.hpp"
 #include "tumble/math/noise_bands/expected.hpp"
 #include "tumble/units/error.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 using std::numbers::pi;
 using Fft = Eigen::FFT<double>;
 
-constexpr std::size_t most_values = 16384;  ///< of the slow part
 constexpr std::size_t single_ordinates = 32;
 constexpr double band_width = 0.03;  ///< relative
 
@@ -38,130 +38,28 @@ NoiseBand cosine_band(double unit, int radix, int order) {
 
 // ---- fast scales ---------------------------------------------------------------------------------------------------
 
-struct Cosines {
-  explicit Cosines(int p) : radix(p) {
-    for (int k = 0; k < p; ++k)
-      for (int i = 0; i < p; ++i) weight[i][k] = std::sqrt(2.0 / p) * std::cos(pi * k * (i + 0.5) / p);
-  }
-  int radix;
-  double weight[widest_block][widest_block];
-};
-
-/// Sums over blocks of the contrasts and of their squares.
-struct Sums {
-  double first[widest_block] = {}, second[widest_block] = {};
-  double count = 0.0;
-};
-
-/// Cosine transform of 16 values: odd orders from differences of opposite values, even ones from their sums, twice.
-void transform16(const Cosines& cosines, const double* y, double* out) {
-  double e[8], o[8], ee[4], eo[4], odd[8] = {}, two[4] = {}, four[4] = {};
-  for (int i = 0; i < 8; ++i) {
-    e[i] = y[i] + y[15 - i];
-    o[i] = y[i] - y[15 - i];
-  }
-  for (int i = 0; i < 4; ++i) {
-    ee[i] = e[i] + e[7 - i];
-    eo[i] = e[i] - e[7 - i];
-  }
-  for (int i = 0; i < 8; ++i)
-    for (int k = 0; k < 8; ++k) odd[k] += cosines.weight[i][2 * k + 1] * o[i];
-  for (int i = 0; i < 4; ++i)
-    for (int k = 0; k < 4; ++k) {
-      two[k] += cosines.weight[i][4 * k + 2] * eo[i];
-      four[k] += cosines.weight[i][4 * k] * ee[i];
-    }
-  for (int k = 0; k < 8; ++k) out[2 * k + 1] = odd[k];
-  for (int k = 0; k < 4; ++k) {
-    out[4 * k + 2] = two[k];
-    out[4 * k] = four[k];
-  }
-}
-
-void transform(const Cosines& cosines, const double* y, double* out) {
-  const int p = cosines.radix;
-  if (p == 16) return transform16(cosines, y, out);
-  for (int k = 0; k < p; ++k) out[k] = 0.0;
-  for (int i = 0; i < p; ++i)
-    for (int k = 0; k < p; ++k) out[k] += cosines.weight[i][k] * y[i];
-}
-
-/// Mean of what is there; NaN if more than half is missing.
-double mean_of_rest(const double* y, int p) {
-  double sum = 0.0;
-  int count = 0;
-  for (int i = 0; i < p; ++i)
-    if (!std::isnan(y[i])) {
-      sum += y[i];
-      ++count;
-    }
-  return 2 * count >= p ? sum / count : std::nan("");
-}
-
-/// Blocks first .. last - 1 of `values`.
-Sums transform_blocks(const Cosines& cosines, std::span<const double> values, std::size_t first, std::size_t last,
-                      std::vector<double>& means) {
-  Sums sums;
-  const auto p = static_cast<std::size_t>(cosines.radix);
-  const double to_mean = std::sqrt(0.5 / static_cast<double>(p));
-  for (std::size_t b = first; b < last; ++b) {
-    const double* y = values.data() + b * p;
-    double x[widest_block];
-    transform(cosines, y, x);
-    if (std::isnan(x[0])) {
-      means[b] = mean_of_rest(y, cosines.radix);
-      continue;
-    }
-    means[b] = x[0] * to_mean;
-    for (std::size_t k = 0; k < p; ++k) {
-      sums.first[k] += x[k];
-      sums.second[k] += x[k] * x[k];
-    }
-    ++sums.count;
-  }
-  return sums;
-}
-
 int next_radix(std::size_t values) {
-  if (values / widest_block >= most_values / 2) return widest_block;
+  if (values >= values_for_widest) return widest_block;
   int radix = 2;
   while (values / static_cast<std::size_t>(radix) > most_values) radix *= 2;
   return radix;
 }
 
-void add(const Sums& more, Sums& sums) {
-  for (int k = 0; k < widest_block; ++k) {
-    sums.first[k] += more.first[k];
-    sums.second[k] += more.second[k];
-  }
-  sums.count += more.count;
-}
-
 /// Takes the contrasts of one scale off; returns the values of the next.
 std::vector<double> fast_scale(std::span<const double> values, double unit, NoiseBands& result) {
   const int radix = next_radix(values.size());
-  const Cosines cosines(radix);
-  const std::size_t blocks = values.size() / static_cast<std::size_t>(radix);
+  const BlockCosines cosines(radix);
+  const auto p = static_cast<std::size_t>(radix);
+  const std::size_t blocks = values.size() / p;
   std::vector<double> means(blocks);
-  Sums whole;
+  ContrastSums whole;
   for (std::size_t part = 0; part < NoiseBands::parts; ++part) {
-    const Sums sums = transform_blocks(cosines, values, blocks * part / NoiseBands::parts,
-                                       blocks * (part + 1) / NoiseBands::parts, means);
-    add(sums, whole);
-    if (unit > 1.0) continue;
-    double square = 0.0;
-    for (int k = 1; k < radix; ++k) square += sums.second[k];
-    result.part_count.push_back(sums.count * (radix - 1));
-    result.part_mean_square.push_back(square / std::max(1.0, result.part_count.back()));
+    const std::size_t first = blocks * part / NoiseBands::parts, last = blocks * (part + 1) / NoiseBands::parts;
+    const ContrastSums sums = cosines.take(values.subspan(first * p, (last - first) * p), means.data() + first);
+    whole.add(sums);
+    if (unit == 1.0) result.add_part(sums.count * (radix - 1), sums.square(radix));
   }
-  for (int k = 1; k < radix; ++k) {
-    NoiseBand band = cosine_band(unit, radix, k);
-    band.count = whole.count;
-    if (whole.count == 0.0) continue;
-    band.mean_square = whole.second[k] / whole.count;
-    band.with_ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0) * whole.first[k] / whole.count;
-    result.bands.push_back(band);
-  }
+  add_bands(whole, unit, radix, result);
   return means;
 }
 
@@ -293,8 +191,20 @@ void slow_part(std::span<const double> values, double unit, NoiseBands& result) 
 
 }  // namespace
 
-NoiseBands::NoiseBands(std::span<const double> rate) : samples(rate.size()) {
-  double unit = 1.0;
+void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result) {
+  if (whole.count == 0.0) return;
+  for (int k = 1; k < radix; ++k) {
+    NoiseBand band = cosine_band(unit, radix, k);
+    band.count = whole.count;
+    band.mean_square = whole.second[k] / whole.count;
+    band.with_ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0) * whole.first[k] / whole.count;
+    result.bands.push_back(band);
+  }
+}
+
+NoiseBands::NoiseBands(std::span<const double> rate) : NoiseBands({}, rate, 1.0) { samples = rate.size(); }
+
+NoiseBands::NoiseBands(NoiseBands fast, std::span<const double> rate, double unit) : NoiseBands(std::move(fast)) {
   std::vector<double> values;
   while (rate.size() > most_values) {
     const double times = next_radix(rate.size());
@@ -303,6 +213,11 @@ NoiseBands::NoiseBands(std::span<const double> rate) : samples(rate.size()) {
     unit *= times;
   }
   slow_part(rate, unit, *this);
+}
+
+void NoiseBands::add_part(double contrasts, double square) {
+  part_count.push_back(contrasts);
+  part_mean_square.push_back(square / std::max(1.0, contrasts));
 }
 
 }  // namespace tumble

@@ -54,6 +54,9 @@ class NoiseBands {
   /// NaN: missing. A block of which half or less is missing counts with the mean of the rest.
   /// Throws Error::bad_data if no two neighbouring values are left.
   explicit NoiseBands(std::span<const double> rate);
+  /// Bands of fast scales, continued with the means over `unit` samples that they left.
+  NoiseBands(NoiseBands fast, std::span<const double> means, double unit);
+  NoiseBands() = default;
 
   std::size_t samples = 0;
   std::vector<NoiseBand> bands;  ///< fast scales first, then the sines from low to high frequency
@@ -62,6 +65,7 @@ class NoiseBands {
   /// there is no fast scale.
   static constexpr std::size_t parts = 16;
   std::vector<double> part_mean_square, part_count;
+  void add_part(double contrasts, double square);
 };
 
 /// Covariance at a lag of h units of means over `unit` samples under a unit power law; generalised (as far as weights

@@ -8,7 +8,9 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
+#include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
+#include "tumble/methods/allan_noise/stream.hpp"
 #include "tumble/methods/allan_noise/temperature.hpp"
 #include "tumble/methods/allan_noise/together.hpp"
 #include "tumble/methods/allan_noise/windows.hpp"
@@ -127,7 +129,8 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
     result.likelihood = settings.word("estimator") == "likelihood";
     if (result.likelihood)
-      fit_likelihood(signal, settings, result);
+      fit_likelihood(
+          NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
     add_all_taus(signal, settings, result);
@@ -158,6 +161,23 @@ void check(const Settings& settings) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
+/// The channels that could be analysed; an error where none could.
+Estimate described(const std::vector<ChannelNoise>& results, const Plan& plan) {
+  std::vector<std::string> failures;
+  for (const auto& result : results)
+    if (!result.failure.empty()) failures.push_back(result.label + ": " + result.failure);
+  if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
+  Estimate estimate = describe_noise(results, plan.settings.number("wanted_sd"));
+  estimate.method = "allan_noise";
+  estimate.title = plan.title;
+  return estimate;
+}
+
+Estimate stream(const StreamedEvidence& evidence, const Progress&) {
+  check(evidence.plan.settings);
+  return described(noise_of_stream(evidence), evidence.plan);
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   check(settings);
@@ -166,18 +186,12 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "Allan deviation");
   parallel_for(found.size(), [&](std::size_t i) { results[i] = analyse(found[i], settings); });
   report(progress, 1.0, "Allan deviation");
-  std::vector<std::string> failures;
-  for (const auto& result : results)
-    if (!result.failure.empty()) failures.push_back(result.label + ": " + result.failure);
-  if (failures.size() == results.size()) throw Error(Error::Kind::bad_data, failures);
-  Estimate estimate = describe_noise(results, settings.number("wanted_sd"));
+  Estimate estimate = described(results, evidence.plan);
   describe_all_taus(results, estimate);
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
   describe_together(found, results, settings, estimate);
   describe_temperature(evidence, found, results, estimate);
-  estimate.method = "allan_noise";
-  estimate.title = evidence.plan.title;
   return estimate;
 }
 
@@ -214,6 +228,7 @@ extern const Method allan_noise{
     .identify = identify,
     .trial = trial,
     .compensate = nullptr,
-    .predict = nullptr};
+    .predict = nullptr,
+    .stream = stream};
 
 }  // namespace tumble::methods

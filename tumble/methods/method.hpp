@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,13 @@ struct Compensation {
   std::vector<Table> tables;
 };
 
+/// One recording that is larger than memory, handed out block after block.
+struct StreamedEvidence {
+  Plan plan;
+  /// Calls the sink with the next samples of the same channels, until all have been.
+  std::function<void(const std::function<void(const Recording& block)>& sink)> play;
+};
+
 /// A catalogue entry of methods/: reduces recordings to an estimate.
 struct Method {
   const char* name;
@@ -51,6 +59,8 @@ struct Method {
   bool several_instruments = false;
   /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
   bool takes_calibration = false;
+  /// The same as identify in bounded memory; null where the method needs all samples at once.
+  Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
 };
 
 namespace methods {

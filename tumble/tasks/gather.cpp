@@ -2,10 +2,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <future>
 #include <limits>
 
+#include "tumble/formats/checksum.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/sets.hpp"
+#include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -211,6 +214,63 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
   refuse_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);
   return evidence;
+}
+
+namespace {
+
+constexpr std::size_t block_samples = std::size_t{1} << 18;
+
+/// Everything but the samples, checked as a whole recording is.
+Recording header_of(const Recording& block, const Plan& plan, const RecordingEntry& entry, const ReadOptions& options) {
+  Recording header{block.instrument, {}, block.marks, block.origin, block.meta, block.findings};
+  for (const auto& channel : block.channels)
+    header.channels.push_back({channel.name, channel.kind, channel.unit, channel.timeline, {}});
+  mark_from_schedule(plan, entry, header);
+  if (const auto runs = runs_of({header}).size(); runs > 1)
+    throw Error(Error::Kind::unsupported,
+                fmt::format("{} holds {} power-ups and is too large for memory: one at a time can be worked through "
+                            "block after block; write each to a file of its own, or raise --memory-limit",
+                            entry.file, runs));
+  check_roles({plan, {header}, {nullptr}}, find_method(plan.method).roles(), {options});
+  return header;
+}
+
+/// Bytes of the samples in memory; 0 where the file cannot be read, which gather() says better.
+std::uintmax_t memory_of(const std::string& file, const ReadOptions& options) try {
+  return format_of(file).memory(file, options);
+} catch (const Error&) {
+  return 0;
+}
+
+}  // namespace
+
+std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets,
+                                    std::uintmax_t memory, const Progress& progress) {
+  if (plan.method.empty() || !find_method(plan.method).stream || plan.recordings.size() + recordings.size() != 1)
+    return std::nullopt;
+  const RecordingEntry entry =
+      plan.recordings.empty() ? RecordingEntry{recordings[0], "", 0, nullptr} : plan.recordings[0];
+  if (entry.plan) return std::nullopt;
+  const auto options = options_of(entry, options_for(plan, find_method(plan.method).roles(), sets), sets);
+  Streamed streamed;
+  streamed.bytes = memory_of(entry.file, options);
+  if (streamed.bytes <= memory) return std::nullopt;
+  const auto header = std::make_shared<Recording>();
+  streamed.header = header;
+  streamed.sha256 = std::async(std::launch::async, [file = entry.file] { return sha256_of_file(file); }).share();
+  streamed.file = entry.file;
+  streamed.evidence.plan = plan;
+  read_calibration(streamed.evidence.plan);
+  streamed.evidence.play = [=](const BlockSink& sink) {
+    bool first = true;
+    const auto checked = [&](const Recording& block) {
+      if (first) *header = header_of(block, plan, entry, options);
+      first = false;
+      sink(block);
+    };
+    format_of(entry.file).stream(entry.file, options, block_samples, checked, progress);
+  };
+  return streamed;
 }
 
 }  // namespace tumble::tasks

@@ -2,10 +2,12 @@
 
 #include <charconv>
 #include <filesystem>
+#include <functional>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/sets.hpp"
+#include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -43,6 +45,13 @@ void describe(const Plan& plan, Estimate& estimate) {
   for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
 }
 
+/// "1.5 GB"
+std::string say_bytes(std::uintmax_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  if (size >= 1e9) return fmt::format("{:.3g} GB", 1e-9 * size);
+  return size >= 1e6 ? fmt::format("{:.3g} MB", 1e-6 * size) : fmt::format("{:.3g} kB", 1e-3 * size);
+}
+
 /// Which channel played each role: compensate takes the same. The seed, where the data were simulated.
 void add_origin(const Evidence& evidence, Provenance& provenance) {
   add_calibration(evidence.plan, provenance);
@@ -60,27 +69,57 @@ void add_origin(const Evidence& evidence, Provenance& provenance) {
 }
 
 /// The method's own work. It knows channels but no files: where there is one file its name goes before what is refused.
-Estimate reduce(const Evidence& evidence, const Progress& progress) try {
-  return find_method(evidence.plan.method).identify(evidence, progress);
+Estimate reduce(const std::function<Estimate()>& work, const std::string& file) try {
+  return work();
 } catch (const Error& error) {
-  if (error.kind != Error::Kind::bad_data || evidence.recordings.size() != 1) throw;
-  const auto& file = evidence.recordings.front().origin.file;
+  if (error.kind != Error::Kind::bad_data) throw;
   auto problems = error.problems;
   for (auto& problem : problems)
     if (!file.empty() && problem.find(file) == std::string::npos) problem.insert(0, file + ": ");
   throw Error(error.kind, problems);
 }
 
-}  // namespace
-
-Estimate identify(const Evidence& evidence, const Progress& progress) {
-  auto estimate = reduce(evidence, progress);
+void complete(const Evidence& evidence, Estimate& estimate) {
   describe(evidence.plan, estimate);
   add_origin(evidence, estimate.provenance);
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
+}
+
+Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progress& progress) {
+  const Plan& plan = streamed.evidence.plan;
+  Evidence evidence{plan, std::vector<Recording>(1)};
+  auto estimate = reduce([&] { return find_method(plan.method).stream(streamed.evidence, progress); }, streamed.file);
+  evidence.recordings[0] = *streamed.header;
+  evidence.recordings[0].origin.sha256 = streamed.sha256.get();
+  complete(evidence, estimate);
+  const Findings& noticed = evidence.recordings[0].findings;
+  estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
+  estimate.findings.push_back(
+      {Finding::Severity::info,
+       fmt::format("{} of samples, with a memory limit of {}: worked through block after block, without the checks, "
+                   "which see a recording as a whole",
+                   say_bytes(streamed.bytes), say_bytes(memory)),
+       streamed.file});
+  estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
+  return estimate;
+}
+
+}  // namespace
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
+  auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
+  complete(evidence, estimate);
   add_data_findings(evidence, estimate.findings);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
   return estimate;
+}
+
+Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets, std::uintmax_t memory,
+                  const Progress& progress) {
+  if (const auto streamed = open_stream(plan, recordings, sets, memory, progress))
+    return identify(*streamed, memory, progress);
+  return identify(gather(plan, recordings, sets, progress), progress);
 }
 
 Compensation compensate(const Estimate& estimate, const Recording& recording) {

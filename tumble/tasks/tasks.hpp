@@ -39,6 +39,12 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
 /// Runs the plan's method; adds the findings of readers and checks, judges the limits, fills in the provenance.
 Estimate identify(const Evidence& evidence, const Progress& progress);
 
+/// Gathers and identifies. A recording whose samples take more than `memory` bytes is worked through block after block
+/// where the method can: with the same result but for the findings of the checks, which see a recording as a whole, and
+/// what the method's page says.
+Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets, std::uintmax_t memory,
+                  const Progress& progress);
+
 /// The plan carried out on a simulated rig and instrument of known truth.
 using tumble::simulate;
 

@@ -58,4 +58,6 @@ std::string sha256_of(std::string_view bytes) {
   return sum.hex();
 }
 
+std::string sha256_of_file(const std::string& path) { return formats::sha256_of_file(path); }
+
 }  // namespace tumble

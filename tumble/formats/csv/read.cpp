@@ -1,13 +1,11 @@
 #include "tumble/formats/csv/read.hpp"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <future>
 
 #include "tumble/formats/catalogue/clock.hpp"
+#include "tumble/formats/catalogue/room.hpp"
 #include "tumble/formats/catalogue/sha256.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"
@@ -174,21 +172,12 @@ void require_rows(const std::string& path, std::size_t rows) {
   if (rows == 0) throw Error{Error::Kind::bad_file, "'" + path + "' has a header but no samples"};
 }
 
-/// Room for `count` values, in large pages where the system has them: half the time of reading goes to small ones.
-void make_room(std::vector<double>& values, std::size_t count) {
-  values.reserve(count);
-  constexpr std::uintptr_t page = std::uintptr_t{1} << 21;
-  const auto begin = (reinterpret_cast<std::uintptr_t>(values.data()) + page - 1) / page * page;
-  const auto end = reinterpret_cast<std::uintptr_t>(values.data() + values.capacity()) / page * page;
-  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: may be refused
-}
-
 /// Room for the whole file, judged by its first rows.
 void reserve(Recording& recording, std::vector<double>& stamps, const Batches& batches, std::size_t rows) {
   const double share = static_cast<double>(rows) / static_cast<double>(batches.bytes_used() + 1);
   const auto expected = static_cast<std::size_t>(share * 1.05 * static_cast<double>(batches.bytes())) + rows;
-  for (Channel& channel : recording.channels) make_room(channel.values, expected);
-  make_room(stamps, expected);
+  for (Channel& channel : recording.channels) formats::make_room(channel.values, expected);
+  formats::make_room(stamps, expected);
 }
 
 }  // namespace

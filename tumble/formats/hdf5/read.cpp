@@ -7,6 +7,7 @@
 #include "tumble/formats/catalogue/annotations.hpp"
 #include "tumble/formats/catalogue/clock.hpp"
 #include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/catalogue/room.hpp"
 #include "tumble/formats/catalogue/sha256.hpp"
 #include "tumble/formats/hdf5/values.hpp"
 #include "tumble/units/error.hpp"
@@ -15,11 +16,14 @@ namespace tumble::hdf5 {
 
 namespace {
 
+/// What to do with uneven stamps: keep them, read them again with each block, or not even look at clocks.
+enum class Stamps { kept, by_block, ignored };
+
 /// Opens the file and every wanted channel in it, and finds their clocks. What is wrong is said all at once.
 class Source {
  public:
-  Source(const std::string& path, const ReadOptions& options)
-      : path_(path), options_(options), size_(formats::InputFile(path).size()) {
+  Source(const std::string& path, const ReadOptions& options, Stamps stamps)
+      : path_(path), options_(options), stamps_(stamps), size_(formats::InputFile(path).size()) {
     file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file_.valid()) refuse("cannot be opened as HDF5: " + last_reason() + " (is it truncated or damaged?)");
     if (!options.segment_column.empty())
@@ -55,6 +59,17 @@ class Source {
     } catch (const Error& error) {
       refuse("channel '" + to.name + "' cannot be read: " + error.what());
     }
+  }
+
+  /// The part of a channel's timeline that belongs to samples first .. first + count - 1.
+  Timeline times(std::size_t channel, std::size_t first, std::size_t count) {
+    const Timeline& whole = recording_.channels[channel].timeline;
+    if (whole.uniform()) return {whole.time(first), whole.rate, nullptr};
+    const auto of = std::find_if(clocks_.begin(), clocks_.end(),
+                                 [&](const FileClock& clock) { return clock.timeline.stamps == whole.stamps; });
+    std::vector<double> stamps;
+    hdf5::append(of->numbers, first, count, of->unit.factor(), of->unit.offset(), scratch_, stamps);
+    return {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
   }
 
  private:
@@ -125,70 +140,90 @@ class Source {
 
   /// Channels that link to one dataset share its stamps.
   Timeline stamps_of(const Numbers& numbers, const std::string& path) {
-    const Numbers time = open_numbers(file_, path, size_);
+    if (stamps_ == Stamps::ignored) return {};
+    Numbers time = open_numbers(file_, path, size_);
     if (time.count != numbers.count)
       fail(path + " has " + std::to_string(time.count) + " stamps for " + std::to_string(numbers.count) + " samples");
     H5O_info_t info;
     if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
-    for (const auto& [address, timeline] : clocks_)
-      if (address == info.addr) return timeline;
+    for (const auto& known : clocks_)
+      if (known.address == info.addr) return known.timeline;
     const Unit unit = Unit::parse(text_attribute(time.dataset, "unit").value_or("s"));
     if (kind_of(unit) != QuantityKind::time) fail(path + " is in " + unit.text() + ", not a unit of time");
-    std::vector<double> stamps;
-    stamps.reserve(time.count);
-    hdf5::append(time, 0, time.count, unit.factor(), unit.offset(), scratch_, stamps);
+    clocks_.push_back({info.addr, {}, std::move(time), unit});
+    clocks_.back().timeline = look_at(clocks_.back(), path);
+    return clocks_.back().timeline;
+  }
+
+  struct FileClock {
+    haddr_t address;
+    Timeline timeline;
+    Numbers numbers;
+    Unit unit;
+  };
+
+  /// Piece by piece: an even clock needs no stamps in memory.
+  Timeline look_at(const FileClock& of, const std::string& path) {
+    constexpr hsize_t piece = 65536;
     formats::EvenClock clock;
-    for (std::size_t i = 0; i < stamps.size(); ++i) {
-      if (std::isnan(stamps[i])) fail(path + " has no value at sample " + std::to_string(i));
-      clock.add(stamps[i], 0.0);
+    std::vector<double> stamps, some;
+    if (stamps_ == Stamps::kept) stamps.reserve(of.numbers.count);
+    for (hsize_t first = 0; first < of.numbers.count; first += piece) {
+      some.clear();
+      hdf5::append(of.numbers, first, std::min(piece, of.numbers.count - first), of.unit.factor(), of.unit.offset(),
+                   scratch_, some);
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        if (std::isnan(some[i])) fail(path + " has no value at sample " + std::to_string(first + i));
+        clock.add(some[i], 0.0);
+      }
+      if (stamps_ == Stamps::kept) stamps.insert(stamps.end(), some.begin(), some.end());
     }
-    const auto even = clock.timeline();
-    Timeline timeline =
-        even ? *even : Timeline{0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
-    clocks_.emplace_back(info.addr, timeline);
-    return timeline;
+    if (const auto even = clock.timeline()) return *even;
+    return {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
   }
 
   std::string path_;
   const ReadOptions& options_;
+  Stamps stamps_;
   std::size_t size_;
   Handle file_;
   std::vector<Numbers> channels_;
   Recording recording_;
-  std::vector<std::pair<haddr_t, Timeline>> clocks_;
+  std::vector<FileClock> clocks_;
   std::vector<std::string> problems_;
   std::vector<double> scratch_;
 };
-
-/// The part of a timeline that belongs to samples first .. first + count - 1.
-Timeline part_of(const Timeline& whole, std::size_t first, std::size_t count) {
-  if (whole.uniform()) return {whole.time(first), whole.rate, nullptr};
-  const auto begin = whole.stamps->begin() + static_cast<std::ptrdiff_t>(first);
-  return {0.0, 0.0, std::make_shared<std::vector<double>>(begin, begin + static_cast<std::ptrdiff_t>(count))};
-}
 
 }  // namespace
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
   const Session session;
-  Source source(path, options);
+  Source source(path, options, Stamps::kept);
   auto hash = std::async(std::launch::async, formats::sha256_of_file, path);
   Recording recording = source.frame();
   const std::size_t count = recording.channels.size();
   for (std::size_t i = 0; i < count; ++i) {
     Channel& channel = recording.channels[i];
     report(progress, static_cast<double>(i) / static_cast<double>(count), "reading");
-    channel.values.reserve(source.samples(i));
+    formats::make_room(channel.values, source.samples(i));
     source.append(i, 0, source.samples(i), channel);
   }
   recording.origin.sha256 = hash.get();
   return recording;
 }
 
+std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
+  const Session session;
+  const Source source(path, options, Stamps::ignored);
+  std::uintmax_t samples = 0;
+  for (std::size_t i = 0; i < source.frame().channels.size(); ++i) samples += source.samples(i);
+  return sizeof(double) * samples;
+}
+
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress) {
   const Session session;
-  Source source(path, options);
+  Source source(path, options, Stamps::by_block);
   Recording block = source.frame();
   std::size_t longest = 1;
   for (std::size_t i = 0; i < block.channels.size(); ++i) longest = std::max(longest, source.samples(i));
@@ -210,7 +245,7 @@ void stream(const std::string& path, const ReadOptions& options, std::size_t sam
       const auto same = std::find_if(shared.begin(), shared.end(),
                                      [&](const auto& entry) { return entry.first == whole.stamps.get(); });
       const bool known = !whole.uniform() && same != shared.end();
-      channel.timeline = known ? block.channels[same->second].timeline : part_of(whole, first, count);
+      channel.timeline = known ? block.channels[same->second].timeline : source.times(i, first, count);
       if (!known) shared.emplace_back(whole.stamps.get(), i);
       channel.values.clear();
       source.append(i, first, count, channel);

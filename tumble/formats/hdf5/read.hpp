@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "tumble/formats/format.hpp"
@@ -7,6 +8,7 @@
 namespace tumble::hdf5 {
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress);
+std::uintmax_t memory(const std::string& path, const ReadOptions& options);
 void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
             const Progress& progress);
 RecordingWriter writer(const std::string& path);

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-namespace tumble {
+#include "tumble/math/block_cosines.hpp"
 
-constexpr int widest_block = 16;
+namespace tumble {
 
 /// Fourth difference of t^2 ln t at t and steps of 1, where it is smooth: by its series beyond t = 16.
 double fourth_difference(double t);

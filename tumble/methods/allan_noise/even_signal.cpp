@@ -116,28 +116,6 @@ void by_clock(const Stretch& stretch, const std::string& timing, EvenSignal& sig
   }
 }
 
-struct Block {
-  double mean = 0.0, sd = 0.0;
-  std::size_t first = 0;
-};
-
-std::vector<Block> blocks_of(std::span<const double> values, std::size_t size) {
-  std::vector<Block> blocks;
-  for (std::size_t first = 0; first + size <= values.size(); first += size) {
-    double sum = 0.0, squares = 0.0, origin = values[first], count = 0.0;
-    if (std::isnan(origin)) continue;
-    for (const double value : values.subspan(first, size)) {
-      if (std::isnan(value)) continue;
-      sum += value - origin;
-      squares += (value - origin) * (value - origin);
-      ++count;
-    }
-    const double mean = sum / count;
-    blocks.push_back({origin + mean, std::sqrt(std::max(0.0, squares / count - mean * mean)), first});
-  }
-  return blocks;
-}
-
 }  // namespace
 
 std::vector<Stretch> stretches(const Evidence& evidence) {
@@ -192,44 +170,88 @@ EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& t
   return signal;
 }
 
-std::string unusable(const EvenSignal& signal) {
-  constexpr std::size_t fewest = 16;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  std::size_t finite = 0;
-  for (const double value : signal.values) {
-    if (std::isnan(value)) continue;
-    ++finite;
-    low = std::min(low, value);
-    high = std::max(high, value);
+void Extent::add(std::span<const double> values) {
+  samples += values.size();
+  for (const double value : values) {
+    finite += value == value;
+    low = value < low ? value : low;  // of NaN neither is true
+    high = value > high ? value : high;
   }
-  if (signal.values.empty()) return "holds no sample";
-  if (finite == 0) return "holds no number, only missing samples";
-  if (finite < fewest)
-    return fmt::format("holds {}, too few: at least {} are needed", say_count(finite, "sample"), fewest);
-  if (low == high) return "does not change: stuck, or not connected";
-  if (!(signal.rate > 0.0)) return "has no sampling rate: give rate=... in Hz";
+}
+
+std::string unusable(const Extent& extent, double rate) {
+  constexpr std::size_t fewest = 16;
+  if (extent.samples == 0) return "holds no sample";
+  if (extent.finite == 0) return "holds no number, only missing samples";
+  if (extent.finite < fewest)
+    return fmt::format("holds {}, too few: at least {} are needed", say_count(extent.finite, "sample"), fewest);
+  if (extent.low == extent.high) return "does not change: stuck, or not connected";
+  if (!(rate > 0.0)) return "has no sampling rate: give rate=... in Hz";
   return "";
 }
 
+std::string unusable(const EvenSignal& signal) {
+  Extent extent;
+  extent.add(signal.values);
+  return unusable(extent, signal.rate);
+}
+
+Scatter scatter_of(std::span<const double> values, std::size_t first) {
+  constexpr std::size_t lanes = 4;
+  const auto start = std::find_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
+  if (start == values.end()) return {0.0, 0.0, 0.0, first};
+  const double origin = *start;
+  double sums[lanes] = {}, squares[lanes] = {}, count = static_cast<double>(values.size());
+  const auto add = [&](double value, std::size_t lane) {
+    sums[lane] += value - origin;
+    squares[lane] += (value - origin) * (value - origin);
+  };
+  const std::size_t whole = values.size() / lanes * lanes;
+  for (std::size_t n = 0; n < whole; n += lanes)
+    for (std::size_t k = 0; k < lanes; ++k) add(values[n + k], k);
+  for (std::size_t n = whole; n < values.size(); ++n) add(values[n], 0);
+  double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  double square = (squares[0] + squares[1]) + (squares[2] + squares[3]);
+  if (std::isnan(sum)) {
+    sum = square = count = 0.0;
+    for (const double value : values) {
+      if (std::isnan(value)) continue;
+      sum += value - origin;
+      square += (value - origin) * (value - origin);
+      ++count;
+    }
+  }
+  const double mean = sum / count;
+  return {count, origin + mean, std::sqrt(std::max(0.0, square / count - mean * mean)), first};
+}
+
 Findings disturbances(const EvenSignal& signal, const std::string& label) {
-  constexpr double unusual = 4.0;
   const std::size_t size = std::max<std::size_t>(20, signal.values.size() / 400);
-  const auto blocks = blocks_of(signal.values, size);
-  if (blocks.size() < 10) return {};
+  std::vector<Scatter> blocks;
+  for (std::size_t first = 0; first + size <= signal.values.size(); first += size)
+    blocks.push_back(scatter_of(signal.values.subspan(first, size), first));
+  return disturbances(blocks, size, signal.rate, signal.begin, label);
+}
+
+Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, double rate, double begin,
+                      const std::string& label) {
+  constexpr double unusual = 4.0;
   std::vector<double> sds;
-  for (const auto& block : blocks) sds.push_back(block.sd);
+  for (const auto& block : blocks)
+    if (block.count > 0.0) sds.push_back(block.sd);
+  if (sds.size() < 10) return {};
   std::nth_element(sds.begin(), sds.begin() + static_cast<std::ptrdiff_t>(sds.size() / 2), sds.end());
   const double usual = sds[sds.size() / 2];
   std::size_t count = 0, first = 0;
   for (const auto& block : blocks)
-    if (usual > 0.0 && block.sd > unusual * usual && count++ == 0) first = block.first;
+    if (usual > 0.0 && block.count > 0.0 && block.sd > unusual * usual && count++ == 0) first = block.first;
   if (count == 0) return {};
   return {
       {Severity::warning,
        fmt::format("the scatter within {} of {} blocks of {} is more than {:g} times the usual, first at {}: motion, "
                    "a disturbance or outliers, which the noise terms take for noise; cut them out",
-                   count, blocks.size(), say_seconds(static_cast<double>(size) / signal.rate), unusual,
-                   say_instant(signal.begin + static_cast<double>(first) / signal.rate)),
+                   count, sds.size(), say_seconds(static_cast<double>(size) / rate), unusual,
+                   say_instant(begin + static_cast<double>(first) / rate)),
        label}};
 }
 

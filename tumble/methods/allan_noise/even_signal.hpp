@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,10 +43,28 @@ struct EvenSignal {
 /// Throws    Error::bad_data for a clock that runs backwards (time named) or an infinite sample
 EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& timing);
 
+/// Number and range of the samples that are there.
+struct Extent {
+  std::size_t samples = 0, finite = 0;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(std::span<const double> values);
+};
+
 /// What stands in the way of a noise analysis: empty for a usable signal, else the reason (too short, constant, NaN).
+std::string unusable(const Extent& extent, double rate);
 std::string unusable(const EvenSignal& signal);
+
+/// Scatter of a block of samples, the first of which is number `first` of the record.
+struct Scatter {
+  double count = 0.0, mean = 0.0, sd = 0.0;
+  std::size_t first = 0;
+};
+Scatter scatter_of(std::span<const double> values, std::size_t first);
 
 /// Parts of the record that are not like the rest: motion, outliers, steps.
 Findings disturbances(const EvenSignal& signal, const std::string& label);
+/// The same from the scatter within blocks of `size` samples of a record that begins at `begin` [s].
+Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, double rate, double begin,
+                      const std::string& label);
 
 }  // namespace tumble

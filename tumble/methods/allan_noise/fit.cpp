@@ -91,22 +91,22 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
 
 }  // namespace
 
-void fit_likelihood(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLine>()>& lines_of_record, double begin,
+                    const Settings& settings, ChannelNoise& result) {
   NoiseLikelihoodOptions options;
   options.significance = settings.number("significance");
-  if (settings.has("fit_from")) options.shortest = settings.number("fit_from") * signal.rate;
-  if (settings.has("fit_to")) options.longest = settings.number("fit_to") * signal.rate;
-  NoiseBands bands(signal.values);
+  if (settings.has("fit_from")) options.shortest = settings.number("fit_from") * result.rate;
+  if (settings.has("fit_to")) options.longest = settings.number("fit_to") * result.rate;
   result.fit = fit_noise(bands, options);
   if (result.fit.model_error > 0.0) {
-    const auto lines = spectral_lines(signal.values);
+    const auto lines = lines_of_record();
     if (!lines.empty()) {
       bands = without_lines(bands, lines);
       result.fit = fit_noise(bands, options);
       result.findings.push_back(told(lines, result));
     }
   }
-  const Findings changes = changes_along(bands, signal.begin, signal.rate, result.label);
+  const Findings changes = changes_along(bands, begin, result.rate, result.label);
   result.findings.insert(result.findings.end(), changes.begin(), changes.end());
   result.advice = advice(result, bands, settings.number("wanted_sd"));
 }

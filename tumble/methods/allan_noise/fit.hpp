@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "tumble/core/settings.hpp"
@@ -7,11 +8,16 @@
 #include "tumble/math/noise_likelihood.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/methods/allan_noise/lines.hpp"
 
 namespace tumble {
 
 /// Noise terms by maximum likelihood of the record, and what length of record each would take.
-void fit_likelihood(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
+///
+/// Given     bands   of the record, which begins at `begin` [s]; result.rate is its sampling rate
+///           lines   finds the sines in the record; asked only where the terms alone do not follow it
+void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLine>()>& lines, double begin,
+                    const Settings& settings, ChannelNoise& result);
 
 /// Noise terms from the Allan variances by generalised least squares. A trend and the noise about it, where the trend
 /// stands out of that noise; else the noise of the record as it is.

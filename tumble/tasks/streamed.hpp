@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/methods/method.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble::tasks {
+
+/// A recording too large for memory, for a method that takes it block after block.
+struct Streamed {
+  StreamedEvidence evidence;
+  std::string file;
+  std::uintmax_t bytes = 0;                 ///< of its samples
+  std::shared_ptr<const Recording> header;  ///< everything but the samples, once the first block was handed out
+  std::shared_future<std::string> sha256;
+};
+
+/// Empty where gather() is to read all: the samples take up to `memory` bytes, the method needs them all at once, or
+/// there are several recordings. Role and unit are checked, as gather() does, at the first block.
+std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets,
+                                    std::uintmax_t memory, const Progress& progress);
+
+}  // namespace tumble::tasks
