@@ -245,14 +245,9 @@ std::vector<Task> tasks_of(std::size_t size, std::span<const std::size_t> factor
 }
 
 double largest_of(std::span<const double> x) {
-  constexpr std::size_t piece = 65536;
-  std::vector<double> largest((x.size() + piece - 1) / piece, 0.0);
-  parallel_pieces(x.size(), piece, [&](std::size_t first, std::size_t last) {
-    double most = 0.0;
-    for (std::size_t n = first; n < last; ++n) most = std::abs(x[n]) > most ? std::abs(x[n]) : most;
-    largest[first / piece] = most;
-  });
-  return *std::max_element(largest.begin(), largest.end());
+  double most = 0.0;
+  for (const double value : x) most = std::abs(value) > most ? std::abs(value) : most;
+  return most;
 }
 
 /// The sum by differences of neighbouring values, which are exact.
@@ -284,15 +279,18 @@ void add_second_differences(std::span<const double> x, std::span<const std::size
   if (x.empty() || factors.empty()) return;
   const auto tasks = tasks_of(x.size(), factors);
   std::vector<double> partial(tasks.back().place + tasks.back().to - tasks.back().from, 0.0);
+  std::vector<double> largest(tasks.size(), 0.0);
   parallel_for(tasks.size(), [&](std::size_t t) {
     const Task& task = tasks[t];
+    if (task.from == 0)  // pieces that are in a cache anyway, and together all of the phase
+      largest[t] = largest_of(x.subspan(task.first, std::min(task.group->piece, x.size() - task.first)));
     add_terms(x, factors.subspan(task.from, task.to - task.from), *task.group, task.first, partial.data() + task.place);
   });
   std::vector<double> found(factors.size(), 0.0);
   for (const Task& task : tasks)
     for (std::size_t i = task.from; i < task.to; ++i) found[i] += partial[task.place + i - task.from];
   // The sum of the outer two values rounds by about half an epsilon of them, which is 1e-11 of the sum at most.
-  const double rounding = std::numeric_limits<double>::epsilon() * largest_of(x);
+  const double rounding = std::numeric_limits<double>::epsilon() * *std::max_element(largest.begin(), largest.end());
   for (std::size_t i = 0; i < factors.size(); ++i)
     sums[i] += rounding > 1e-11 * std::sqrt(found[i]) ? careful_sum(x, factors[i]) : found[i];
 }
