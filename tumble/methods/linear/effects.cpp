@@ -56,6 +56,37 @@ double mean_of_block(const Reference& reference, double begin, double length, st
   return sum / static_cast<double>(points);
 }
 
+/// The same at many evenly spaced instants.
+template <class Value>
+double mean_at(const Reference& reference, double begin, double length, std::size_t points, const Value& value) {
+  std::vector<Felt> felt(points);
+  const double step = length / static_cast<double>(points);
+  reference.felt(begin + 0.5 * step, step, felt);
+  double sum = 0.0;
+  for (const Felt& one : felt) sum += value(one);
+  return sum / static_cast<double>(points);
+}
+
+/// The same over a stretch in which the rig turns evenly: what goes round with its axis is the same in each whole turn.
+/// So one turn stands for all of them, with points enough for what comes round several times in it, and the rest of the
+/// last one for itself. (Points strewn over all turns would leave of a ripple of the rate one over the root of their
+/// number, a hundred times what the whole stretch does.)
+template <class Value>
+double mean_of_turns(const Reference& reference, const Segment& segment, double begin, double length,
+                     const Value& value) {
+  double turn = 0.0;
+  for (const auto& [name, motion] : segment.axes)
+    if (motion.kind == Motion::Kind::rate && motion.value != 0.0)
+      turn = std::max(turn, 2.0 * M_PI / std::abs(motion.value));
+  constexpr std::size_t points = 192;
+  const double turns = turn > 0.0 ? std::floor(length / turn) * turn : 0.0;
+  double mean = 0.0;
+  if (turns > 0.0) mean += turns / length * mean_at(reference, begin, turn, points, value);
+  if (length - turns > 1e-9 * length)
+    mean += (1.0 - turns / length) * mean_at(reference, begin + turns, length - turns, points, value);
+  return mean;
+}
+
 /// Adds the mean of `value` over every row that the power-ups of one plan give, `delay` [s] before. Where the rig
 /// stands or turns evenly all rows have the mean over the stretch: an error that goes round with the axis averages out.
 /// Elsewhere the blocks are short.
@@ -74,7 +105,14 @@ void add_rows(const Evidences& evidence, const Rows& rows, std::size_t plan, con
       continue;
     }
     const auto length = [&](std::size_t samples) { return static_cast<double>(samples) * stretch.step; };
-    if (stretch.steady || stretch.even) {
+    if (stretch.even) {
+      const auto& power_up = evidence.power_ups[stretch.power_up];
+      const double mean = mean_of_turns(reference, power_up.rig.segments[stretch.segment], stretch.first,
+                                        length(stretch.samples), value);
+      for (std::size_t i = first; i < row; ++i) column[i] += mean;
+      continue;
+    }
+    if (stretch.steady) {
       const std::size_t points = std::min<std::size_t>(stretch.samples, 192);
       const double mean = mean_over(reference, stretch.first, length(stretch.samples), points, value);
       for (std::size_t i = first; i < row; ++i) column[i] += mean;
