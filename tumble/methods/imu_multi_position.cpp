@@ -9,6 +9,7 @@
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
 #include "tumble/methods/imu_multi_position/trial.hpp"
+#include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
@@ -54,6 +55,8 @@ std::vector<Option> options() {
        "true",
        {},
        "whether the drift of the gyros with the specific force is sought"},
+      linear::bias_instability_option("deg/h", "gyro_"),
+      linear::bias_instability_option("ug", "accelerometer_"),
       {"up",
        Type::word,
        "1",
@@ -89,6 +92,8 @@ Surroundings surroundings_of(const Plan& plan) {
     around.latitude = plan.site->latitude;
   if (!(around.gravity > 5.0 && around.gravity < 15.0))
     problems.push_back(fmt::format("gravity {:.4g} m/s^2 is not of this planet", around.gravity));
+  around.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
+  around.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
   if (around.gravity_sd < 0.0) problems.push_back("gravity_sd must not be negative");
   for (const char* name : {"window", "rest_least"})
     if (!(settings.number(name) > 0.0)) problems.push_back(fmt::format("{} must be positive", name));

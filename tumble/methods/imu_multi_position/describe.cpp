@@ -8,6 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
+#include "tumble/methods/linear/slow.hpp"
 
 namespace tumble::methods::multi_position {
 namespace {
@@ -132,7 +133,40 @@ Eigen::VectorXd by_gravity(const Fit& fit, const Surroundings& around) {
   return d;
 }
 
-void add_parameters(const std::vector<Shown>& all, const Fit& fit, const Surroundings& around, Estimate& estimate) {
+/// Mean covariance between two rests of flicker of unit bias instability: the level that all rests share. Their scatter
+/// shows what they differ by, never this.
+double shared_level(const Rests& rests, double step) {
+  std::vector<linear::Interval> intervals;
+  for (const Rest& rest : rests.all)
+    if (rest.used()) intervals.push_back({rest.session, rest.begin, rest.end - rest.begin});
+  NoiseModel unit;
+  unit.bias_instability = 1.0;
+  const Matrix kernel = linear::known_slow_noise(intervals, unit, 0.0, step).front().kernel;
+  double sum = 0.0;
+  for (std::size_t a = 0; a < kernel.rows; ++a)
+    for (std::size_t b = 0; b < a; ++b) sum += kernel(a, b);
+  const auto pairs = static_cast<double>(kernel.rows * (kernel.rows - 1)) / 2.0;
+  return pairs > 0.0 ? sum / pairs : 0.0;
+}
+
+/// Covariance of the fit's parameters by the level that the bias instabilities stated leave in all rests.
+Eigen::MatrixXd by_level(const Fit& fit, const Rests& rests, const Surroundings& around, double step) {
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(fit.parameters, fit.parameters);
+  if (!(around.accelerometer_instability > 0.0) && !(around.gyro_instability > 0.0)) return covariance;
+  const double level = shared_level(rests, step);
+  const auto add = [&](Eigen::Index index, double instability, double scale) {
+    covariance(index, index) = level * std::pow(instability * scale, 2);
+  };
+  for (int row = 0; row < 3; ++row) {
+    add(accelerometer_index(row, 3), around.accelerometer_instability, fit.calibration.accelerometer.matrix(row, row));
+    if (fit.parameters > of_accelerometers)
+      add(gyro_index(row, 3), around.gyro_instability, fit.calibration.gyro.matrix(row, row));
+  }
+  return covariance;
+}
+
+void add_parameters(const std::vector<Shown>& all, const Fit& fit, const Rests& rests, double step,
+                    const Surroundings& around, Estimate& estimate) {
   const auto n = static_cast<Eigen::Index>(all.size());
   Eigen::MatrixXd map(n, fit.parameters);
   for (Eigen::Index i = 0; i < n; ++i) map.row(i) = all[static_cast<std::size_t>(i)].slope.transpose();
@@ -147,6 +181,7 @@ void add_parameters(const std::vector<Shown>& all, const Fit& fit, const Surroun
   for (std::size_t s = 0; s < sources.size(); ++s) add(sources[s], fit.shares[s]);
   const Eigen::VectorXd gravity = by_gravity(fit, around);
   add("gravity", gravity * gravity.transpose());
+  add(linear::stated_source, by_level(fit, rests, around, step));
   total = 0.5 * (total + total.transpose()).eval();
   estimate.covariance = Matrix(all.size(), all.size());
   estimate.covariance.values.assign(total.data(), total.data() + total.size());
@@ -297,7 +332,7 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   Estimate estimate;
   estimate.method = "imu_multi_position";
   const auto all = all_shown(sessions, fit);
-  add_parameters(all, fit, around, estimate);
+  add_parameters(all, fit, rests, sessions.front().accelerometer.step, around, estimate);
   estimate.fit.observations = fit.observations;
   estimate.fit.degrees_of_freedom = static_cast<double>(fit.observations) - static_cast<double>(fit.parameters) -
                                     2.0 * static_cast<double>(fit.chain.size());

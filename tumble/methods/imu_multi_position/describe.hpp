@@ -13,6 +13,8 @@ struct Surroundings {
   double gravity_sd = 0.0;
   std::string gravity_from;        ///< "stated", "normal gravity at the site"
   std::optional<double> latitude;  ///< [rad]
+  /// Bias instabilities as stated [m/s^2], [rad/s]; 0: not.
+  double accelerometer_instability = 0.0, gyro_instability = 0.0;
 };
 
 /// The answer of a fit: parameters in the unit of the channels, budget, tables, curves, findings.

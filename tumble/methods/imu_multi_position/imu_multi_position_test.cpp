@@ -145,6 +145,30 @@ TEST(ImuMultiPosition, a_moved_gravity_moves_all_scale_factors_together) {
   EXPECT_NEAR(value(before, "gyro_z_scale_factor_error"), value(after, "gyro_z_scale_factor_error"), 1e-6);
 }
 
+TEST(ImuMultiPosition, a_stated_bias_instability_is_in_the_biases_alone) {
+  Trial trial = method().trial(11);
+  const auto with = [&](double times) {
+    for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
+      trial.evidence.plan.settings.set_number(name, times * trial.evidence.plan.truth.number(name),
+                                              Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
+    return method().identify(trial.evidence, {});
+  };
+  const auto one = with(1.0), three = with(3.0);
+  for (std::size_t p = 0; p < one.parameters.size(); ++p) {
+    const std::string& name = one.parameters[p].name;
+    const double more = three.covariance(p, p) - one.covariance(p, p);
+    if (!name.ends_with("_bias")) {
+      EXPECT_NEAR(more, 0.0, 1e-12 * one.covariance(p, p)) << name;
+      continue;
+    }
+    // (9 - 1) k B^2: k, of flicker between means over seconds some minutes apart in a bank of 4 records, is one to four
+    const double b =
+        trial.evidence.plan.truth.number(name[0] == 'g' ? "gyro_bias_instability" : "accelerometer_bias_instability");
+    EXPECT_GT(more, 8.0 * b * b) << name;
+    EXPECT_LT(more, 8.0 * 4.0 * b * b) << name;
+  }
+}
+
 TEST(ImuMultiPosition, names_exchanged_and_reversed_axes) {
   const auto with = [](const std::function<void(Evidence&)>& change) {
     Evidence evidence = method().trial(6).evidence;

@@ -40,6 +40,10 @@ void set_instrument(Plan& plan) {
   set(plan, "accelerometer_resolution", 2.0, "mg");
   set(plan, "accelerometer_angle_random_walk", 0.012, "(m/s)/sqrt(h)");
   set(plan, "gyro_angle_random_walk", 1.5, "deg/sqrt(h)");
+  set(plan, "accelerometer_bias_instability", 60.0, "ug");
+  set(plan, "gyro_bias_instability", 15.0, "deg/h");
+  for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
+    plan.settings.set_number(name, plan.truth.number(name), Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
 }
 
 }  // namespace
