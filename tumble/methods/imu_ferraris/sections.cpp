@@ -176,6 +176,7 @@ struct Reader {
   }
 
   void check_alive() {
+    if (std::ranges::none_of(out.section, [](const auto& section) { return section.parts > 0; })) return;  // none found
     for (std::size_t k = 0; k < outputs; ++k) {
       bool alive = out.channel[k].empty();
       for (const auto& section : out.section)
