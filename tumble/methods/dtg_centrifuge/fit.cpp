@@ -14,7 +14,6 @@
 namespace tumble::dtg {
 namespace {
 
-
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 

@@ -10,7 +10,6 @@
 namespace tumble::dtg {
 namespace {
 
-
 using Vector = Eigen::Map<const Eigen::VectorXd>;
 
 Vector vector(const std::vector<double>& v) { return {v.data(), at(v.size())}; }
