@@ -175,7 +175,10 @@ Medians of {PAIRS} pairs of runs, one after the other. The deviations agree to {
 | | ours [ms] | allantools [ms] | ratio |
 |---|---:|---:|---:|
 | one processor (processor time) | {one:.4g} | {their_cpu:.4g} | {one_ratio:.3g} |
-| two processors (real time) | {two:.4g} | {their_real:.4g} | {two_ratio:.3g} |""")
+| two processors (real time) | {two:.4g} | {their_real:.4g} | {two_ratio:.3g} |
+
+The sums are 9e8 terms; at four terms a cycle and 3.7 GHz they take 61 ms, from data in the first cache 80 to 110 ms. Integration of the
+phase (24 to 30 ms) and the noise type (8 ms) come on top.""")
     fast, plain, plain_ratio, vector, vector_ratio = every(sys.argv[1])
     print(f"""
 ## Every factor of 10^6 samples
