@@ -71,7 +71,7 @@ Trial trial(std::uint64_t seed) {
   plan.rig.set_number("rate_ripple_sd", 2e-6, Unit::parse("ppm"));
   plan = with_radius_to_find(plan, 0.0);
   set_truth_of_unit(plan);
-  plan.settings.set_number("bias_instability", plan.truth.number("bias_instability"), Unit::parse("ug"));
+  set_setting(plan, "bias_instability", 1.0, "ug");
   add_levels(plan);
   const auto head = std::make_shared<const Plan>(head_plan());
   plan.recordings = {{"arm.h5", "", 0, nullptr}, {"head.h5", "", 0, head}};

@@ -42,8 +42,8 @@ void set_instrument(Plan& plan) {
   set(plan, "gyro_angle_random_walk", 1.5, "deg/sqrt(h)");
   set(plan, "accelerometer_bias_instability", 60.0, "ug");
   set(plan, "gyro_bias_instability", 15.0, "deg/h");
-  for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
-    plan.settings.set_number(name, plan.truth.number(name), Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
+  set_setting(plan, "gyro_bias_instability", 15.0, "deg/h");
+  set_setting(plan, "accelerometer_bias_instability", 60.0, "ug");
 }
 
 }  // namespace

@@ -70,8 +70,8 @@ Plan trial_plan() {
   set_truth(plan, "gyro_bias_instability", 0.3, "deg/h");
   set_truth(plan, "accelerometer_angle_random_walk", 0.03, "(m/s)/sqrt(h)");
   set_truth(plan, "accelerometer_bias_instability", 5.0, "ug");
-  for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
-    plan.settings.set_number(name, plan.truth.number(name), Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
+  set_setting(plan, "gyro_bias_instability", 0.3, "deg/h");
+  set_setting(plan, "accelerometer_bias_instability", 5.0, "ug");
   return plan;
 }
 

@@ -44,28 +44,18 @@ double mean_over(const Reference& reference, double begin, double length, std::s
   return sum / static_cast<double>(points);
 }
 
-/// The same at evenly spaced instants of a short block.
-constexpr std::size_t points_of_block = 6;
+/// The same at evenly spaced instants, as many as `felt` has room for.
 template <class Value>
-double mean_of_block(const Reference& reference, double begin, double length, std::size_t points, const Value& value) {
-  std::array<Felt, points_of_block> felt;
-  const double step = length / static_cast<double>(points);
-  reference.felt(begin + 0.5 * step, step, std::span(felt).first(points));
-  double sum = 0.0;
-  for (std::size_t k = 0; k < points; ++k) sum += value(felt[k]);
-  return sum / static_cast<double>(points);
-}
-
-/// The same at many evenly spaced instants.
-template <class Value>
-double mean_at(const Reference& reference, double begin, double length, std::size_t points, const Value& value) {
-  std::vector<Felt> felt(points);
-  const double step = length / static_cast<double>(points);
+double mean_at(const Reference& reference, double begin, double length, std::span<Felt> felt, const Value& value) {
+  const double step = length / static_cast<double>(felt.size());
   reference.felt(begin + 0.5 * step, step, felt);
   double sum = 0.0;
   for (const Felt& one : felt) sum += value(one);
-  return sum / static_cast<double>(points);
+  return sum / static_cast<double>(felt.size());
 }
+
+constexpr std::size_t points_of_block = 6;      ///< in a short block
+constexpr std::size_t points_of_stretch = 192;  ///< in a stretch, or in one turn
 
 /// The same over a stretch in which the rig turns evenly: what goes round with its axis is the same in each whole turn.
 /// So one turn stands for all of them, with points enough for what comes round several times in it, and the rest of the
@@ -78,12 +68,12 @@ double mean_of_turns(const Reference& reference, const Segment& segment, double 
   for (const auto& [name, motion] : segment.axes)
     if (motion.kind == Motion::Kind::rate && motion.value != 0.0)
       turn = std::max(turn, 2.0 * M_PI / std::abs(motion.value));
-  constexpr std::size_t points = 192;
+  std::vector<Felt> felt(points_of_stretch);
   const double turns = turn > 0.0 ? std::floor(length / turn) * turn : 0.0;
   double mean = 0.0;
-  if (turns > 0.0) mean += turns / length * mean_at(reference, begin, turn, points, value);
+  if (turns > 0.0) mean += turns / length * mean_at(reference, begin, turn, std::span(felt), value);
   if (length - turns > 1e-9 * length)
-    mean += (1.0 - turns / length) * mean_at(reference, begin + turns, length - turns, points, value);
+    mean += (1.0 - turns / length) * mean_at(reference, begin + turns, length - turns, std::span(felt), value);
   return mean;
 }
 
@@ -105,24 +95,21 @@ void add_rows(const Evidences& evidence, const Rows& rows, std::size_t plan, con
       continue;
     }
     const auto length = [&](std::size_t samples) { return static_cast<double>(samples) * stretch.step; };
-    if (stretch.even) {
-      const auto& power_up = evidence.power_ups[stretch.power_up];
-      const double mean = mean_of_turns(reference, power_up.rig.segments[stretch.segment], stretch.first,
-                                        length(stretch.samples), value);
+    if (stretch.steady || stretch.even) {
+      const double seconds = length(stretch.samples);
+      const Segment& segment = evidence.power_ups[stretch.power_up].rig.segments[stretch.segment];
+      const double mean = stretch.even ? mean_of_turns(reference, segment, stretch.first, seconds, value)
+                                       : mean_over(reference, stretch.first, seconds,
+                                                   std::min(stretch.samples, points_of_stretch), value);
       for (std::size_t i = first; i < row; ++i) column[i] += mean;
       continue;
     }
-    if (stretch.steady) {
-      const std::size_t points = std::min<std::size_t>(stretch.samples, 192);
-      const double mean = mean_over(reference, stretch.first, length(stretch.samples), points, value);
-      for (std::size_t i = first; i < row; ++i) column[i] += mean;
-      continue;
-    }
+    std::array<Felt, points_of_block> felt;
     for (std::size_t i = first; i < row; ++i) {
       const std::size_t begin = rows.block[i] * stretch.per_block;
       const std::size_t size = std::min(stretch.per_block, stretch.samples - begin);
-      column[i] += mean_of_block(reference, stretch.first + length(begin) - delay, length(size),
-                                 std::min(size, points_in_block), value);
+      column[i] += mean_at(reference, stretch.first + length(begin) - delay, length(size),
+                           std::span(felt).first(std::min(size, points_in_block)), value);
     }
   }
 }

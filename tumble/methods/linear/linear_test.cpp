@@ -332,6 +332,31 @@ TEST(linear, a_bias_instability_of_nothing_is_refused) {
   EXPECT_THROW(find_method("sdof_gyro_static").identify(trial.evidence, {}), Error);
 }
 
+TEST(linear, a_ripple_of_the_rate_averages_out_over_the_turns) {
+  Plan plan = find_method("gyro_scale_factor").trial(1).evidence.plan;
+  const Segment one = plan.schedule.front();
+  plan.schedule = {one};
+  plan.schedule[0].duration = 1000.0;
+  plan.schedule[0].axes = {{"table", {.kind = Motion::Kind::rate, .value = Unit::parse("deg/s").to_si(151.0)}}};
+  plan.rig.set_number("rate_ripple_sd", 1e-4, Unit::parse("ppm"));
+  linear::Problem problem;
+  problem.even_averages = true;
+  problem.columns = {{"k", "k", "1", "", [](const Felt& felt) { return norm(felt.rate); }}};
+  const auto found = linear::evidence_of(plan, problem);
+  const auto rows = linear::rows_of(found, problem);
+  ASSERT_TRUE(found.stretches.at(0).even);
+  std::size_t ripples = 0;
+  for (const auto& effect : linear::effects_of(found, problem, rows, {1.0})) {
+    if (effect.source.find("ripple") == std::string::npos) continue;
+    ++ripples;
+    // what the last part of a turn leaves of 12 periods in each of the 410 turns: at most 1/(pi 12 410) of the
+    // amplitude
+    for (const double shift : effect.column)
+      EXPECT_LT(std::abs(shift), 1e-4 * Unit::parse("deg/s").to_si(151.0) / (M_PI * 12.0 * 410.0));
+  }
+  EXPECT_GT(ripples, 0u);
+}
+
 TEST(linear, a_sound_test_has_no_misfit) {
   for (const char* name : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic"})
     for (std::uint64_t seed = 1; seed <= 5; ++seed)

@@ -76,8 +76,8 @@ Trial trial(std::uint64_t seed) {
   set("gyro_bias_instability", 0.002, "deg/h");
   set("accelerometer_angle_random_walk", 0.005, "(m/s)/sqrt(h)");
   set("accelerometer_bias_instability", 5.0, "ug");
-  plan.settings.set_number("gyro_bias_instability", si(0.002, "deg/h"), Unit::parse("deg/h"));
-  plan.settings.set_number("accelerometer_bias_instability", si(5.0, "ug"), Unit::parse("ug"));
+  set_setting(plan, "gyro_bias_instability", 0.002, "deg/h");
+  set_setting(plan, "accelerometer_bias_instability", 5.0, "ug");
   add_schedule(plan);
   plan.calibration = {"calibration.json", "", calibration(seed)};
   Trial trial{{plan, {simulate(plan, seed, {})}, {}}, {}};

@@ -80,8 +80,8 @@ Plan trial_plan(double stay, int turns) {
   methods::set_truth(plan, "scale_factor_error", 40.0, "ppm");
   methods::set_truth(plan, "angle_random_walk", 0.01, "deg/sqrt(h)");
   methods::set_truth(plan, "bias_instability", 0.05, "deg/h");
-  plan.settings.set_number("gyro_bias_instability", si(0.05, "deg/h"), Unit::parse("deg/h"));
-  plan.settings.set_number("accelerometer_bias_instability", si(3.0, "ug"), Unit::parse("ug"));
+  methods::set_setting(plan, "gyro_bias_instability", 0.05, "deg/h");
+  methods::set_setting(plan, "accelerometer_bias_instability", 3.0, "ug");
   plan.truth.set_integer("edges", 4);
   plan.beside.push_back(accelerometer("x", 0.0, 120.0, 80.0, 50.0, 300.0));
   plan.beside.push_back(accelerometer("y", 90.0, -260.0, -35.0, 90.0, -200.0));

@@ -23,4 +23,8 @@ void set_truth(Plan& plan, const char* name, double value, const char* unit) {
   plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
 }
 
+void set_setting(Plan& plan, const char* name, double value, const char* unit) {
+  plan.settings.set_number(name, si(value, unit), Unit::parse(unit));
+}
+
 }  // namespace tumble::methods

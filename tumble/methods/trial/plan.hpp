@@ -15,4 +15,7 @@ Plan trial_plan(const std::string& method, const std::vector<Option>& options, c
 /// `value` in `unit` as the truth of the trial.
 void set_truth(Plan& plan, const char* name, double value, const char* unit);
 
+/// The same as a setting of the method.
+void set_setting(Plan& plan, const char* name, double value, const char* unit);
+
 }  // namespace tumble::methods
