@@ -6,6 +6,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/allan_noise/all_taus.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
+#include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
@@ -75,6 +76,13 @@ std::vector<Option> options() {
        "0.01",
        {},
        "a term stays if chance gives it with less than this probability"},
+      {"disturbed",
+       Type::word,
+       "1",
+       "cut",
+       {"cut", "keep"},
+       "parts that scatter more than 4 times as usual, up to a tenth of the record: cut: taken as missing; keep: as "
+       "noise"},
       {"wanted_sd",
        Type::quantity,
        "%",
@@ -122,8 +130,8 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
     result.samples = signal.values.size();
     result.failure = unusable(signal);
     if (!result.failure.empty()) return result;
-    const Findings disturbed = disturbances(signal, stretch.label);
-    result.findings.insert(result.findings.end(), disturbed.begin(), disturbed.end());
+    result.begin = signal.begin;
+    set_disturbed_aside(settings, signal, result);
     const AllanOptions curve{settings.number("points_per_decade"), result.confidence,
                              settings.number("longest_fraction")};
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
@@ -187,6 +195,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   parallel_for(found.size(), [&](std::size_t i) { results[i] = analyse(found[i], settings); });
   report(progress, 1.0, "Allan deviation");
   Estimate estimate = described(results, evidence.plan);
+  describe_set_aside(results, estimate);
   describe_all_taus(results, estimate);
   describe_spectra(results, estimate);
   describe_windows(results, estimate);

@@ -11,6 +11,7 @@
 #include "tumble/math/every_tau.hpp"
 #include "tumble/math/noise_likelihood.hpp"
 #include "tumble/math/power_spectrum.hpp"
+#include "tumble/methods/allan_noise/even_signal.hpp"
 
 namespace tumble {
 
@@ -35,6 +36,7 @@ struct ChannelNoise {
   std::optional<DynamicStability> windows;
   double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;
+  std::vector<RecordPart> set_aside;  ///< samples that were taken as missing
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };

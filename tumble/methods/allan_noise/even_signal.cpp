@@ -225,12 +225,16 @@ Scatter scatter_of(std::span<const double> values, std::size_t first) {
   return {count, origin + mean, std::sqrt(std::max(0.0, square / count - mean * mean)), first};
 }
 
+BlockScatter block_scatter(std::span<const double> values) {
+  BlockScatter scatter{std::max<std::size_t>(20, values.size() / 400), {}};
+  for (std::size_t first = 0; first + scatter.size <= values.size(); first += scatter.size)
+    scatter.blocks.push_back(scatter_of(values.subspan(first, scatter.size), first));
+  return scatter;
+}
+
 Findings disturbances(const EvenSignal& signal, const std::string& label) {
-  const std::size_t size = std::max<std::size_t>(20, signal.values.size() / 400);
-  std::vector<Scatter> blocks;
-  for (std::size_t first = 0; first + size <= signal.values.size(); first += size)
-    blocks.push_back(scatter_of(signal.values.subspan(first, size), first));
-  return disturbances(blocks, size, signal.rate, signal.begin, label);
+  const BlockScatter scatter = block_scatter(signal.values);
+  return disturbances(scatter.blocks, scatter.size, signal.rate, signal.begin, label);
 }
 
 Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, double rate, double begin,

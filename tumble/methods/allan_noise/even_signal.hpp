@@ -25,6 +25,11 @@ struct Stretch {
 /// Throws Error::bad_data that lists what the recordings hold, when there is none.
 std::vector<Stretch> stretches(const Evidence& evidence);
 
+/// Samples [begin, end) of a record.
+struct RecordPart {
+  std::size_t begin = 0, end = 0;
+};
+
 /// Evenly spaced samples of a stretch. NaN: missing.
 struct EvenSignal {
   std::span<const double> values;  ///< of the channel itself, or of `made`
@@ -60,6 +65,13 @@ struct Scatter {
   std::size_t first = 0;
 };
 Scatter scatter_of(std::span<const double> values, std::size_t first);
+
+/// Within 400 equal blocks, of 20 samples and more; what is left at the end is not looked at.
+struct BlockScatter {
+  std::size_t size = 0;  ///< of a block [samples]
+  std::vector<Scatter> blocks;
+};
+BlockScatter block_scatter(std::span<const double> values);
 
 /// Parts of the record that are not like the rest: motion, outliers, steps.
 Findings disturbances(const EvenSignal& signal, const std::string& label);

@@ -8,6 +8,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/whitening.hpp"
+#include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -201,8 +202,9 @@ void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& 
     if (temperature == nullptr) continue;
     Stretch beside = stretch;
     beside.channel = temperature;
-    const EvenSignal signal = even_signal(stretch, rate, settings.word("timing")),
-                     warmth = even_signal(beside, rate, settings.word("timing"));
+    EvenSignal signal = even_signal(stretch, rate, settings.word("timing"));
+    const EvenSignal warmth = even_signal(beside, rate, settings.word("timing"));
+    set_missing(channels[i].set_aside, signal);
     const auto effect = temperature_effect(signal.values, warmth.values, channels[i]);
     if (!effect) continue;
     const bool gyro = channels[i].kind == QuantityKind::angular_rate;

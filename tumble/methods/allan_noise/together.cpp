@@ -8,6 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/joint_stability.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -224,6 +225,9 @@ void describe_together(const std::vector<Stretch>& stretches, const std::vector<
   for (std::size_t i = 0; i < stretches.size(); ++i)
     if (channels[i].failure.empty()) signals[i] = even_signal(stretches[i], rate, settings.word("timing"));
   const auto groups = groups_of(stretches, channels);
+  for (const auto& group : groups)  // what is disturbed in one is left out of all, so that they stay comparable
+    for (const auto i : group)
+      for (const auto k : group) set_missing(channels[k].set_aside, signals[i]);
   if (hat) describe_hats(groups, signals, channels, settings, estimate);
   if (!correlation) return;
   std::vector<Pair> pairs;

@@ -74,7 +74,6 @@ void add_rows(const ChannelNoise& channel, Table& table) {
 void add_windows(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
   const int windows = settings.integer("windows");
   if (windows == 0) return;
-  result.begin = signal.begin;
   try {
     result.windows = dynamic_allan(signal.values, signal.rate, static_cast<std::size_t>(windows), result.confidence);
   } catch (const Error& error) {
