@@ -73,7 +73,7 @@ TEST_P(Formats, ReadsBackWhatItWrote) {
   write_recording(written, path("a"));
   EXPECT_TRUE(format().recognises(path("a")));
   const Recording read = read_recording(path("a"), {}, {});
-  EXPECT_EQ(read.origin.sha256.size(), 64u);
+  EXPECT_EQ(sha256_of(read.origin).size(), 64u);
   ASSERT_EQ(read.marks.size(), written.marks.size());
   for (std::size_t i = 0; i < written.marks.size(); ++i) {
     EXPECT_EQ(read.marks[i].label, written.marks[i].label);

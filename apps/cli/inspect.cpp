@@ -63,7 +63,7 @@ Json json(const Inspection& inspection) {
   for (const auto& finding : inspection.findings)
     findings.push_back({{"severity", word(finding.severity)}, {"message", finding.message}, {"where", finding.where}});
   return {{"file", header.origin.file},
-          {"sha256", header.origin.sha256},
+          {"sha256", sha256_of(header.origin)},
           {"instrument", header.instrument},
           {"channels", channels},
           {"marks", marks},

@@ -5,8 +5,10 @@
 #include <span>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
 
@@ -103,13 +105,13 @@ Finding finding(const Channel& channel, double extreme, std::size_t count, const
 }
 
 Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
+  Findings findings;
+  if (const Extremes ends = extremes_of(channel.values); ends.at_highest < 10 && ends.at_lowest < 10) return findings;
   End high, low;
   for (const double value : channel.values) {
     high.add(value);
     low.add(-value);
   }
-  Findings findings;
-  if (high.at_extreme < 10 && low.at_extreme < 10) return findings;
   const Texture texture = texture_of(channel.values);
   const bool wide = high.extreme + low.extreme > 8.0 * texture.quantum;
   for (const auto& [end, sign, side] : {std::tuple{high, 1.0, "highest"}, std::tuple{low, -1.0, "lowest"}}) {
@@ -127,10 +129,7 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
 }
 
 Findings run(const Recording& recording, const Plan*) {
-  Findings findings;
-  for (const Channel& channel : recording.channels)
-    for (auto& finding : look_at(channel, recording.marks)) findings.push_back(std::move(finding));
-  return findings;
+  return findings_of_each(recording, [&](const Channel& channel) { return look_at(channel, recording.marks); });
 }
 
 }  // namespace

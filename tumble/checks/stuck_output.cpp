@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
 
@@ -107,13 +109,7 @@ bool carries_the_answer(QuantityKind kind) {
 }
 
 Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool one_segment) {
-  double lowest = INFINITY, highest = -INFINITY;
-  std::size_t present = 0;
-  for (const double value : channel.values) {
-    lowest = value < lowest ? value : lowest;  // of NaN neither is true
-    highest = value > highest ? value : highest;
-    present += value == value;
-  }
+  const auto [lowest, highest, present, at_lowest, at_highest] = extremes_of(channel.values);
   if (present < 2) return {};
   if (lowest == highest) {
     // the file of one position of a quiet unit may well hold the same count throughout
@@ -142,11 +138,9 @@ bool holds_one_segment(const Recording& recording, const Plan* plan) {
 }
 
 Findings run(const Recording& recording, const Plan* plan) {
-  Findings findings;
   const bool one_segment = holds_one_segment(recording, plan);
-  for (const Channel& channel : recording.channels)
-    for (auto& finding : look_at(channel, recording.marks, one_segment)) findings.push_back(std::move(finding));
-  return findings;
+  return findings_of_each(recording,
+                          [&](const Channel& channel) { return look_at(channel, recording.marks, one_segment); });
 }
 
 }  // namespace

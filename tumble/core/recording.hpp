@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -17,9 +18,14 @@ struct Mark {
 };
 
 struct Origin {
-  std::string file;    ///< as the user wrote it; empty for simulated data
-  std::string sha256;  ///< of the bytes of the file, lower-case hex
+  std::string file;  ///< as the user wrote it; empty for simulated data
+  /// SHA-256 of its bytes, which another thread works out while the samples are used; null for simulated data.
+  std::function<std::string()> checksum = {};
 };
+
+/// Lower-case hex, waited for; empty for simulated data. Throws Error::bad_file where the file cannot be read to its
+/// end.
+std::string sha256_of(const Origin& origin);
 
 /// What was measured in one file.
 struct Recording {

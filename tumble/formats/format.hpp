@@ -41,11 +41,11 @@ struct Format {
   const char* summary;
   std::vector<std::string> extensions;          ///< ".csv"
   bool (*recognises)(const std::string& path);  ///< by its first bytes
-  /// Everything at once, with origin (file, sha256).
+  /// Everything at once, with origin (file, checksum).
   Recording (*read)(const std::string& path, const ReadOptions& options, const Progress& progress);
   /// Bytes that the samples wanted take in memory, about. Throws as read where the file says too little.
   std::uintmax_t (*memory)(const std::string& path, const ReadOptions& options);
-  /// For files larger than memory: blocks of about `samples` samples a channel. Without origin.sha256.
+  /// For files larger than memory: blocks of about `samples` samples a channel. Without origin.checksum.
   void (*stream)(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
                  const Progress& progress);
   /// Whole or not at all. The first block says which channels there are, and carries marks and meta.
@@ -58,7 +58,7 @@ const std::vector<const Format*>& catalogue();
 
 /// The format of a file, by content, else by extension. Throws Error::bad_file.
 const Format& format_of(const std::string& path);
-/// In that format; with origin (file, sha256). Throws Error::bad_file.
+/// In that format; with origin (file, checksum). Throws Error::bad_file.
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress);
 /// By extension. Throws Error::bad_input for an unknown one (with those accepted), Error::bad_file when it cannot.
 void write_recording(const Recording& recording, const std::string& path);

@@ -23,15 +23,19 @@ double mean_of_rest(const double* y, int p) {
   return 2 * count >= p ? sum / count : std::nan("");
 }
 
+using Lanes = double __attribute__((vector_size(32)));
+
+constexpr std::size_t width = 4, groups = widest_block / width;
+
 /// Of 16 values: odd orders from differences of opposite values, even ones from their sums, twice.
 struct Sixteen {
   Sixteen() {
     for (int i = 0; i < 8; ++i)
-      for (int k = 0; k < 8; ++k) odd[i][k] = weight(16, 2 * k + 1, i);
+      for (int k = 0; k < 8; ++k) odd[i][k / 4][k % 4] = weight(16, 2 * k + 1, i);
     for (int i = 0; i < 4; ++i)
       for (int k = 0; k < 4; ++k) {
-        even[i][k] = weight(16, 4 * k + 2, i);
-        even[i][4 + k] = weight(16, 4 * k, i);
+        even[i][0][k] = weight(16, 4 * k + 2, i);
+        even[i][1][k] = weight(16, 4 * k, i);
       }
   }
   /// Order at each place of what `transform` gives.
@@ -39,50 +43,53 @@ struct Sixteen {
     return place < 8 ? 2 * place + 1 : place < 12 ? 4 * (place - 8) + 2 : 4 * (place - 12);
   }
 
-  [[gnu::always_inline]] inline void transform(const double* y, double* out) const {
-    double e[8], o[8], folded[4][2];
+  [[gnu::always_inline]] inline void transform(const double* y, Lanes (&out)[groups]) const {
+    double sums[8];
+    for (Lanes& lanes : out) lanes = Lanes{};
+#pragma GCC unroll 8
     for (int i = 0; i < 8; ++i) {
-      e[i] = y[i] + y[15 - i];
-      o[i] = y[i] - y[15 - i];
+      sums[i] = y[i] + y[15 - i];
+      const double difference = y[i] - y[15 - i];
+      out[0] += odd[i][0] * difference;
+      out[1] += odd[i][1] * difference;
     }
+#pragma GCC unroll 4
     for (int i = 0; i < 4; ++i) {
-      folded[i][0] = e[i] - e[7 - i];
-      folded[i][1] = e[i] + e[7 - i];
-    }
-    for (int k = 0; k < 16; ++k) out[k] = 0.0;
-    for (int i = 0; i < 8; ++i)
-      for (int k = 0; k < 8; ++k) out[k] += odd[i][k] * o[i];
-    for (int i = 0; i < 4; ++i) {
-      for (int k = 0; k < 4; ++k) out[8 + k] += even[i][k] * folded[i][0];
-      for (int k = 4; k < 8; ++k) out[8 + k] += even[i][k] * folded[i][1];
+      out[2] += even[i][0] * (sums[i] - sums[7 - i]);
+      out[3] += even[i][1] * (sums[i] + sums[7 - i]);
     }
   }
 
-  alignas(64) double odd[8][8], even[4][8];
+  Lanes odd[8][2], even[4][2];
 };
 
 /// Operations and their order are fixed, and none is fused (see CMakeLists.txt): the processor does not matter.
 [[gnu::always_inline]] inline ContrastSums take16(const Sixteen& cosines, std::span<const double> values,
                                                   double* means) {
-  constexpr int p = 16;
-  alignas(64) double first[p] = {}, second[p] = {}, x[p];
+  constexpr std::size_t p = widest_block;
+  Lanes first[groups] = {}, second[groups] = {}, x[groups];
   ContrastSums sums;
   const double to_mean = std::sqrt(0.5 / p);
   for (std::size_t b = 0; b < values.size() / p; ++b) {
     const double* const y = values.data() + b * p;
     cosines.transform(y, x);
-    if (std::isnan(x[12])) {
+    const double sum = x[3][0];
+    if (std::isnan(sum)) {
       means[b] = mean_of_rest(y, p);
       continue;
     }
-    means[b] = x[12] * to_mean;
-    for (int k = 0; k < p; ++k) first[k] += x[k];
-    for (int k = 0; k < p; ++k) second[k] += x[k] * x[k];
+    means[b] = sum * to_mean;
+#pragma GCC unroll 4
+    for (std::size_t k = 0; k < groups; ++k) {
+      first[k] += x[k];
+      second[k] += x[k] * x[k];
+    }
     ++sums.count;
   }
-  for (int k = 0; k < p; ++k) {
-    sums.first[Sixteen::order(k)] = first[k];
-    sums.second[Sixteen::order(k)] = second[k];
+  for (std::size_t k = 0; k < p; ++k) {
+    const int order = Sixteen::order(static_cast<int>(k));
+    sums.first[order] = first[k / width][k % width];
+    sums.second[order] = second[k / width][k % width];
   }
   return sums;
 }

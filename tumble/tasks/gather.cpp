@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <future>
 #include <limits>
 
 #include "tumble/formats/checksum.hpp"
@@ -102,7 +101,7 @@ void refuse_copies(const std::vector<Recording>& recordings) {
   std::vector<std::string> problems;
   for (std::size_t a = 0; a < recordings.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
-      if (!recordings[a].origin.sha256.empty() && recordings[a].origin.sha256 == recordings[b].origin.sha256)
+      if (const auto sum = sha256_of(recordings[a].origin); !sum.empty() && sum == sha256_of(recordings[b].origin))
         problems.push_back(fmt::format("{} holds the same bytes as {}: a recording can be used once only",
                                        recordings[a].origin.file, recordings[b].origin.file));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
@@ -206,6 +205,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
       read_by.push_back(options_of(entries[i], options, sets));
       evidence.recordings.push_back(read(entries[i].file, read_by.back(), part));
       mark_from_schedule(plan_of(evidence, i), entries[i], evidence.recordings.back());
+      if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
     } catch (const Error& error) {
       kind = error.kind;
       problems.insert(problems.end(), error.problems.begin(), error.problems.end());
@@ -257,7 +257,7 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   if (streamed.bytes <= memory) return std::nullopt;
   const auto header = std::make_shared<Recording>();
   streamed.header = header;
-  streamed.sha256 = std::async(std::launch::async, [file = entry.file] { return sha256_of_file(file); }).share();
+  streamed.checksum = sha256_in_background(entry.file);
   streamed.file = entry.file;
   streamed.evidence.plan = plan;
   read_calibration(streamed.evidence.plan);

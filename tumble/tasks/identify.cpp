@@ -56,7 +56,7 @@ std::string say_bytes(std::uintmax_t bytes) {
 void add_origin(const Evidence& evidence, Provenance& provenance) {
   add_calibration(evidence.plan, provenance);
   for (const auto& recording : evidence.recordings) {
-    provenance.inputs.push_back({recording.origin.file, recording.origin.sha256});
+    provenance.inputs.push_back({recording.origin.file, sha256_of(recording.origin)});
     for (const auto& role : find_method(evidence.plan.method).roles())
       if (const auto* channel = channel_for(evidence, recording, role.name))
         provenance.settings["channels." + role.name] = channel->name;
@@ -90,7 +90,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   Evidence evidence{plan, std::vector<Recording>(1)};
   auto estimate = reduce([&] { return find_method(plan.method).stream(streamed.evidence, progress); }, streamed.file);
   evidence.recordings[0] = *streamed.header;
-  evidence.recordings[0].origin.sha256 = streamed.sha256.get();
+  evidence.recordings[0].origin.checksum = streamed.checksum;
   complete(evidence, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
@@ -109,8 +109,8 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
-  complete(evidence, estimate);
   add_data_findings(evidence, estimate.findings);
+  complete(evidence, estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
   return estimate;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <future>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,7 +18,7 @@ struct Streamed {
   std::string file;
   std::uintmax_t bytes = 0;                 ///< of its samples
   std::shared_ptr<const Recording> header;  ///< everything but the samples, once the first block was handed out
-  std::shared_future<std::string> sha256;
+  std::function<std::string()> checksum;    ///< see Origin
 };
 
 /// Empty where gather() is to read all: the samples take up to `memory` bytes, the method needs them all at once, or

@@ -2,6 +2,8 @@
 
 #include <openssl/evp.h>
 
+#include <future>
+
 #include "tumble/formats/catalogue/input_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
@@ -59,5 +61,9 @@ std::string sha256_of(std::string_view bytes) {
 }
 
 std::string sha256_of_file(const std::string& path) { return formats::sha256_of_file(path); }
+
+std::function<std::string()> sha256_in_background(const std::string& path) {
+  return [sum = std::async(std::launch::async, formats::sha256_of_file, path).share()] { return sum.get(); };
+}
 
 }  // namespace tumble

@@ -48,12 +48,12 @@ TEST_F(Csv, NamesUnitsValuesAndClock) {
   EXPECT_TRUE(std::isnan(gyro.values[1]));
   EXPECT_EQ(recording.channels[1].values[0], Unit::parse("degC").to_si(20.1));
   EXPECT_EQ(recording.channels[1].values[2], 283.15);
-  EXPECT_EQ(recording.origin.sha256.size(), 64u);
+  EXPECT_EQ(sha256_of(recording.origin).size(), 64u);
 }
 
 TEST_F(Csv, ChecksumIsThatOfTheBytes) {
   // printf 'time[s],a[1]\n0,1\n1,2\n' | sha256sum
-  EXPECT_EQ(read("time[s],a[1]\n0,1\n1,2\n").origin.sha256,
+  EXPECT_EQ(sha256_of(read("time[s],a[1]\n0,1\n1,2\n").origin),
             "9dd4744de885f89f617e08f5279c42f5f31e55ed707cc999d9c592051c376347");
 }
 

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 
 #include "tumble/formats/catalogue/clock.hpp"
 #include "tumble/formats/catalogue/room.hpp"
-#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"
 #include "tumble/units/error.hpp"
@@ -203,9 +202,9 @@ Recording read_table(const std::string& path, const ReadOptions& options, const 
 }
 
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  auto hash = std::async(std::launch::async, formats::sha256_of_file, path);
+  auto checksum = sha256_in_background(path);
   Recording recording = read_table(path, options, progress);
-  recording.origin.sha256 = hash.get();
+  recording.origin.checksum = std::move(checksum);
   return recording;
 }
 

@@ -6,7 +6,7 @@
 
 namespace tumble::csv {
 
-/// Without origin.sha256, on the calling thread alone.
+/// Without origin.checksum, on the calling thread alone.
 Recording read_table(const std::string& path, const ReadOptions& options, const Progress& progress);
 /// The same, while another thread computes the checksum.
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress);

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 
 #include "tumble/formats/catalogue/annotations.hpp"
 #include "tumble/formats/catalogue/clock.hpp"
 #include "tumble/formats/catalogue/input_file.hpp"
 #include "tumble/formats/catalogue/room.hpp"
-#include "tumble/formats/catalogue/sha256.hpp"
+#include "tumble/formats/checksum.hpp"
 #include "tumble/formats/hdf5/values.hpp"
 #include "tumble/units/error.hpp"
 
@@ -199,8 +198,8 @@ class Source {
 Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
   const Session session;
   Source source(path, options, Stamps::kept);
-  auto hash = std::async(std::launch::async, formats::sha256_of_file, path);
   Recording recording = source.frame();
+  recording.origin.checksum = sha256_in_background(path);
   const std::size_t count = recording.channels.size();
   for (std::size_t i = 0; i < count; ++i) {
     Channel& channel = recording.channels[i];
@@ -208,7 +207,6 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
     formats::make_room(channel.values, source.samples(i));
     source.append(i, 0, source.samples(i), channel);
   }
-  recording.origin.sha256 = hash.get();
   return recording;
 }
 

@@ -142,14 +142,21 @@ std::vector<Stretch> stretches(const Evidence& evidence) {
   return found;
 }
 
+Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label) {
+  const auto values = std::span(channel.values).subspan(begin, end - begin);
+  const Extremes extremes = extremes_of(values);
+  if (!std::isinf(extremes.lowest) && !std::isinf(extremes.highest)) return extremes;
+  const auto first = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
+  if (first == values.end()) return extremes;  // none is present
+  const auto at = begin + static_cast<std::size_t>(first - values.begin());
+  throw Error(Error::Kind::bad_data, fmt::format("{}: infinite at {}", label, say_instant(channel.time(at))));
+}
+
 EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& timing) {
   EvenSignal signal;
   const Channel& channel = *stretch.channel;
   const std::span<const double> values = std::span(channel.values).subspan(stretch.begin, stretch.end - stretch.begin);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (std::isinf(values[i]))
-      throw Error(Error::Kind::bad_data,
-                  fmt::format("{}: infinite at {}", stretch.label, say_instant(channel.time(stretch.begin + i))));
+  signal.extremes = finite_extremes(channel, stretch.begin, stretch.end, stretch.label);
   if (!values.empty()) signal.begin = channel.time(stretch.begin);
   signal.values = values;
   if (rate > 0.0) {
@@ -165,36 +172,26 @@ EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& t
     signal.rate = channel.timeline.rate;
   } else if (values.size() > 1) {
     by_clock(stretch, timing, signal);
-    if (!signal.made.empty()) signal.values = signal.made;
+    if (!signal.made.empty()) {
+      signal.values = signal.made;
+      signal.extremes = extremes_of(signal.made);
+    }
   }
   return signal;
 }
 
-void Extent::add(std::span<const double> values) {
-  samples += values.size();
-  for (const double value : values) {
-    finite += value == value;
-    low = value < low ? value : low;  // of NaN neither is true
-    high = value > high ? value : high;
-  }
-}
-
-std::string unusable(const Extent& extent, double rate) {
+std::string unusable(const Extremes& extremes, std::size_t samples, double rate) {
   constexpr std::size_t fewest = 16;
-  if (extent.samples == 0) return "holds no sample";
-  if (extent.finite == 0) return "holds no number, only missing samples";
-  if (extent.finite < fewest)
-    return fmt::format("holds {}, too few: at least {} are needed", say_count(extent.finite, "sample"), fewest);
-  if (extent.low == extent.high) return "does not change: stuck, or not connected";
+  if (samples == 0) return "holds no sample";
+  if (extremes.present == 0) return "holds no number, only missing samples";
+  if (extremes.present < fewest)
+    return fmt::format("holds {}, too few: at least {} are needed", say_count(extremes.present, "sample"), fewest);
+  if (extremes.lowest == extremes.highest) return "does not change: stuck, or not connected";
   if (!(rate > 0.0)) return "has no sampling rate: give rate=... in Hz";
   return "";
 }
 
-std::string unusable(const EvenSignal& signal) {
-  Extent extent;
-  extent.add(signal.values);
-  return unusable(extent, signal.rate);
-}
+std::string unusable(const EvenSignal& signal) { return unusable(signal.extremes, signal.values.size(), signal.rate); }
 
 Scatter scatter_of(std::span<const double> values, std::size_t first) {
   constexpr std::size_t lanes = 4;

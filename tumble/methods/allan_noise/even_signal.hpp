@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/finding.hpp"
+#include "tumble/math/extremes.hpp"
 
 namespace tumble {
 
@@ -34,6 +34,7 @@ struct RecordPart {
 struct EvenSignal {
   std::span<const double> values;  ///< of the channel itself, or of `made`
   std::vector<double> made;
+  Extremes extremes;   ///< of the values
   double rate = 0.0;   ///< [Hz]
   double begin = 0.0;  ///< [s] time of the first sample
   Findings findings;
@@ -48,15 +49,11 @@ struct EvenSignal {
 /// Throws    Error::bad_data for a clock that runs backwards (time named) or an infinite sample
 EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& timing);
 
-/// Number and range of the samples that are there.
-struct Extent {
-  std::size_t samples = 0, finite = 0;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(std::span<const double> values);
-};
+/// Of samples begin <= i < end. Throws Error::bad_data that names the first infinite one, if there is one.
+Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label);
 
 /// What stands in the way of a noise analysis: empty for a usable signal, else the reason (too short, constant, NaN).
-std::string unusable(const Extent& extent, double rate);
+std::string unusable(const Extremes& extremes, std::size_t samples, double rate);
 std::string unusable(const EvenSignal& signal);
 
 /// Scatter of a block of samples, the first of which is number `first` of the record.

@@ -48,7 +48,8 @@ struct StreamedChannel {
   StreamingNoiseBands bands;
   ScatterBlocks scatter;
   SegmentSample segments;
-  Extent extent;
+  Extremes extremes;
+  std::size_t samples = 0;
   ChannelNoise result;
 };
 
@@ -68,7 +69,8 @@ void take(const Recording& block, StreamedChannel& channel) {
 void work_through(StreamedChannel& channel, bool first_half) {
   if (first_half) return channel.allan.push(channel.now);
   channel.bands.push(channel.now);
-  channel.extent.add(channel.now);
+  channel.extremes.add(extremes_of(channel.now));
+  channel.samples += channel.now.size();
   channel.scatter.push(channel.now);
   channel.segments.push(channel.now);
 }
@@ -77,8 +79,8 @@ void finish(StreamedChannel& channel, const Settings& settings) {
   ChannelNoise& result = channel.result;
   result.findings = channel.clock.findings();
   result.rate = channel.clock.rate();
-  result.samples = channel.extent.samples;
-  if (result.failure.empty()) result.failure = unusable(channel.extent, result.rate);
+  result.samples = channel.samples;
+  if (result.failure.empty()) result.failure = unusable(channel.extremes, channel.samples, result.rate);
   if (!result.failure.empty()) return;
   try {
     const double begin = channel.clock.begin();
@@ -183,9 +185,7 @@ EvenStream::EvenStream(std::string label, double rate, std::string timing)
 
 void EvenStream::take(const Channel& block, std::vector<double>& values) {
   if (block.values.empty()) return;
-  for (std::size_t i = 0; i < block.values.size(); ++i)
-    if (std::isinf(block.values[i]))
-      throw Error(Error::Kind::bad_data, fmt::format("{}: infinite at {}", label_, say_instant(block.time(i))));
+  finite_extremes(block, 0, block.values.size(), label_);
   if (samples_ == 0) first_ = last_ = block.time(0);
   if (block.timeline.uniform()) uniform_ = block.timeline.rate;
   if (block.timeline.uniform() || given_ > 0.0)
