@@ -90,6 +90,7 @@ void set_missing(const std::vector<RecordPart>& parts, EvenSignal& signal) {
   for (const auto& part : parts)
     for (std::size_t i = part.begin; i < std::min(part.end, signal.made.size()); ++i) signal.made[i] = std::nan("");
   signal.values = signal.made;
+  signal.extremes = extremes_of(signal.values);
 }
 
 void set_disturbed_aside(const Settings& settings, EvenSignal& signal, ChannelNoise& result) {
