@@ -50,6 +50,32 @@ double pooled_edf(const std::vector<std::size_t>& terms, int alpha, std::size_t 
   return all * all / weighted;
 }
 
+/// A point for each factor that has a term.
+std::vector<DeviationPoint> points_of(const Phase& phase, double sample_rate, std::span<const std::size_t> factors,
+                                      double confidence, std::span<const int> alphas) {
+  const auto sums = second_difference_sums(phase, factors);
+  std::vector<DeviationPoint> points;
+  int alpha = 2;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const auto terms = terms_of_runs(phase, factors[i]);
+    if (terms.empty()) continue;
+    DeviationPoint point{.factor = factors[i], .tau = static_cast<double>(factors[i]) / sample_rate};
+    for (const std::size_t count : terms) point.count += count;
+    const double m = static_cast<double>(factors[i]);
+    if (!std::isfinite(sums[i]))
+      throw Error(Error::Kind::bad_data, "the values are too large to be squared and summed: check their unit");
+    point.deviation = std::sqrt(sums[i] / (2.0 * static_cast<double>(point.count))) / m;
+    alpha = alphas.empty() ? identify_noise_type(phase, factors[i], sums[i], point.count, alpha) : alphas[i];
+    point.alpha = alpha;
+    point.edf = pooled_edf(terms, alpha, factors[i]);
+    const auto limits = deviation_limits(point.deviation, point.edf, confidence);
+    point.lower = limits.lower;
+    point.upper = limits.upper;
+    points.push_back(point);
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<std::size_t> averaging_factors(std::size_t longest, double points_per_decade) {
@@ -75,28 +101,14 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
   const Phase phase = integrate_rate(rate, 3);
   const double longest = std::max(1.0, std::floor(options.longest_fraction * static_cast<double>(rate.size())));
   const auto factors = averaging_factors(static_cast<std::size_t>(longest), options.points_per_decade);
-  const auto sums = second_difference_sums(phase, factors);
+  return points_of(phase, sample_rate, factors, options.confidence, {});
+}
 
-  std::vector<DeviationPoint> points;
-  int alpha = 2;
-  for (std::size_t i = 0; i < factors.size(); ++i) {
-    const auto terms = terms_of_runs(phase, factors[i]);
-    if (terms.empty()) continue;
-    DeviationPoint point{.factor = factors[i], .tau = static_cast<double>(factors[i]) / sample_rate};
-    for (const std::size_t count : terms) point.count += count;
-    const double m = static_cast<double>(factors[i]);
-    if (!std::isfinite(sums[i]))
-      throw Error(Error::Kind::bad_data, "the values are too large to be squared and summed: check their unit");
-    point.deviation = std::sqrt(sums[i] / (2.0 * static_cast<double>(point.count))) / m;
-    alpha = identify_noise_type(phase, factors[i], sums[i], point.count, alpha);
-    point.alpha = alpha;
-    point.edf = pooled_edf(terms, alpha, factors[i]);
-    const auto limits = deviation_limits(point.deviation, point.edf, options.confidence);
-    point.lower = limits.lower;
-    point.upper = limits.upper;
-    points.push_back(point);
-  }
-  return points;
+std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
+                                              std::span<const std::size_t> factors, double confidence,
+                                              std::span<const int> alphas) {
+  check(sample_rate, {.confidence = confidence});
+  return points_of(integrate_rate(rate, 1), sample_rate, factors, confidence, alphas);
 }
 
 }  // namespace tumble

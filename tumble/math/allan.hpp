@@ -38,6 +38,12 @@ struct AllanOptions {
 std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
                                               const AllanOptions& options);
 
+/// The same at these averaging factors, ascending, of a record of any length; with their noise types where they are
+/// known, one a factor, which are identified otherwise.
+std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
+                                              std::span<const std::size_t> factors, double confidence,
+                                              std::span<const int> alphas = {});
+
 /// Distinct averaging factors 1, ..., longest: evenly spaced in log tau, or octaves for points_per_decade = 0.
 std::vector<std::size_t> averaging_factors(std::size_t longest, double points_per_decade);
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "tumble/math/allan_family.hpp"
+#include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -19,16 +19,15 @@ double variance(const DeviationPoint& point) { return point.deviation * point.de
 bool counts(const DeviationPoint& point) { return point.count > 0 && point.edf >= fewest_freedom; }
 
 /// A point for every factor, with the noise types found in the whole record.
-std::vector<DeviationPoint> points_of(std::span<const double> rate, double interval,
-                                      const std::vector<DeviationPoint>& whole, double confidence) {
-  std::vector<DeviationPoint> points(whole.size());
-  const bool any = std::any_of(rate.begin(), rate.end(), [](double value) { return !std::isnan(value); });
-  for (std::size_t i = 0; any && i < whole.size(); ++i) {
-    const std::size_t factor[1] = {whole[i].factor};
-    const auto found = stability_of_rate(Stability::overlapping_allan, rate, interval, factor,
-                                         {.confidence = confidence, .alpha = whole[i].alpha});
-    if (!found.empty()) points[i] = found.front();
-  }
+std::vector<DeviationPoint> points_of(std::span<const double> rate, double sample_rate, const DynamicStability& record,
+                                      double confidence) {
+  const auto& factors = record.factors;
+  std::vector<DeviationPoint> points(factors.size());
+  if (std::ranges::all_of(rate, [](double value) { return std::isnan(value); })) return points;
+  std::vector<int> alphas;
+  for (const DeviationPoint& point : record.whole) alphas.push_back(point.alpha);
+  for (const auto& point : overlapping_allan(rate, sample_rate, factors, confidence, alphas))
+    points[static_cast<std::size_t>(std::ranges::find(factors, point.factor) - factors.begin())] = point;
   return points;
 }
 
@@ -64,14 +63,13 @@ DynamicStability dynamic_allan(std::span<const double> rate, double sample_rate,
     throw Error(Error::Kind::bad_data, "windows of " + std::to_string(size) + " samples are too short: at least " +
                                            std::to_string(shortest_window) + " are needed in each");
   DynamicStability result;
-  const double interval = 1.0 / sample_rate;
-  result.whole = stability_of_rate(Stability::overlapping_allan, rate, interval, averaging_factors(size / 8, 0.0),
-                                   {.confidence = confidence, .alpha = {}});
+  result.whole = overlapping_allan(rate, sample_rate, averaging_factors(size / 8, 0.0), confidence);
   for (const auto& point : result.whole) result.factors.push_back(point.factor);
-  for (std::size_t w = 0; w < windows; ++w) {
+  result.windows.resize(windows);
+  parallel_for(windows, [&](std::size_t w) {
     const std::size_t first = w * hop;
-    result.windows.push_back({first, size, points_of(rate.subspan(first, size), interval, result.whole, confidence)});
-  }
+    result.windows[w] = {first, size, points_of(rate.subspan(first, size), sample_rate, result, confidence)};
+  });
   double least = 2.0;
   for (std::size_t w = 0; w < windows; ++w) {
     for (std::size_t i = 0; i < result.factors.size(); ++i) {

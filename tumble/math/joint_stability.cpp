@@ -6,9 +6,11 @@
 #include <limits>
 #include <string>
 
-#include "tumble/math/allan_family.hpp"
+#include "tumble/math/allan.hpp"
+#include "tumble/math/extremes.hpp"
 #include "tumble/math/least_squares.hpp"
 #include "tumble/math/matrix.hpp"
+#include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/units/error.hpp"
 
@@ -17,9 +19,17 @@ namespace {
 
 constexpr std::size_t draws = 4000;
 
-std::vector<DeviationPoint> variances(std::span<const double> values, double rate,
-                                      std::span<const std::size_t> factors) {
-  return stability_of_rate(Stability::overlapping_allan, values, 1.0 / rate, factors, {});
+using Points = std::vector<DeviationPoint>;
+
+Points variances(std::span<const double> values, double rate, std::span<const std::size_t> factors) {
+  return overlapping_allan(values, rate, factors, 0.95);
+}
+
+bool complete(std::span<const double> values) { return extremes_of(values).present == values.size(); }
+
+void check_signals(std::span<const double> a, std::span<const double> b, double confidence) {
+  if (a.size() != b.size() || !(confidence > 0.0 && confidence < 1.0))
+    throw Error(Error::Kind::bad_input, "two signals of the same length and a confidence between 0 and 1 are needed");
 }
 
 double square(double value) { return value * value; }
@@ -144,17 +154,13 @@ std::vector<std::vector<double>> common_samples(std::span<const std::span<const 
   return result;
 }
 
-}  // namespace
-
-std::vector<AllanCorrelation> allan_correlation(std::span<const double> a, std::span<const double> b, double rate,
-                                                std::span<const std::size_t> factors, double confidence) {
-  if (a.size() != b.size() || !(confidence > 0.0 && confidence < 1.0))
-    throw Error(Error::Kind::bad_input, "two signals of the same length and a confidence between 0 and 1 are needed");
-  const auto first = where_both(a, b), second = where_both(b, a);
-  const auto of_first = variances(first, rate, factors), of_second = variances(second, rate, factors);
+/// From the variances of both, of the samples that both have.
+std::vector<AllanCorrelation> correlation(std::span<const double> a, std::span<const double> b, const Points& of_first,
+                                          const Points& of_second, double rate, std::span<const std::size_t> factors,
+                                          double confidence) {
   if (of_first.empty() || of_first.front().deviation == 0.0 || of_second.front().deviation == 0.0) return {};
   const double scale = of_first.front().deviation / of_second.front().deviation;
-  const auto of_rest = variances(difference(first, second, scale), rate, factors);
+  const auto of_rest = variances(difference(a, b, scale), rate, factors);
   std::vector<AllanCorrelation> result;
   for (std::size_t i = 0; i < of_first.size(); ++i) {
     const auto &one = of_first[i], &other = of_second[i];
@@ -175,6 +181,37 @@ std::vector<AllanCorrelation> allan_correlation(std::span<const double> a, std::
   return result;
 }
 
+}  // namespace
+
+std::vector<AllanCorrelation> allan_correlation(std::span<const double> a, std::span<const double> b, double rate,
+                                                std::span<const std::size_t> factors, double confidence) {
+  check_signals(a, b, confidence);
+  const auto first = where_both(a, b), second = where_both(b, a);
+  return correlation(first, second, variances(first, rate, factors), variances(second, rate, factors), rate, factors,
+                     confidence);
+}
+
+std::vector<SignalPair> allan_correlations(std::span<const std::span<const double>> signals, double rate,
+                                           std::span<const std::size_t> factors, double confidence) {
+  std::vector<SignalPair> pairs;
+  for (std::size_t a = 0; a < signals.size(); ++a)
+    for (std::size_t b = a + 1; b < signals.size(); ++b) {
+      check_signals(signals[a], signals[b], confidence);
+      pairs.push_back({a, b, {}});
+    }
+  std::vector<Points> whole(signals.size());  // of signals that miss no sample
+  parallel_for(signals.size(), [&](std::size_t i) {
+    if (complete(signals[i])) whole[i] = variances(signals[i], rate, factors);
+  });
+  parallel_for(pairs.size(), [&](std::size_t i) {
+    const auto &a = signals[pairs[i].a], &b = signals[pairs[i].b];
+    const auto &of_a = whole[pairs[i].a], &of_b = whole[pairs[i].b];
+    pairs[i].points = of_a.empty() || of_b.empty() ? allan_correlation(a, b, rate, factors, confidence)
+                                                   : correlation(a, b, of_a, of_b, rate, factors, confidence);
+  });
+  return pairs;
+}
+
 std::vector<HatPoint> three_cornered_hat(std::span<const std::span<const double>> rates, double rate,
                                          std::span<const std::size_t> factors, double confidence) {
   const std::size_t count = rates.size();
@@ -183,10 +220,13 @@ std::vector<HatPoint> three_cornered_hat(std::span<const std::span<const double>
     throw Error(Error::Kind::bad_input,
                 "a three-cornered hat needs three or more signals of the same length and a confidence between 0 and 1");
   const auto signals = common_samples(rates);
-  std::vector<std::vector<DeviationPoint>> pairs(count * count);
+  std::vector<Points> pairs(count * count);
+  parallel_for(count * count, [&](std::size_t at) {
+    const std::size_t i = at / count, j = at % count;
+    if (j < i) pairs[at] = variances(difference(signals[i], signals[j], 1.0), rate, factors);
+  });
   for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      pairs[i * count + j] = pairs[j * count + i] = variances(difference(signals[i], signals[j], 1.0), rate, factors);
+    for (std::size_t j = 0; j < i; ++j) pairs[j * count + i] = pairs[i * count + j];
   std::vector<HatPoint> result;
   for (std::size_t n = 0; n < pairs[1].size(); ++n) {
     const auto v = [&](std::size_t i, std::size_t j) {

@@ -56,6 +56,27 @@ TEST(AllanCorrelation, LeavesOutWhatOneOfThemMisses) {
   EXPECT_THROW(allan_correlation(a, std::span(b).first(9), 1.0, std::vector<std::size_t>{1}, 0.95), Error);
 }
 
+TEST(AllanCorrelation, OfAllPairsIsThatOfEach) {
+  std::vector<std::vector<double>> signals;
+  for (const char* name : {"a", "b", "c", "d"}) signals.push_back(noise({.angle_random_walk = 1.0}, 8, name));
+  for (std::size_t i = 0; i < samples; ++i) signals[1][i] += signals[0][i];
+  signals[2][50] = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::span<const double>> spans(signals.begin(), signals.end());
+  const std::vector<std::size_t> factors{1, 8};
+  const auto pairs = allan_correlations(spans, 1.0, factors, 0.95);
+  ASSERT_EQ(pairs.size(), 6u);
+  EXPECT_EQ(pairs[3].a, 1u);
+  EXPECT_EQ(pairs[3].b, 2u);
+  for (const auto& pair : pairs) {
+    const auto alone = allan_correlation(spans[pair.a], spans[pair.b], 1.0, factors, 0.95);
+    ASSERT_EQ(pair.points.size(), alone.size());
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      EXPECT_EQ(pair.points[i].correlation, alone[i].correlation) << pair.a << " " << pair.b;
+      EXPECT_EQ(pair.points[i].edf, alone[i].edf);
+    }
+  }
+}
+
 struct Held {
   std::vector<int> counts;
   std::vector<double> mean;

@@ -7,7 +7,6 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/joint_stability.hpp"
-#include "tumble/math/parallel.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 
@@ -54,20 +53,28 @@ struct Pair {
   std::size_t whitest = 0;  ///< point at which the lesser of the two shares of white noise is largest
 };
 
-Pair correlate(std::size_t a, std::size_t b, const std::vector<EvenSignal>& signals,
-               const std::vector<ChannelNoise>& channels, const std::vector<std::size_t>& factors) {
-  Pair pair{a, b, {}, 0};
-  pair.points = allan_correlation(signals[a].values, signals[b].values, signals[a].rate, factors, 0.95);
+std::size_t whitest(const std::vector<AllanCorrelation>& points, const ChannelNoise& a, const ChannelNoise& b) {
   double most = -1.0;
-  for (std::size_t i = 0; i < pair.points.size(); ++i) {
-    const double factor = static_cast<double>(pair.points[i].factor);
-    const double share = std::min(white_share(channels[a], factor), white_share(channels[b], factor));
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double factor = static_cast<double>(points[i].factor);
+    const double share = std::min(white_share(a, factor), white_share(b, factor));
     if (share > most + 1e-3) {
       most = share;
-      pair.whitest = i;
+      at = i;
     }
   }
-  return pair;
+  return at;
+}
+
+void correlate(const Group& group, const std::vector<EvenSignal>& signals, const std::vector<ChannelNoise>& channels,
+               const std::vector<std::size_t>& factors, std::vector<Pair>& pairs) {
+  std::vector<std::span<const double>> values;
+  for (const auto i : group) values.push_back(signals[i].values);
+  for (auto& found : allan_correlations(values, signals[group[0]].rate, factors, 0.95)) {
+    const std::size_t a = group[found.a], b = group[found.b], at = whitest(found.points, channels[a], channels[b]);
+    pairs.push_back({a, b, std::move(found.points), at});
+  }
 }
 
 void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
@@ -232,11 +239,7 @@ void describe_together(const std::vector<Stretch>& stretches, const std::vector<
   if (!correlation) return;
   std::vector<Pair> pairs;
   for (const auto& group : groups)
-    for (std::size_t a = 0; a < group.size(); ++a)
-      for (std::size_t b = a + 1; b < group.size(); ++b) pairs.push_back({group[a], group[b], {}, 0});
-  parallel_for(pairs.size(), [&](std::size_t i) {
-    pairs[i] = correlate(pairs[i].a, pairs[i].b, signals, channels, octaves(channels[pairs[i].a].samples, settings));
-  });
+    correlate(group, signals, channels, octaves(channels[group[0]].samples, settings), pairs);
   describe_pairs(pairs, channels, settings.number("significance"), estimate);
 }
 
