@@ -252,6 +252,39 @@ TEST_F(Csv, AWordForAMissingSample) {
   EXPECT_EQ(recording.channels[0].values[1], 2.0);
 }
 
+/// The pass that finds the clock looks at no more of a line than the time.
+TEST_F(Csv, StreamingSeesWhatReadingSees) {
+  const auto streamed = [&](const std::string& content) {
+    std::string seen;
+    const auto path = file(content);
+    format_of(path).stream(path, options, 2,
+                           [&](const Recording& block) {
+                             for (std::size_t i = 0; i < block.channels[0].values.size(); ++i)
+                               seen += std::to_string(block.channels[0].time(i)) + " " +
+                                       std::to_string(block.channels[0].values[i]) + "\n";
+                           },
+                           {});
+    return seen;
+  };
+  for (const char* good :
+       {"time[s],a[1],b[1]\n0,1,2\n1,,\n2,5,6\n", "a[1];time[s];b[1]\n1;0;\"2\"\n\n# note\n3;1;4\n5;2;6",
+        "time[s] a[1]\r\n0 1\r\n1\t3\r\n2 5\r\n"}) {
+    const auto whole = read(good);
+    std::string seen;
+    for (std::size_t i = 0; i < whole.channels[0].values.size(); ++i)
+      seen += std::to_string(whole.channels[0].time(i)) + " " + std::to_string(whole.channels[0].values[i]) + "\n";
+    EXPECT_EQ(streamed(good), seen);
+  }
+  for (const char* bad :
+       {"time[s],a[1],b[1]\n0,1,2\n1,3\n2,5,6,7\n", "time[s],a[1]\n0,1\n1,x\n2,1\n", "time[s],a[1]\n0,1\n1y,1\n"})
+    try {
+      streamed(bad);
+      ADD_FAILURE() << bad;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.what(), refusal(bad));
+    }
+}
+
 TEST_F(Csv, ManyPiecesGiveTheSameAsOne) {
   std::string content = "time[s],a[deg/h],b[g]\n";
   for (int i = 0; i < 60000; ++i)  // 1.7 MB: several pieces and batches

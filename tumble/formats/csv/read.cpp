@@ -17,12 +17,12 @@ namespace {
 /// The file as batches of rows, one after the other.
 class Batches {
  public:
-  Batches(const std::string& path, const ReadOptions& options, const Progress& progress)
+  Batches(const std::string& path, const ReadOptions& options, const Progress& progress, Look look = Look::at_all)
       : lines_(path),
         progress_(progress),
         text_(lines_.next()),
         layout_(read_layout(path, text_, options)),
-        rows_(path, layout_, options.missing) {}
+        rows_(path, layout_, options.missing, look) {}
 
   const Layout& layout() const { return layout_; }
   std::size_t bytes() const { return lines_.size(); }
@@ -217,11 +217,11 @@ struct Times {
   Findings findings;
 };
 
-/// Found in a first pass over the columns of time and labels alone.
+/// Found in a first pass over the columns of time and labels alone; the second sees what is wrong behind them.
 Times times_of(const std::string& path, const ReadOptions& options) {
   ReadOptions time_only = options;
   time_only.only = {"time"};
-  Batches batches(path, time_only, {});
+  Batches batches(path, time_only, {}, Look::at_wanted);
   Taker taker(batches.layout());
   const bool needed = has_time(batches.layout()) || std::ranges::any_of(batches.layout().columns, &Column::label);
   for (Batch batch; needed && batches.next(batch);) {

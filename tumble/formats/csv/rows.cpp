@@ -45,23 +45,25 @@ int last_place(const std::string& number) {
 
 }  // namespace
 
-Rows::Rows(std::string path, const Layout& layout, std::string missing)
+Rows::Rows(std::string path, const Layout& layout, std::string missing, Look look)
     : path_(std::move(path)),
       layout_(layout),
       missing_(lower(std::move(missing))),
       time_(layout.columns.size()),
       label_(layout.columns.size()),
+      looked_at_(look == Look::at_all ? layout.columns.size() : 0),
       line_(layout.lines) {
   for (std::size_t i = 0; i < layout.columns.size(); ++i) {
     slot_.push_back(layout.columns[i].wanted ? static_cast<int>(slots_++) : -1);
     if (layout.columns[i].time) time_ = i;
     if (layout.columns[i].label) label_ = i;
+    if (layout.columns[i].wanted || layout.columns[i].label) looked_at_ = std::max(looked_at_, i + 1);
   }
 }
 
 /// One line of plain cells; null where something is out of the ordinary, and any_row() must look.
 template <bool blanks>
-const char* Rows::plain_row(const char* p, std::size_t row) {
+const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
   const std::size_t count = targets_.size();
   const char separator = layout_.separator;
   const auto separates = [separator](char c) { return blanks ? c == ' ' || c == '\t' : c == separator; };
@@ -91,6 +93,8 @@ const char* Rows::plain_row(const char* p, std::size_t row) {
     }
     p = after;
     if (column + 1 == count) break;
+    if (column + 1 == looked_at_)
+      return static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p))) + 1;
     if (!separates(*p) && (blanks || !separates(*(p = skip(p))))) return nullptr;
     ++p;
   }
@@ -191,7 +195,7 @@ void Rows::parse(std::string_view& text, Batch& batch) {
   std::size_t row = batch.rows;
   while (p < end && row < Batch::capacity) {
     const char* after = nullptr;
-    if (blank_lines_ == 0) after = blanks ? plain_row<true>(p, row) : plain_row<false>(p, row);
+    if (blank_lines_ == 0) after = blanks ? plain_row<true>(p, end, row) : plain_row<false>(p, end, row);
     if (after != nullptr) {
       ++line_;
       ++row;

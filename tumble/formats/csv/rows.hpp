@@ -25,10 +25,13 @@ struct Batch {
   const double* column(std::size_t slot) const { return cells.data() + slot * capacity; }
 };
 
+/// How much of a line is looked at: all of it, or no more than up to the last cell wanted.
+enum class Look { at_all, at_wanted };
+
 /// Turns lines into numbers. Cells that are none are noted, and refused all together by finish().
 class Rows {
  public:
-  Rows(std::string path, const Layout& layout, std::string missing);
+  Rows(std::string path, const Layout& layout, std::string missing, Look look);
 
   /// Fills the batch from whole lines and moves `text` behind what was used: to its end, or the batch is full.
   void parse(std::string_view& text, Batch& batch);
@@ -39,7 +42,7 @@ class Rows {
 
  private:
   template <bool blanks>
-  const char* plain_row(const char* p, std::size_t row);
+  const char* plain_row(const char* p, const char* end, std::size_t row);
   const char* any_row(const char* p, const char* end, std::size_t& row);
   void take_cells(const std::vector<std::string>& cells, std::size_t row);
   void take_label(std::string_view label, std::size_t row);
@@ -54,6 +57,7 @@ class Rows {
   std::vector<double*> targets_;  ///< each column of the file in the batch; null: not wanted
   std::size_t time_;              ///< index of the time column, or none
   std::size_t label_;             ///< index of the column of labels, or none
+  std::size_t looked_at_;         ///< columns, from the first on
   bool labelled_ = false;         ///< a row was read
   std::string last_label_;
   std::vector<LabelChange> labels_;
