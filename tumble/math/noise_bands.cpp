@@ -213,6 +213,8 @@ NoiseBands::NoiseBands(NoiseBands fast, std::span<const double> rate, double uni
     unit *= times;
   }
   slow_part(rate, unit, *this);
+  slow.assign(rate.begin(), rate.end());
+  slow_unit = unit;
 }
 
 void NoiseBands::add_part(double contrasts, double square) {

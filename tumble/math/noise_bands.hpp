@@ -61,6 +61,8 @@ class NoiseBands {
   std::size_t samples = 0;
   std::vector<NoiseBand> bands;  ///< fast scales first, then the sines from low to high frequency
   std::vector<NoiseOrdinate> ordinates;
+  std::vector<double> slow;  ///< what the sines are taken of: means over slow_unit samples
+  double slow_unit = 1.0;
   /// Mean square of the fastest contrasts over each of `parts` equal parts of the record, and their number; empty where
   /// there is no fast scale.
   static constexpr std::size_t parts = 16;

@@ -10,6 +10,7 @@
 #include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
+#include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
 #include "tumble/methods/allan_noise/stream.hpp"
 #include "tumble/methods/allan_noise/temperature.hpp"
@@ -83,6 +84,13 @@ std::vector<Option> options() {
        {"cut", "keep"},
        "parts that scatter more than 4 times as usual, up to a tenth of the record: cut: taken as missing; keep: as "
        "noise"},
+      {"lines",
+       Type::word,
+       "1",
+       "fit",
+       {"fit", "avoid"},
+       "sines in the record: fit: amplitude and frequency of each beside the noise; avoid: frequencies they reach are "
+       "left out"},
       {"wanted_sd",
        Type::quantity,
        "%",
@@ -136,7 +144,9 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
                              settings.number("longest_fraction")};
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
     result.likelihood = settings.word("estimator") == "likelihood";
-    if (result.likelihood)
+    if (result.likelihood && settings.word("lines") == "fit")
+      fit_likelihood_and_lines(signal, settings, result);
+    else if (result.likelihood)
       fit_likelihood(
           NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
     else
@@ -195,6 +205,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   parallel_for(found.size(), [&](std::size_t i) { results[i] = analyse(found[i], settings); });
   report(progress, 1.0, "Allan deviation");
   Estimate estimate = described(results, evidence.plan);
+  describe_lines(results, estimate);
   describe_set_aside(results, estimate);
   describe_all_taus(results, estimate);
   describe_spectra(results, estimate);

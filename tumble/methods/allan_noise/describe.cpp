@@ -7,6 +7,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/least_squares.hpp"
+#include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
 
 namespace tumble {
@@ -180,6 +181,15 @@ void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
       sum[i] += variances.back();
     }
     terms.push_back(line(channel, words(term.unit.term, channel.kind).name, variances));
+  }
+  if (!channel.lines.empty()) {
+    std::vector<double> variances(sum.size(), 0.0);
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      for (const FittedLine& one : channel.lines)
+        variances[i] += allan_variance_of(one, static_cast<double>(channel.curve[i].factor));
+      sum[i] += variances[i];
+    }
+    terms.push_back(line(channel, "lines", variances));
   }
   curves.push_back(line(channel, "fitted", sum));
   for (auto& curve : terms) curves.push_back(std::move(curve));

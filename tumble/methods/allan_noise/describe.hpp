@@ -21,6 +21,13 @@ struct LengthAdvice {
   double seconds = 0.0;
 };
 
+/// A sine that was fitted and taken off.
+struct FittedLine {
+  double frequency = 0.0, frequency_sd = 0.0;  ///< [cycles a sample]
+  double amplitude = 0.0, amplitude_sd = 0.0;  ///< [u]
+  double unsteadiness = 0.0;  ///< how far parts of the record depart from it over the amplitude; 0: not beyond noise
+};
+
 /// What was found on one channel.
 struct ChannelNoise {
   std::string label;
@@ -36,6 +43,7 @@ struct ChannelNoise {
   std::optional<DynamicStability> windows;
   double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;
+  std::vector<FittedLine> lines;
   std::vector<RecordPart> set_aside;  ///< samples that were taken as missing
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one

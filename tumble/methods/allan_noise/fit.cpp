@@ -6,6 +6,7 @@
 
 #include "tumble/math/noise_length.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
+#include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"
 
 namespace tumble {
@@ -49,17 +50,38 @@ std::string amount(double value_si, const std::string& unit) {
   return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);
 }
 
-Finding told(const std::vector<SpectralLine>& lines, const ChannelNoise& channel) {
+template <typename Line>
+std::string list_of(const std::vector<Line>& lines, const ChannelNoise& channel) {
   std::string list;
   for (const auto& line : lines)
     list += fmt::format("{}{:.4g} Hz ({})", list.empty() ? "" : ", ", line.frequency * channel.rate,
                         amount(line.amplitude, channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug"));
-  return {
-      Finding::Severity::warning,
-      fmt::format("periodic disturbances, with their amplitudes: {}; the terms are identified beside them, from the "
-                  "frequencies that they do not reach",
-                  list),
-      channel.label};
+  return list;
+}
+
+/// Lines whose bands are left out.
+Finding told(const std::vector<SpectralLine>& lines, const ChannelNoise& channel, const std::string& why) {
+  return {Finding::Severity::warning,
+          fmt::format("periodic disturbances{}, with their amplitudes: {}; the terms are identified beside them, from "
+                      "the frequencies that they do not reach",
+                      why, list_of(lines, channel)),
+          channel.label};
+}
+
+Finding told(const std::vector<FittedLine>& lines, const ChannelNoise& channel) {
+  return {Finding::Severity::warning,
+          fmt::format("periodic disturbances, with their amplitudes: {}; fitted and taken off, the terms are those of "
+                      "the noise beside them (table lines)",
+                      list_of(lines, channel)),
+          channel.label};
+}
+
+NoiseLikelihoodOptions options_of(const Settings& settings, double rate) {
+  NoiseLikelihoodOptions options;
+  options.significance = settings.number("significance");
+  if (settings.has("fit_from")) options.shortest = settings.number("fit_from") * rate;
+  if (settings.has("fit_to")) options.longest = settings.number("fit_to") * rate;
+  return options;
 }
 
 /// Lengths for a relative sd of what is seen, and for half the limit of what is not.
@@ -89,26 +111,39 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
   return rows;
 }
 
+void conclude(const NoiseBands& bands, double begin, const Settings& settings, ChannelNoise& result) {
+  const Findings changes = changes_along(bands, begin, result.rate, result.label);
+  result.findings.insert(result.findings.end(), changes.begin(), changes.end());
+  result.advice = advice(result, bands, settings.number("wanted_sd"));
+}
+
 }  // namespace
 
 void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLine>()>& lines_of_record, double begin,
                     const Settings& settings, ChannelNoise& result) {
-  NoiseLikelihoodOptions options;
-  options.significance = settings.number("significance");
-  if (settings.has("fit_from")) options.shortest = settings.number("fit_from") * result.rate;
-  if (settings.has("fit_to")) options.longest = settings.number("fit_to") * result.rate;
+  const auto options = options_of(settings, result.rate);
   result.fit = fit_noise(bands, options);
   if (result.fit.model_error > 0.0) {
     const auto lines = lines_of_record();
     if (!lines.empty()) {
       bands = without_lines(bands, lines);
       result.fit = fit_noise(bands, options);
-      result.findings.push_back(told(lines, result));
+      result.findings.push_back(told(lines, result, ""));
     }
   }
-  const Findings changes = changes_along(bands, begin, result.rate, result.label);
-  result.findings.insert(result.findings.end(), changes.begin(), changes.end());
-  result.advice = advice(result, bands, settings.number("wanted_sd"));
+  conclude(bands, begin, settings, result);
+}
+
+void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+  const auto options = options_of(settings, result.rate);
+  const NoiseBands bands(signal.values);
+  const PeriodicFit found = fit_beside_lines(signal.values, bands, fit_noise(bands, options), options);
+  result.fit = found.fit;
+  result.lines = found.lines;
+  if (!found.lines.empty()) result.findings.push_back(told(found.lines, result));
+  if (!found.wandering.empty())
+    result.findings.push_back(told(found.wandering, result, " that are no sines of constant frequency and amplitude"));
+  conclude(found.bands, signal.begin, settings, result);
 }
 
 /// The noise about a line looks smaller than it is until what the line took is put back: if the trend does not stand

@@ -12,12 +12,16 @@
 
 namespace tumble {
 
-/// Noise terms by maximum likelihood of the record, and what length of record each would take.
+/// Noise terms by maximum likelihood of the record, and what length of record each would take. Bands that lines fall
+/// into are left out.
 ///
 /// Given     bands   of the record, which begins at `begin` [s]; result.rate is its sampling rate
-///           lines   finds the sines in the record; asked only where the terms alone do not follow it
+///           lines   finds the lines in the record; asked only where the terms alone do not follow it
 void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLine>()>& lines, double begin,
                     const Settings& settings, ChannelNoise& result);
+
+/// The same with sines fitted beside the noise and taken off.
+void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
 
 /// Noise terms from the Allan variances by generalised least squares. A trend and the noise about it, where the trend
 /// stands out of that noise; else the noise of the record as it is.

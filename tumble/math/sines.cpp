@@ -1,0 +1,379 @@
+#include "tumble/math/sines.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+
+namespace tumble {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double turn = 2.0 * std::numbers::pi;
+constexpr std::size_t lanes = 4;
+
+/// exp(-2 pi i f j) over a block, one part after the other.
+struct Turning {
+  Turning(double frequency, std::size_t block) : cosine(block), sine(block) {
+    for (std::size_t j = 0; j < block; ++j) {
+      const double angle = turn * frequency * static_cast<double>(j);
+      cosine[j] = std::cos(angle);
+      sine[j] = std::sin(angle);
+    }
+  }
+  std::vector<double> cosine, sine;
+
+  /// sum_j x_j exp(-2 pi i f j); NaN if one is missing
+  Complex sum(std::span<const double> x) const {
+    std::array<double, lanes> re{}, im{};
+    const std::size_t whole = x.size() / lanes * lanes;
+    for (std::size_t j = 0; j < whole; j += lanes)
+      for (std::size_t k = 0; k < lanes; ++k) {
+        re[k] += x[j + k] * cosine[j + k];
+        im[k] -= x[j + k] * sine[j + k];
+      }
+    for (std::size_t j = whole; j < x.size(); ++j) {
+      re[0] += x[j] * cosine[j];
+      im[0] -= x[j] * sine[j];
+    }
+    return {(re[0] + re[1]) + (re[2] + re[3]), (im[0] + im[1]) + (im[2] + im[3])};
+  }
+};
+
+Complex at_angle(double angle) { return {std::cos(angle), std::sin(angle)}; }
+
+/// Discrete Fourier transform of the sums, padded with zeros to a power of two at least `times` as long.
+std::vector<Complex> transformed(const std::vector<Complex>& sum, std::size_t times) {
+  std::size_t length = 1;
+  while (length < times * sum.size()) length *= 2;
+  std::vector<Complex> padded(sum), spectrum;
+  padded.resize(length);
+  Eigen::FFT<double>().fwd(spectrum, padded);
+  return spectrum;
+}
+
+/// Frequencies of such a spectrum, below zero in its second half.
+double frequency_of(std::size_t j, std::size_t length, double step) {
+  return step * (static_cast<double>(j) - (2 * j < length ? 0.0 : static_cast<double>(length)));
+}
+
+double sum_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum;
+}
+
+/// Moments of the weights in time.
+struct Moments {
+  double weight = 0.0, square = 0.0, mean = 0.0, spread = 0.0, square_spread = 0.0;
+};
+
+template <typename Baseband>
+Moments moments_of(const Baseband& base) {
+  Moments m{sum_of(base.weight), sum_of(base.square), 0.0, 0.0, 0.0};
+  for (std::size_t k = 0; k < base.time.size(); ++k) m.mean += base.weight[k] * base.time[k] / m.weight;
+  for (std::size_t k = 0; k < base.time.size(); ++k) {
+    const double t = base.time[k] - m.mean;
+    m.spread += base.weight[k] * t * t;
+    m.square_spread += base.square[k] * t * t;
+  }
+  return m;
+}
+
+/// Frequency beside that of the baseband at which the sums are largest, from `beside` on, by Newton's method with the
+/// curvature of a pure sine; `amplitude`: there.
+template <typename Baseband>
+double summit(const Baseband& base, double beside, double reach, Complex& amplitude) {
+  const Moments m = moments_of(base);
+  const double start = beside;
+  for (int round = 0; round < 20; ++round) {
+    Complex sum, by_time;
+    for (std::size_t k = 0; k < base.sum.size(); ++k) {
+      const Complex one = base.sum[k] * at_angle(-turn * beside * base.time[k]);
+      sum += one;
+      by_time += (base.time[k] - m.mean) * one;
+    }
+    amplitude = 2.0 * sum / m.weight;
+    if (!(std::norm(sum) > 0.0) || round == 19) break;
+    const double step = (std::conj(sum) * by_time).imag() / std::norm(sum) * m.weight / m.spread / turn;
+    const double next = std::clamp(beside + step, start - reach, start + reach);
+    if (std::abs(next - beside) < 1e-9 / static_cast<double>(m.weight)) break;
+    beside = next;
+  }
+  return beside;
+}
+
+}  // namespace
+
+double Sines::Support::weight(std::size_t n) const {
+  const double edge = static_cast<double>(std::min(n - begin, end - 1 - n)) + 0.5;
+  if (edge >= taper) return 1.0;
+  const double sine = std::sin(0.5 * std::numbers::pi * edge / taper);
+  return sine * sine;
+}
+
+/// Blocks short enough that a sine two frequencies of the search off hardly turns within one.
+Sines::Sines(std::span<const double> values) : rest_(values.begin(), values.end()) {
+  middle_ = 0.5 * static_cast<double>(rest_.size() - 1);
+  while (block_ < 256 && rest_.size() / (2 * block_) >= 256) block_ *= 2;
+  double n = 0.0, t = 0.0, tt = 0.0, x = 0.0, tx = 0.0;
+  for (std::size_t i = 0; i < rest_.size(); ++i) {
+    if (std::isnan(rest_[i])) {
+      if (gaps_.empty() || gaps_.back().end != i) gaps_.push_back({i, i, 0.0});
+      ++gaps_.back().end;
+      continue;
+    }
+    const double time = static_cast<double>(i) - middle_;
+    if (n == 0.0) level_ = rest_[i];
+    n += 1.0;
+    t += time;
+    tt += time * time;
+    x += rest_[i] - level_;
+    tx += time * (rest_[i] - level_);
+  }
+  slope_ = n > 2.0 ? (tx - t * x / n) / (tt - t * t / n) : 0.0;
+  level_ += n > 0.0 ? (x - slope_ * t) / n : 0.0;
+}
+
+double Sines::trend(std::size_t n) const { return level_ + slope_ * (static_cast<double>(n) - middle_); }
+
+std::vector<Sines::Support> Sines::supports(double frequency) const {
+  std::vector<Support> found;
+  std::size_t begin = 0;
+  const auto close = [&](std::size_t end) {
+    if (end > begin) found.push_back({begin, end, std::min(4.0 / frequency, 0.5 * static_cast<double>(end - begin))});
+  };
+  for (const Support& gap : gaps_) {
+    if (static_cast<double>(gap.end - gap.begin) * frequency < 1.0) continue;
+    close(gap.begin);
+    begin = gap.end;
+  }
+  close(rest_.size());
+  return found;
+}
+
+/// Samples of a block one by one, those of one support.
+void Sines::weigh(const Support& support, std::size_t block, double frequency, Baseband& result) const {
+  const std::size_t first = std::max(support.begin, block * block_), last = std::min(support.end, (block + 1) * block_);
+  for (std::size_t n = first; n < last; ++n) {
+    if (std::isnan(rest_[n])) continue;
+    const double weight = support.weight(n);
+    result.weight[block] += weight;
+    result.square[block] += weight * weight;
+    result.sum[block] +=
+        weight * (rest_[n] - trend(n)) * at_angle(-turn * frequency * (static_cast<double>(n) - middle_));
+  }
+}
+
+Sines::Baseband Sines::baseband(double frequency) const {
+  const Turning turning(frequency, block_);
+  const std::size_t blocks = (rest_.size() + block_ - 1) / block_;
+  Baseband result{std::vector<Complex>(blocks), std::vector<double>(blocks, 0.0), std::vector<double>(blocks, 0.0), {}};
+  Complex ones, ramp;
+  for (std::size_t j = 0; j < block_; ++j) {
+    const Complex one{turning.cosine[j], -turning.sine[j]};
+    ones += one;
+    ramp += static_cast<double>(j) * one;
+  }
+  for (std::size_t k = 0; k < blocks; ++k)
+    result.time.push_back((static_cast<double>(k) + 0.5) * static_cast<double>(block_) - 0.5 - middle_);
+  for (const Support& support : supports(frequency)) {
+    for (std::size_t k = support.begin / block_; k * block_ < support.end; ++k) {
+      const std::size_t first = k * block_, last = first + block_;
+      const bool flat = first >= support.begin && last <= support.end && support.weight(first) == 1.0 &&
+                        support.weight(last - 1) == 1.0;
+      const Complex sum = flat ? turning.sum(std::span(rest_).subspan(first, block_)) : Complex(std::nan(""));
+      if (std::isnan(sum.real())) {
+        weigh(support, k, frequency, result);
+        continue;
+      }
+      result.weight[k] = result.square[k] = static_cast<double>(block_);
+      result.sum[k] = (sum - trend(first) * ones - slope_ * ramp) *
+                      at_angle(-turn * frequency * (static_cast<double>(first) - middle_));
+    }
+  }
+  return result;
+}
+
+/// Adds a sine to the rest, or takes it off.
+void Sines::put(const Sine& sine, double sign) {
+  const Turning turning(sine.frequency, block_);
+  for (std::size_t first = 0; first < rest_.size(); first += block_) {
+    const Complex from =
+        sign * sine.amplitude * at_angle(turn * sine.frequency * (static_cast<double>(first) - middle_));
+    const double re = from.real(), im = from.imag();
+    const std::size_t count = std::min(block_, rest_.size() - first);
+    for (std::size_t j = 0; j < count; ++j) rest_[first + j] += re * turning.cosine[j] - im * turning.sine[j];
+  }
+}
+
+void Sines::add(double frequency, double width) {
+  const Baseband base = baseband(frequency);
+  const auto spectrum = transformed(base.sum, 4);
+  const double step = 1.0 / static_cast<double>(spectrum.size() * block_);
+  double most = -1.0, beside = 0.0;
+  for (std::size_t j = 0; j < spectrum.size(); ++j) {
+    const double at = frequency_of(j, spectrum.size(), step);
+    if (std::abs(at) > width || !(std::norm(spectrum[j]) > most)) continue;
+    most = std::norm(spectrum[j]);
+    beside = at;
+  }
+  Sine sine;
+  sine.frequency = frequency + summit(base, beside, 4.0 * step, sine.amplitude);
+  put(sine, -1.0);
+  sines_.push_back(sine);
+}
+
+void Sines::remove(std::size_t which) {
+  put(sines_[which], 1.0);
+  sines_.erase(sines_.begin() + static_cast<std::ptrdiff_t>(which));
+}
+
+void Sines::refine() {
+  double most = 1.0;
+  for (int round = 0; round < 6 && most > 1e-3; ++round) {
+    most = 0.0;
+    for (Sine& sine : sines_) {
+      Baseband base = baseband(sine.frequency);
+      const Moments m = moments_of(base);
+      for (std::size_t k = 0; k < base.sum.size(); ++k) base.sum[k] += 0.5 * sine.amplitude * base.weight[k];
+      Sine better;
+      better.frequency = sine.frequency + summit(base, 0.0, 1.0 / m.weight, better.amplitude);
+      // A change matters by the standard deviation that the rest would give it.
+      double square = 0.0;
+      for (std::size_t k = 0; k < base.sum.size(); ++k)
+        square += std::norm(base.sum[k] - 0.5 * better.amplitude * base.weight[k]);
+      const double sd = 2.0 * std::sqrt(square) / m.weight;
+      const double change = std::abs(better.amplitude - sine.amplitude);
+      const double turned = turn * std::abs(better.frequency - sine.frequency) * std::sqrt(m.spread / m.weight);
+      most = std::max(most,
+                      (change + turned * std::abs(sine.amplitude)) / std::max(sd, 1e-12 * std::abs(better.amplitude)));
+      put(sine, 1.0);
+      put(better, -1.0);
+      sine = better;
+    }
+    if (sines_.size() < 2 && round > 0) break;
+  }
+}
+
+SineQuality Sines::quality(std::size_t which, const std::function<double(double)>& level) const {
+  constexpr double nearest = 3.0, farthest = 40.0, fewest = 20.0;
+  const Sine& sine = sines_[which];
+  const Baseband base = baseband(sine.frequency);
+  const Moments m = moments_of(base);
+  const auto spectrum = transformed(base.sum, 1);
+  const double step = 1.0 / static_cast<double>(spectrum.size() * block_), width = 1.0 / m.weight;
+  double power = 0.0, count = 0.0;
+  for (std::size_t j = 0; j < spectrum.size(); ++j) {
+    const double at = frequency_of(j, spectrum.size(), step);
+    const double away = std::abs(at);
+    if (away < nearest * width || away > std::min(farthest * width, 0.125 / static_cast<double>(block_)) ||
+        away > 0.25 * sine.frequency || sine.frequency + away > 0.5)
+      continue;
+    power += std::norm(spectrum[j]);
+    ++count;
+  }
+  SineQuality quality;
+  const bool measured = count * step / width >= fewest;
+  quality.level = measured ? power / count / m.square : level(sine.frequency);
+  const double amplitude = std::abs(sine.amplitude);
+  quality.amplitude_sd = std::sqrt(2.0 * quality.level * m.square) / m.weight;
+  quality.frequency_sd = std::sqrt(2.0 * quality.level * m.square_spread) / (amplitude * m.spread) / turn;
+  quality.power = 0.5 * std::pow(amplitude / quality.amplitude_sd, 2);
+  const auto parts = static_cast<std::size_t>(std::clamp(sine.frequency * m.weight / 4.0, 1.0, 8.0));
+  if (parts < 3) return quality;
+  double off = 0.0, square = 0.0, used = 0.0;
+  for (std::size_t p = 0; p < parts; ++p) {
+    Complex sum;
+    double weight = 0.0, squares = 0.0;
+    for (std::size_t k = base.sum.size() * p / parts; k < base.sum.size() * (p + 1) / parts; ++k) {
+      sum += base.sum[k];
+      weight += base.weight[k];
+      squares += base.square[k];
+    }
+    if (weight < 0.25 * m.weight / static_cast<double>(parts)) continue;
+    off += 2.0 * std::norm(sum) / (quality.level * squares);
+    square += weight / m.weight * std::norm(2.0 * sum / weight);
+    ++used;
+  }
+  if (used < 3.0) return quality;
+  quality.wander = off / (2.0 * used - 3.0);
+  quality.unsteadiness = std::sqrt(square) / amplitude;
+  return quality;
+}
+
+/// The three directions of a sine at the values that the slow sines are taken of: amplitude, phase and frequency.
+/// Those of `weight` are orthogonal under it.
+std::array<std::vector<double>, 3> Sines::directions(const Sine& sine, const NoiseBands& bands,
+                                                     const std::vector<double>& weight) const {
+  const std::size_t values = bands.slow.size();
+  double all = 0.0, mean = 0.0;
+  for (std::size_t k = 0; k < values; ++k) {
+    all += weight[k];
+    mean += weight[k] * static_cast<double>(k);
+  }
+  mean /= all;
+  std::array<std::vector<double>, 3> x;
+  const Complex phase = sine.amplitude / std::abs(sine.amplitude);
+  for (std::size_t k = 0; k < values; ++k) {
+    const double time = (static_cast<double>(k) + 0.5) * bands.slow_unit - 0.5 - middle_;
+    const Complex at = phase * at_angle(turn * sine.frequency * time);
+    x[0].push_back(at.real());
+    x[1].push_back(at.imag());
+    x[2].push_back(at.imag() * (static_cast<double>(k) - mean));
+  }
+  for (auto& column : x) {
+    double scale = 0.0;
+    for (std::size_t k = 0; k < values; ++k) scale += weight[k] * column[k] * column[k];
+    for (std::size_t k = 0; k < values; ++k)
+      column[k] = std::isnan(bands.slow[k]) ? bands.slow[k] : column[k] / std::sqrt(scale);
+  }
+  return x;
+}
+
+/// With x the directions and g = w x the weights of their estimates, the noise e leaves e - sum x (g e): of a contrast
+/// c in white noise of unit variance this is less by 2 (c x)(c g) - var (c x)^2, and the record has lost (c x)(c g) of
+/// a degree of freedom. Near the sine, where all this is, the noise is white.
+void Sines::give_back(const std::vector<double>& expected, const std::function<double(double)>& level,
+                      NoiseBands& bands) const {
+  const double unit = bands.slow_unit;
+  std::vector<double> power(bands.bands.size(), 0.0), freedom(bands.bands.size(), 0.0);
+  for (const Sine& sine : sines_) {
+    if (sine.frequency * unit >= 0.5) continue;  // in bands of so many contrasts that three matter little
+    std::vector<double> weight(bands.slow.size(), 0.0);
+    for (const Support& support : supports(sine.frequency))
+      for (std::size_t k = 0; k < weight.size(); ++k) {
+        const auto n = static_cast<std::size_t>((static_cast<double>(k) + 0.5) * unit);
+        if (n >= support.begin && n < support.end && !std::isnan(bands.slow[k])) weight[k] = support.weight(n);
+      }
+    const double white = level(sine.frequency) / unit;
+    for (const auto& x : directions(sine, bands, weight)) {
+      std::vector<double> sum(x), difference(x);
+      double variance = 0.0;
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        sum[k] *= 1.0 + weight[k];
+        difference[k] *= 1.0 - weight[k];
+        if (weight[k] > 0.0) variance += weight[k] * weight[k] * x[k] * x[k];
+      }
+      const auto s = NoiseBands({}, sum, unit).bands, d = NoiseBands({}, difference, unit).bands,
+                 own = NoiseBands({}, x, unit).bands;
+      const std::size_t first = bands.bands.size() - s.size();
+      for (std::size_t b = 0; b < s.size(); ++b) {
+        const double hat = 0.25 * (s[b].mean_square - d[b].mean_square), share = white / expected[first + b];
+        freedom[first + b] += share * hat;
+        power[first + b] += share * (2.0 * hat - variance * own[b].mean_square);
+      }
+    }
+  }
+  for (std::size_t b = 0; b < bands.bands.size(); ++b) {
+    NoiseBand& band = bands.bands[b];
+    const double there = std::max(0.05, 1.0 - power[b]);
+    band.count *= std::clamp(1.0 - freedom[b], 0.0, 1.0);
+    band.mean_square /= there;
+    band.with_ramp /= std::sqrt(there);
+  }
+  std::erase_if(bands.bands, [](const NoiseBand& band) { return band.count < 0.3; });
+}
+
+}  // namespace tumble

@@ -1,0 +1,266 @@
+#include "tumble/methods/allan_noise/periodic.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/core/say.hpp"
+#include "tumble/math/sines.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr double fewest_periods = 5.0, least_power = 12.0, most_unsteady = 0.3, clear_wander = 4.0;
+constexpr int most_rounds = 6;
+
+/// Expected mean squares of the bands.
+std::vector<double> expected_of(const NoiseBands& bands, const NoiseFit& fit) {
+  std::vector<double> expected;
+  for (const NoiseBand& band : bands.bands) {
+    double sum = fit.ramp.kept ? fit.ramp.slope * fit.ramp.slope * band.ramp_square : 0.0;
+    for (std::size_t t = 0; t < fit.terms.size(); ++t) {
+      const FittedTerm& term = fit.terms[t];
+      if (!term.kept) continue;
+      sum +=
+          term.squared * (t < band.expected.size() ? band.expected[t] : expected_markov(band, term.unit.markov_time));
+    }
+    expected.push_back(sum);
+  }
+  return expected;
+}
+
+/// Variance [u^2] of white noise of the density that the terms have at a frequency.
+double level_at(double frequency, const NoiseBands& bands, const std::vector<double>& expected) {
+  const auto away = [&](const NoiseBand& band) { return std::abs(std::log(band.frequency / frequency)); };
+  std::size_t nearest = 0;
+  for (std::size_t b = 1; b < bands.bands.size(); ++b)
+    if (away(bands.bands[b]) < away(bands.bands[nearest])) nearest = b;
+  return expected[nearest] / bands.bands[nearest].expected[1];
+}
+
+/// Slow sines far above their expectation: of noise, once in a hundred records.
+std::vector<SpectralLine> slow_peaks(const NoiseBands& bands, const std::vector<double>& expected) {
+  const double record = static_cast<double>(bands.samples);
+  const auto& ordinates = bands.ordinates;
+  const auto ratio = [&](std::size_t i) { return ordinates[i].square / expected[ordinates[i].band]; };
+  std::vector<SpectralLine> peaks;
+  for (std::size_t i = 0; i < ordinates.size(); ++i) {
+    const double periods = ordinates[i].frequency * record, one = ratio(i);
+    if (periods < fewest_periods || one < (periods < 100.0 ? 16.0 : 25.0)) continue;
+    bool highest = true;
+    for (std::size_t j = i - std::min<std::size_t>(i, 4); j <= std::min(i + 4, ordinates.size() - 1); ++j)
+      highest = highest && ratio(j) <= one;
+    if (highest) peaks.push_back({ordinates[i].frequency, std::sqrt(one), 2.0 / record});
+  }
+  std::stable_sort(peaks.begin(), peaks.end(),
+                   [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
+  return peaks;
+}
+
+std::vector<SpectralLine> lines_of_means(std::span<const double> values) {
+  constexpr std::size_t size = 16;
+  std::vector<double> means;
+  for (std::size_t first = 0; first + size <= values.size(); first += size) {
+    double sum = 0.0;
+    for (std::size_t i = first; i < first + size; ++i) sum += values[i] / size;
+    means.push_back(sum);
+  }
+  auto lines = spectral_lines(means);
+  for (auto& line : lines) {
+    line.frequency /= size;
+    line.width /= size;
+  }
+  return lines;
+}
+
+bool near(const SpectralLine& a, double frequency, double width) {
+  return std::abs(a.frequency - frequency) <= a.width + width;
+}
+
+/// The search in progress.
+struct Search {
+  Search(std::span<const double> values, const NoiseBands& of_record, const NoiseFit& fit_of_record,
+         const NoiseLikelihoodOptions& how)
+      : sines(values), bands(of_record), fit(fit_of_record), options(how), expected(expected_of(bands, fit)) {}
+
+  Sines sines;
+  NoiseBands bands;
+  NoiseFit fit;
+  const NoiseLikelihoodOptions& options;
+  std::vector<double> expected;
+  std::vector<SineQuality> quality;
+  std::vector<SpectralLine> found;  ///< what each sine was found as
+  std::vector<bool> certain;        ///< whether it then stood out of its neighbourhood
+  std::vector<SpectralLine> wandering, dropped;
+
+  double level(double frequency) const { return level_at(frequency, bands, expected); }
+
+  SineQuality quality_of(std::size_t which) const {
+    return sines.quality(which, [this](double frequency) { return level(frequency); });
+  }
+
+  void judge() {
+    quality.clear();
+    for (std::size_t i = 0; i < sines.all().size(); ++i) quality.push_back(quality_of(i));
+  }
+
+  void fit_rest() {
+    bands = NoiseBands(sines.rest());
+    fit = fit_noise(without_lines(bands, wandering), options);
+    expected = expected_of(bands, fit);
+  }
+
+  /// With what the sines took given back.
+  void fit_at_last() {
+    sines.give_back(
+        expected, [this](double frequency) { return level(frequency); }, bands);
+    bands = without_lines(bands, wandering);
+    fit = fit_noise(bands, options);
+  }
+
+  void remove(std::size_t which) {
+    sines.remove(which);
+    found.erase(found.begin() + static_cast<std::ptrdiff_t>(which));
+    certain.erase(certain.begin() + static_cast<std::ptrdiff_t>(which));
+  }
+
+  bool known(const SpectralLine& line) const {
+    for (std::size_t i = 0; i < quality.size(); ++i)
+      if (quality[i].wander > clear_wander && near(line, sines.all()[i].frequency, found[i].width)) return true;
+    const auto same = [&](const SpectralLine& other) { return near(other, line.frequency, line.width); };
+    return std::any_of(wandering.begin(), wandering.end(), same) || std::any_of(dropped.begin(), dropped.end(), same);
+  }
+
+  std::vector<SpectralLine> unknown(std::vector<SpectralLine> lines) const {
+    std::erase_if(lines, [this](const SpectralLine& line) { return known(line); });
+    return lines;
+  }
+
+  /// Whether sines were added.
+  bool take(const std::vector<SpectralLine>& lines, bool sure) {
+    bool added = false;
+    for (const auto& line : lines) {
+      if (sines.all().size() == most_fitted_lines) break;
+      sines.add(line.frequency, line.width);
+      if (quality_of(sines.all().size() - 1).power > least_power) {
+        found.push_back(line);
+        certain.push_back(sure);
+        added = true;
+      } else {
+        sines.remove(sines.all().size() - 1);
+        (sure ? wandering : dropped).push_back(line);
+      }
+    }
+    return added;
+  }
+
+  bool extend(bool fast) {
+    if (fast) {
+      if (take(unknown(spectral_lines(sines.rest())), true)) return true;
+      if (take(unknown(lines_of_means(sines.rest())), false)) return true;
+    }
+    return take(unknown(slow_peaks(bands, expected)), false);
+  }
+
+  /// Puts back what is no line of its own beside the others.
+  bool prune() {
+    const double least = std::log(1e4 * static_cast<double>(sines.rest().size()));
+    bool pruned = false;
+    for (std::size_t i = sines.all().size(); i-- > 0;) {
+      const bool unsteady = quality[i].wander > clear_wander && quality[i].unsteadiness > most_unsteady;
+      if (quality[i].power >= least && !unsteady) continue;
+      (unsteady || certain[i] ? wandering : dropped).push_back(found[i]);
+      remove(i);
+      pruned = true;
+    }
+    return pruned;
+  }
+};
+
+FittedLine line_of(const Sine& sine, const SineQuality& quality) {
+  // What departs from a sine along the record widens both.
+  const double wider = std::sqrt(std::max(1.0, quality.wander > clear_wander ? quality.wander : 1.0));
+  return {sine.frequency, quality.frequency_sd * wider, std::abs(sine.amplitude), quality.amplitude_sd * wider,
+          quality.wander > clear_wander ? quality.unsteadiness : 0.0};
+}
+
+/// With as many decimals as show two digits of the uncertainty.
+std::string rounded(double value, double sd) {
+  return fmt::format("{:.{}f}", value, std::clamp(1 - static_cast<int>(std::floor(std::log10(sd))), 0, 15));
+}
+
+}  // namespace
+
+PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& bands, const NoiseFit& fit,
+                             const NoiseLikelihoodOptions& options) {
+  const bool fast = fit.model_error > 0.0;
+  if (!fast && slow_peaks(bands, expected_of(bands, fit)).empty()) return {{}, {}, bands, fit};
+  Search search(values, bands, fit, options);
+  for (int round = 0; round < most_rounds && search.extend(fast); ++round) {
+    search.sines.refine();
+    search.fit_rest();
+    search.judge();
+    while (search.prune()) {
+      search.sines.refine();
+      search.fit_rest();
+      search.judge();
+    }
+  }
+  PeriodicFit result{{}, {}, {}, {}};
+  // What is left over the noise all the same: skirts of the unsteady, lines beyond the most.
+  const auto left = fast ? spectral_lines(search.sines.rest()) : std::vector<SpectralLine>{};
+  for (const auto& line : left) search.wandering.push_back(line);
+  if (!left.empty() || search.sines.all().empty()) search.fit_rest();
+  search.fit_at_last();
+  for (std::size_t i = 0; i < search.sines.all().size(); ++i)
+    result.lines.push_back(line_of(search.sines.all()[i], search.quality[i]));
+  std::stable_sort(result.lines.begin(), result.lines.end(),
+                   [](const FittedLine& a, const FittedLine& b) { return a.amplitude > b.amplitude; });
+  result.wandering = search.wandering;
+  result.bands = search.bands;
+  result.fit = search.fit;
+  return result;
+}
+
+double allan_variance_of(const FittedLine& line, double factor) {
+  const double x = std::numbers::pi * line.frequency, s = std::sin(x * factor);
+  return std::pow(line.amplitude * s * s / (factor * std::sin(x)), 2);
+}
+
+void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
+  Table table{"lines",
+              "sines in the record, fitted beside the noise and taken off it",
+              {{"channel", Unit()},
+               {"frequency", Unit::parse("Hz")},
+               {"sd", Unit::parse("Hz")},
+               {"amplitude", Unit()},
+               {"sd of it", Unit()},
+               {"deviation at most", Unit()},
+               {"at tau", Unit()},
+               {"along the record", Unit()}},
+              {}};
+  for (const auto& channel : channels) {
+    const std::string unit = channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug";
+    for (const auto& line : channel.lines) {
+      const Unit in = Unit::parse(unit);
+      const double amplitude = in.difference_from_si(line.amplitude), sd = in.difference_from_si(line.amplitude_sd);
+      double factor = 1.0, most = 0.0;
+      for (double m = 1.0; m <= std::max(1.0, std::ceil(0.5 / line.frequency)); ++m)
+        if (allan_variance_of(line, m) > most) {
+          most = allan_variance_of(line, m);
+          factor = m;
+        }
+      const double frequency_sd = line.frequency_sd * channel.rate;
+      table.rows.push_back(
+          {channel.label, rounded(line.frequency * channel.rate, frequency_sd), fmt::format("{:.2g}", frequency_sd),
+           rounded(amplitude, sd) + " " + unit, fmt::format("{:.2g} {}", sd, unit),
+           fmt::format("{:.3g} {}", in.difference_from_si(std::sqrt(most)), unit), say_seconds(factor / channel.rate),
+           line.unsteadiness > 0.0 ? fmt::format("varies by {:.2g} %", 100.0 * line.unsteadiness) : "steady"});
+    }
+  }
+  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+}
+
+}  // namespace tumble
