@@ -107,6 +107,16 @@ std::vector<double> sine_sums(Fft& fft, std::span<const double> x) {
   return sums;
 }
 
+/// Coefficients of the sines of the differences of a run.
+std::vector<double> coefficients_of(Fft& fft, std::span<const double> values, const Run& run) {
+  std::vector<double> differences(run.values - 1);
+  for (std::size_t j = 0; j < differences.size(); ++j)
+    differences[j] = values[run.first + j + 1] - values[run.first + j];
+  auto sums = sine_sums(fft, differences);
+  for (double& sum : sums) sum *= std::sqrt(2.0 / static_cast<double>(run.values));
+  return sums;
+}
+
 /// Variances of the sine coefficients of n differences under unit flicker,
 ///   gamma_0 + 2 sum_h gamma_h ((1 - h/(n+1)) cos(h w_k) + sin(h w_k) cot(w_k)/(n+1)),   w_k = pi k/(n+1)
 std::vector<double> flicker_of_sines(Fft& fft, std::size_t n) {
@@ -165,12 +175,9 @@ void slow_part(std::span<const double> values, double unit, NoiseBands& result) 
   std::vector<NoiseBand> sines;
   for (const Run& run : runs_without_gap(values)) {
     const std::size_t n = run.values - 1;
-    std::vector<double> differences(n);
-    for (std::size_t j = 0; j < n; ++j) differences[j] = values[run.first + j + 1] - values[run.first + j];
-    const auto sums = sine_sums(fft, differences);
+    const auto coefficients = coefficients_of(fft, values, run);
     const auto flicker = flicker_of_sines(fft, n);
-    const double scale = std::sqrt(2.0 / static_cast<double>(n + 1));
-    for (std::size_t k = 0; k < n; ++k) sines.push_back(sine_band(unit, n, k, scale * sums[k], flicker[k]));
+    for (std::size_t k = 0; k < n; ++k) sines.push_back(sine_band(unit, n, k, coefficients[k], flicker[k]));
   }
   std::stable_sort(sines.begin(), sines.end(),
                    [](const NoiseBand& a, const NoiseBand& b) { return a.frequency < b.frequency; });
@@ -190,6 +197,24 @@ void slow_part(std::span<const double> values, double unit, NoiseBands& result) 
 }
 
 }  // namespace
+
+std::vector<double> slow_sines(std::span<const double> values) {
+  Fft fft;
+  fft.SetFlag(Fft::HalfSpectrum);
+  struct One {
+    double frequency, coefficient;
+  };
+  std::vector<One> all;
+  for (const Run& run : runs_without_gap(values)) {
+    const auto coefficients = coefficients_of(fft, values, run);
+    for (std::size_t k = 0; k < coefficients.size(); ++k)
+      all.push_back({static_cast<double>(k + 1) / static_cast<double>(run.values), coefficients[k]});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const One& a, const One& b) { return a.frequency < b.frequency; });
+  std::vector<double> coefficients;
+  for (const One& one : all) coefficients.push_back(one.coefficient);
+  return coefficients;
+}
 
 void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result) {
   if (whole.count == 0.0) return;

@@ -70,6 +70,9 @@ class NoiseBands {
   void add_part(double contrasts, double square);
 };
 
+/// Coefficients of the sines of differences of `values` (NaN: missing), in the order of NoiseBands::ordinates.
+std::vector<double> slow_sines(std::span<const double> values);
+
 /// Covariance at a lag of h units of means over `unit` samples under a unit power law; generalised (as far as weights
 /// that add up to zero can tell) where there is no variance.
 double unit_covariance(NoiseTerm term, double unit, int h);

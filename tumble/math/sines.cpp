@@ -117,23 +117,29 @@ double Sines::Support::weight(std::size_t n) const {
 Sines::Sines(std::span<const double> values) : rest_(values.begin(), values.end()) {
   middle_ = 0.5 * static_cast<double>(rest_.size() - 1);
   while (block_ < 256 && rest_.size() / (2 * block_) >= 256) block_ *= 2;
-  double n = 0.0, t = 0.0, tt = 0.0, x = 0.0, tx = 0.0;
-  for (std::size_t i = 0; i < rest_.size(); ++i) {
-    if (std::isnan(rest_[i])) {
-      if (gaps_.empty() || gaps_.back().end != i) gaps_.push_back({i, i, 0.0});
-      ++gaps_.back().end;
-      continue;
-    }
-    const double time = static_cast<double>(i) - middle_;
-    if (n == 0.0) level_ = rest_[i];
-    n += 1.0;
+  for (std::size_t n = 0; n < rest_.size(); ++n) {
+    if (!std::isnan(rest_[n])) continue;
+    if (gaps_.empty() || gaps_.back().end != n) gaps_.push_back({n, n, 0.0});
+    ++gaps_.back().end;
+  }
+  find_trend();
+}
+
+/// Straight line through the rest.
+void Sines::find_trend() {
+  double count = 0.0, t = 0.0, tt = 0.0, x = 0.0, tx = 0.0, origin = 0.0;
+  for (std::size_t n = 0; n < rest_.size(); ++n) {
+    if (std::isnan(rest_[n])) continue;
+    const double time = static_cast<double>(n) - middle_;
+    if (count == 0.0) origin = rest_[n];
+    count += 1.0;
     t += time;
     tt += time * time;
-    x += rest_[i] - level_;
-    tx += time * (rest_[i] - level_);
+    x += rest_[n] - origin;
+    tx += time * (rest_[n] - origin);
   }
-  slope_ = n > 2.0 ? (tx - t * x / n) / (tt - t * t / n) : 0.0;
-  level_ += n > 0.0 ? (x - slope_ * t) / n : 0.0;
+  slope_ = count > 2.0 ? (tx - t * x / count) / (tt - t * t / count) : 0.0;
+  level_ = count > 0.0 ? origin + (x - slope_ * t) / count : 0.0;
 }
 
 double Sines::trend(std::size_t n) const { return level_ + slope_ * (static_cast<double>(n) - middle_); }
@@ -234,6 +240,7 @@ void Sines::refine() {
   double most = 1.0;
   for (int round = 0; round < 6 && most > 1e-3; ++round) {
     most = 0.0;
+    find_trend();
     for (Sine& sine : sines_) {
       Baseband base = baseband(sine.frequency);
       const Moments m = moments_of(base);
@@ -349,20 +356,18 @@ void Sines::give_back(const std::vector<double>& expected, const std::function<d
       }
     const double white = level(sine.frequency) / unit;
     for (const auto& x : directions(sine, bands, weight)) {
-      std::vector<double> sum(x), difference(x);
+      std::vector<double> g(x);
       double variance = 0.0;
       for (std::size_t k = 0; k < x.size(); ++k) {
-        sum[k] *= 1.0 + weight[k];
-        difference[k] *= 1.0 - weight[k];
-        if (weight[k] > 0.0) variance += weight[k] * weight[k] * x[k] * x[k];
+        g[k] *= weight[k];
+        if (weight[k] > 0.0) variance += g[k] * g[k];
       }
-      const auto s = NoiseBands({}, sum, unit).bands, d = NoiseBands({}, difference, unit).bands,
-                 own = NoiseBands({}, x, unit).bands;
-      const std::size_t first = bands.bands.size() - s.size();
-      for (std::size_t b = 0; b < s.size(); ++b) {
-        const double hat = 0.25 * (s[b].mean_square - d[b].mean_square), share = white / expected[first + b];
-        freedom[first + b] += share * hat;
-        power[first + b] += share * (2.0 * hat - variance * own[b].mean_square);
+      const auto of_x = slow_sines(x), of_g = slow_sines(g);
+      for (std::size_t i = 0; i < of_x.size(); ++i) {
+        const std::size_t b = bands.ordinates[i].band;
+        const double share = white / (expected[b] * bands.bands[b].count), hat = of_x[i] * of_g[i];
+        freedom[b] += share * hat;
+        power[b] += share * (2.0 * hat - variance * of_x[i] * of_x[i]);
       }
     }
   }

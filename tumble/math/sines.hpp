@@ -83,6 +83,7 @@ class Sines {
   void put(const Sine& sine, double sign);
   std::array<std::vector<double>, 3> directions(const Sine& sine, const NoiseBands& bands,
                                                 const std::vector<double>& weight) const;
+  void find_trend();
   double trend(std::size_t n) const;
 
   std::vector<double> rest_;

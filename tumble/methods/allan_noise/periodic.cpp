@@ -14,6 +14,7 @@ namespace {
 
 constexpr double fewest_periods = 5.0, least_power = 12.0, most_unsteady = 0.3, clear_wander = 4.0;
 constexpr int most_rounds = 6;
+constexpr std::size_t most_at_once = 8;
 
 /// Expected mean squares of the bands.
 std::vector<double> expected_of(const NoiseBands& bands, const NoiseFit& fit) {
@@ -40,7 +41,7 @@ double level_at(double frequency, const NoiseBands& bands, const std::vector<dou
   return expected[nearest] / bands.bands[nearest].expected[1];
 }
 
-/// Slow sines far above their expectation: of noise, once in a hundred records.
+/// Slow sines far above their expectation, with the ratio for an amplitude: of noise, once in a hundred records.
 std::vector<SpectralLine> slow_peaks(const NoiseBands& bands, const std::vector<double>& expected) {
   const double record = static_cast<double>(bands.samples);
   const auto& ordinates = bands.ordinates;
@@ -52,10 +53,11 @@ std::vector<SpectralLine> slow_peaks(const NoiseBands& bands, const std::vector<
     bool highest = true;
     for (std::size_t j = i - std::min<std::size_t>(i, 4); j <= std::min(i + 4, ordinates.size() - 1); ++j)
       highest = highest && ratio(j) <= one;
-    if (highest) peaks.push_back({ordinates[i].frequency, std::sqrt(one), 2.0 / record});
+    if (highest) peaks.push_back({ordinates[i].frequency, one, 2.0 / record});
   }
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
+  if (peaks.size() > most_at_once) peaks.resize(most_at_once);
   return peaks;
 }
 
@@ -79,6 +81,23 @@ bool near(const SpectralLine& a, double frequency, double width) {
   return std::abs(a.frequency - frequency) <= a.width + width;
 }
 
+bool listed(const SpectralLine& line, const std::vector<SpectralLine>& in) {
+  return std::any_of(in.begin(), in.end(),
+                     [&](const SpectralLine& other) { return near(other, line.frequency, line.width); });
+}
+
+/// One line of what overlaps, of the largest amplitude and the width of all.
+void merge(const SpectralLine& line, std::vector<SpectralLine>& into) {
+  for (SpectralLine& other : into) {
+    if (!near(other, line.frequency, line.width)) continue;
+    const double low = std::min(other.frequency - other.width, line.frequency - line.width),
+                 high = std::max(other.frequency + other.width, line.frequency + line.width);
+    other = {0.5 * (low + high), std::max(other.amplitude, line.amplitude), 0.5 * (high - low)};
+    return;
+  }
+  into.push_back(line);
+}
+
 /// The search in progress.
 struct Search {
   Search(std::span<const double> values, const NoiseBands& of_record, const NoiseFit& fit_of_record,
@@ -94,6 +113,7 @@ struct Search {
   std::vector<SpectralLine> found;  ///< what each sine was found as
   std::vector<bool> certain;        ///< whether it then stood out of its neighbourhood
   std::vector<SpectralLine> wandering, dropped;
+  std::vector<SpectralLine> left, left_slow;  ///< what periodograms show in the rest, and in means of it
 
   double level(double frequency) const { return level_at(frequency, bands, expected); }
 
@@ -129,8 +149,7 @@ struct Search {
   bool known(const SpectralLine& line) const {
     for (std::size_t i = 0; i < quality.size(); ++i)
       if (quality[i].wander > clear_wander && near(line, sines.all()[i].frequency, found[i].width)) return true;
-    const auto same = [&](const SpectralLine& other) { return near(other, line.frequency, line.width); };
-    return std::any_of(wandering.begin(), wandering.end(), same) || std::any_of(dropped.begin(), dropped.end(), same);
+    return listed(line, wandering) || listed(line, dropped);
   }
 
   std::vector<SpectralLine> unknown(std::vector<SpectralLine> lines) const {
@@ -141,27 +160,48 @@ struct Search {
   /// Whether sines were added.
   bool take(const std::vector<SpectralLine>& lines, bool sure) {
     bool added = false;
-    for (const auto& line : lines) {
+    for (auto line : lines) {
       if (sines.all().size() == most_fitted_lines) break;
       sines.add(line.frequency, line.width);
-      if (quality_of(sines.all().size() - 1).power > least_power) {
+      const std::size_t last = sines.all().size() - 1;
+      if (!sure) line.amplitude = std::abs(sines.all()[last].amplitude);
+      if (!doubled(last) && quality_of(last).power > least_power) {
         found.push_back(line);
         certain.push_back(sure);
         added = true;
       } else {
-        sines.remove(sines.all().size() - 1);
-        (sure ? wandering : dropped).push_back(line);
+        sines.remove(last);
+        merge(line, sure ? wandering : dropped);
       }
     }
     return added;
   }
 
-  bool extend(bool fast) {
-    if (fast) {
-      if (take(unknown(spectral_lines(sines.rest())), true)) return true;
-      if (take(unknown(lines_of_means(sines.rest())), false)) return true;
+  /// Whether a stronger one, or one before, lies so near that the record hardly tells the two apart: together they
+  /// would be one of changing amplitude.
+  bool doubled(std::size_t which) const {
+    const double nearest = 4.0 / static_cast<double>(sines.rest().size());
+    const Sine& sine = sines.all()[which];
+    for (std::size_t i = 0; i < sines.all().size(); ++i) {
+      const Sine& other = sines.all()[i];
+      const bool before = std::abs(other.amplitude) > std::abs(sine.amplitude) || i < which;
+      if (i != which && before && std::abs(other.frequency - sine.frequency) < nearest) return true;
     }
-    return take(unknown(slow_peaks(bands, expected)), false);
+    return false;
+  }
+
+  /// Whether lines that periodograms show were added.
+  bool take_fast() {
+    return take(unknown(spectral_lines(sines.rest())), true) || take(unknown(lines_of_means(sines.rest())), false);
+  }
+
+  /// Whether a periodogram still shows half as much about a sine: then it is a piece of something broader.
+  bool piece(std::size_t which) const {
+    const Sine& sine = sines.all()[which];
+    const auto broader = [&](const SpectralLine& line) {
+      return near(line, sine.frequency, line.width) && line.amplitude > 0.5 * std::abs(sine.amplitude);
+    };
+    return std::any_of(left.begin(), left.end(), broader) || std::any_of(left_slow.begin(), left_slow.end(), broader);
   }
 
   /// Puts back what is no line of its own beside the others.
@@ -169,13 +209,37 @@ struct Search {
     const double least = std::log(1e4 * static_cast<double>(sines.rest().size()));
     bool pruned = false;
     for (std::size_t i = sines.all().size(); i-- > 0;) {
-      const bool unsteady = quality[i].wander > clear_wander && quality[i].unsteadiness > most_unsteady;
+      const bool unsteady =
+          (quality[i].wander > clear_wander && quality[i].unsteadiness > most_unsteady) || piece(i) || doubled(i);
       if (quality[i].power >= least && !unsteady) continue;
-      (unsteady || certain[i] ? wandering : dropped).push_back(found[i]);
+      merge(found[i], unsteady || certain[i] ? wandering : dropped);
       remove(i);
       pruned = true;
     }
     return pruned;
+  }
+
+  void settle(bool fast) {
+    do {
+      sines.refine();
+      fit_rest();
+      judge();
+      if (fast) left = spectral_lines(sines.rest());
+      if (fast) left_slow = lines_of_means(sines.rest());
+    } while (prune());
+  }
+
+  void run(bool fast) {
+    for (int round = 0; round < most_rounds; ++round) {
+      bool added = false;
+      for (int more = 0; fast && more < most_rounds && take_fast(); ++more) {
+        sines.refine();
+        added = true;
+      }
+      if (added) settle(fast);
+      if (!take(unknown(slow_peaks(bands, expected)), false)) return;
+      settle(fast);
+    }
   }
 };
 
@@ -198,21 +262,11 @@ PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& b
   const bool fast = fit.model_error > 0.0;
   if (!fast && slow_peaks(bands, expected_of(bands, fit)).empty()) return {{}, {}, bands, fit};
   Search search(values, bands, fit, options);
-  for (int round = 0; round < most_rounds && search.extend(fast); ++round) {
-    search.sines.refine();
-    search.fit_rest();
-    search.judge();
-    while (search.prune()) {
-      search.sines.refine();
-      search.fit_rest();
-      search.judge();
-    }
-  }
+  search.run(fast);
   PeriodicFit result{{}, {}, {}, {}};
   // What is left over the noise all the same: skirts of the unsteady, lines beyond the most.
-  const auto left = fast ? spectral_lines(search.sines.rest()) : std::vector<SpectralLine>{};
-  for (const auto& line : left) search.wandering.push_back(line);
-  if (!left.empty() || search.sines.all().empty()) search.fit_rest();
+  for (const auto& line : search.left) merge(line, search.wandering);
+  if (!search.left.empty() || search.sines.all().empty()) search.fit_rest();
   search.fit_at_last();
   for (std::size_t i = 0; i < search.sines.all().size(); ++i)
     result.lines.push_back(line_of(search.sines.all()[i], search.quality[i]));
