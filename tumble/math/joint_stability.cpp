@@ -12,6 +12,7 @@
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -41,7 +42,9 @@ double tails(double value, double freedom) {
 
 /// a - b scale; missing where one is.
 std::vector<double> difference(std::span<const double> a, std::span<const double> b, double scale) {
-  std::vector<double> result(a.size());
+  std::vector<double> result;
+  make_room(result, a.size());
+  result.resize(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) result[i] = a[i] - scale * b[i];
   return result;
 }
@@ -142,9 +145,10 @@ HatPoint::Instrument instrument(const Matrix& covariances, double edf, const std
   return result;
 }
 
-/// Samples that every instrument has.
+/// Samples that every instrument has; nothing where all have all.
 std::vector<std::vector<double>> common_samples(std::span<const std::span<const double>> rates) {
   std::vector<std::vector<double>> result;
+  if (std::ranges::all_of(rates, complete)) return result;
   for (const auto& one : rates) result.emplace_back(one.begin(), one.end());
   for (std::size_t n = 0; n < result.front().size(); ++n) {
     const bool missing = std::any_of(result.begin(), result.end(), [&](const auto& one) { return std::isnan(one[n]); });
@@ -219,7 +223,9 @@ std::vector<HatPoint> three_cornered_hat(std::span<const std::span<const double>
   if (count < 3 || !even || !(confidence > 0.0 && confidence < 1.0))
     throw Error(Error::Kind::bad_input,
                 "a three-cornered hat needs three or more signals of the same length and a confidence between 0 and 1");
-  const auto signals = common_samples(rates);
+  const auto common = common_samples(rates);
+  std::vector<std::span<const double>> signals(rates.begin(), rates.end());
+  if (!common.empty()) signals.assign(common.begin(), common.end());
   std::vector<Points> pairs(count * count);
   parallel_for(count * count, [&](std::size_t at) {
     const std::size_t i = at / count, j = at % count;

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "tumble/formats/catalogue/clock.hpp"
-#include "tumble/formats/catalogue/room.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"
+#include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::csv {
@@ -175,8 +175,8 @@ void require_rows(const std::string& path, std::size_t rows) {
 void reserve(Recording& recording, std::vector<double>& stamps, const Batches& batches, std::size_t rows) {
   const double share = static_cast<double>(rows) / static_cast<double>(batches.bytes_used() + 1);
   const auto expected = static_cast<std::size_t>(share * 1.05 * static_cast<double>(batches.bytes())) + rows;
-  for (Channel& channel : recording.channels) formats::make_room(channel.values, expected);
-  formats::make_room(stamps, expected);
+  for (Channel& channel : recording.channels) make_room(channel.values, expected);
+  make_room(stamps, expected);
 }
 
 }  // namespace

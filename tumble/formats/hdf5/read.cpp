@@ -6,9 +6,9 @@
 #include "tumble/formats/catalogue/annotations.hpp"
 #include "tumble/formats/catalogue/clock.hpp"
 #include "tumble/formats/catalogue/input_file.hpp"
-#include "tumble/formats/catalogue/room.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/hdf5/values.hpp"
+#include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::hdf5 {
@@ -204,7 +204,7 @@ Recording read(const std::string& path, const ReadOptions& options, const Progre
   for (std::size_t i = 0; i < count; ++i) {
     Channel& channel = recording.channels[i];
     report(progress, static_cast<double>(i) / static_cast<double>(count), "reading");
-    formats::make_room(channel.values, source.samples(i));
+    make_room(channel.values, source.samples(i));
     source.append(i, 0, source.samples(i), channel);
   }
   return recording;

@@ -1,10 +1,10 @@
-#include "tumble/formats/catalogue/room.hpp"
+#include "tumble/math/room.hpp"
 
 #include <sys/mman.h>
 
 #include <cstdint>
 
-namespace tumble::formats {
+namespace tumble {
 
 void make_room(std::vector<double>& values, std::size_t count) {
   values.reserve(count);
@@ -14,4 +14,4 @@ void make_room(std::vector<double>& values, std::size_t count) {
   if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: may be refused
 }
 
-}  // namespace tumble::formats
+}  // namespace tumble
