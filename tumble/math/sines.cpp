@@ -6,40 +6,15 @@
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "tumble/math/extremes.hpp"
+#include "tumble/math/room.hpp"
+
 namespace tumble {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr double turn = 2.0 * std::numbers::pi;
-constexpr std::size_t lanes = 4;
-
-/// exp(-2 pi i f j) over a block, one part after the other.
-struct Turning {
-  Turning(double frequency, std::size_t block) : cosine(block), sine(block) {
-    for (std::size_t j = 0; j < block; ++j) {
-      const double angle = turn * frequency * static_cast<double>(j);
-      cosine[j] = std::cos(angle);
-      sine[j] = std::sin(angle);
-    }
-  }
-  std::vector<double> cosine, sine;
-
-  /// sum_j x_j exp(-2 pi i f j); NaN if one is missing
-  Complex sum(std::span<const double> x) const {
-    std::array<double, lanes> re{}, im{};
-    const std::size_t whole = x.size() / lanes * lanes;
-    for (std::size_t j = 0; j < whole; j += lanes)
-      for (std::size_t k = 0; k < lanes; ++k) {
-        re[k] += x[j + k] * cosine[j + k];
-        im[k] -= x[j + k] * sine[j + k];
-      }
-    for (std::size_t j = whole; j < x.size(); ++j) {
-      re[0] += x[j] * cosine[j];
-      im[0] -= x[j] * sine[j];
-    }
-    return {(re[0] + re[1]) + (re[2] + re[3]), (im[0] + im[1]) + (im[2] + im[3])};
-  }
-};
+constexpr std::size_t lanes = 4, longest_block = 256;
 
 Complex at_angle(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
@@ -106,6 +81,35 @@ double summit(const Baseband& base, double beside, double reach, Complex& amplit
 
 }  // namespace
 
+/// exp(-2 pi i f j) over a block, one part after the other.
+struct Sines::Turning {
+  Turning(double f, std::size_t block) : frequency(f), cosine(block), sine(block) {
+    for (std::size_t j = 0; j < block; ++j) {
+      const double angle = turn * frequency * static_cast<double>(j);
+      cosine[j] = std::cos(angle);
+      sine[j] = std::sin(angle);
+    }
+  }
+  double frequency;
+  std::vector<double> cosine, sine;
+
+  /// sum_j x_j exp(-2 pi i f j); NaN if one is missing
+  Complex sum(std::span<const double> x) const {
+    std::array<double, lanes> re{}, im{};
+    const std::size_t whole = x.size() / lanes * lanes;
+    for (std::size_t j = 0; j < whole; j += lanes)
+      for (std::size_t k = 0; k < lanes; ++k) {
+        re[k] += x[j + k] * cosine[j + k];
+        im[k] -= x[j + k] * sine[j + k];
+      }
+    for (std::size_t j = whole; j < x.size(); ++j) {
+      re[0] += x[j] * cosine[j];
+      im[0] -= x[j] * sine[j];
+    }
+    return {(re[0] + re[1]) + (re[2] + re[3]), (im[0] + im[1]) + (im[2] + im[3])};
+  }
+};
+
 double Sines::Support::weight(std::size_t n) const {
   const double edge = static_cast<double>(std::min(n - begin, end - 1 - n)) + 0.5;
   if (edge >= taper) return 1.0;
@@ -113,11 +117,33 @@ double Sines::Support::weight(std::size_t n) const {
   return sine * sine;
 }
 
+/// tapering: half a turn over the taper. Half of a rise and of a fall are cosines, which turn from their first.
+void Sines::Support::weights(std::size_t first, const Turning& tapering, std::span<double> result) const {
+  const std::size_t last = first + result.size() - 1;
+  const bool rises = last - begin <= end - 1 - last, falls = first - begin >= end - 1 - first;
+  if (!rises && !falls) {
+    for (std::size_t j = 0; j < result.size(); ++j) result[j] = weight(first + j);
+    return;
+  }
+  const double sign = rises ? 1.0 : -1.0;
+  const double from = static_cast<double>(rises ? first - begin : end - 1 - first) + 0.5;
+  const double re = 0.5 * std::cos(turn * tapering.frequency * from);
+  const double im = 0.5 * sign * std::sin(turn * tapering.frequency * from);
+  for (std::size_t j = 0; j < result.size(); ++j) {
+    const double edge = from + sign * static_cast<double>(j);
+    const double rise = 0.5 - (re * tapering.cosine[j] - im * tapering.sine[j]);
+    result[j] = edge >= taper ? 1.0 : rise;
+  }
+}
+
 /// Blocks short enough that a sine two frequencies of the search off hardly turns within one.
-Sines::Sines(std::span<const double> values) : rest_(values.begin(), values.end()) {
+Sines::Sines(std::span<const double> values) {
+  make_room(rest_, values.size());
+  rest_.assign(values.begin(), values.end());
   middle_ = 0.5 * static_cast<double>(rest_.size() - 1);
-  while (block_ < 256 && rest_.size() / (2 * block_) >= 256) block_ *= 2;
-  for (std::size_t n = 0; n < rest_.size(); ++n) {
+  while (block_ < longest_block && rest_.size() / (2 * block_) >= 256) block_ *= 2;
+  const bool complete = extremes_of(values).present == values.size();
+  for (std::size_t n = 0; !complete && n < rest_.size(); ++n) {
     if (!std::isnan(rest_[n])) continue;
     if (gaps_.empty() || gaps_.back().end != n) gaps_.push_back({n, n, 0.0});
     ++gaps_.back().end;
@@ -127,17 +153,21 @@ Sines::Sines(std::span<const double> values) : rest_(values.begin(), values.end(
 
 /// Straight line through the rest.
 void Sines::find_trend() {
-  double count = 0.0, t = 0.0, tt = 0.0, x = 0.0, tx = 0.0, origin = 0.0;
+  const auto there = std::ranges::find_if(rest_, [](double value) { return !std::isnan(value); });
+  const double origin = there == rest_.end() ? 0.0 : *there;
+  std::array<std::array<double, lanes>, 5> sums{};  // none waits for the one before
   for (std::size_t n = 0; n < rest_.size(); ++n) {
     if (std::isnan(rest_[n])) continue;
-    const double time = static_cast<double>(n) - middle_;
-    if (count == 0.0) origin = rest_[n];
-    count += 1.0;
-    t += time;
-    tt += time * time;
-    x += rest_[n] - origin;
-    tx += time * (rest_[n] - origin);
+    const double time = static_cast<double>(n) - middle_, value = rest_[n] - origin;
+    const std::size_t k = n % lanes;
+    sums[0][k] += 1.0;
+    sums[1][k] += time;
+    sums[2][k] += time * time;
+    sums[3][k] += value;
+    sums[4][k] += time * value;
   }
+  const auto of = [&](std::size_t i) { return (sums[i][0] + sums[i][1]) + (sums[i][2] + sums[i][3]); };
+  const double count = of(0), t = of(1), tt = of(2), x = of(3), tx = of(4);
   slope_ = count > 2.0 ? (tx - t * x / count) / (tt - t * t / count) : 0.0;
   level_ = count > 0.0 ? origin + (x - slope_ * t) / count : 0.0;
 }
@@ -160,16 +190,23 @@ std::vector<Sines::Support> Sines::supports(double frequency) const {
 }
 
 /// Samples of a block one by one, those of one support.
-void Sines::weigh(const Support& support, std::size_t block, double frequency, Baseband& result) const {
-  const std::size_t first = std::max(support.begin, block * block_), last = std::min(support.end, (block + 1) * block_);
+void Sines::weigh(const Support& support, std::size_t block, const Turning& turning, const Turning& tapering,
+                  Baseband& result) const {
+  const std::size_t origin = block * block_;
+  const std::size_t first = std::max(support.begin, origin), last = std::min(support.end, origin + block_);
+  std::array<double, longest_block> room;
+  const std::span<double> weights = std::span(room).first(last - first);
+  support.weights(first, tapering, weights);
+  double re = 0.0, im = 0.0;
   for (std::size_t n = first; n < last; ++n) {
     if (std::isnan(rest_[n])) continue;
-    const double weight = support.weight(n);
+    const double weight = weights[n - first], value = weight * (rest_[n] - trend(n));
     result.weight[block] += weight;
     result.square[block] += weight * weight;
-    result.sum[block] +=
-        weight * (rest_[n] - trend(n)) * at_angle(-turn * frequency * (static_cast<double>(n) - middle_));
+    re += value * turning.cosine[n - origin];
+    im -= value * turning.sine[n - origin];
   }
+  result.sum[block] += Complex(re, im) * at_angle(-turn * turning.frequency * (static_cast<double>(origin) - middle_));
 }
 
 Sines::Baseband Sines::baseband(double frequency) const {
@@ -185,13 +222,14 @@ Sines::Baseband Sines::baseband(double frequency) const {
   for (std::size_t k = 0; k < blocks; ++k)
     result.time.push_back((static_cast<double>(k) + 0.5) * static_cast<double>(block_) - 0.5 - middle_);
   for (const Support& support : supports(frequency)) {
+    const Turning tapering(0.5 / support.taper, block_);
     for (std::size_t k = support.begin / block_; k * block_ < support.end; ++k) {
       const std::size_t first = k * block_, last = first + block_;
       const bool flat = first >= support.begin && last <= support.end && support.weight(first) == 1.0 &&
                         support.weight(last - 1) == 1.0;
       const Complex sum = flat ? turning.sum(std::span(rest_).subspan(first, block_)) : Complex(std::nan(""));
       if (std::isnan(sum.real())) {
-        weigh(support, k, frequency, result);
+        weigh(support, k, turning, tapering, result);
         continue;
       }
       result.weight[k] = result.square[k] = static_cast<double>(block_);

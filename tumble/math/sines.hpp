@@ -65,10 +65,13 @@ class Sines {
                  NoiseBands& bands) const;
 
  private:
+  struct Turning;
   struct Support {
     std::size_t begin = 0, end = 0;
     double taper = 0.0;  ///< [samples] at either end
     double weight(std::size_t n) const;
+    /// Those of the samples from `first` on, at most a block of them.
+    void weights(std::size_t first, const Turning& tapering, std::span<double> result) const;
   };
   /// Sums over blocks of samples turned down by a frequency.
   struct Baseband {
@@ -79,7 +82,8 @@ class Sines {
 
   std::vector<Support> supports(double frequency) const;
   Baseband baseband(double frequency) const;
-  void weigh(const Support& support, std::size_t block, double frequency, Baseband& result) const;
+  void weigh(const Support& support, std::size_t block, const Turning& turning, const Turning& tapering,
+             Baseband& result) const;
   void put(const Sine& sine, double sign);
   std::array<std::vector<double>, 3> directions(const Sine& sine, const NoiseBands& bands,
                                                 const std::vector<double>& weight) const;
