@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
 
@@ -61,9 +61,7 @@ void look_at_unit(const Channel& channel, std::string_view name, Findings& findi
 
 void look_at_temperature(const Channel& channel, Findings& findings) {
   if (channel.kind != QuantityKind::temperature) return;
-  double lowest = INFINITY;
-  for (const double value : channel.values)
-    if (value < lowest) lowest = value;
+  const double lowest = extremes_of(channel.values).lowest;
   if (channel.unit.offset() != 0.0 && lowest < 0.0)
     findings.push_back(
         {Finding::Severity::warning,
