@@ -6,6 +6,7 @@
 
 #include "tumble/math/allan_differences.hpp"
 #include "tumble/math/allan_edf.hpp"
+#include "tumble/math/allan_edf_extended.hpp"
 #include "tumble/math/allan_noise_type.hpp"
 #include "tumble/math/allan_phase.hpp"
 #include "tumble/math/allan_sums.hpp"
@@ -71,83 +72,56 @@ double deviation_of(Stability measure, double square, double tau, double interva
   return measure == Stability::time || measure == Stability::time_total ? tau * deviation / std::sqrt(3.0) : deviation;
 }
 
-/// Expected variance of a total measure over that of the measure it stands for; records of T/tau = `ratio`.
+/// Expected variance of a measure over that of the one it stands for; records of T/tau = `ratio`.
 double bias(Stability measure, int alpha, std::size_t m, double ratio) {
-  const auto pick = [](int index, std::initializer_list<double> values) {
-    return *(values.begin() + std::clamp(index, 0, static_cast<int>(values.size()) - 1));
-  };
   switch (measure) {
     case Stability::total:
-      return 1.0 - pick(-alpha, {0.0, 0.481, 0.750}) / ratio;  // SP 1065 table 7
+      return total_bias(alpha, m, ratio);
     case Stability::modified_total:
     case Stability::time_total:
-      return pick(2 - alpha, {0.94, 0.83, 0.73, 0.70, 0.69});
+      return modified_total_bias(alpha, m);
     case Stability::hadamard_total:
-      if (m == 1 || alpha > 0) return 1.0;  // it is the Hadamard deviation there; none is published for phase noise
-      return 1.0 + pick(-alpha, {-0.005, -0.149, -0.229, -0.283, -0.321});
+      return m == 1 ? 1.0 : hadamard_total_bias(alpha, m);  // it is the Hadamard deviation there
     default:
       return 1.0;
   }
 }
 
-/// edf of the differences, and of the total measures at m < 8, where their published edf does not hold (at m = 1 they
-/// are twice too large), that of the difference they extend, which is less.
-double edf_of_difference(Stability measure, int alpha, std::size_t m, std::size_t count) {
+/// edf of the measure with `count` terms at factor m of a run of `points` phase points; 0 where none is known.
+double edf_of(Stability measure, int alpha, std::size_t m, std::size_t count, std::size_t points) {
+  const double ratio = static_cast<double>(points - 1) / static_cast<double>(m);
   switch (measure) {
     case Stability::allan:
       return phase_difference_edf(alpha, {2, false, false}, m, count);
-    case Stability::total:
     case Stability::overlapping_allan:
       return phase_difference_edf(alpha, {2, true, false}, m, count);
-    case Stability::hadamard:
-      return phase_difference_edf(alpha, {3, false, false}, m, count);
-    case Stability::hadamard_total:
-    case Stability::overlapping_hadamard:
-      return phase_difference_edf(alpha, {3, true, false}, m, count);
     case Stability::modified_allan:
-    case Stability::modified_total:
-    case Stability::time_total:
     case Stability::time:
       return phase_difference_edf(alpha, {2, true, true}, m, count);
+    case Stability::hadamard:
+      return phase_difference_edf(alpha, {3, false, false}, m, count);
+    case Stability::overlapping_hadamard:
+      return phase_difference_edf(alpha, {3, true, false}, m, count);
+    case Stability::total:
+      return total_edf(alpha, m, ratio);
+    case Stability::modified_total:
+    case Stability::time_total:
+      return modified_total_edf(alpha, m, ratio);
+    case Stability::hadamard_total:
+      return hadamard_total_edf(alpha, m, ratio);
     case Stability::parabolic:
       return parabolic_edf(alpha, m, count);
-    default:
+    case Stability::theo1:
+      return theo1_edf(alpha, m, points);
+    case Stability::theoh:
+      return ratio >= theoh_shortest_ratio ? phase_difference_edf(alpha, {2, true, false}, m, count)
+                                           : theo_bias_removed_edf(alpha, m, points);
+    case Stability::rms_interval_error:  // slower noise has none: its mean square depends on the record's length
+      return alpha > 0 ? phase_difference_edf(alpha, {1, true, false}, m, count) : 0.0;
+    case Stability::peak_interval_error:
       return 0.0;
   }
-}
-
-/// edf of the measure with `count` terms at factor m of a record of T/tau = `ratio`; 0 where no formula is published.
-double edf_of(Stability measure, int alpha, std::size_t m, std::size_t count, double ratio) {
-  if (measure == Stability::theoh)
-    return ratio >= theoh_shortest_ratio ? phase_difference_edf(alpha, {2, true, false}, m, count)
-                                         : theo_bias_removed_edf(alpha, ratio);
-  struct Pair {
-    double a, b;
-  };
-  static constexpr Pair of_total[3] = {{1.50, 0.0}, {1.17, 0.22}, {0.93, 0.36}};
-  static constexpr Pair of_modified[5] = {{1.90, 2.10}, {1.20, 1.40}, {1.10, 1.20}, {0.85, 0.50}, {0.75, 0.31}};
-  static constexpr Pair of_hadamard[5] = {
-      {0.559, 1.004}, {0.868, 1.140}, {0.938, 1.696}, {0.974, 2.554}, {1.276, 3.149}};
-  if (m < 8) return edf_of_difference(measure, alpha, m, count);
-  switch (measure) {
-    case Stability::total: {
-      if (alpha > 0) return 0.0;
-      const auto [a, b] = of_total[std::min(-alpha, 2)];
-      return std::max(1.0, a * ratio - b);
-    }
-    case Stability::modified_total:
-    case Stability::time_total: {
-      const auto [a, b] = of_modified[std::clamp(2 - alpha, 0, 4)];
-      return std::max(1.0, a * ratio - b);
-    }
-    case Stability::hadamard_total: {
-      if (alpha > 0) return 0.0;
-      const auto [a, b] = of_hadamard[std::min(-alpha, 4)];
-      return std::max(1.0, ratio / (a + b / ratio));
-    }
-    default:
-      return edf_of_difference(measure, alpha, m, count);
-  }
+  return 0.0;
 }
 
 void check(double interval, std::span<const std::size_t> factors, const StabilityOptions& options) {
@@ -159,6 +133,8 @@ void check(double interval, std::span<const std::size_t> factors, const Stabilit
   if (!std::is_sorted(factors.begin(), factors.end()) || (!factors.empty() && factors.front() == 0)) {
     problems.push_back("averaging factors must be whole numbers from 1 on, in ascending order");
   }
+  if (!options.types.empty() && options.types.size() != factors.size())
+    problems.push_back("noise types are one for each averaging factor");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -184,8 +160,12 @@ Pooled pool(Stability measure, const Phase& phase, std::span<const double> theo_
     const auto found = measure_at(measure, x, rate, theo_bias[r], m);
     if (found.count == 0) continue;
     const double ratio = static_cast<double>(x.size() - 1) / static_cast<double>(m);
-    const double value = remove_bias ? found.value / bias(measure, alpha, m, ratio) : found.value;
-    const double terms = static_cast<double>(found.count), edf = edf_of(measure, alpha, m, found.count, ratio);
+    // Short runs are hardly more than their mirror images.
+    if (measure == Stability::total && phase.runs.size() > 1 && (ratio < 2.0 || x.size() < 16)) continue;
+    double value = remove_bias ? found.value / bias(measure, alpha, m, ratio) : found.value;
+    if (measure == Stability::theoh && remove_bias && ratio < theoh_shortest_ratio)
+      value *= theo_ratio_change(alpha, x.size(), m);
+    const double terms = static_cast<double>(found.count), edf = edf_of(measure, alpha, m, found.count, x.size());
     pooled.count += found.count;
     pooled.square = std::max(pooled.square, value);
     sum += terms * value;
@@ -199,39 +179,23 @@ Pooled pool(Stability measure, const Phase& phase, std::span<const double> theo_
   return pooled;
 }
 
-std::vector<DeviationPoint> stability_of(Stability measure, const Phase& phase, double interval,
-                                         std::span<const std::size_t> factors, const StabilityOptions& options) {
-  std::vector<DeviationPoint> points;
-  // The noise type of ThêoH is that of the longest tau whose 30 strided points tell it well.
+/// Noise type at each factor. That of ThêoH is the one of the longest tau whose 30 strided points tell it well.
+std::vector<int> types_of(Stability measure, const Phase& phase, std::span<const std::size_t> factors,
+                          const StabilityOptions& options) {
+  if (!options.types.empty()) return options.types;
+  std::vector<int> types(factors.size(), options.alpha.value_or(2));
+  if (options.alpha) return types;
   std::vector<std::size_t> typed(factors.begin(), factors.end());
   if (measure == Stability::theoh)
     for (std::size_t& m : typed) m = std::min(m, std::max<std::size_t>(1, phase.values.size() / 31));
-  const auto allan_sums = options.alpha ? std::vector<double>{} : second_difference_sums(phase, typed);
-  std::vector<double> theo_bias(phase.runs.size(), 1.0);
-  for (std::size_t r = 0; measure == Stability::theoh && r < phase.runs.size(); ++r)
-    theo_bias[r] = allan_over_theo1(phase.values.subspan(phase.runs[r].first, phase.runs[r].points()));
-  int alpha = options.alpha.value_or(2);
-  for (std::size_t i = 0; i < factors.size(); ++i) {
-    const std::size_t m = factors[i];
-    if (!options.alpha) {
-      std::size_t terms = 0;
-      for (const auto& run : phase.runs) terms += run.points() > 2 * typed[i] ? run.points() - 2 * typed[i] : 0;
-      alpha = identify_noise_type(phase, typed[i], allan_sums[i], terms, alpha);
-    }
-    const auto pooled = pool(measure, phase, theo_bias, m, alpha, options.remove_bias);
-    if (pooled.count == 0) continue;
-    const double scale = measure == Stability::theo1 ? 0.75 : 1.0;
-    DeviationPoint point{.factor = m, .tau = scale * static_cast<double>(m) * interval, .count = pooled.count};
-    point.alpha = alpha;
-    point.deviation = deviation_of(measure, pooled.square, point.tau, interval);
-    point.edf = pooled.edf;
-    const auto limits = point.edf > 0.0 ? deviation_limits(point.deviation, point.edf, options.confidence)
-                                        : Limits{point.deviation, point.deviation};
-    point.lower = limits.lower;
-    point.upper = limits.upper;
-    points.push_back(point);
+  const auto sums = second_difference_sums(phase, typed);
+  int alpha = 2;
+  for (std::size_t i = 0; i < typed.size(); ++i) {
+    std::size_t terms = 0;
+    for (const auto& run : phase.runs) terms += run.points() > 2 * typed[i] ? run.points() - 2 * typed[i] : 0;
+    types[i] = alpha = identify_noise_type(phase, typed[i], sums[i], terms, alpha);
   }
-  return points;
+  return types;
 }
 
 std::vector<double> scaled(std::span<const double> values, double factor) {
@@ -251,7 +215,7 @@ std::vector<DeviationPoint> stability(Stability measure, std::span<const double>
                 "phase point " + std::to_string(bad - phase.begin()) + " is not a finite number");
   }
   if (phase.size() < 2) return {};
-  return stability_of(measure, {phase, {{0, phase.size() - 1}}, nullptr}, interval, factors, options);
+  return stability_of_runs(measure, {phase, {{0, phase.size() - 1}}, nullptr}, interval, factors, options);
 }
 
 std::vector<DeviationPoint> stability_of_rate(Stability measure, std::span<const double> rate, double interval,
@@ -259,7 +223,33 @@ std::vector<DeviationPoint> stability_of_rate(Stability measure, std::span<const
   check(interval, factors, options);
   const auto phase = integrate_rate(rate, 1);
   const auto values = scaled(phase.values, interval);
-  return stability_of(measure, {values, phase.runs, nullptr}, interval, factors, options);
+  return stability_of_runs(measure, {values, phase.runs, nullptr}, interval, factors, options);
+}
+
+std::vector<DeviationPoint> stability_of_runs(Stability measure, const Phase& phase, double interval,
+                                              std::span<const std::size_t> factors, const StabilityOptions& options) {
+  check(interval, factors, options);
+  std::vector<DeviationPoint> points;
+  std::vector<double> theo_bias(phase.runs.size(), 1.0);
+  for (std::size_t r = 0; measure == Stability::theoh && r < phase.runs.size(); ++r)
+    theo_bias[r] = allan_over_theo1(phase.values.subspan(phase.runs[r].first, phase.runs[r].points()));
+  const auto types = types_of(measure, phase, factors, options);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const std::size_t m = factors[i];
+    const auto pooled = pool(measure, phase, theo_bias, m, types[i], options.remove_bias);
+    if (pooled.count == 0) continue;
+    const double scale = measure == Stability::theo1 ? 0.75 : 1.0;
+    DeviationPoint point{.factor = m, .tau = scale * static_cast<double>(m) * interval, .count = pooled.count};
+    point.alpha = types[i];
+    point.deviation = deviation_of(measure, pooled.square, point.tau, interval);
+    point.edf = pooled.edf;
+    const auto limits = point.edf > 0.0 ? deviation_limits(point.deviation, point.edf, options.confidence)
+                                        : Limits{point.deviation, point.deviation};
+    point.lower = limits.lower;
+    point.upper = limits.upper;
+    points.push_back(point);
+  }
+  return points;
 }
 
 std::vector<double> phase_from_rate(std::span<const double> rate, double interval) {

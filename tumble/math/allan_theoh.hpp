@@ -16,7 +16,12 @@ double allan_over_theo1(std::span<const double> x);
 /// The overlapping Allan variance up to N/10; beyond, `bias` times Theo1 at 4m/3 where 3 divides m.
 MeanSquare theoh_variance(std::span<const double> x, double bias, std::size_t m);
 
-/// Degrees of freedom of ThêoBR in a record of T/tau = `ratio`; 0 under phase noise.
-double theo_bias_removed_edf(int alpha, double ratio);
+/// E Allan(3m/4)/E Theo1(m) under white (alpha = 2) and flicker (1) phase noise, which falls with m. For m/2 = h: white
+/// 1/(1 + 1/2 + ... + 1/h + 1/(2h)).
+double expected_allan_over_theo1(int alpha, std::size_t m);
+
+/// This ratio at 4m/3 over its mean over the range of `allan_over_theo1`: what ThêoBR of phase noise is to be
+/// multiplied with. 1 for other noise, whose ratio changes by 5 % or less.
+double theo_ratio_change(int alpha, std::size_t points, std::size_t m);
 
 }  // namespace tumble

@@ -8,6 +8,7 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/methods/allan_noise/family.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
@@ -57,6 +58,12 @@ std::vector<Option> options() {
        "log",
        {"log", "all"},
        "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval"},
+      {"deviations",
+       Type::text,
+       "1",
+       "",
+       {},
+       "other measures of stability beside it, with limits: any of " + family_names()},
       {"longest_fraction",
        Type::quantity,
        "1",
@@ -152,6 +159,7 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
     add_all_taus(signal, settings, result);
+    add_family(signal, settings, result);
     add_spectrum(signal, settings, result);
     add_windows(signal, settings, result);
   } catch (const Error& error) {
@@ -176,6 +184,8 @@ void check(const Settings& settings) {
   if (settings.number("points_per_decade") != 0.0) within("points_per_decade", 0.99, 1000.0);
   if (const int windows = settings.integer("windows"); windows != 0 && (windows < 3 || windows > 1000))
     problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
+  if (settings.has("deviations"))
+    for (auto& problem : family_problems(settings.word("deviations"))) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
@@ -208,6 +218,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   describe_lines(results, estimate);
   describe_set_aside(results, estimate);
   describe_all_taus(results, estimate);
+  describe_family(results, estimate);
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
   describe_together(found, results, settings, estimate);

@@ -7,6 +7,7 @@
 #include "tumble/core/channel.hpp"
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/allan.hpp"
+#include "tumble/math/allan_family.hpp"
 #include "tumble/math/dynamic_stability.hpp"
 #include "tumble/math/every_tau.hpp"
 #include "tumble/math/noise_likelihood.hpp"
@@ -28,6 +29,12 @@ struct FittedLine {
   double unsteadiness = 0.0;  ///< how far parts of the record depart from it over the amplitude; 0: not beyond noise
 };
 
+/// One measure of stability of a channel.
+struct FamilyCurve {
+  Stability measure;
+  std::vector<DeviationPoint> points;
+};
+
 /// What was found on one channel.
 struct ChannelNoise {
   std::string label;
@@ -40,6 +47,7 @@ struct ChannelNoise {
   NoiseFit fit;
   std::optional<PowerSpectrum> spectrum;
   std::optional<EveryTau> every;
+  std::vector<FamilyCurve> family;
   std::optional<DynamicStability> windows;
   double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;

@@ -125,6 +125,7 @@ void check(const Settings& settings) {
   refuse(settings.word("estimator") != "likelihood", "estimator = allan");
   refuse(settings.word("timing") == "stamps", "timing = stamps");
   refuse(settings.word("taus") == "all", "taus = all");
+  refuse(settings.has("deviations"), "deviations");
   refuse(settings.word("spectrum") != "none", "spectrum");
   refuse(settings.integer("windows") != 0, "windows");
   refuse(settings.flag("correlation"), "correlation");

@@ -1,0 +1,199 @@
+#include "tumble/methods/allan_noise/family.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/allan_family_curve.hpp"
+#include "tumble/units/nearest.hpp"
+
+namespace tumble {
+namespace {
+
+struct Member {
+  const char* name;
+  Stability measure;
+  const char* title;
+  bool of_angle;  ///< a time or an angle [u s], not a rate
+};
+
+constexpr Member members[] = {
+    {"adev", Stability::allan, "Allan", false},
+    {"oadev", Stability::overlapping_allan, "overlapping Allan", false},
+    {"mdev", Stability::modified_allan, "modified Allan", false},
+    {"tdev", Stability::time, "time deviation", true},
+    {"hdev", Stability::hadamard, "Hadamard", false},
+    {"ohdev", Stability::overlapping_hadamard, "overlapping Hadamard", false},
+    {"totdev", Stability::total, "total", false},
+    {"mtotdev", Stability::modified_total, "modified total", false},
+    {"ttotdev", Stability::time_total, "time total", true},
+    {"htotdev", Stability::hadamard_total, "Hadamard total", false},
+    {"pdev", Stability::parabolic, "parabolic", false},
+    {"theo1", Stability::theo1, "Theo1", false},
+    {"theoh", Stability::theoh, "TheoH", false},
+    {"mtie", Stability::peak_interval_error, "MTIE", true},
+    {"tierms", Stability::rms_interval_error, "TIE rms", true},
+};
+
+const Member& member_of(Stability measure) {
+  return *std::find_if(std::begin(members), std::end(members),
+                       [&](const Member& member) { return member.measure == measure; });
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::vector<std::string> words;
+  std::string word;
+  for (const char c : text + ",") {
+    if (c == ',' || c == ' ' || c == '[' || c == ']' || c == '"' || c == '\'') {
+      if (!word.empty()) words.push_back(word);
+      word.clear();
+    } else {
+      word += c;
+    }
+  }
+  return words;
+}
+
+std::vector<Member> asked_for(const std::string& text) {
+  const auto words = words_of(text);
+  std::vector<Member> result;
+  for (const auto& member : members)
+    if (std::any_of(words.begin(), words.end(),
+                    [&](const std::string& word) { return word == "all" || word == member.name; }))
+      result.push_back(member);
+  return result;
+}
+
+Unit unit_of(const Member& member, QuantityKind kind) {
+  const bool rate = kind == QuantityKind::angular_rate;
+  if (member.of_angle) return Unit::parse(rate ? "arcsec" : "mm/s");
+  return Unit::parse(rate ? "deg/h" : "ug");
+}
+
+/// The time deviation is the modified one times tau/sqrt(3), which may have been asked for too.
+std::vector<DeviationPoint> from_modified(const ChannelNoise& channel, Stability measure) {
+  const Stability modified = measure == Stability::time ? Stability::modified_allan : Stability::modified_total;
+  const bool is_time = measure == Stability::time || measure == Stability::time_total;
+  for (const auto& one : channel.family) {
+    if (!is_time || one.measure != modified) continue;
+    auto points = one.points;
+    for (auto& point : points)
+      for (double* const value : {&point.deviation, &point.lower, &point.upper}) *value *= point.tau / std::sqrt(3.0);
+    return points;
+  }
+  return {};
+}
+
+std::string noise_name(int alpha, QuantityKind kind) {
+  const std::string of = kind == QuantityKind::angular_rate ? "rate" : "specific force";
+  switch (alpha) {
+    case 2:
+      return kind == QuantityKind::angular_rate ? "white angle" : "white velocity";
+    case 1:
+      return kind == QuantityKind::angular_rate ? "flicker angle" : "flicker velocity";
+    case 0:
+      return "white " + of;
+    case -1:
+      return "flicker " + of;
+    case -2:
+      return "random walk " + of;
+    default:
+      return "steeper than a walk";
+  }
+}
+
+void add_rows(const ChannelNoise& channel, const FamilyCurve& curve, Table& table) {
+  const Member& member = member_of(curve.measure);
+  const Unit unit = unit_of(member, channel.kind);
+  const auto text = [&](double value) { return fmt::format("{:.4g}", unit.difference_from_si(value)); };
+  for (const auto& point : curve.points) {
+    const bool known = point.edf > 0.0;
+    table.rows.push_back({channel.label, std::string(member.name), point.tau, text(point.deviation),
+                          known ? text(point.lower) + " to " + text(point.upper) : std::string("none known"),
+                          unit.text(), known ? fmt::format("{:.1f}", point.edf) : std::string(),
+                          noise_name(point.alpha, channel.kind)});
+  }
+}
+
+Curve curve_of(const ChannelNoise& channel, const Member& member, const std::vector<DeviationPoint>& points) {
+  Curve curve;
+  curve.name = fmt::format("{} {}", channel.label, member.name);
+  curve.figure = "family of deviations " + channel.label;
+  curve.x = {"averaging time", Unit::parse("s"), {}};
+  curve.y = {member.of_angle ? "deviation of the integral" : "deviation", unit_of(member, channel.kind), {}};
+  curve.logarithmic = true;
+  const bool known = std::all_of(points.begin(), points.end(), [](const DeviationPoint& one) { return one.edf > 0.0; });
+  if (known) curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
+  for (const auto& point : points) {
+    curve.x.values.push_back(point.tau);
+    curve.y.values.push_back(point.deviation);
+    if (!known) continue;
+    curve.lower.push_back(point.lower);
+    curve.upper.push_back(point.upper);
+  }
+  return curve;
+}
+
+}  // namespace
+
+std::string family_names() {
+  std::string text;
+  for (const auto& member : members) text += std::string(member.name) + ", ";
+  return text + "or all";
+}
+
+std::vector<std::string> family_problems(const std::string& asked) {
+  std::vector<std::string> names{"all"}, problems;
+  for (const auto& member : members) names.emplace_back(member.name);
+  for (const auto& word : words_of(asked))
+    if (std::find(names.begin(), names.end(), word) == names.end())
+      problems.push_back(
+          fmt::format("deviations = {}: expected any of {}{}", word, family_names(), did_you_mean(word, names)));
+  return problems;
+}
+
+void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+  if (!settings.has("deviations")) return;
+  const AllanOptions options{settings.number("points_per_decade"), result.confidence,
+                             settings.number("longest_fraction")};
+  for (const auto& member : asked_for(settings.word("deviations"))) {
+    auto points = from_modified(result, member.measure);
+    if (points.empty()) points = stability_curve(member.measure, signal.values, signal.rate, options, result.curve);
+    if (points.empty())
+      result.findings.push_back(
+          {Finding::Severity::warning,
+           fmt::format("no {} ({}): no averaging time of it fits between the gaps", member.name, member.title),
+           result.label});
+    else
+      result.family.push_back({member.measure, std::move(points)});
+  }
+}
+
+void describe_family(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
+  Table table{"family",
+              "measures of stability, with limits by the noise type at each averaging time",
+              {{"channel", Unit()},
+               {"deviation", Unit()},
+               {"averaging time", Unit::parse("s")},
+               {"value", Unit()},
+               {"limits", Unit()},
+               {"unit", Unit()},
+               {"degrees of freedom", Unit()},
+               {"noise type", Unit()}},
+              {}};
+  for (const auto& channel : channels) {
+    if (channel.family.empty() || !channel.failure.empty()) continue;
+    const Member& plain = member_of(Stability::overlapping_allan);
+    if (std::none_of(channel.family.begin(), channel.family.end(),
+                     [&](const FamilyCurve& one) { return one.measure == plain.measure; }))
+      estimate.curves.push_back(curve_of(channel, plain, channel.curve));
+    for (const auto& one : channel.family) {
+      add_rows(channel, one, table);
+      estimate.curves.push_back(curve_of(channel, member_of(one.measure), one.points));
+    }
+  }
+  if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
+}
+
+}  // namespace tumble

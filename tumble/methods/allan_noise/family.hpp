@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+#include "tumble/core/settings.hpp"
+#include "tumble/methods/allan_noise/describe.hpp"
+#include "tumble/methods/allan_noise/even_signal.hpp"
+
+namespace tumble {
+
+/// What option `deviations` accepts, for its description: "adev, oadev, ... or all".
+std::string family_names();
+
+/// What is wrong with the text of option `deviations`.
+std::vector<std::string> family_problems(const std::string& asked);
+
+/// The deviations that option `deviations` asks for. What stands in their way becomes a finding.
+void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
+
+/// Table `family`, and a figure of each channel's with the overlapping Allan deviation beside them.
+void describe_family(const std::vector<ChannelNoise>& channels, Estimate& estimate);
+
+}  // namespace tumble
