@@ -28,8 +28,19 @@ struct EveryTau {
 /// Accuracy  `rounding`, beside the phase's own (white noise to random walk with drift: 1e-10 at every m)
 EveryTau every_overlapping_allan(std::span<const double> rate);
 
-/// Its sums of squared second differences of phase without gaps, for m = 1 ... (N-1)/2, and the bounds of their
-/// relative rounding errors.
-std::vector<double> every_second_difference_sum(std::span<const double> phase, std::vector<double>& rounding);
+/// Overlapping Hadamard deviation in the same way, at m = 1 ... N/3:
+///
+///   sum_n (x_{n+3m} - 3 x_{n+2m} + 3 x_{n+m} - x_n)^2 = Q(0, N-3m) + 9 Q(m, N-2m) + 9 Q(2m, N-m) + Q(3m, N) - 30 R(m)
+///     + 12 R(2m) - 2 R(3m) + 18 (one + one') + 6 (two + two') - 6 (half + half'),
+///
+/// less the least-squares cubic; primes: of the series read backwards; R, one, two, half as of `third_products`.
+///
+/// See       NIST SP 1065 (2008), eq. (20)
+EveryTau every_overlapping_hadamard(std::span<const double> rate);
+
+/// Sums of squared differences of order 2 or 3 of phase without gaps, for m = 1 ... (N-1)/order, and the bounds of
+/// their relative rounding errors.
+std::vector<double> every_difference_sum(std::span<const double> phase, std::size_t order,
+                                         std::vector<double>& rounding);
 
 }  // namespace tumble

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "tumble/math/allan.hpp"
+#include "tumble/math/allan_family.hpp"
 #include "tumble/math/allan_phase.hpp"
 #include "tumble/math/lagged_products.hpp"
 #include "tumble/units/error.hpp"
@@ -16,6 +17,7 @@
 namespace {
 
 using tumble::every_overlapping_allan;
+using tumble::every_overlapping_hadamard;
 
 /// Deviation from the sum as it is defined, in long double over the same phase.
 double direct(std::span<const double> x, std::size_t m) {
@@ -25,6 +27,15 @@ double direct(std::span<const double> x, std::size_t m) {
     sum += z * z;
   }
   return static_cast<double>(std::sqrt(sum / (2.0L * static_cast<long double>(x.size() - 2 * m))) / m);
+}
+
+double direct_third(std::span<const double> x, std::size_t m) {
+  long double sum = 0.0L;
+  for (std::size_t n = 0; n + 3 * m < x.size(); ++n) {
+    const long double z = static_cast<long double>(x[n + 3 * m]) - 3.0L * x[n + 2 * m] + 3.0L * x[n + m] - x[n];
+    sum += z * z;
+  }
+  return static_cast<double>(std::sqrt(sum / (6.0L * static_cast<long double>(x.size() - 3 * m))) / m);
 }
 
 /// White, and its running sum once and twice, as rates of different noise.
@@ -71,7 +82,50 @@ void expect_direct(const std::vector<double>& rate, const std::vector<std::size_
   }
 }
 
+void expect_direct_third(const std::vector<double>& rate, const std::vector<std::size_t>& factors, const char* name) {
+  const auto every = every_overlapping_hadamard(rate);
+  const auto phase = tumble::integrate_rate(rate, 3);
+  ASSERT_EQ(every.deviation.size(), rate.size() / 3);
+  for (const std::size_t m : factors) {
+    const double expected = direct_third(phase.values, m);
+    EXPECT_NEAR(every.deviation[m - 1] / expected, 1.0, every.rounding[m - 1]) << name << ", m = " << m;
+    EXPECT_LE(every.rounding[m - 1], 1e-9) << name << ", m = " << m;
+    EXPECT_EQ(every.count[m - 1], phase.values.size() - 3 * m);
+  }
+}
+
 }  // namespace
+
+TEST(EveryTau, OfTheHadamardDeviationIsTheDirectSum) {
+  for (const auto& [name, rate] : cases()) {
+    std::vector<std::size_t> factors(1000), few = tumble::averaging_factors(33335, 12.0);
+    for (std::size_t m = 1; m <= factors.size(); ++m) factors[m - 1] = m;
+    expect_direct_third(record(3001, rate), factors, name);
+    for (std::size_t k = 1; k < 4; ++k) few.push_back(33335 - k);
+    expect_direct_third(record(100007, rate), few, name);
+  }
+  for (std::size_t samples = 3; samples < 14; ++samples) {
+    std::vector<std::size_t> factors(samples / 3);
+    for (std::size_t m = 1; m <= factors.size(); ++m) factors[m - 1] = m;
+    expect_direct_third(record(samples, cases()[0].rate), factors, "short");
+  }
+}
+
+TEST(EveryTau, OfTheHadamardDeviationLeavesOutTermsAcrossGaps) {
+  auto rate = record(4000, cases()[1].rate);
+  for (const std::size_t n : {50, 1800, 1801, 3991}) rate[n] = std::numeric_limits<double>::quiet_NaN();
+  const auto every = every_overlapping_hadamard(rate);
+  std::vector<std::size_t> factors;
+  for (std::size_t m = 1; m <= 700; m += 9) factors.push_back(m);
+  const auto points =
+      tumble::stability_of_rate(tumble::Stability::overlapping_hadamard, rate, 1.0, factors, {.alpha = -2});
+  ASSERT_EQ(points.size(), factors.size());
+  for (const auto& point : points) {
+    EXPECT_NEAR(every.deviation[point.factor - 1] / point.deviation, 1.0, 2e-10) << point.factor;
+    EXPECT_EQ(every.count[point.factor - 1], point.count) << point.factor;
+  }
+  EXPECT_EQ(every.count.back(), 0u);
+}
 
 TEST(EveryTau, IsTheDirectSumAtEveryFactor) {
   for (const auto& [name, rate] : cases()) {
@@ -149,6 +203,32 @@ TEST(LaggedProducts, AreTheSumsTheyAreDefinedAs) {
       }
       EXPECT_NEAR(found.leading[lag], static_cast<double>(leading), 1e-15 * squares) << size << ", " << lag;
       EXPECT_NEAR(found.trailing[lag], static_cast<double>(trailing), 1e-15 * squares) << size << ", " << lag;
+    }
+  }
+}
+
+TEST(LaggedProducts, OfThirdDifferencesAreTheSumsTheyAreDefinedAs) {
+  for (const std::size_t size : {4, 7, 700, 9001}) {
+    const auto x = record(size, cases()[1].rate);
+    const std::size_t longest = (size - 1) / 3, stride = 1 + longest / 100;
+    double squares = 0.0;
+    for (const double value : x) squares += value * value;
+    const auto found = tumble::third_products(x, longest, true);
+    ASSERT_EQ(found.whole.size(), 3 * longest + 1);
+    for (std::size_t m = 0; m <= longest; m += stride) {
+      for (const bool backwards : {false, true}) {
+        const auto at = [&](std::size_t i) { return static_cast<long double>(backwards ? x[size - 1 - i] : x[i]); };
+        const auto sum = [&](std::size_t count, std::size_t lag) {
+          long double total = 0.0L;
+          for (std::size_t i = 0; i < count; ++i) total += at(i) * at(i + lag);
+          return static_cast<double>(total);
+        };
+        const auto& ends = backwards ? found.trailing : found.leading;
+        EXPECT_NEAR(ends.one[m], sum(m, m), 1e-15 * squares) << size << ", " << m;
+        EXPECT_NEAR(ends.two[m], sum(2 * m, m), 2e-15 * squares) << size << ", " << m;
+        EXPECT_NEAR(ends.half[m], sum(m, 2 * m), 1e-15 * squares) << size << ", " << m;
+        EXPECT_NEAR(found.whole[3 * m], sum(size - 3 * m, 3 * m), 2e-15 * squares) << size << ", " << m;
+      }
     }
   }
 }

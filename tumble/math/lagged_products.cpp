@@ -46,14 +46,20 @@ pocketfft::stride_t strides(std::size_t across, std::size_t along) {
   return {static_cast<std::ptrdiff_t>(across), static_cast<std::ptrdiff_t>(along)};
 }
 
-/// Spectra of x[first + k L, first + k L + used), k = 0 ... count-1, zero beyond `used` and beyond the end of x.
-Spectra spectra(std::span<const double> x, std::size_t first, std::size_t length, std::size_t used, std::size_t count,
-                bool threads) {
+/// Where the stretches of a series lie that are transformed: at first + k hop, k = 0 ... count-1, `used` values of
+/// each.
+struct Stretches {
+  std::size_t first = 0, hop = 0, used = 0, count = 0;
+};
+
+/// Their spectra, of length 2 L, zero beyond `used` and beyond the end of x.
+Spectra spectra(std::span<const double> x, const Stretches& stretches, std::size_t length, bool threads) {
+  const auto [first, hop, used, count] = stretches;
   Spectra result(length, count);
   in_pieces(count, 8, threads, [&](std::size_t from, std::size_t to) {
     std::vector<double> room((to - from) * 2 * length);
     for (std::size_t k = from; k < to; ++k) {
-      const std::size_t start = first + k * length;
+      const std::size_t start = first + k * hop;
       if (start >= x.size()) continue;
       std::copy_n(x.data() + start, std::min(used, x.size() - start), room.data() + (k - from) * 2 * length);
     }
@@ -135,16 +141,17 @@ void multiply(const double* a, const double* b, std::size_t stride, std::size_t 
 }
 
 /// out[b L + u] += sum over blocks a < columns(b) and i in block a of x_i x_{i + b L + u}, for the blocks b of lags.
+/// Window of block a of values and b of lags: number a + per_lag b.
 template <class Columns>
-void add_squares(const Spectra& blocks, const Spectra& windows, std::size_t lag_blocks, const Columns& columns,
-                 bool threads, std::span<double> out) {
+void add_squares(const Spectra& blocks, const Spectra& windows, std::size_t lag_blocks, std::size_t per_lag,
+                 const Columns& columns, bool threads, std::span<double> out) {
   const std::size_t length = blocks.length;
   Spectra sums(length, lag_blocks);
   // Few values of all spectra at a time: they are used for every pair while they are in the cache.
   in_pieces((length + step) / step, 4, threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) {
       for (std::size_t b = 0; b < lag_blocks; ++b) {
-        multiply(blocks.at(0) + 2 * step * k, windows.at(b) + 2 * step * k, sums.stride(), columns(b),
+        multiply(blocks.at(0) + 2 * step * k, windows.at(per_lag * b) + 2 * step * k, sums.stride(), columns(b),
                  sums.at(b) + 2 * step * k);
       }
     }
@@ -183,10 +190,10 @@ void add_triangle(std::span<const double> x, std::size_t first, std::span<double
   }
   const std::size_t length = block_length(out.size());
   const std::size_t count = (out.size() + length - 1) / length;
-  const auto blocks = spectra(x, first, length, length, count, false);
-  const auto windows = spectra(x, 2 * first, length, 2 * length, 2 * count, false);
+  const auto blocks = spectra(x, {first, length, length, count}, length, false);
+  const auto windows = spectra(x, {2 * first, length, 2 * length, 2 * count}, length, false);
   add_squares(
-      blocks, windows, count, [](std::size_t b) { return b; }, false, out);
+      blocks, windows, count, 1, [](std::size_t b) { return b; }, false, out);
   for (std::size_t b = 0; b < count; ++b) {
     const std::size_t start = b * length;
     add_triangle(x, first + start, out.subspan(start, std::min(length, out.size() - start)));
@@ -199,7 +206,7 @@ std::vector<double> leading_products(std::span<const double> x, std::size_t long
   std::vector<double> out(longest + 1, 0.0);
   const std::size_t length = blocks.length, count = longest / length + 1;
   add_squares(
-      blocks, windows, count, [](std::size_t b) { return b; }, threads, out);
+      blocks, windows, count, 1, [](std::size_t b) { return b; }, threads, out);
   in_pieces(count, 1, threads, [&](std::size_t b, std::size_t) {
     const std::size_t start = b * length;
     add_triangle(x, start, std::span(out).subspan(start, std::min(length, out.size() - start)));
@@ -207,26 +214,93 @@ std::vector<double> leading_products(std::span<const double> x, std::size_t long
   return out;
 }
 
+/// whole[0 ... longest], from the spectra of the whole series in `all` blocks.
+std::vector<double> whole_products(const Spectra& blocks, const Spectra& windows, std::size_t longest, bool threads) {
+  std::vector<double> out(longest + 1, 0.0);
+  const std::size_t all = blocks.count;
+  add_squares(
+      blocks, windows, longest / blocks.length + 1, 1, [&](std::size_t b) { return all > b ? all - b : 0; }, threads,
+      out);
+  return out;
+}
+
+/// The values that are summed at each lag: i < share lag.
+struct Share {
+  std::size_t over = 1, under = 1;  ///< share = over/under; 1, 2 or 1/2
+
+  std::size_t of(std::size_t lag) const { return lag * over / under; }
+};
+
+/// out[u] += sum_{i < share u} x_{a+i} x_{b+i+u}.
+void add_share(std::span<const double> x, std::size_t a, std::size_t b, const Share& share, bool threads,
+               std::span<double> out) {
+  if (out.size() <= shortest_block) {
+    for (std::size_t u = 0; u < out.size(); ++u)
+      for (std::size_t i = 0; i < share.of(u); ++i) out[u] += x[a + i] * x[b + i + u];
+    return;
+  }
+  // Blocks of `hop` values and of `length` lags: a corner of the region is a corner of a block.
+  const std::size_t length = block_length(out.size()), hop = length / share.under;
+  const std::size_t count = (out.size() + length - 1) / length, per_lag = length / hop;
+  {
+    const auto blocks = spectra(x, {a, hop, hop, count * share.over}, length, threads);
+    const auto windows = spectra(x, {b, hop, hop + length, count * (share.over + per_lag)}, length, threads);
+    add_squares(
+        blocks, windows, count, per_lag, [&](std::size_t k) { return k * share.over; }, threads, out);
+  }
+  in_pieces(count, 1, threads, [&](std::size_t k, std::size_t) {
+    const std::size_t lag = k * length, values = share.of(lag);
+    add_share(x, a + values, b + values + lag, share, false, out.subspan(lag, std::min(length, out.size() - lag)));
+  });
+}
+
+std::vector<double> share_of_products(std::span<const double> x, std::size_t longest, const Share& share,
+                                      bool threads) {
+  std::vector<double> out(longest + 1, 0.0);
+  add_share(x, 0, 0, share, threads, out);
+  return out;
+}
+
+ThirdProducts::Ends ends_of(std::span<const double> x, std::size_t longest, bool threads) {
+  ThirdProducts::Ends ends{share_of_products(x, longest, {1, 1}, threads),
+                           share_of_products(x, longest, {2, 1}, threads), std::vector<double>(longest + 1)};
+  const auto half = share_of_products(x, 2 * longest, {1, 2}, threads);
+  for (std::size_t m = 0; m <= longest; ++m) ends.half[m] = half[2 * m];
+  return ends;
+}
+
 }  // namespace
 
 LaggedProducts lagged_products(std::span<const double> x, std::size_t longest, bool threads) {
   LaggedProducts result;
-  const std::size_t length = block_length(2 * longest + 1);
-  const std::size_t lag_blocks = 2 * longest / length + 1, all = (x.size() + length - 1) / length;
+  const std::size_t length = block_length(2 * longest + 1), all = (x.size() + length - 1) / length;
   {
-    const auto blocks = spectra(x, 0, length, length, all, threads);
-    const auto windows = spectra(x, 0, length, 2 * length, all, threads);
-    result.whole.assign(2 * longest + 1, 0.0);
-    add_squares(
-        blocks, windows, lag_blocks, [&](std::size_t b) { return all > b ? all - b : 0; }, threads, result.whole);
+    const auto blocks = spectra(x, {0, length, length, all}, length, threads);
+    const auto windows = spectra(x, {0, length, 2 * length, all}, length, threads);
+    result.whole = whole_products(blocks, windows, 2 * longest, threads);
     result.leading = leading_products(x, longest, blocks, windows, threads);
   }
   const std::size_t reach = std::min(x.size(), 2 * longest + 2 * length);
   const std::vector<double> backwards(x.rbegin(), x.rbegin() + static_cast<std::ptrdiff_t>(reach));
   const std::size_t count = longest / length + 1;
-  const auto blocks = spectra(backwards, 0, length, length, count, threads);
-  const auto windows = spectra(backwards, 0, length, 2 * length, 2 * count, threads);
+  const auto blocks = spectra(backwards, {0, length, length, count}, length, threads);
+  const auto windows = spectra(backwards, {0, length, 2 * length, 2 * count}, length, threads);
   result.trailing = leading_products(backwards, longest, blocks, windows, threads);
+  return result;
+}
+
+ThirdProducts third_products(std::span<const double> x, std::size_t longest, bool threads) {
+  ThirdProducts result;
+  const std::size_t length = block_length(3 * longest + 1), all = (x.size() + length - 1) / length;
+  {
+    const auto blocks = spectra(x, {0, length, length, all}, length, threads);
+    const auto windows = spectra(x, {0, length, 2 * length, all}, length, threads);
+    result.whole = whole_products(blocks, windows, 3 * longest, threads);
+  }
+  result.leading = ends_of(x, longest, threads);
+  const std::size_t reach = std::min(x.size(), 3 * longest);
+  result.trailing =
+      ends_of(std::vector<double>(x.rbegin(), x.rbegin() + static_cast<std::ptrdiff_t>(reach)), longest, threads);
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include "tumble/math/fourier.hpp"
 #include "tumble/math/least_squares.hpp"
+#include "tumble/math/power_spectrum_weights.hpp"
 #include "tumble/math/slepian.hpp"
 #include "tumble/units/error.hpp"
 
@@ -34,7 +35,8 @@ std::vector<Run> runs_of(std::span<const double> values) {
 struct Tapers {
   std::size_t length = 0, hop = 0;
   std::vector<std::vector<double>> values;
-  double bins = 0.0;  ///< bandwidth in units of 1/(length T)
+  double bins = 0.0;            ///< bandwidth in units of 1/(length T)
+  std::vector<double> leaks{};  ///< share of each one's energy beyond the bandwidth
 };
 
 Tapers hann(std::size_t length) {
@@ -43,13 +45,16 @@ Tapers hann(std::size_t length) {
     const double sine = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
     window[i] = sine * sine / std::sqrt(0.375 * static_cast<double>(length));
   }
-  return {length, length / 2, {std::move(window)}, 1.5};
+  return {length, length / 2, {std::move(window)}, 1.5, {0.0}};
 }
 
 Tapers slepian(std::size_t length, double time_bandwidth) {
   const auto count = static_cast<std::size_t>(std::max(1.0, std::floor(2.0 * time_bandwidth) - 1.0));
   Tapers tapers{length, length, {}, 2.0 * time_bandwidth};
-  for (auto& taper : slepian_tapers(length, time_bandwidth, count)) tapers.values.push_back(std::move(taper.values));
+  for (auto& taper : slepian_tapers(length, time_bandwidth, count)) {
+    tapers.leaks.push_back(std::max(1e-14, 1.0 - taper.concentration));
+    tapers.values.push_back(std::move(taper.values));
+  }
   return tapers;
 }
 
@@ -63,63 +68,68 @@ struct Polynomials {
   }
 };
 
-/// g_k: what taking the line off leaves of white noise.
-std::vector<double> gains(const Tapers& tapers) {
+/// g_k of each taper: what taking the line off leaves of white noise.
+ByTaper gains(const Tapers& tapers) {
   const Polynomials polynomials(tapers.length);
-  std::vector<double> gain(tapers.length / 2 + 1, 1.0), product(tapers.length);
+  ByTaper gain(tapers.values.size(), std::vector<double>(tapers.length / 2 + 1, 1.0));
+  std::vector<double> product(tapers.length);
   std::vector<std::complex<double>> spectrum;
-  for (const auto& taper : tapers.values) {
+  for (std::size_t a = 0; a < gain.size(); ++a) {
     for (const int degree : {0, 1}) {
       for (std::size_t i = 0; i < product.size(); ++i)
-        product[i] = taper[i] * (degree == 0 ? polynomials.constant() : polynomials.line(i));
+        product[i] = tapers.values[a][i] * (degree == 0 ? polynomials.constant() : polynomials.line(i));
       real_transform(product, spectrum);
-      for (std::size_t k = 0; k < gain.size(); ++k)
-        gain[k] -= std::norm(spectrum[k]) / static_cast<double>(tapers.values.size());
+      for (std::size_t k = 0; k < gain[a].size(); ++k) gain[a][k] -= std::norm(spectrum[k]);
     }
   }
   return gain;
 }
 
-/// Adds the squared transforms of one segment under every taper.
-void add_segment(std::span<const double> values, const Tapers& tapers, std::vector<double>& sums) {
+/// Adds the squared transforms of one segment under every taper; returned: the squares about its line.
+double add_segment(std::span<const double> values, const Tapers& tapers, ByTaper& sums) {
   const Polynomials polynomials(tapers.length);
   std::vector<double> segment(values.begin(), values.end()), product(values.size());
-  double constant = 0.0, line = 0.0;
+  double constant = 0.0, line = 0.0, squares = 0.0;
   const double origin = values[0];
   for (std::size_t i = 0; i < segment.size(); ++i) {
     segment[i] -= origin;
     constant += segment[i] * polynomials.constant();
     line += segment[i] * polynomials.line(i);
   }
-  for (std::size_t i = 0; i < segment.size(); ++i)
+  for (std::size_t i = 0; i < segment.size(); ++i) {
     segment[i] -= constant * polynomials.constant() + line * polynomials.line(i);
-  std::vector<std::complex<double>> spectrum;
-  for (const auto& taper : tapers.values) {
-    for (std::size_t i = 0; i < segment.size(); ++i) product[i] = taper[i] * segment[i];
-    real_transform(product, spectrum);
-    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += std::norm(spectrum[k]);
+    squares += segment[i] * segment[i];
   }
+  std::vector<std::complex<double>> spectrum;
+  for (std::size_t a = 0; a < sums.size(); ++a) {
+    for (std::size_t i = 0; i < segment.size(); ++i) product[i] = tapers.values[a][i] * segment[i];
+    real_transform(product, spectrum);
+    for (std::size_t k = 0; k < sums[a].size(); ++k) sums[a][k] += std::norm(spectrum[k]);
+  }
+  return squares;
 }
 
-/// 1/K^2 sum_ab |sum_t h_a,t h_b,t+shift exp(-2 pi i D t/L)|^2 for D = 0, 1, ... as far as it is not small.
-std::vector<double> squared_correlations(const Tapers& tapers, std::size_t shift) {
+/// |sum_t h_a,t h_b,t+shift exp(-2 pi i D t/L)|^2 for every pair of tapers (a the slower index) and D = 0, 1, ... as
+/// far as it is not small.
+ByTaper squared_correlations(const Tapers& tapers, std::size_t shift) {
   const auto reach =
       std::min(tapers.length / 2 + 1, static_cast<std::size_t>(std::ceil(2.0 * tapers.bins)) + std::size_t{8});
-  std::vector<double> result(reach, 0.0), product(tapers.length);
+  ByTaper result;
+  std::vector<double> product(tapers.length);
   std::vector<std::complex<double>> spectrum;
-  const double count = static_cast<double>(tapers.values.size());
   for (const auto& a : tapers.values) {
     for (const auto& b : tapers.values) {
       std::fill(product.begin(), product.end(), 0.0);
       for (std::size_t i = 0; i + shift < tapers.length; ++i) product[i] = a[i] * b[i + shift];
       real_transform(product, spectrum);
-      for (std::size_t k = 0; k < reach; ++k) result[k] += std::norm(spectrum[k]) / (count * count);
+      auto& squares = result.emplace_back(reach);
+      for (std::size_t k = 0; k < reach; ++k) squares[k] = std::norm(spectrum[k]);
     }
   }
   return result;
 }
 
-/// Degrees of freedom of the mean over all segments and over so many frequencies side by side.
+/// Degrees of freedom of the mean over all segments and over frequencies side by side, each with its weights.
 class Freedom {
  public:
   Freedom(const Tapers& tapers, std::size_t segments, std::size_t overlaps)
@@ -127,21 +137,30 @@ class Freedom {
     if (overlaps > 0) next_ = squared_correlations(tapers, tapers.hop);
     overlaps_ = static_cast<double>(overlaps);
   }
-  double edf(std::size_t frequencies) const {
-    const double pairs = segments_ * over(same_, frequencies) + 2.0 * overlaps_ * over(next_, frequencies);
-    const double all = segments_ * static_cast<double>(frequencies);
+  double edf(const ByTaper& weights, std::size_t first, std::size_t end) const {
+    const double pairs =
+        segments_ * over(same_, weights, first, end) + 2.0 * overlaps_ * over(next_, weights, first, end);
+    const double all = segments_ * static_cast<double>(end - first);
     return 2.0 * all * all / pairs;
   }
 
  private:
-  /// Sum over all pairs of the frequencies.
-  static double over(const std::vector<double>& of_distance, std::size_t frequencies) {
+  /// Sum over all pairs of the frequencies and tapers.
+  static double over(const ByTaper& of_distance, const ByTaper& weights, std::size_t first, std::size_t end) {
     double sum = 0.0;
-    for (std::size_t d = 0; d < std::min(frequencies, of_distance.size()); ++d)
-      sum += (d == 0 ? 1.0 : 2.0) * static_cast<double>(frequencies - d) * of_distance[d];
+    const std::size_t count = weights.size();
+    for (std::size_t pair = 0; pair < of_distance.size(); ++pair) {
+      const auto& a = weights[pair / count];
+      const auto& b = weights[pair % count];
+      for (std::size_t d = 0; d < std::min(end - first, of_distance[pair].size()); ++d) {
+        double products = 0.0;
+        for (std::size_t k = first; k + d < end; ++k) products += a[k] * b[k + d] + (d > 0 ? a[k + d] * b[k] : 0.0);
+        sum += products * of_distance[pair][d];
+      }
+    }
     return sum;
   }
-  std::vector<double> same_, next_;
+  ByTaper same_, next_;
   double segments_, overlaps_ = 0.0;
 };
 
@@ -195,11 +214,10 @@ void check(double rate, const SpectrumOptions& options) {
 
 /// Means over bands of frequency, with limits. Nearer to zero or to half the rate than `reach` bins, a value and its
 /// mirror image are not independent.
-void add_points(const std::vector<double>& density, const Freedom& freedom, double step, std::size_t reach,
-                const SpectrumOptions& options, PowerSpectrum& result) {
+void add_points(const std::vector<double>& density, const ByTaper& weights, const Freedom& freedom, double step,
+                std::size_t reach, const SpectrumOptions& options, PowerSpectrum& result) {
   const std::size_t end = result.length / 2 + 1 - std::min(reach, result.length / 4);
   double at = 0.0, low = 0.0, high = 0.0;
-  std::size_t before = 0;
   for (std::size_t k = reach; k < end;) {
     std::size_t next = k + 1;
     if (options.points_per_decade > 0.0) {
@@ -211,9 +229,8 @@ void add_points(const std::vector<double>& density, const Freedom& freedom, doub
       sum += density[i];
       logarithm += std::log(static_cast<double>(i));
     }
-    if (const std::size_t count = next - k; count != before) {
-      before = count;
-      at = freedom.edf(count);
+    if (const double found = freedom.edf(weights, k, next); !(std::abs(found - at) < 1e-6 * at)) {
+      at = found;
       low = at / chi_square_quantile(0.5 * (1.0 + options.confidence), at);
       high = at / chi_square_quantile(0.5 * (1.0 - options.confidence), at);
     }
@@ -237,26 +254,35 @@ PowerSpectrum power_spectrum(SpectrumEstimator estimator, std::span<const double
   result.length = segment_length(estimator, runs, options.length);
   const Tapers tapers =
       estimator == SpectrumEstimator::welch ? hann(result.length) : slepian(result.length, options.time_bandwidth);
-  std::vector<double> sums(result.length / 2 + 1, 0.0);
+  ByTaper eigen(tapers.values.size(), std::vector<double>(result.length / 2 + 1, 0.0));
   std::size_t overlaps = 0;
+  double squares = 0.0;
   for (const auto& run : runs) {
     std::size_t used = 0;
     for (std::size_t first = 0; first + result.length <= run.size; first += tapers.hop) {
-      add_segment(values.subspan(run.first + first, result.length), tapers, sums);
+      squares += add_segment(values.subspan(run.first + first, result.length), tapers, eigen);
       ++result.segments;
       overlaps += first > 0 && tapers.hop < result.length ? 1 : 0;
       used = first + result.length;
     }
     result.left_out += run.size - used;
   }
-  const double step = rate / static_cast<double>(result.length);
+  const double step = rate / static_cast<double>(result.length), segments = static_cast<double>(result.segments);
   result.bandwidth = tapers.bins * step;
   const auto gain = gains(tapers);
   const auto reach = static_cast<std::size_t>(
       estimator == SpectrumEstimator::welch ? 2.0 : std::max(2.0, std::ceil(options.time_bandwidth)));
-  const double scale = 2.0 / (rate * static_cast<double>(result.segments * tapers.values.size()));
-  for (std::size_t k = 0; k < sums.size(); ++k) sums[k] *= scale / gain[k];
-  add_points(sums, Freedom(tapers, result.segments, overlaps), step, reach, options, result);
+  for (std::size_t a = 0; a < eigen.size(); ++a)
+    for (std::size_t k = 0; k < eigen[a].size(); ++k) eigen[a][k] *= 2.0 / (rate * segments * gain[a][k]);
+  const double level = 2.0 * squares / (rate * segments * static_cast<double>(result.length - 2));
+  const ByTaper weights =
+      options.adaptive
+          ? adaptive_weights(eigen, tapers.leaks, level)
+          : ByTaper(eigen.size(), std::vector<double>(eigen[0].size(), 1.0 / static_cast<double>(eigen.size())));
+  std::vector<double> density(eigen[0].size(), 0.0);
+  for (std::size_t a = 0; a < eigen.size(); ++a)
+    for (std::size_t k = 0; k < density.size(); ++k) density[k] += weights[a][k] * eigen[a][k];
+  add_points(density, weights, Freedom(tapers, result.segments, overlaps), step, reach, options, result);
   return result;
 }
 

@@ -17,6 +17,7 @@ struct SpectrumOptions {
   double time_bandwidth = 4.0;     ///< NW, multitaper
   double points_per_decade = 0.0;  ///< averaged over bands of frequency, so many a decade; 0: every frequency
   double confidence = 0.95;        ///< two-sided
+  bool adaptive = true;            ///< multitaper: tapers weighted at each frequency, not all alike
 };
 
 /// One-sided power spectral density [u^2/Hz]: its integral from 0 to half the sampling rate is the variance.
@@ -32,17 +33,20 @@ struct PowerSpectrum {
 
 /// Power spectral density of an evenly sampled signal:
 ///
-///   S(f_k) = 2 T/(n K) sum_segments sum_tapers |sum_t h_t (x_t - line) exp(-2 pi i k t/L)|^2 / g_k,  sum_t h_t^2 = 1
+///   S(f_k) = 2 T/n sum_segments sum_a w_a |sum_t h_a,t (x_t - line) exp(-2 pi i k t/L)|^2/g_ak,   sum_t h_a,t^2 = 1
 ///
-/// Each segment is taken less its least-squares line; g_k = 1 - |<q_0, h e_k>|^2 - |<q_1, h e_k>|^2 (means over the
-/// tapers; q orthonormal polynomials) is what that leaves of white noise, so its level is free of bias at every k. No
-/// segment holds a missing sample: each run between gaps has its own. With edf nu, nu S/E S is taken as chi-square:
+/// Each segment is taken less its least-squares line; g_ak = 1 - |<q_0, h_a e_k>|^2 - |<q_1, h_a e_k>|^2 (q orthonormal
+/// polynomials) is what that leaves of white noise, so its level is free of bias at every k. No segment holds a missing
+/// sample: each run between gaps has its own. The tapers of a multitaper spectrum have weights w_a of their own at each
+/// frequency (power_spectrum_weights.hpp), from all segments: what tapers of high order let in from far frequencies of
+/// a steep spectrum is kept out. With edf nu, nu S/E S is taken as chi-square:
 ///
 ///   2/nu = mean over all pairs of segments and frequencies averaged of
-///          1/K^2 sum_ab |sum_t h_a,t h_b,t+s exp(-2 pi i (k - l) t/L)|^2
+///          sum_ab w_a w'_b |sum_t h_a,t h_b,t+s exp(-2 pi i (k - l) t/L)|^2
 ///
-/// which is exact for white noise (s: by how much the segments are apart) and holds where S does not change over the
-/// bandwidth; Welch without averaging: 36 n^2/(19 n - 1).
+/// which is exact for white noise and fixed weights (s: by how much the segments are apart; w': weights of the other
+/// frequency) and holds where S does not change over the bandwidth; one frequency: nu = 2 n/sum w_a^2; Welch without
+/// averaging: 36 n^2/(19 n - 1).
 ///
 /// Given     values [u]; NaN: missing. rate [Hz]
 /// Throws    Error::bad_data if no run is as long as a segment, or of 16 samples, or for an infinite sample;

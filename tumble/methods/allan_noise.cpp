@@ -57,7 +57,7 @@ std::vector<Option> options() {
        "1",
        "log",
        {"log", "all"},
-       "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval"},
+       "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval (of ohdev too)"},
       {"deviations",
        Type::text,
        "1",
@@ -158,8 +158,8 @@ ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
           NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
-    add_all_taus(signal, settings, result);
     add_family(signal, settings, result);
+    add_all_taus(signal, settings, result);
     add_spectrum(signal, settings, result);
     add_windows(signal, settings, result);
   } catch (const Error& error) {
@@ -217,8 +217,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Estimate estimate = described(results, evidence.plan);
   describe_lines(results, estimate);
   describe_set_aside(results, estimate);
-  describe_all_taus(results, estimate);
   describe_family(results, estimate);
+  describe_all_taus(results, estimate);
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
   describe_together(found, results, settings, estimate);

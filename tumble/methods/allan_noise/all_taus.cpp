@@ -24,38 +24,65 @@ Limits limits_at(const std::vector<DeviationPoint>& curve, std::size_t factor) {
   return {one.lower + part * (other.lower - one.lower), one.upper + part * (other.upper - one.upper)};
 }
 
+void keep(std::size_t factors, EveryTau& every) {
+  const std::size_t kept = std::min(every.deviation.size(), factors);
+  every.deviation.resize(kept);
+  every.count.resize(kept);
+}
+
+/// The family's points of the Hadamard deviation; null where it was not asked for.
+const FamilyCurve* hadamard(const ChannelNoise& channel) {
+  const auto found = std::find_if(channel.family.begin(), channel.family.end(), [](const FamilyCurve& one) {
+    return one.measure == Stability::overlapping_hadamard;
+  });
+  return found == channel.family.end() ? nullptr : &*found;
+}
+
+/// Values of every factor with limits between those of `points`.
+void fill(const ChannelNoise& channel, const EveryTau& every, const std::vector<DeviationPoint>& points, Curve& curve) {
+  curve.x.name = "averaging time";
+  curve.x.unit = Unit::parse("s");
+  curve.y.unit = Unit::parse(channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug");
+  curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
+  curve.logarithmic = true;
+  for (std::size_t k = 0; k < every.deviation.size(); ++k) {
+    if (every.count[k] == 0) continue;
+    const double deviation = every.deviation[k];
+    const Limits limits = limits_at(points, k + 1);
+    curve.x.values.push_back(static_cast<double>(k + 1) / channel.rate);
+    curve.y.values.push_back(deviation);
+    curve.lower.push_back(limits.lower * deviation);
+    curve.upper.push_back(limits.upper * deviation);
+  }
+}
+
 }  // namespace
 
 void add_all_taus(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
   if (settings.word("taus") != "all") return;
-  result.every = every_overlapping_allan(signal.values);
-  const double longest = settings.number("longest_fraction") * static_cast<double>(signal.values.size());
-  const std::size_t kept = std::min(result.every->deviation.size(), static_cast<std::size_t>(longest));
-  result.every->deviation.resize(kept);
-  result.every->count.resize(kept);
+  const auto longest =
+      static_cast<std::size_t>(settings.number("longest_fraction") * static_cast<double>(signal.values.size()));
+  keep(longest, result.every.emplace(every_overlapping_allan(signal.values)));
+  if (hadamard(result) != nullptr)
+    keep(longest, result.every_hadamard.emplace(every_overlapping_hadamard(signal.values)));
 }
 
 void describe_all_taus(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   for (const auto& channel : channels) {
     if (!channel.every || !channel.failure.empty() || channel.curve.empty()) continue;
-    const Unit unit = Unit::parse(channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug");
     Curve curve;
     curve.name = channel.label + " every_averaging_time";
     curve.figure = "allan deviation " + channel.label;
-    curve.x = {"averaging time", Unit::parse("s"), {}};
-    curve.y = {"Allan deviation", unit, {}};
-    curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
-    curve.logarithmic = true;
-    for (std::size_t k = 0; k < channel.every->deviation.size(); ++k) {
-      if (channel.every->count[k] == 0) continue;
-      const double deviation = channel.every->deviation[k];
-      const Limits limits = limits_at(channel.curve, k + 1);
-      curve.x.values.push_back(static_cast<double>(k + 1) / channel.rate);
-      curve.y.values.push_back(deviation);
-      curve.lower.push_back(limits.lower * deviation);
-      curve.upper.push_back(limits.upper * deviation);
-    }
+    curve.y.name = "Allan deviation";
+    fill(channel, *channel.every, channel.curve, curve);
     estimate.curves.push_back(std::move(curve));
+    if (!channel.every_hadamard) continue;
+    Curve third;
+    third.name = channel.label + " ohdev every_averaging_time";
+    third.figure = "family of deviations " + channel.label;
+    third.y.name = "deviation";
+    fill(channel, *channel.every_hadamard, hadamard(channel)->points, third);
+    estimate.curves.push_back(std::move(third));
   }
 }
 

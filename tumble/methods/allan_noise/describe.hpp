@@ -46,7 +46,7 @@ struct ChannelNoise {
   bool likelihood = true;  ///< which estimator gave the fit
   NoiseFit fit;
   std::optional<PowerSpectrum> spectrum;
-  std::optional<EveryTau> every;
+  std::optional<EveryTau> every, every_hadamard;
   std::vector<FamilyCurve> family;
   std::optional<DynamicStability> windows;
   double begin = 0.0;  ///< [s] time of the first sample
