@@ -73,5 +73,72 @@ TEST(Stability, TheoHLimitsHoldTheAllanDeviation) {
   }
 }
 
+// 1/(H_h + 1/(2 h)), h = m/2, for white phase noise; flicker from the quadratic form of Theo1 over 301 points.
+TEST(TheoH, RatioOfPhaseNoiseFallsAsItsFormSays) {
+  for (const std::size_t m : {12u, 40u, 300u}) {
+    double harmonic = 0.0;
+    for (std::size_t k = 1; k <= m / 2; ++k) harmonic += 1.0 / static_cast<double>(k);
+    EXPECT_NEAR(expected_allan_over_theo1(2, m), 1.0 / (harmonic + 1.0 / static_cast<double>(m)), 1e-12) << m;
+  }
+  EXPECT_NEAR(expected_allan_over_theo1(1, 12), 0.6204, 1e-4);
+  EXPECT_NEAR(expected_allan_over_theo1(1, 80), 0.4022, 1e-4);
+  EXPECT_NEAR(expected_allan_over_theo1(1, 300), 0.3183, 1e-4);
+  EXPECT_EQ(theo_ratio_change(0, 301, 90), 1.0);
+}
+
+struct Spread {
+  double mean = 0.0, error = 0.0;
+};
+
+/// ThêoH variance over the Allan variance.
+Spread spread(const std::vector<double>& ratios) {
+  double sum = 0.0, squares = 0.0;
+  for (const double ratio : ratios) {
+    sum += ratio;
+    squares += ratio * ratio;
+  }
+  const double count = static_cast<double>(ratios.size()), mean = sum / count;
+  return {mean, std::sqrt((squares / count - mean * mean) / count)};
+}
+
+// The definition alone would be 1.4 and 1.7 times too large at these tau.
+TEST(TheoH, HasTheLevelOfWhitePhaseNoise) {
+  constexpr int records = 150;
+  for (const std::size_t m : {60u, 180u}) {
+    std::vector<double> ratios;
+    int held = 0;
+    for (std::uint64_t seed = 0; seed < records; ++seed) {
+      std::vector<double> phase(301);
+      RandomStream(500 + seed).normal(0, phase);
+      const auto point = one(Stability::theoh, phase, m, {.alpha = 2});
+      const double truth = std::sqrt(3.0) / static_cast<double>(m);
+      ratios.push_back(std::pow(point.deviation / truth, 2));
+      held += point.lower <= truth && truth <= point.upper ? 1 : 0;
+    }
+    const Spread found = spread(ratios);
+    EXPECT_NEAR(found.mean, 1.0, 4.0 * found.error) << m;
+    EXPECT_NEAR(held, 0.95 * records, 4.0 * std::sqrt(0.95 * 0.05 * records)) << m;
+  }
+}
+
+// 4000 records gave a bias of at most 3 % on 300 samples.
+TEST(TheoH, BiasOfRateNoiseIsSmall) {
+  for (const int times : {1, 2}) {
+    for (const std::size_t m : {60u, 180u}) {
+      std::vector<double> ratios;
+      for (std::uint64_t seed = 0; seed < 400; ++seed) {
+        const auto rate = record(
+            times == 1 ? NoiseModel{.angle_random_walk = 1.0} : NoiseModel{.rate_random_walk = 1.0}, 300, 900 + seed);
+        const double tau = static_cast<double>(m), truth = times == 1 ? 1.0 / tau : tau / 3.0;
+        ratios.push_back(
+            std::pow(one(Stability::theoh, phase_from_rate(rate, 1.0), m, {.alpha = 2 - 2 * times}).deviation, 2) /
+            truth);
+      }
+      const Spread found = spread(ratios);
+      EXPECT_NEAR(found.mean, 1.0, 4.0 * found.error + 0.03) << times << " " << m;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tumble
