@@ -94,6 +94,16 @@ TEST(StabilityGaps, DoNotChangeTheMean) {
   }
 }
 
+TEST(StabilityGaps, LeaveLimitsWhereverThereIsAValue) {
+  for (const Stability measure : measures)
+    for (const Gaps gaps : {Gaps::blocks, Gaps::singles})
+      for (unsigned seed = 0; seed < 20; ++seed)
+        for (const auto& point : stability_of_rate(measure, record(seed, 2, gaps), 1.0, factors, {.alpha = 2})) {
+          EXPECT_GT(point.edf, 0.0) << static_cast<int>(measure) << " m " << point.factor;
+          EXPECT_LT(point.lower, point.deviation) << static_cast<int>(measure) << " m " << point.factor;
+        }
+}
+
 TEST(StabilityGaps, LeaveAPeakNoLargerThanTheWholeHas) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     auto rate = record(seed, 0, Gaps::none);
