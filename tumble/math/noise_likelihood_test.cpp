@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -295,6 +296,22 @@ TEST(noise_likelihood, intervals_of_a_process_hold) {
 TEST(noise_likelihood, refuses_what_does_not_change) {
   EXPECT_THROW(fit_noise(NoiseBands(std::vector<double>(100, 1.0)), {}), Error);
   EXPECT_THROW(NoiseBands(std::vector<double>(100, std::nan(""))), Error);
+}
+
+// The bank of processes that simulates flicker must not show: neither in B nor as terms that are not there.
+TEST(noise_likelihood, simulated_flicker_is_flicker) {
+  constexpr int records = 24;
+  double sum = 0.0, variance = 0.0;
+  int alone = 0;
+  for (int seed = 1; seed <= records; ++seed) {
+    const auto fit = fit_noise(NoiseBands(simulated({.bias_instability = 1.0}, 1.0, 1 << 18, 7000 + seed)), {});
+    const auto kept = std::count_if(fit.terms.begin(), fit.terms.end(), [](const auto& term) { return term.kept; });
+    alone += fit.terms[2].kept && kept == 1;
+    sum += std::sqrt(fit.terms[2].squared) - 1.0;
+    variance += fit.terms[2].squared_sd * fit.terms[2].squared_sd / 4.0;
+  }
+  EXPECT_LT(std::abs(sum), 4.0 * std::sqrt(variance));
+  EXPECT_GE(alone, 18);  // 1 % of chance for each of a few terms more: 5 % of records; 5 of 24 have a chance of 0.6 %
 }
 
 }  // namespace
