@@ -175,10 +175,10 @@ class SlowMarkov {
 
 using Parts = std::vector<std::function<void(std::span<double>)>>;
 
-/// Bias instability by a bank from T/64 to beyond four records, its times a factor 2.5 apart: its PSD is that of flicker
-/// within 1e-4. What is faster than the bank is white in the interval means; components of T_c >= 1024 strides are drawn
-/// at every stride-th sample. B of a million samples is then true within 1e-4; from T/4, a factor 4 apart and with 64
-/// strides it was 0.26 % off, and white noise and quantization were seen that were not there.
+/// Bias instability by a bank from T/64 to beyond four records, its times a factor 2.5 apart: its PSD is that of
+/// flicker within 1e-4. What is faster than the bank is white in the interval means; components of T_c >= 1024 strides
+/// are drawn at every stride-th sample. B of a million samples is then true within 1e-4; from T/4, a factor 4 apart and
+/// with 64 strides it was 0.26 % off, and white noise and quantization were seen that were not there.
 void append_flicker(double b, double interval, std::size_t count, const RandomStream& stream, Parts& parts) {
   const double record = interval * static_cast<double>(count);
   constexpr double apart = 2.5, fastest = 64.0, strides = 1024.0;

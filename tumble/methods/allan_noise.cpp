@@ -57,7 +57,8 @@ std::vector<Option> options() {
        "1",
        "log",
        {"log", "all"},
-       "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval (of ohdev too)"},
+       "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval (of "
+       "ohdev too)"},
       {"deviations",
        Type::text,
        "1",
