@@ -260,13 +260,15 @@ std::string rounded(double value, double sd) {
 PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& bands, const NoiseFit& fit,
                              const NoiseLikelihoodOptions& options) {
   const bool fast = fit.model_error > 0.0;
-  if (!fast && slow_peaks(bands, expected_of(bands, fit)).empty()) return {{}, {}, bands, fit};
+  const bool any = !slow_peaks(bands, expected_of(bands, fit)).empty() ||
+                   (fast && (!spectral_lines(values).empty() || !lines_of_means(values).empty()));
+  PeriodicFit result{{}, {}, bands, fit};
+  if (!any) return result;
   Search search(values, bands, fit, options);
   search.run(fast);
-  PeriodicFit result{{}, {}, {}, {}};
   // What is left over the noise all the same: skirts of the unsteady, lines beyond the most.
   for (const auto& line : search.left) merge(line, search.wandering);
-  if (!search.left.empty() || search.sines.all().empty()) search.fit_rest();
+  if (search.sines.all().empty() && search.wandering.empty()) return result;
   search.fit_at_last();
   for (std::size_t i = 0; i < search.sines.all().size(); ++i)
     result.lines.push_back(line_of(search.sines.all()[i], search.quality[i]));
