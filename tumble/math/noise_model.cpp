@@ -9,6 +9,7 @@ namespace tumble {
 namespace {
 
 using std::numbers::pi;
+constexpr double log4 = 2.0 * std::numbers::ln2;
 constexpr std::size_t block = 4096;  ///< normal numbers drawn at a time
 
 double square(double x) { return x * x; }
@@ -175,19 +176,31 @@ class SlowMarkov {
 
 using Parts = std::vector<std::function<void(std::span<double>)>>;
 
-/// Bias instability by a bank from T/64 to beyond four records, its times a factor 2.5 apart: its PSD is that of
-/// flicker within 1e-4. What is faster than the bank is white in the interval means; components of T_c >= 1024 strides
-/// are drawn at every stride-th sample. B of a million samples is then true within 1e-4; from T/4, a factor 4 apart and
-/// with 64 strides it was 0.26 % off, and white noise and quantization were seen that were not there.
+/// Bias instability B as Markov processes in the middles of equal cells of ln T_c from `shortest` to `longest`, at most
+/// a factor 2.5 wide: sd^2 = B^2 ln(width)/pi each.
+std::vector<MarkovComponent> fine_bank(double b, double shortest, double longest) {
+  const double span = std::log(longest / shortest);
+  const double cells = std::ceil(span / std::log(2.5)), width = span / cells;
+  std::vector<MarkovComponent> bank;
+  for (double cell = 0.5; cell < cells; ++cell)
+    bank.push_back({b * std::sqrt(width / pi), shortest * std::exp(cell * width)});
+  return bank;
+}
+
+/// Bias instability by the fine bank from T/64 to where flicker_bank() ends (the level of a record depends on that
+/// end): its PSD is that of flicker within 1e-4. What is faster is white in the interval means; components of T_c >=
+/// 1024 strides are drawn at every stride-th sample. B of a million samples is then true within 1e-4; by flicker_bank()
+/// itself with 64 strides it was 0.26 % off, and white noise and quantization were seen that were not there.
 void append_flicker(double b, double interval, std::size_t count, const RandomStream& stream, Parts& parts) {
-  const double record = interval * static_cast<double>(count);
-  constexpr double apart = 2.5, fastest = 64.0, strides = 1024.0;
-  const auto bank = flicker_bank(b, interval / fastest, 4.0 * record, apart);
-  const double beyond = 2.0 * square(bank.front().sd) * bank.front().time / (apart - 1.0);  // sum of 2 sd^2 T_c below
+  const double record = interval * static_cast<double>(count), shortest = interval / 64.0;
+  const double end = 2.0 * flicker_bank(b, interval / 4.0, 4.0 * record).back().time;  // of the last cell, 4 wide
+  const auto bank = fine_bank(b, shortest, end);
+  const double ratio = bank[1].time / bank[0].time;
+  const double beyond = 2.0 * square(bank[0].sd) * bank[0].time / (ratio - 1.0);  // sum of 2 sd^2 T_c below the bank
   double independent = beyond / interval;
   for (std::size_t i = 0; i < bank.size(); ++i) {
     std::size_t stride = 1;
-    while (strides * 4.0 * static_cast<double>(stride) * interval <= bank[i].time) stride *= 4;
+    while (1024.0 * 4.0 * static_cast<double>(stride) * interval <= bank[i].time) stride *= 4;
     const RandomStream own = stream.split(i);
     if (stride > 1) {
       parts.emplace_back(SlowMarkov(bank[i], interval, stride, own));
@@ -210,10 +223,10 @@ double expected_allan_variance(const NoiseModel& noise, double tau) {
   return variance;
 }
 
-std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest, double apart) {
-  const double sd = bias_instability * std::sqrt(std::log(apart) / pi);
+std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest) {
+  const double sd = bias_instability * std::sqrt(log4 / pi);
   std::vector<MarkovComponent> bank{{sd, shortest}};
-  while (bank.back().time < longest) bank.push_back({sd, bank.back().time * apart});
+  while (bank.back().time < longest) bank.push_back({sd, bank.back().time * 4.0});
   return bank;
 }
 

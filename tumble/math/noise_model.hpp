@@ -35,11 +35,9 @@ struct MarkovComponent {
   double time;  ///< correlation time [s]
 };
 
-/// Bias instability B as a sum of Markov processes whose times lie a factor `apart` apart from `shortest` to beyond
-/// `longest` [s]: sd^2 = B^2 ln(apart)/pi each, which gives the PSD B^2/(2 pi f) between, with a ripple of
-/// 4 exp(-pi^2/ln(apart)): 0.3 % of the PSD for 4, which is
-/// enough for a covariance; 1e-4 for 2.5.
-std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest, double apart = 4.0);
+/// Bias instability B as a sum of Markov processes whose times lie a factor 4 apart from `shortest` to beyond
+/// `longest` [s]: sd^2 = B^2 ln(4)/pi each, which gives the PSD B^2/(2 pi f) between within 0.3 %: for covariances.
+std::vector<MarkovComponent> flicker_bank(double bias_instability, double shortest, double longest);
 
 /// Adds one realisation of the noise to a rate signal of `count` samples, each the mean over its interval
 /// 1/sample_rate, block after block: the sum is the same whatever the blocks are.

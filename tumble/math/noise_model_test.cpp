@@ -69,7 +69,7 @@ TEST(noise_model, markov) {
   expect_as_stated({.markov_sd = 1.5, .markov_time = 1e5});  // slower than the record
 }
 
-// Cutting the bank at 4 to 10 records loses up to 1 % of the variance at a quarter of the record. How true B itself is:
+// Cutting the bank at 4 to 16 records loses up to 1 % of the variance at a quarter of the record. How true B itself is:
 // test of fit_noise.
 TEST(noise_model, bias_instability) { expect_as_stated({.bias_instability = 0.7}, 0.018); }
 
@@ -112,16 +112,13 @@ TEST(noise_model, markov_allan_variance_joins_its_series) {
 
 TEST(noise_model, flicker_bank_has_the_power_law_between_its_times) {
   using std::numbers::pi;
-  // Ripple 4 exp(-pi^2/ln(apart)); the ends of the bank, decades away, leave 2/pi of their ratio of times each.
-  for (const auto& [apart, ripple] : {std::pair{4.0, 3.3e-3}, {2.5, 9e-5}}) {
-    const auto bank = flicker_bank(2.0, 1e-6, 1e8, apart);
-    EXPECT_DOUBLE_EQ(bank.front().time, 1e-6);
-    EXPECT_GE(bank.back().time, 1e8);
-    for (double f : {0.01, 0.033, 0.1, 0.5}) {
-      double psd = 0.0;
-      for (const auto& [sd, time] : bank) psd += 2.0 * sd * sd * time / (1.0 + std::pow(2.0 * pi * f * time, 2));
-      EXPECT_NEAR(psd * 2.0 * pi * f / 4.0, 1.0, ripple) << f;
-    }
+  const auto bank = flicker_bank(2.0, 1e-3, 1e5);
+  EXPECT_DOUBLE_EQ(bank.front().time, 1e-3);
+  EXPECT_GE(bank.back().time, 1e5);
+  for (double f : {0.01, 0.033, 0.1, 0.5}) {
+    double psd = 0.0;
+    for (const auto& [sd, time] : bank) psd += 2.0 * sd * sd * time / (1.0 + std::pow(2.0 * pi * f * time, 2));
+    EXPECT_NEAR(psd * 2.0 * pi * f / 4.0, 1.0, 0.005) << f;
   }
 }
 
