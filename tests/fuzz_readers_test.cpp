@@ -8,9 +8,6 @@
 #include "tumble/formats/catalogue/scratch_folder.hpp"
 #include "tumble/formats/format.hpp"
 
-/// The HDF5 library does not free everything when it gives a file up.
-extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
-
 namespace tumble {
 namespace {
 

@@ -1,14 +1,11 @@
 #include "tumble/math/allan_phase.hpp"
 
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -106,9 +103,7 @@ double* allocate(Phase& phase, std::size_t size) {
   void* start = phase.storage.get();
   std::size_t room = (size + extra) * sizeof(double);
   std::align(alignment, size * sizeof(double), start, room);
-#ifdef __linux__
-  if (alignment == large_page) madvise(start, size * sizeof(double), MADV_HUGEPAGE);  // an advice: may be ignored
-#endif
+  in_large_pages(start, size * sizeof(double));
   double* const values = static_cast<double*>(start);
   phase.values = {values, size};
   return values;

@@ -18,6 +18,7 @@ namespace {
 
 using tumble::every_overlapping_allan;
 using tumble::every_overlapping_hadamard;
+using tumble::EveryTau;
 
 /// Deviation from the sum as it is defined, in long double over the same phase.
 double direct(std::span<const double> x, std::size_t m) {
@@ -70,28 +71,25 @@ const std::vector<Case>& cases() {
   return all;
 }
 
-void expect_direct(const std::vector<double>& rate, const std::vector<std::size_t>& factors, const char* name) {
-  const auto every = every_overlapping_allan(rate);
+/// `every` of the record, differences of this order, against the sum at these factors.
+void expect_same(const EveryTau& every, std::size_t order, double (*direct_sum)(std::span<const double>, std::size_t),
+                 const std::vector<double>& rate, const std::vector<std::size_t>& factors, const char* name) {
   const auto phase = tumble::integrate_rate(rate, 3);
-  ASSERT_EQ(every.deviation.size(), rate.size() / 2);
+  ASSERT_EQ(every.deviation.size(), rate.size() / order);
   for (const std::size_t m : factors) {
-    const double expected = direct(phase.values, m);
+    const double expected = direct_sum(phase.values, m);
     EXPECT_NEAR(every.deviation[m - 1] / expected, 1.0, every.rounding[m - 1]) << name << ", m = " << m;
     EXPECT_LE(every.rounding[m - 1], 1e-9) << name << ", m = " << m;
-    EXPECT_EQ(every.count[m - 1], phase.values.size() - 2 * m);
+    EXPECT_EQ(every.count[m - 1], phase.values.size() - order * m);
   }
 }
 
+void expect_direct(const std::vector<double>& rate, const std::vector<std::size_t>& factors, const char* name) {
+  expect_same(every_overlapping_allan(rate), 2, direct, rate, factors, name);
+}
+
 void expect_direct_third(const std::vector<double>& rate, const std::vector<std::size_t>& factors, const char* name) {
-  const auto every = every_overlapping_hadamard(rate);
-  const auto phase = tumble::integrate_rate(rate, 3);
-  ASSERT_EQ(every.deviation.size(), rate.size() / 3);
-  for (const std::size_t m : factors) {
-    const double expected = direct_third(phase.values, m);
-    EXPECT_NEAR(every.deviation[m - 1] / expected, 1.0, every.rounding[m - 1]) << name << ", m = " << m;
-    EXPECT_LE(every.rounding[m - 1], 1e-9) << name << ", m = " << m;
-    EXPECT_EQ(every.count[m - 1], phase.values.size() - 3 * m);
-  }
+  expect_same(every_overlapping_hadamard(rate), 3, direct_third, rate, factors, name);
 }
 
 }  // namespace

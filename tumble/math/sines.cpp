@@ -16,8 +16,6 @@ using Complex = std::complex<double>;
 constexpr double turn = 2.0 * std::numbers::pi;
 constexpr std::size_t lanes = 4, longest_block = 256;
 
-Complex at_angle(double angle) { return {std::cos(angle), std::sin(angle)}; }
-
 /// Discrete Fourier transform of the sums, padded with zeros to a power of two at least `times` as long.
 std::vector<Complex> transformed(const std::vector<Complex>& sum, std::size_t times) {
   std::size_t length = 1;
@@ -65,7 +63,7 @@ double summit(const Baseband& base, double beside, double reach, Complex& amplit
   for (int round = 0; round < 20; ++round) {
     Complex sum, by_time;
     for (std::size_t k = 0; k < base.sum.size(); ++k) {
-      const Complex one = base.sum[k] * at_angle(-turn * beside * base.time[k]);
+      const Complex one = base.sum[k] * std::polar(1.0, -turn * beside * base.time[k]);
       sum += one;
       by_time += (base.time[k] - m.mean) * one;
     }
@@ -206,7 +204,8 @@ void Sines::weigh(const Support& support, std::size_t block, const Turning& turn
     re += value * turning.cosine[n - origin];
     im -= value * turning.sine[n - origin];
   }
-  result.sum[block] += Complex(re, im) * at_angle(-turn * turning.frequency * (static_cast<double>(origin) - middle_));
+  result.sum[block] +=
+      Complex(re, im) * std::polar(1.0, -turn * turning.frequency * (static_cast<double>(origin) - middle_));
 }
 
 Sines::Baseband Sines::baseband(double frequency) const {
@@ -234,7 +233,7 @@ Sines::Baseband Sines::baseband(double frequency) const {
       }
       result.weight[k] = result.square[k] = static_cast<double>(block_);
       result.sum[k] = (sum - trend(first) * ones - slope_ * ramp) *
-                      at_angle(-turn * frequency * (static_cast<double>(first) - middle_));
+                      std::polar(1.0, -turn * frequency * (static_cast<double>(first) - middle_));
     }
   }
   return result;
@@ -245,7 +244,7 @@ void Sines::put(const Sine& sine, double sign) {
   const Turning turning(sine.frequency, block_);
   for (std::size_t first = 0; first < rest_.size(); first += block_) {
     const Complex from =
-        sign * sine.amplitude * at_angle(turn * sine.frequency * (static_cast<double>(first) - middle_));
+        sign * sine.amplitude * std::polar(1.0, turn * sine.frequency * (static_cast<double>(first) - middle_));
     const double re = from.real(), im = from.imag();
     const std::size_t count = std::min(block_, rest_.size() - first);
     for (std::size_t j = 0; j < count; ++j) rest_[first + j] += re * turning.cosine[j] - im * turning.sine[j];
@@ -346,77 +345,6 @@ SineQuality Sines::quality(std::size_t which, const std::function<double(double)
   quality.wander = off / (2.0 * used - 3.0);
   quality.unsteadiness = std::sqrt(square) / amplitude;
   return quality;
-}
-
-/// The three directions of a sine at the values that the slow sines are taken of: amplitude, phase and frequency.
-/// Those of `weight` are orthogonal under it.
-std::array<std::vector<double>, 3> Sines::directions(const Sine& sine, const NoiseBands& bands,
-                                                     const std::vector<double>& weight) const {
-  const std::size_t values = bands.slow.size();
-  double all = 0.0, mean = 0.0;
-  for (std::size_t k = 0; k < values; ++k) {
-    all += weight[k];
-    mean += weight[k] * static_cast<double>(k);
-  }
-  mean /= all;
-  std::array<std::vector<double>, 3> x;
-  const Complex phase = sine.amplitude / std::abs(sine.amplitude);
-  for (std::size_t k = 0; k < values; ++k) {
-    const double time = (static_cast<double>(k) + 0.5) * bands.slow_unit - 0.5 - middle_;
-    const Complex at = phase * at_angle(turn * sine.frequency * time);
-    x[0].push_back(at.real());
-    x[1].push_back(at.imag());
-    x[2].push_back(at.imag() * (static_cast<double>(k) - mean));
-  }
-  for (auto& column : x) {
-    double scale = 0.0;
-    for (std::size_t k = 0; k < values; ++k) scale += weight[k] * column[k] * column[k];
-    for (std::size_t k = 0; k < values; ++k)
-      column[k] = std::isnan(bands.slow[k]) ? bands.slow[k] : column[k] / std::sqrt(scale);
-  }
-  return x;
-}
-
-/// With x the directions and g = w x the weights of their estimates, the noise e leaves e - sum x (g e): of a contrast
-/// c in white noise of unit variance this is less by 2 (c x)(c g) - var (c x)^2, and the record has lost (c x)(c g) of
-/// a degree of freedom. Near the sine, where all this is, the noise is white.
-void Sines::give_back(const std::vector<double>& expected, const std::function<double(double)>& level,
-                      NoiseBands& bands) const {
-  const double unit = bands.slow_unit;
-  std::vector<double> power(bands.bands.size(), 0.0), freedom(bands.bands.size(), 0.0);
-  for (const Sine& sine : sines_) {
-    if (sine.frequency * unit >= 0.5) continue;  // in bands of so many contrasts that three matter little
-    std::vector<double> weight(bands.slow.size(), 0.0);
-    for (const Support& support : supports(sine.frequency))
-      for (std::size_t k = 0; k < weight.size(); ++k) {
-        const auto n = static_cast<std::size_t>((static_cast<double>(k) + 0.5) * unit);
-        if (n >= support.begin && n < support.end && !std::isnan(bands.slow[k])) weight[k] = support.weight(n);
-      }
-    const double white = level(sine.frequency) / unit;
-    for (const auto& x : directions(sine, bands, weight)) {
-      std::vector<double> g(x);
-      double variance = 0.0;
-      for (std::size_t k = 0; k < x.size(); ++k) {
-        g[k] *= weight[k];
-        if (weight[k] > 0.0) variance += g[k] * g[k];
-      }
-      const auto of_x = slow_sines(x), of_g = slow_sines(g);
-      for (std::size_t i = 0; i < of_x.size(); ++i) {
-        const std::size_t b = bands.ordinates[i].band;
-        const double share = white / (expected[b] * bands.bands[b].count), hat = of_x[i] * of_g[i];
-        freedom[b] += share * hat;
-        power[b] += share * (2.0 * hat - variance * of_x[i] * of_x[i]);
-      }
-    }
-  }
-  for (std::size_t b = 0; b < bands.bands.size(); ++b) {
-    NoiseBand& band = bands.bands[b];
-    const double there = std::max(0.05, 1.0 - power[b]);
-    band.count *= std::clamp(1.0 - freedom[b], 0.0, 1.0);
-    band.mean_square /= there;
-    band.with_ramp /= std::sqrt(there);
-  }
-  std::erase_if(bands.bands, [](const NoiseBand& band) { return band.count < 0.3; });
 }
 
 }  // namespace tumble

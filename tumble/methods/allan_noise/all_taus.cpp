@@ -42,7 +42,7 @@ const FamilyCurve* hadamard(const ChannelNoise& channel) {
 void fill(const ChannelNoise& channel, const EveryTau& every, const std::vector<DeviationPoint>& points, Curve& curve) {
   curve.x.name = "averaging time";
   curve.x.unit = Unit::parse("s");
-  curve.y.unit = Unit::parse(channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug");
+  curve.y.unit = Unit::parse(rate_unit(channel.kind));
   curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
   curve.logarithmic = true;
   for (std::size_t k = 0; k < every.deviation.size(); ++k) {

@@ -7,7 +7,7 @@
 
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/allan_noise/even_signal.hpp"
-#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/noise_record.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -22,17 +22,6 @@ Channel noisy(const std::string& name, std::uint64_t seed, std::size_t samples =
   add_noise({.angle_random_walk = si(0.1, "deg/sqrt(h)")}, 10.0, RandomStream(seed), channel.values);
   return channel;
 }
-
-Evidence with(std::vector<Channel> channels) {
-  Evidence evidence;
-  evidence.plan.method = "allan_noise";
-  evidence.plan.settings = defaults(find_method("allan_noise").options());
-  evidence.recordings.emplace_back();
-  evidence.recordings.back().channels = std::move(channels);
-  return evidence;
-}
-
-Estimate identify(const Evidence& evidence) { return find_method("allan_noise").identify(evidence, {}); }
 
 std::string said(const Findings& findings) {
   std::string text;
@@ -61,12 +50,12 @@ void expect_white(const Estimate& estimate, const std::string& channel) {
 
 TEST(allan_noise, takes_every_inertial_channel_or_the_signal) {
   Channel temperature{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, 1.0, nullptr}, {300, 301}};
-  auto evidence = with({noisy("gyro.x", 1), temperature, noisy("gyro.y", 2)});
-  const auto both = identify(evidence);
+  auto evidence = noise_evidence({noisy("gyro.x", 1), temperature, noisy("gyro.y", 2)});
+  const auto both = identify_noise(evidence);
   expect_white(both, "gyro.x");
   expect_white(both, "gyro.y");
   evidence.plan.channels["signal"] = {{"gyro.y", {}}};
-  const auto one = identify(evidence);
+  const auto one = identify_noise(evidence);
   EXPECT_EQ(find_parameter(one, "gyro.x.angle_random_walk"), nullptr);
   expect_white(one, "gyro.y");
 }
@@ -74,7 +63,7 @@ TEST(allan_noise, takes_every_inertial_channel_or_the_signal) {
 TEST(allan_noise, leaves_out_a_stuck_channel_and_says_so) {
   Channel stuck = noisy("gyro.z", 3);
   stuck.values.assign(stuck.values.size(), 0.25);
-  const auto estimate = identify(with({noisy("gyro.x", 1), stuck}));
+  const auto estimate = identify_noise(noise_evidence({noisy("gyro.x", 1), stuck}));
   expect_white(estimate, "gyro.x");
   EXPECT_NE(said(estimate.findings).find("gyro.z: does not change"), std::string::npos) << said(estimate.findings);
 }
@@ -88,7 +77,7 @@ TEST(allan_noise, lost_samples_become_missing_samples) {
   EXPECT_NEAR(static_cast<double>(signal.values.size()), 20123.0, 1.0);
   EXPECT_TRUE(std::isnan(signal.values[7050]));
   EXPECT_EQ(signal.values[6999], gapped.values[6999]);
-  const auto estimate = identify(with({gapped}));
+  const auto estimate = identify_noise(noise_evidence({gapped}));
   expect_white(estimate, "gyro.x");
   EXPECT_NE(said(estimate.findings).find("1 gap"), std::string::npos) << said(estimate.findings);
 }
@@ -98,16 +87,16 @@ TEST(allan_noise, refuses_a_backward_clock_and_names_the_time) {
   Stamps stamps = even_stamps(backward.values.size());
   for (std::size_t i = 5000; i < stamps.size(); ++i) stamps[i] -= 100.0;
   stamp(backward, stamps);
-  auto evidence = with({backward});
+  auto evidence = noise_evidence({backward});
   try {
-    identify(evidence);
+    identify_noise(evidence);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_data);
     EXPECT_NE(std::string(error.what()).find("400 s"), std::string::npos) << error.what();
   }
   evidence.plan.settings.set_number("rate", 10.0, Unit::parse("Hz"));
-  expect_white(identify(evidence), "gyro.x");
+  expect_white(identify_noise(evidence), "gyro.x");
 }
 
 TEST(allan_noise, stamps_on_a_grid_average_what_falls_together) {
@@ -126,9 +115,9 @@ TEST(allan_noise, stamps_on_a_grid_average_what_falls_together) {
 }
 
 TEST(allan_noise, several_power_ups_are_several_records) {
-  auto evidence = with({noisy("gyro.x", 6)});
+  auto evidence = noise_evidence({noisy("gyro.x", 6)});
   evidence.recordings[0].marks = {{"first", 0.0, 1}, {"second", 900.0, 2}};
-  const auto estimate = identify(evidence);
+  const auto estimate = identify_noise(evidence);
   EXPECT_NE(find_parameter(estimate, "gyro.x.angle_random_walk"), nullptr);
   EXPECT_NE(find_parameter(estimate, "gyro.x.run2.angle_random_walk"), nullptr);
 }
@@ -139,7 +128,7 @@ TEST(allan_noise, tells_a_ramp_from_noise) {
   Channel ramped = noisy("gyro.x", 8);
   const double slope = si(-60.0, "deg/h/h");
   for (std::size_t i = 0; i < ramped.values.size(); ++i) ramped.values[i] += slope * 0.1 * static_cast<double>(i);
-  const auto estimate = identify(with({ramped, noisy("gyro.y", 8)}));
+  const auto estimate = identify_noise(noise_evidence({ramped, noisy("gyro.y", 8)}));
   expect_white(estimate, "gyro.x");
   EXPECT_EQ(find_parameter(estimate, "gyro.x.rate_random_walk"), nullptr);
   EXPECT_EQ(find_parameter(estimate, "gyro.y.rate_ramp"), nullptr);
@@ -154,12 +143,12 @@ TEST(allan_noise, tells_a_ramp_from_noise) {
 TEST(allan_noise, points_at_motion_and_settings_out_of_range) {
   Channel moved = noisy("gyro.x", 7);
   for (std::size_t i = 9000; i < 9040; ++i) moved.values[i] += si(100.0, "deg/s");
-  EXPECT_NE(said(identify(with({moved})).findings).find("motion"), std::string::npos);
-  auto evidence = with({noisy("gyro.x", 1)});
+  EXPECT_NE(said(identify_noise(noise_evidence({moved})).findings).find("motion"), std::string::npos);
+  auto evidence = noise_evidence({noisy("gyro.x", 1)});
   evidence.plan.settings.set_number("confidence", 1.5, Unit());
   evidence.plan.settings.set_number("longest_fraction", 0.9, Unit());
   try {
-    identify(evidence);
+    identify_noise(evidence);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);
@@ -174,12 +163,12 @@ const Curve* curve_named(const Estimate& estimate, const std::string& name) {
 }
 
 TEST(allan_noise, shows_the_spectrum_and_every_averaging_time_where_asked) {
-  auto evidence = with({noisy("gyro.x", 11, 4000)});
-  EXPECT_EQ(curve_named(identify(evidence), "gyro.x power_spectrum"), nullptr);
+  auto evidence = noise_evidence({noisy("gyro.x", 11, 4000)});
+  EXPECT_EQ(curve_named(identify_noise(evidence), "gyro.x power_spectrum"), nullptr);
   evidence.plan.settings.set_word("spectrum", "welch");
   evidence.plan.settings.set_word("taus", "all");
   evidence.plan.settings.set_integer("windows", 5);
-  const auto estimate = identify(evidence);
+  const auto estimate = identify_noise(evidence);
   const Curve* spectrum = curve_named(estimate, "gyro.x power_spectrum");
   const Curve* white = curve_named(estimate, "gyro.x angle_random_walk_density");
   ASSERT_NE(spectrum, nullptr);
@@ -206,10 +195,10 @@ TEST(allan_noise, tells_instruments_apart_that_measure_the_same) {
   add_noise({.rate_random_walk = si(200.0, "deg/h/sqrt(h)")}, 10.0, RandomStream(24), motion);
   for (auto& gyro : gyros)
     for (std::size_t i = 0; i < motion.size(); ++i) gyro.values[i] += motion[i];
-  auto evidence = with(gyros);
+  auto evidence = noise_evidence(gyros);
   evidence.plan.settings.set_flag("hat", true);
   const Curve* alone = nullptr;
-  const auto hat = identify(evidence);
+  const auto hat = identify_noise(evidence);
   ASSERT_NE(alone = curve_named(hat, "b by itself"), nullptr);
   for (std::size_t i = 0; i < 6; ++i) {  // edf above 300: sd of the deviation below 10 %
     const double truth = si(0.1, "deg/sqrt(h)") / std::sqrt(alone->x.values[i]);
@@ -217,9 +206,9 @@ TEST(allan_noise, tells_instruments_apart_that_measure_the_same) {
   }
   std::vector<Channel> supplied{noisy("a", 21), noisy("b", 22), noisy("c", 23)};
   for (std::size_t i = 0; i < motion.size(); ++i) supplied[1].values[i] += 0.2 * supplied[0].values[i];
-  evidence = with(supplied);
+  evidence = noise_evidence(supplied);
   evidence.plan.settings.set_flag("correlation", true);
-  const std::string text = said(identify(evidence).findings);
+  const std::string text = said(identify_noise(evidence).findings);
   EXPECT_NE(text.find("a with b"), std::string::npos);
   EXPECT_EQ(text.find("with c"), std::string::npos);
 }
@@ -229,16 +218,16 @@ TEST(allan_noise, says_how_channels_follow_the_temperature) {
   std::vector<Channel> channels{noisy("gyro.x", 31), noisy("gyro.y", 32)};
   Channel temperature{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, 10.0, nullptr}, {}};
   temperature.values.assign(channels[0].values.size(), 298.0);
-  auto still = with(channels);
+  auto still = noise_evidence(channels);
   still.recordings[0].channels.push_back(temperature);
-  EXPECT_EQ(find_table(identify(still), "temperature"), nullptr);
+  EXPECT_EQ(find_table(identify_noise(still), "temperature"), nullptr);
   for (std::size_t i = 0; i < temperature.values.size(); ++i) {
     const double warmth = 3.0 * std::sin(std::numbers::pi * 2e-4 * static_cast<double>(i));
     temperature.values[i] += warmth;
     channels[0].values[i] += si(5.0, "deg/h") * warmth;
   }
   channels.push_back(temperature);
-  const auto estimate = identify(with(channels));
+  const auto estimate = identify_noise(noise_evidence(channels));
   const Table* table = find_table(estimate, "temperature");
   ASSERT_NE(table, nullptr);
   ASSERT_EQ(table->rows.size(), 2u);

@@ -144,11 +144,10 @@ void add_rows(const ChannelNoise& channel, Table& table) {
 }
 
 Curve line(const ChannelNoise& channel, const std::string& name, const std::vector<double>& variances) {
-  const bool rate = channel.kind == QuantityKind::angular_rate;
   Curve curve{channel.label + " " + name,
               "allan deviation " + channel.label,
               {"averaging time", Unit::parse("s"), {}},
-              {"Allan deviation", Unit::parse(rate ? "deg/h" : "ug"), {}},
+              {"Allan deviation", Unit::parse(rate_unit(channel.kind)), {}},
               {},
               {},
               "",
@@ -251,7 +250,9 @@ void add_departure(const ChannelNoise& channel, Findings& findings) {
 
 }  // namespace
 
-std::string ramp_unit(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "deg/h/h" : "ug/h"; }
+std::string rate_unit(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "deg/h" : "ug"; }
+
+std::string ramp_unit(QuantityKind kind) { return rate_unit(kind) + "/h"; }
 
 TermWords words(NoiseTerm term, QuantityKind kind) {
   const bool rate = kind == QuantityKind::angular_rate;
@@ -263,13 +264,13 @@ TermWords words(NoiseTerm term, QuantityKind kind) {
       return {rate ? "angle_random_walk" : "velocity_random_walk", "N", rate ? "deg/sqrt(h)" : "(m/s)/sqrt(h)",
               rate ? "white noise of the rate" : "white noise of the specific force"};
     case NoiseTerm::flicker:
-      return {"bias_instability", "B", rate ? "deg/h" : "ug",
+      return {"bias_instability", "B", rate_unit(kind),
               "flicker of the bias; the flat part of the deviation is 0.664 B"};
     case NoiseTerm::random_walk:
       return {rate ? "rate_random_walk" : "acceleration_random_walk", "K", rate ? "deg/h/sqrt(h)" : "ug/sqrt(h)",
               "random walk of the bias"};
     case NoiseTerm::markov:
-      return {"markov_sd", "sigma_c", rate ? "deg/h" : "ug", "first-order Gauss-Markov bias"};
+      return {"markov_sd", "sigma_c", rate_unit(kind), "first-order Gauss-Markov bias"};
   }
   return {};
 }

@@ -62,6 +62,8 @@ struct TermWords {
   std::string name, symbol, unit, description;
 };
 TermWords words(NoiseTerm term, QuantityKind kind);
+/// What a rate or a specific force, and what its ramp, is shown in.
+std::string rate_unit(QuantityKind kind);
 std::string ramp_unit(QuantityKind kind);
 
 /// A squared coefficient [u^2] as the coefficient itself in SI: Q = T sqrt(c), N = sqrt(c T), B = sqrt(c), K =

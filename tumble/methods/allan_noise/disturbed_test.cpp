@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tumble/math/noise_model.hpp"
-#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/noise_record.hpp"
 
 namespace tumble {
 namespace {
@@ -35,15 +35,10 @@ void touch(double begin, double length, double amplitude, double periods, std::v
         amplitude * std::sin(2.0 * std::numbers::pi * periods * static_cast<double>(i) / static_cast<double>(samples));
 }
 
-Evidence with(std::vector<double> values, const char* disturbed) {
-  Evidence evidence;
-  evidence.plan.method = "allan_noise";
-  evidence.plan.settings = defaults(find_method("allan_noise").options());
+Estimate identified(std::vector<double> values, const char* disturbed) {
+  Evidence evidence = noise_evidence(std::move(values), rate);
   evidence.plan.settings.set_word("disturbed", disturbed);
-  evidence.recordings.emplace_back();
-  evidence.recordings[0].channels.push_back(
-      {"gyro.x", QuantityKind::angular_rate, Unit::parse("rad/s"), {0.0, rate, nullptr}, std::move(values)});
-  return evidence;
+  return identify_noise(evidence);
 }
 
 std::string said(const Estimate& estimate) {
@@ -97,7 +92,7 @@ TEST(disturbed_parts, hold_the_noise_of_touched_records) {
   for (unsigned seed = 1; seed <= records; ++seed) {
     auto values = simulated({.angle_random_walk = n, .rate_random_walk = 2e-7}, hour, 100 + seed).made;
     touch(60.0 * seed + 0.7, 3.0 + seed / 6.0, 50.0 * n * std::sqrt(rate), 0.5 * (seed % 6 + 1), values);
-    const Estimate estimate = find_method("allan_noise").identify(with(std::move(values), "cut"), {});
+    const Estimate estimate = identified(std::move(values), "cut");
     const Parameter* found = find_parameter(estimate, "gyro.x.angle_random_walk");
     ASSERT_NE(found, nullptr);
     const double u = standard_uncertainty(estimate, static_cast<std::size_t>(found - estimate.parameters.data()));
@@ -113,7 +108,7 @@ TEST(disturbed_parts, hold_the_noise_of_touched_records) {
 TEST(disturbed_parts, are_said_and_listed_and_can_be_kept) {
   auto values = simulated({.angle_random_walk = 1e-4}, hour, 3).made;
   touch(1803.0, 5.0, 0.05, 1.0, values);
-  const Estimate cut = find_method("allan_noise").identify(with(values, "cut"), {});
+  const Estimate cut = identified(values, "cut");
   EXPECT_NE(said(cut).find("27 s set aside in 1 place, the first from 1791 s to 1818 s"), std::string::npos)
       << said(cut);
   const Table* table = find_table(cut, "set_aside");
@@ -121,7 +116,7 @@ TEST(disturbed_parts, are_said_and_listed_and_can_be_kept) {
   ASSERT_EQ(table->rows.size(), 1u);
   EXPECT_EQ(std::get<double>(table->rows[0][1]), 1791.0);
   EXPECT_EQ(std::get<double>(table->rows[0][3]), 27.0);
-  const Estimate kept = find_method("allan_noise").identify(with(values, "keep"), {});
+  const Estimate kept = identified(values, "keep");
   EXPECT_EQ(find_table(kept, "set_aside"), nullptr);
   EXPECT_NE(said(kept).find("4 times the usual"), std::string::npos);
 }

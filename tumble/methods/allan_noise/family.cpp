@@ -66,9 +66,8 @@ std::vector<Member> asked_for(const std::string& text) {
 }
 
 Unit unit_of(const Member& member, QuantityKind kind) {
-  const bool rate = kind == QuantityKind::angular_rate;
-  if (member.of_angle) return Unit::parse(rate ? "arcsec" : "mm/s");
-  return Unit::parse(rate ? "deg/h" : "ug");
+  if (member.of_angle) return Unit::parse(kind == QuantityKind::angular_rate ? "arcsec" : "mm/s");
+  return Unit::parse(rate_unit(kind));
 }
 
 /// The time deviation is the modified one times tau/sqrt(3), which may have been asked for too.

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tumble/math/noise_model.hpp"
-#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/noise_record.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -21,20 +21,14 @@ Evidence gyro(const std::string& deviations, double gap_share) {
   add_noise({.angle_random_walk = si(1.0, "deg/h") / std::sqrt(10.0)}, 10.0, RandomStream(12), channel.values);
   for (std::size_t i = 0; static_cast<double>(i) < gap_share * 3000.0; ++i)
     channel.values[1 + 2 * i] = std::numeric_limits<double>::quiet_NaN();
-  Evidence evidence;
-  evidence.plan.method = "allan_noise";
-  evidence.plan.settings = defaults(find_method("allan_noise").options());
+  Evidence evidence = noise_evidence({std::move(channel)});
   if (!deviations.empty()) evidence.plan.settings.set_word("deviations", deviations);
-  evidence.recordings.emplace_back();
-  evidence.recordings.back().channels.push_back(std::move(channel));
   return evidence;
 }
 
-Estimate identify(const Evidence& evidence) { return find_method("allan_noise").identify(evidence, {}); }
-
 TEST(noise_family, gives_what_is_asked_for_and_no_more) {
-  EXPECT_EQ(find_table(identify(gyro("", 0.0)), "family"), nullptr);
-  const auto estimate = identify(gyro("[mdev, \"htotdev\"]", 0.0));
+  EXPECT_EQ(find_table(identify_noise(gyro("", 0.0)), "family"), nullptr);
+  const auto estimate = identify_noise(gyro("[mdev, \"htotdev\"]", 0.0));
   const Table* table = find_table(estimate, "family");
   ASSERT_NE(table, nullptr);
   std::set<std::string> names, curves;
@@ -49,7 +43,7 @@ TEST(noise_family, gives_what_is_asked_for_and_no_more) {
 // modified Allan variance is (m^2 + 1/2)/(m^2) of half that, the time deviation tau/sqrt(3) times the modified one:
 // 0.4 s * 0.359 deg/h / sqrt(3) in arcsec is the same number.
 TEST(noise_family, has_the_units_of_each) {
-  const auto estimate = identify(gyro("all", 0.0));
+  const auto estimate = identify_noise(gyro("all", 0.0));
   const Table* table = find_table(estimate, "family");
   ASSERT_NE(table, nullptr);
   std::set<std::string> names;
@@ -80,18 +74,18 @@ TEST(noise_family, has_the_units_of_each) {
 
 TEST(noise_family, says_where_gaps_leave_nothing) {
   std::string said;
-  for (const auto& finding : identify(gyro("theo1", 0.45)).findings) said += finding.message;
+  for (const auto& finding : identify_noise(gyro("theo1", 0.45)).findings) said += finding.message;
   EXPECT_EQ(said.find("no theo1"), std::string::npos);
   Evidence broken = gyro("theo1", 0.0);
   auto& values = broken.recordings[0].channels[0].values;
   for (std::size_t i = 0; i < values.size(); i += 5) values[i] = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& finding : identify(broken).findings) said += finding.message;
+  for (const auto& finding : identify_noise(broken).findings) said += finding.message;
   EXPECT_NE(said.find("no theo1 (Theo1): no averaging time of it fits between the gaps"), std::string::npos);
 }
 
 TEST(noise_family, names_every_word_it_does_not_know) {
   try {
-    identify(gyro("ohdve, totdev, sigma", 0.0));
+    identify_noise(gyro("ohdve, totdev, sigma", 0.0));
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);

@@ -55,7 +55,7 @@ std::string list_of(const std::vector<Line>& lines, const ChannelNoise& channel)
   std::string list;
   for (const auto& line : lines)
     list += fmt::format("{}{:.4g} Hz ({})", list.empty() ? "" : ", ", line.frequency * channel.rate,
-                        amount(line.amplitude, channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug"));
+                        amount(line.amplitude, rate_unit(channel.kind)));
   return list;
 }
 

@@ -298,7 +298,7 @@ void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimat
                {"along the record", Unit()}},
               {}};
   for (const auto& channel : channels) {
-    const std::string unit = channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug";
+    const std::string unit = rate_unit(channel.kind);
     for (const auto& line : channel.lines) {
       const Unit in = Unit::parse(unit);
       const double amplitude = in.difference_from_si(line.amplitude), sd = in.difference_from_si(line.amplitude_sd);

@@ -7,7 +7,7 @@
 
 #include "tumble/math/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
-#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/noise_record.hpp"
 
 namespace tumble {
 namespace {
@@ -147,21 +147,16 @@ TEST(fit_beside_lines, allan_variance_is_that_of_a_sampled_sine) {
   }
 }
 
-Evidence with(std::vector<double> values, const char* lines) {
-  Evidence evidence;
-  evidence.plan.method = "allan_noise";
-  evidence.plan.settings = defaults(find_method("allan_noise").options());
+Estimate identified(std::vector<double> values, const char* lines) {
+  Evidence evidence = noise_evidence(std::move(values), 100.0);
   evidence.plan.settings.set_word("lines", lines);
-  evidence.recordings.emplace_back();
-  evidence.recordings[0].channels.push_back(
-      {"gyro.x", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, 100.0, nullptr}, std::move(values)});
-  return evidence;
+  return identify_noise(evidence);
 }
 
 TEST(fit_beside_lines, are_listed_and_can_be_avoided_instead) {
   auto values = simulated({.angle_random_walk = 1e-5}, 30000, 6);
   put(2e-5, 0.12345, 1.0, values);
-  const Estimate fit = find_method("allan_noise").identify(with(values, "fit"), {});
+  const Estimate fit = identified(values, "fit");
   const Table* table = find_table(fit, "lines");
   ASSERT_NE(table, nullptr);
   ASSERT_EQ(table->rows.size(), 1u);
@@ -176,7 +171,7 @@ TEST(fit_beside_lines, are_listed_and_can_be_avoided_instead) {
   ASSERT_FALSE(lines.y.values.empty());
   for (std::size_t i = 0; i < 12; ++i)  // up to 0.16 s: 30 000 and more degrees of freedom of the noise
     EXPECT_NEAR(sum.y.values[i], measured.y.values[i], 0.03 * measured.y.values[i]) << i;
-  EXPECT_EQ(find_table(find_method("allan_noise").identify(with(values, "avoid"), {}), "lines"), nullptr);
+  EXPECT_EQ(find_table(identified(values, "avoid"), "lines"), nullptr);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
 
 void add_rows(const ChannelNoise& channel, Table& table) {
   const DynamicStability& found = *channel.windows;
-  const Unit unit = Unit::parse(channel.kind == QuantityKind::angular_rate ? "deg/h" : "ug");
+  const Unit unit = Unit::parse(rate_unit(channel.kind));
   for (std::size_t i = 0; i < found.whole.size(); ++i) {
     for (const auto& window : found.windows) {
       const DeviationPoint& point = window.points[i];
