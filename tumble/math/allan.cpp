@@ -1,6 +1,7 @@
 #include "tumble/math/allan.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 
@@ -54,8 +55,9 @@ double pooled_edf(const std::vector<std::size_t>& terms, int alpha, std::size_t 
 std::vector<DeviationPoint> points_of(const Phase& phase, double sample_rate, std::span<const std::size_t> factors,
                                       double confidence, std::span<const int> alphas) {
   const auto sums = second_difference_sums(phase, factors);
+  const auto types =
+      alphas.empty() ? identify_noise_types(phase, factors, sums) : std::vector(alphas.begin(), alphas.end());
   std::vector<DeviationPoint> points;
-  int alpha = 2;
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const auto terms = terms_of_runs(phase, factors[i]);
     if (terms.empty()) continue;
@@ -65,9 +67,8 @@ std::vector<DeviationPoint> points_of(const Phase& phase, double sample_rate, st
     if (!std::isfinite(sums[i]))
       throw Error(Error::Kind::bad_data, "the values are too large to be squared and summed: check their unit");
     point.deviation = std::sqrt(sums[i] / (2.0 * static_cast<double>(point.count))) / m;
-    alpha = alphas.empty() ? identify_noise_type(phase, factors[i], sums[i], point.count, alpha) : alphas[i];
-    point.alpha = alpha;
-    point.edf = pooled_edf(terms, alpha, factors[i]);
+    point.alpha = types[i];
+    point.edf = pooled_edf(terms, types[i], factors[i]);
     const auto limits = deviation_limits(point.deviation, point.edf, confidence);
     point.lower = limits.lower;
     point.upper = limits.upper;
@@ -79,12 +80,17 @@ std::vector<DeviationPoint> points_of(const Phase& phase, double sample_rate, st
 }  // namespace
 
 std::vector<std::size_t> averaging_factors(std::size_t longest, double points_per_decade) {
-  const double step = points_per_decade > 0.0 ? std::pow(10.0, 1.0 / points_per_decade) : 2.0;
+  const long steps = std::max(1L, std::lround(points_per_decade * std::log10(2.0)));  // an octave
+  const std::size_t first = std::max<std::size_t>(16, std::bit_ceil(static_cast<std::size_t>(steps)));
   std::vector<std::size_t> factors;
-  double exact = 1.0;
-  for (int k = 0; exact < static_cast<double>(longest) + 0.5; exact = std::pow(step, ++k)) {
-    const auto factor = static_cast<std::size_t>(std::llround(exact));
-    if (factor <= longest && (factors.empty() || factor > factors.back())) factors.push_back(factor);
+  for (std::size_t octave = 1; octave <= longest; octave *= 2) {
+    const std::size_t rounded = std::min(octave, first);
+    for (long k = 0; k < steps; ++k) {
+      const double exact =
+          static_cast<double>(rounded) * std::exp2(static_cast<double>(k) / static_cast<double>(steps));
+      const std::size_t factor = static_cast<std::size_t>(std::llround(exact)) * (octave / rounded);
+      if (factor <= longest && (factors.empty() || factor > factors.back())) factors.push_back(factor);
+    }
   }
   return factors;
 }

@@ -183,19 +183,11 @@ Pooled pool(Stability measure, const Phase& phase, std::span<const double> theo_
 std::vector<int> types_of(Stability measure, const Phase& phase, std::span<const std::size_t> factors,
                           const StabilityOptions& options) {
   if (!options.types.empty()) return options.types;
-  std::vector<int> types(factors.size(), options.alpha.value_or(2));
-  if (options.alpha) return types;
+  if (options.alpha) return std::vector<int>(factors.size(), *options.alpha);
   std::vector<std::size_t> typed(factors.begin(), factors.end());
   if (measure == Stability::theoh)
     for (std::size_t& m : typed) m = std::min(m, std::max<std::size_t>(1, phase.values.size() / 31));
-  const auto sums = second_difference_sums(phase, typed);
-  int alpha = 2;
-  for (std::size_t i = 0; i < typed.size(); ++i) {
-    std::size_t terms = 0;
-    for (const auto& run : phase.runs) terms += run.points() > 2 * typed[i] ? run.points() - 2 * typed[i] : 0;
-    types[i] = alpha = identify_noise_type(phase, typed[i], sums[i], terms, alpha);
-  }
-  return types;
+  return identify_noise_types(phase, typed, second_difference_sums(phase, typed));
 }
 
 std::vector<double> scaled(std::span<const double> values, double factor) {

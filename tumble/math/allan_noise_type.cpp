@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tumble/math/parallel.hpp"
+
 namespace tumble {
 namespace {
 
@@ -24,6 +26,17 @@ void difference(Series& z) {
   if (!z.empty()) z.pop_back();
 }
 
+/// Sum of term(i) over i < count, four partial sums beside each other so that none waits for the one before.
+template <class Term>
+double sum_of(std::size_t count, const Term& term) {
+  double sums[4] = {};
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4)
+    for (std::size_t k = 0; k < 4; ++k) sums[k] += term(i + k);
+  for (; i < count; ++i) sums[0] += term(i);
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
 std::size_t points(const std::vector<Series>& all) {
   std::size_t count = 0;
   for (const auto& series : all) count += series.size();
@@ -33,15 +46,11 @@ std::size_t points(const std::vector<Series>& all) {
 /// r = sum (z_i - mean)(z_{i+1} - mean)/sum (z_i - mean)^2, pooled over the series.
 double lag_1_autocorrelation(const std::vector<Series>& all) {
   double sum = 0.0, products = 0.0, squares = 0.0;
-  for (const auto& z : all) {
-    for (const double value : z) sum += value;
-  }
+  for (const auto& z : all) sum += sum_of(z.size(), [&](std::size_t i) { return z[i]; });
   const double mean = sum / static_cast<double>(points(all));
   for (const auto& z : all) {
-    for (std::size_t i = 0; i < z.size(); ++i) {
-      squares += (z[i] - mean) * (z[i] - mean);
-      if (i + 1 < z.size()) products += (z[i] - mean) * (z[i + 1] - mean);
-    }
+    squares += sum_of(z.size(), [&](std::size_t i) { return (z[i] - mean) * (z[i] - mean); });
+    if (!z.empty()) products += sum_of(z.size() - 1, [&](std::size_t i) { return (z[i] - mean) * (z[i + 1] - mean); });
   }
   return squares > 0.0 ? products / squares : 0.0;
 }
@@ -68,7 +77,14 @@ std::vector<Series> decimated(const Phase& phase, std::size_t m) {
   return all;
 }
 
-int from_autocorrelation(std::vector<Series> all, bool gaps, int shorter) {
+/// What the record says at one factor, whatever it says at the others.
+struct Reading {
+  enum class Kind { nothing, ratio, autocorrelation } kind = Kind::nothing;
+  int alpha = 0;
+  double exponent = 0.0, sd = 0.0;  ///< before it was rounded to alpha, of an autocorrelation
+};
+
+Reading from_autocorrelation(std::vector<Series> all, bool gaps) {
   // Across a gap the phase is not known, and in a short record its quadratic takes much of a random walk away: there
   // the averages (d = 1) are the start.
   for (auto& z : all) {
@@ -85,9 +101,7 @@ int from_autocorrelation(std::vector<Series> all, bool gaps, int shorter) {
     if (rho < 0.25 || d >= most_differences) {
       const double exponent = 2.0 - 2.0 * (rho + d);
       const double sd = 2.0 / ((1.0 + r) * (1.0 + r) * std::sqrt(static_cast<double>(points(all))));  // of r: 1/sqrt(n)
-      const int alpha = std::clamp(static_cast<int>(std::lround(exponent)), -4, 2);
-      const bool too_white = alpha > 0 && alpha > shorter && exponent < shorter + 0.5 + 2.0 * sd;
-      return too_white ? std::max(shorter, 0) : alpha;
+      return {Reading::Kind::autocorrelation, std::clamp(static_cast<int>(std::lround(exponent)), -4, 2), exponent, sd};
     }
     for (auto& z : all) difference(z);
   }
@@ -162,15 +176,41 @@ int from_variance_ratio(std::vector<Series> all, const Phase& phase, std::size_t
   return ratio < std::sqrt(expected_r(m) / m) ? 2 : 1;
 }
 
-}  // namespace
-
-int identify_noise_type(const Phase& phase, std::size_t factor, double allan_sum, std::size_t terms, int shorter) {
+Reading read_type(const Phase& phase, std::size_t factor, double allan_sum) {
+  std::size_t terms = 0;
+  for (const auto& run : phase.runs) terms += run.points() > 2 * factor ? run.points() - 2 * factor : 0;
   auto series = decimated(phase, factor);
   const std::size_t count = points(series);
-  if (count < fewest_for_ratio || terms == 0 || !(allan_sum > 0.0)) return shorter;
-  if (count >= fewest_for_autocorrelation) return from_autocorrelation(std::move(series), phase.has_gaps(), shorter);
+  if (count < fewest_for_ratio || terms == 0 || !(allan_sum > 0.0)) return {};
+  if (count >= fewest_for_autocorrelation) return from_autocorrelation(std::move(series), phase.has_gaps());
   const double allan_variance = allan_sum / (2.0 * static_cast<double>(terms));
-  return std::min(shorter, from_variance_ratio(std::move(series), phase, factor, allan_variance));
+  return {Reading::Kind::ratio, from_variance_ratio(std::move(series), phase, factor, allan_variance)};
+}
+
+/// The type where the next shorter tau has type `shorter`.
+int settled(const Reading& reading, int shorter) {
+  switch (reading.kind) {
+    case Reading::Kind::nothing:
+      return shorter;
+    case Reading::Kind::ratio:
+      return std::min(shorter, reading.alpha);
+    case Reading::Kind::autocorrelation:
+      break;
+  }
+  const bool too_white =
+      reading.alpha > 0 && reading.alpha > shorter && reading.exponent < shorter + 0.5 + 2.0 * reading.sd;
+  return too_white ? std::max(shorter, 0) : reading.alpha;
+}
+
+}  // namespace
+
+std::vector<int> identify_noise_types(const Phase& phase, std::span<const std::size_t> factors,
+                                      std::span<const double> allan_sums) {
+  std::vector<Reading> readings(factors.size());
+  parallel_for(factors.size(), [&](std::size_t i) { readings[i] = read_type(phase, factors[i], allan_sums[i]); });
+  std::vector<int> types;
+  for (const Reading& reading : readings) types.push_back(settled(reading, types.empty() ? 2 : types.back()));
+  return types;
 }
 
 }  // namespace tumble

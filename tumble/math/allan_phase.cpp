@@ -162,14 +162,13 @@ double remove_quadratic(std::span<double> x) {
   const double scale = 2.0 / (count - 1.0);
   const auto at = [&](std::size_t i) { return scale * static_cast<double>(i) - 1.0; };
   const double square = (count + 1.0) / (3.0 * (count - 1.0));  // <t^2>
-  double p0 = 0.0, p1 = 0.0, p2 = 0.0, n1 = 0.0, n2 = 0.0;
+  const double n1 = count * square, n2 = 4.0 / 5.0 * n1 * (count * count - 4.0) / (3.0 * (count - 1.0) * (count - 1.0));
+  double p0 = 0.0, p1 = 0.0, p2 = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double t = at(i), q = t * t - square;
+    const double t = at(i);
     p0 += x[i];
     p1 += x[i] * t;
-    p2 += x[i] * q;
-    n1 += t * t;
-    n2 += q * q;
+    p2 += x[i] * (t * t - square);
   }
   const double c0 = p0 / count, c1 = p1 / n1, c2 = n2 > 0.0 ? p2 / n2 : 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) x[i] -= c0 + c1 * at(i) + c2 * (at(i) * at(i) - square);
