@@ -61,7 +61,7 @@ double sum_directly(std::span<const double> x, std::size_t factor) {
 std::vector<std::size_t> lags_of(std::size_t size, std::span<const std::size_t> factors) {
   std::vector<std::size_t> lags, doubles;
   for (const std::size_t m : factors) {
-    if (2 * m >= size || !has_lag_sum(size, m) || !has_lag_sum(size, 2 * m)) continue;
+    if (!has_lag_sum(size, m) || !has_lag_sum(size, 2 * m)) continue;
     lags.push_back(m);
     doubles.push_back(2 * m);
   }
@@ -80,7 +80,15 @@ double second_difference_squares(const double* x, std::size_t factor, std::size_
 }
 
 void add_second_differences(std::span<const double> x, std::span<const std::size_t> factors, std::span<double> sums) {
+  constexpr std::size_t worth_sharing = 2048;
   constexpr double rounding = 16.0 * std::numeric_limits<double>::epsilon();  // of a sum over a lag
+  const auto beyond = std::find_if(factors.begin(), factors.end(), [&](std::size_t m) { return 2 * m >= x.size(); });
+  factors = factors.first(static_cast<std::size_t>(beyond - factors.begin()));
+  if (x.size() < worth_sharing) {
+    for (std::size_t i = 0; i < factors.size(); ++i)
+      sums[i] += second_difference_squares(x.data(), factors[i], x.size() - 2 * factors[i]);
+    return;
+  }
   const auto lags = lags_of(x.size(), factors);
   const auto by_lag = lag_sums(x, lags);
   const auto at = [&](std::size_t lag) {
@@ -88,7 +96,6 @@ void add_second_differences(std::span<const double> x, std::span<const std::size
     return found != lags.end() && *found == lag ? &by_lag[static_cast<std::size_t>(found - lags.begin())] : nullptr;
   };
   for (std::size_t i = 0; i < factors.size(); ++i) {
-    if (2 * factors[i] >= x.size()) continue;
     const LagSum *one = at(factors[i]), *two = at(2 * factors[i]);
     const double sum = one && two ? 2.0 * one->inner - two->all : 0.0;
     const bool exact = one && two && rounding * (2.0 * one->inner + two->all) <= 1e-10 * sum;

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <vector>
+
+#include "tumble/math/room.hpp"
 
 namespace tumble {
 
@@ -18,9 +19,9 @@ struct PhaseRun {
 /// Running integral of a rate signal, in samples, after its mean has been taken off (no stability variance of second or
 /// higher differences sees the mean, and rounding stays small). Constant across missing samples.
 struct Phase {
-  std::span<const double> values;     ///< [u], one more than the rate has samples
-  std::vector<PhaseRun> runs;         ///< the whole, or what the gaps leave of it
-  std::unique_ptr<double[]> storage;  ///< of the values, where they are not the caller's
+  std::span<const double> values;  ///< [u], one more than the rate has samples
+  std::vector<PhaseRun> runs;      ///< the whole, or what the gaps leave of it
+  Room storage;                    ///< of the values, where they are not the caller's
 
   bool has_gaps() const { return runs.size() != 1 || runs.front().points() != values.size(); }
 };

@@ -211,6 +211,12 @@ struct Part {
   std::size_t first, last, first_column, last_column;
 };
 
+/// Asks for lines of these rows, which are far from each other in memory: they come while others are worked through.
+void fetch(const double* x, std::size_t step, std::size_t first, std::size_t last) {
+  for (std::size_t row = first; row < last; ++row)
+    for (std::size_t k = 0; k < most_lines; ++k) __builtin_prefetch(x + row * step + k * line, 0, 2);
+}
+
 /// Columns of rows from `row` to `last`, of a series of `rows` such rows.
 void add_columns(std::span<const double> x, const Level& level, std::size_t row, std::size_t last, std::size_t rows,
                  std::size_t column, std::size_t end, std::vector<Line>& room, LagSum* sums) {
@@ -223,7 +229,11 @@ void add_columns(std::span<const double> x, const Level& level, std::size_t row,
   room.resize(std::max(room.size(), lines * reached));
   for (; column + lines * line <= end; column += lines * line) {
     (lines == 1 ? kernels().put_line : kernels().put_lines)(from + column, level.step, reached, room.data());
-    for (std::size_t k = 0; k < lines; ++k) add_rows(room[k * reached].values, line, stretches, level, sums);
+    for (std::size_t k = 0; k < lines; ++k) {
+      if (lines > 1 && column + 2 * lines * line <= end)
+        fetch(from + column + lines * line, level.step, k * reached / lines, (k + 1) * reached / lines);
+      add_rows(room[k * reached].values, line, stretches, level, sums);
+    }
   }
   for (std::size_t columns = 0; column < end; column += columns) {
     columns = std::min(line, end - column);

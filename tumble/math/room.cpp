@@ -4,22 +4,81 @@
 #include <sys/mman.h>
 #endif
 
+#include <algorithm>
 #include <cstdint>
+#include <mutex>
+#include <new>
+#include <thread>
 
 namespace tumble {
+namespace {
 
+constexpr std::size_t large_page = std::size_t{1} << 21;
+
+/// Memory about to be written for the first time: in large pages where the system has them.
 void in_large_pages([[maybe_unused]] void* begin, [[maybe_unused]] std::size_t bytes) {
 #ifdef __linux__
-  constexpr std::uintptr_t page = std::uintptr_t{1} << 21;
   const auto at = reinterpret_cast<std::uintptr_t>(begin);
-  const auto first = (at + page - 1) / page * page, last = (at + bytes) / page * page;
+  const auto first = (at + large_page - 1) / large_page * large_page, last = (at + bytes) / large_page * large_page;
   if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);  // advice: may be refused
 #endif
 }
 
+bool is_long(std::size_t count) { return count * sizeof(double) > 4 * large_page; }
+
+std::align_val_t alignment_of(std::size_t count) { return std::align_val_t{is_long(count) ? large_page : 64}; }
+
+/// What was given back, as many as there are threads to need it again.
+struct Block {
+  double* values;
+  std::size_t count;
+};
+struct Spare {
+  std::mutex guard;
+  std::vector<Block> blocks;
+};
+Spare& spare() {
+  static Spare& kept = *new Spare;  // outlives all that may give back
+  return kept;
+}
+
+void let_go(const Block& block) { operator delete[](block.values, alignment_of(block.count)); }
+
+/// A spare one that is long enough, and not far too long.
+Block find_spare(std::size_t count) {
+  const std::lock_guard lock(spare().guard);
+  auto& blocks = spare().blocks;
+  const auto fits = [&](const Block& block) { return block.count >= count && block.count / 2 <= count; };
+  const auto found = std::find_if(blocks.begin(), blocks.end(), fits);
+  if (found == blocks.end()) return {};
+  const Block block = *found;
+  blocks.erase(found);
+  return block;
+}
+
+}  // namespace
+
 void make_room(std::vector<double>& values, std::size_t count) {
   values.reserve(count);
   in_large_pages(values.data(), values.capacity() * sizeof(double));
+}
+
+Room borrow_room(std::size_t count) {
+  if (is_long(count))
+    if (const Block block = find_spare(count); block.values) return {block.values, GiveBack{block.count}};
+  auto* const values = static_cast<double*>(operator new[](count * sizeof(double), alignment_of(count)));
+  if (is_long(count)) in_large_pages(values, count * sizeof(double));
+  return {values, GiveBack{count}};
+}
+
+void GiveBack::operator()(double* values) const {
+  if (!is_long(count)) return let_go({values, count});
+  const std::lock_guard lock(spare().guard);
+  auto& blocks = spare().blocks;
+  blocks.push_back({values, count});
+  if (blocks.size() <= std::max(1u, std::thread::hardware_concurrency())) return;
+  let_go(blocks.front());
+  blocks.erase(blocks.begin());
 }
 
 }  // namespace tumble

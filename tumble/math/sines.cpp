@@ -7,7 +7,6 @@
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/math/extremes.hpp"
-#include "tumble/math/room.hpp"
 
 namespace tumble {
 namespace {
@@ -136,8 +135,9 @@ void Sines::Support::weights(std::size_t first, const Turning& tapering, std::sp
 
 /// Blocks short enough that a sine two frequencies of the search off hardly turns within one.
 Sines::Sines(std::span<const double> values) {
-  make_room(rest_, values.size());
-  rest_.assign(values.begin(), values.end());
+  room_ = borrow_room(values.size());
+  rest_ = {room_.get(), values.size()};
+  std::ranges::copy(values, rest_.begin());
   middle_ = 0.5 * static_cast<double>(rest_.size() - 1);
   while (block_ < longest_block && rest_.size() / (2 * block_) >= 256) block_ *= 2;
   const bool complete = extremes_of(values).present == values.size();
@@ -226,7 +226,7 @@ Sines::Baseband Sines::baseband(double frequency) const {
       const std::size_t first = k * block_, last = first + block_;
       const bool flat = first >= support.begin && last <= support.end && support.weight(first) == 1.0 &&
                         support.weight(last - 1) == 1.0;
-      const Complex sum = flat ? turning.sum(std::span(rest_).subspan(first, block_)) : Complex(std::nan(""));
+      const Complex sum = flat ? turning.sum(rest_.subspan(first, block_)) : Complex(std::nan(""));
       if (std::isnan(sum.real())) {
         weigh(support, k, turning, tapering, result);
         continue;

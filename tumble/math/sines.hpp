@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tumble/math/noise_bands.hpp"
+#include "tumble/math/room.hpp"
 
 namespace tumble {
 
@@ -90,7 +91,8 @@ class Sines {
   void find_trend();
   double trend(std::size_t n) const;
 
-  std::vector<double> rest_;
+  Room room_;
+  std::span<double> rest_;
   std::vector<Support> gaps_;
   std::vector<Sine> sines_;
   std::size_t block_ = 1;
