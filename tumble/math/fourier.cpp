@@ -1,6 +1,7 @@
 #include "tumble/math/fourier.hpp"
 
 #define POCKETFFT_NO_MULTITHREADING
+#define POCKETFFT_CACHE_SIZE 4  // plans of lengths used again and again
 #include <pocketfft/pocketfft_hdronly.h>
 
 namespace tumble {
