@@ -104,7 +104,7 @@ Limits deviation_limits(double deviation, double edf, double confidence) {
 std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
                                               const AllanOptions& options) {
   check(sample_rate, options);
-  const Phase phase = integrate_rate(rate, 3);
+  const Phase phase = integrate_rate_once(rate, 3);
   const double longest = std::max(1.0, std::floor(options.longest_fraction * static_cast<double>(rate.size())));
   const auto factors = averaging_factors(static_cast<std::size_t>(longest), options.points_per_decade);
   return points_of(phase, sample_rate, factors, options.confidence, {});
@@ -114,7 +114,7 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
                                               std::span<const std::size_t> factors, double confidence,
                                               std::span<const int> alphas) {
   check(sample_rate, {.confidence = confidence});
-  return points_of(integrate_rate(rate, 1), sample_rate, factors, confidence, alphas);
+  return points_of(integrate_rate_once(rate, 1), sample_rate, factors, confidence, alphas);
 }
 
 }  // namespace tumble

@@ -1,8 +1,11 @@
 #include "tumble/math/allan_phase.hpp"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
@@ -92,16 +95,25 @@ double rough_mean(std::span<const double> rate) {
   return sum.present > 0 ? sum.sum / static_cast<double>(sum.present) : 0.0;
 }
 
-}  // namespace
+std::span<const double> chunk_of(std::span<const double> rate, std::size_t k) {
+  return rate.subspan(k * chunk, std::min(chunk, rate.size() - k * chunk));
+}
 
-Phase integrate_rate(std::span<const double> rate, std::size_t fewest) {
+/// Mean of a few hundred chunks, evenly over the record; of all of a short one.
+double mean_of_some(std::span<const double> rate, std::size_t chunks) {
   const double origin = rough_mean(rate);
-  std::vector<ChunkSum> chunks((rate.size() + chunk - 1) / chunk);
-  parallel_pieces(chunks.size(), piece / chunk, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) {
-      chunks[k] = sum_of_chunk(rate.subspan(k * chunk, std::min(chunk, rate.size() - k * chunk)), origin);
-    }
-  });
+  ChunkSum some;
+  for (std::size_t k = 0; k < chunks; k += chunks / 256 + 1) {
+    const ChunkSum one = sum_of_chunk(chunk_of(rate, k), origin);
+    some.sum += one.sum;
+    some.present += one.present;
+  }
+  return some.present > 0 ? origin + some.sum / static_cast<double>(some.present) : origin;
+}
+
+/// Sum of all chunks, and of how many samples. Throws as integrate_rate.
+std::pair<long double, std::size_t> total(std::span<const double> rate, std::span<const ChunkSum> chunks,
+                                          std::size_t fewest) {
   std::size_t present = 0;
   long double sum = 0.0L;
   for (const auto& part : chunks) {
@@ -112,31 +124,84 @@ Phase integrate_rate(std::span<const double> rate, std::size_t fewest) {
     throw Error(Error::Kind::bad_data, "a stability deviation needs at least " + std::to_string(fewest) +
                                            " samples, there are " + std::to_string(present));
   }
-  const double mean = origin + static_cast<double>(sum / static_cast<long double>(present));
-  if (!std::isfinite(static_cast<double>(sum)) || !std::isfinite(mean)) {
+  if (!std::isfinite(static_cast<double>(sum))) {
     const auto bad = std::find_if(rate.begin(), rate.end(), [](double value) { return std::isinf(value); });
     throw Error(Error::Kind::bad_data, "infinite or overflowing value at sample " + std::to_string(bad - rate.begin()));
   }
+  return {sum, present};
+}
 
+Phase room_for_phase(std::size_t points) {
   Phase phase;
-  phase.runs = runs_without_nan(rate, chunks);
-  phase.storage = borrow_room(rate.size() + 1);
-  double* const x = phase.storage.get();
-  phase.values = {x, rate.size() + 1};
+  phase.storage = borrow_room(points);
+  phase.values = {phase.storage.get(), points};
+  return phase;
+}
+
+constexpr std::size_t chunks_of_piece = piece / chunk;
+
+/// Integrates chunks [first, last) with x at the start of each.
+void integrate_chunks(std::span<const double> rate, std::span<const ChunkSum> chunks, double mean, std::size_t first,
+                      std::size_t last, const double* starts, double* x) {
+  for (std::size_t k = first; k < last; ++k) {
+    const auto some = chunk_of(rate, k);
+    integrate_chunk(some, mean, starts[k - first], chunks[k].present != some.size(), x + k * chunk);
+  }
+}
+
+}  // namespace
+
+Phase integrate_rate(std::span<const double> rate, std::size_t fewest) {
+  const double origin = rough_mean(rate);
+  std::vector<ChunkSum> chunks((rate.size() + chunk - 1) / chunk);
+  parallel_pieces(chunks.size(), chunks_of_piece, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) chunks[k] = sum_of_chunk(chunk_of(rate, k), origin);
+  });
+  const auto [sum, present] = total(rate, chunks, fewest);
+  const double mean = origin + static_cast<double>(sum / static_cast<long double>(present));
   const long double step = static_cast<long double>(mean) - origin;
-  std::vector<double> offsets(chunks.size());
+  std::vector<double> starts(chunks.size());
   long double carried = 0.0L;
   for (std::size_t k = 0; k < chunks.size(); ++k) {
-    offsets[k] = static_cast<double>(carried);
+    starts[k] = static_cast<double>(carried);
     carried += chunks[k].sum - step * static_cast<long double>(chunks[k].present);
   }
+  Phase phase = room_for_phase(rate.size() + 1);
+  double* const x = phase.storage.get();
   x[rate.size()] = static_cast<double>(carried);
-  parallel_pieces(chunks.size(), piece / chunk, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) {
-      const auto some = rate.subspan(k * chunk, std::min(chunk, rate.size() - k * chunk));
-      integrate_chunk(some, mean, offsets[k], chunks[k].present != some.size(), x + k * chunk);
-    }
+  parallel_pieces(chunks.size(), chunks_of_piece, [&](std::size_t first, std::size_t last) {
+    integrate_chunks(rate, chunks, mean, first, last, starts.data() + first, x);
   });
+  phase.runs = runs_without_nan(rate, chunks);
+  return phase;
+}
+
+Phase integrate_rate_once(std::span<const double> rate, std::size_t fewest) {
+  std::vector<ChunkSum> chunks((rate.size() + chunk - 1) / chunk);
+  const double mean = mean_of_some(rate, chunks.size());
+  Phase phase = room_for_phase(rate.size() + 1);
+  double* const x = phase.storage.get();
+  const std::size_t pieces = (chunks.size() + chunks_of_piece - 1) / chunks_of_piece;
+  std::vector<long double> carried(pieces + 1, 0.0L);  // the integral at the start of each piece
+  std::atomic<std::size_t> known{0};                   // pieces whose start is known
+  parallel_for(pieces, [&](std::size_t p) {
+    const std::size_t first = p * chunks_of_piece, last = std::min(chunks.size(), first + chunks_of_piece);
+    for (std::size_t k = first; k < last; ++k) chunks[k] = sum_of_chunk(chunk_of(rate, k), mean);
+    for (std::size_t at = known; at != p; at = known) known.wait(at);  // the piece before was begun before
+    std::array<double, chunks_of_piece> starts;
+    long double start = carried[p];
+    for (std::size_t k = first; k < last; ++k) {
+      starts[k - first] = static_cast<double>(start);
+      start += chunks[k].sum;
+    }
+    carried[p + 1] = start;
+    known = p + 1;
+    known.notify_all();
+    integrate_chunks(rate, chunks, mean, first, last, starts.data(), x);
+  });
+  total(rate, chunks, fewest);
+  x[rate.size()] = static_cast<double>(carried.back());
+  phase.runs = runs_without_nan(rate, chunks);
   return phase;
 }
 

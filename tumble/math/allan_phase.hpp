@@ -31,6 +31,10 @@ struct Phase {
 /// Accuracy  each phase value within one rounding of the exact sum: rounding does not add up along the record
 Phase integrate_rate(std::span<const double> rate, std::size_t fewest);
 
+/// The same, read once: a part of the mean is left where the record is long, which is the mean of a few hundred places
+/// then. For differences of second or higher order, which do not see it.
+Phase integrate_rate_once(std::span<const double> rate, std::size_t fewest);
+
 /// Takes the least-squares quadratic off. Returned: its second-order coefficient, per sample squared.
 double remove_quadratic(std::span<double> x);
 

@@ -5,8 +5,9 @@
 
 namespace tumble {
 
-/// Calls body(i) for i = 0 .. count-1 on as many threads as the machine has. The order is free, so body(i) may touch
-/// only what belongs to i; the result is then the same for any number of threads. The first exception is rethrown.
+/// Calls body(i) for i = 0 .. count-1 on as many threads as the machine has. They begin in this order, so that one may
+/// wait for those before it, and end in any, so body(i) may touch only what belongs to i; the result is then the same
+/// for any number of threads. The first exception is rethrown.
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
 /// The same for [0, count) in pieces: body(first, last). The length of the pieces is given, so that what is added up
