@@ -19,7 +19,7 @@ import allantools
 import numpy
 
 REPEATS = 3
-PAIRS = 3
+PAIRS = 7
 ALL_PROCESSORS = os.sched_getaffinity(0)
 
 
@@ -180,7 +180,7 @@ Medians of {PAIRS} pairs of runs, one after the other. The deviations agree to {
 | two processors (real time) | {two:.4g} | {their_real:.4g} | {two_ratio:.3g} |
 
 A sum is one difference and one square a term, because the doubles of the factors are factors too (docs/decisions/033).
-Integration of the phase (24 to 30 ms of processor time, a third of it for new memory) and the noise types (6 ms) are in the figures.""")
+Integration of the phase (10 to 20 ms of processor time, in memory that an earlier run gave back) and the noise types (6 ms) are in the figures.""")
     fast, plain, plain_ratio, vector, vector_ratio = every(sys.argv[1])
     print(f"""
 ## Every factor of 10^6 samples

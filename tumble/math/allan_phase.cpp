@@ -1,5 +1,9 @@
 #include "tumble/math/allan_phase.hpp"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -41,12 +45,25 @@ ChunkSum sum_of_chunk(std::span<const double> rate, double origin) {
   return result;
 }
 
+/// to_n = offset + (before + from_n), from the start of a line of the cache on. Past the caches: written straight to
+/// memory, which otherwise is read before.
+void put(const double* from, std::size_t count, double before, double offset, [[maybe_unused]] bool past_caches,
+         double* to) {
+  std::size_t n = 0;
+#ifdef __SSE2__
+  for (; past_caches && n + 2 <= count; n += 2)
+    _mm_stream_pd(to + n, _mm_set1_pd(offset) + (_mm_set1_pd(before) + _mm_loadu_pd(from + n)));
+#endif
+  for (; n < count; ++n) to[n] = offset + (before + from[n]);
+}
+
 /// x_n = offset + sum_{i<n} (rate_i - mean), missing samples taken as the mean. Four stretches at a time, each of which
 /// then starts where the one before ends.
-void integrate_chunk(std::span<const double> rate, double mean, double offset, bool missing, double* x) {
+void integrate_chunk(std::span<const double> rate, double mean, double offset, bool missing, bool past_caches,
+                     double* x) {
   constexpr std::size_t stretches = 4;
   const std::size_t length = rate.size() / stretches;
-  if (missing || rate.size() % stretches != 0) {
+  if (missing || rate.size() != chunk) {
     double part = 0.0;
     for (std::size_t n = 0; n < rate.size(); ++n) {
       x[n] = offset + part;
@@ -54,16 +71,17 @@ void integrate_chunk(std::span<const double> rate, double mean, double offset, b
     }
     return;
   }
+  std::array<double, chunk> sums;
   double parts[stretches] = {};
   for (std::size_t n = 0; n < length; ++n) {
     for (std::size_t k = 0; k < stretches; ++k) {
-      x[k * length + n] = parts[k];
+      sums[k * length + n] = parts[k];
       parts[k] += rate[k * length + n] - mean;
     }
   }
   double before = 0.0;
   for (std::size_t k = 0; k < stretches; ++k) {
-    for (std::size_t n = 0; n < length; ++n) x[k * length + n] = offset + (before + x[k * length + n]);
+    put(sums.data() + k * length, length, before, offset, past_caches, x + k * length);
     before += parts[k];
   }
 }
@@ -143,10 +161,14 @@ constexpr std::size_t chunks_of_piece = piece / chunk;
 /// Integrates chunks [first, last) with x at the start of each.
 void integrate_chunks(std::span<const double> rate, std::span<const ChunkSum> chunks, double mean, std::size_t first,
                       std::size_t last, const double* starts, double* x) {
+  const bool past_caches = rate.size() > std::size_t{1} << 22;
   for (std::size_t k = first; k < last; ++k) {
     const auto some = chunk_of(rate, k);
-    integrate_chunk(some, mean, starts[k - first], chunks[k].present != some.size(), x + k * chunk);
+    integrate_chunk(some, mean, starts[k - first], chunks[k].present != some.size(), past_caches, x + k * chunk);
   }
+#ifdef __SSE2__
+  _mm_sfence();
+#endif
 }
 
 }  // namespace

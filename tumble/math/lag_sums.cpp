@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <tuple>
 #include <utility>
 
 #include "tumble/math/parallel.hpp"
@@ -257,18 +258,19 @@ void add_level(std::span<const double> x, const Level& level, const Part& part, 
   }
 }
 
-/// Near levels by pieces of the series, the others by columns: both are fixed, and so are the sums.
+/// Near levels by pieces of the series, the others by columns: both are fixed, and so are the sums. First what needs
+/// the whole series, then stretches that the last cache holds, level after level.
 struct Task {
   std::size_t from, to;  ///< levels
   Part part;
 };
 
 std::vector<Task> tasks_of(std::size_t size, const std::vector<Level>& levels) {
-  constexpr std::size_t some_columns = 512;
+  constexpr std::size_t some_columns = 512, stretch = std::size_t{1} << 20;
   std::vector<Task> tasks;
   std::size_t near = 0;
   while (near < levels.size() && levels[near].step <= near_step) ++near;
-  for (std::size_t k = levels.size(); k-- > near;) {
+  for (std::size_t k = near; k < levels.size(); ++k) {
     const std::size_t step = levels[k].step, positions = std::min(size, levels[k].rows * step);
     for (std::size_t first = 0; first < size; first += positions)
       for (std::size_t column = 0; column < step; column += some_columns)
@@ -276,6 +278,10 @@ std::vector<Task> tasks_of(std::size_t size, const std::vector<Level>& levels) {
   }
   for (std::size_t first = 0; near > 0 && first < size; first += piece)
     tasks.push_back({0, near, {first, std::min(size, first + piece), 0, near_step}});
+  const auto place = [&](const Task& task) {
+    return std::tuple(task.part.last - task.part.first < size, task.part.first / stretch, task.from);
+  };
+  std::stable_sort(tasks.begin(), tasks.end(), [&](const Task& a, const Task& b) { return place(a) < place(b); });
   return tasks;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <mutex>
 #include <new>
 #include <thread>
@@ -44,15 +45,15 @@ Spare& spare() {
 
 void let_go(const Block& block) { operator delete[](block.values, alignment_of(block.count)); }
 
-/// A spare one that is long enough, and not far too long.
+/// A spare one that is long enough, and not far too long: the last that came back.
 Block find_spare(std::size_t count) {
   const std::lock_guard lock(spare().guard);
   auto& blocks = spare().blocks;
   const auto fits = [&](const Block& block) { return block.count >= count && block.count / 2 <= count; };
-  const auto found = std::find_if(blocks.begin(), blocks.end(), fits);
-  if (found == blocks.end()) return {};
+  const auto found = std::find_if(blocks.rbegin(), blocks.rend(), fits);
+  if (found == blocks.rend()) return {};
   const Block block = *found;
-  blocks.erase(found);
+  blocks.erase(std::next(found).base());
   return block;
 }
 
