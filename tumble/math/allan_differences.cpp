@@ -81,7 +81,7 @@ double second_difference_squares(const double* x, std::size_t factor, std::size_
 
 void add_second_differences(std::span<const double> x, std::span<const std::size_t> factors, std::span<double> sums) {
   constexpr std::size_t worth_sharing = 2048;
-  constexpr double rounding = 16.0 * std::numeric_limits<double>::epsilon();  // of a sum over a lag
+  constexpr double rounding = 4.0 * std::numeric_limits<double>::epsilon();  // of a sum over a lag; measured: up to 2.3
   const auto beyond = std::find_if(factors.begin(), factors.end(), [&](std::size_t m) { return 2 * m >= x.size(); });
   factors = factors.first(static_cast<std::size_t>(beyond - factors.begin()));
   if (x.size() < worth_sharing) {
