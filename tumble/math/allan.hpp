@@ -20,7 +20,7 @@ struct DeviationPoint {
 };
 
 struct AllanOptions {
-  double points_per_decade = 10.0;  ///< of tau, rounded to distinct whole factors; 0: octaves
+  double points_per_decade = 10.0;  ///< of tau, as averaging_factors takes them; 0: octaves
   double confidence = 0.95;         ///< two-sided
   double longest_fraction = 0.25;   ///< longest tau as a fraction of the record, at most 0.5
 };
@@ -44,7 +44,9 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
                                               std::span<const std::size_t> factors, double confidence,
                                               std::span<const int> alphas = {});
 
-/// Distinct averaging factors 1, ..., longest: evenly spaced in log tau, or octaves for points_per_decade = 0.
+/// Distinct averaging factors 1, ..., longest: the same steps in every octave, as many as come nearest to
+/// points_per_decade and at least one (octaves, also for 0). From 16 on they are multiples of powers of two, and the
+/// double of each is one of them, which lag_sums is quick with (docs/decisions/033).
 std::vector<std::size_t> averaging_factors(std::size_t longest, double points_per_decade);
 
 /// Limits of a deviation whose variance has a chi-square distribution: lower = deviation sqrt(edf/chi2((1+p)/2)), upper

@@ -64,8 +64,8 @@ TEST(StabilityCurve, BlocksTakeFewerOfTheSameTerms) {
       const std::size_t factors[1] = {point.factor};
       const auto direct = stability_of_rate(measure, rate, 0.5, factors, {.alpha = 0});
       ASSERT_EQ(direct.size(), 1u);
-      // Half of its standard uncertainty.
-      EXPECT_NEAR(point.deviation / direct[0].deviation, 1.0, 0.5 / std::sqrt(2.0 * point.edf))
+      // 4 sigma: over 150 such records the two differ by up to 0.11 of the standard uncertainty (rms).
+      EXPECT_NEAR(point.deviation / direct[0].deviation, 1.0, 0.44 / std::sqrt(2.0 * point.edf))
           << static_cast<int>(measure) << point.factor;
       EXPECT_NEAR(point.tau, direct[0].tau, 1e-12);
       ++compared;

@@ -133,8 +133,8 @@ void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoi
 
 void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, const std::vector<ChannelNoise>& channels,
                   const std::vector<std::size_t>& factors, double confidence, Estimate& estimate, Table& table) {
-  const bool rate = channels[group[0]].kind == QuantityKind::angular_rate;
-  const Unit unit = Unit::parse(rate ? "deg/h" : "ug");
+  const QuantityKind kind = channels[group[0]].kind;
+  const Unit unit = Unit::parse(rate_unit(kind));
   std::vector<std::span<const double>> values;
   std::string labels;
   for (const auto i : group) {
@@ -167,7 +167,8 @@ void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, co
     Curve& curve = curves[k];
     if (curve.x.values.empty()) continue;
     curve.name = channels[group[k]].label + " by itself";
-    curve.figure = fmt::format("{} of the same input: {}", rate ? "gyros" : "accelerometers", labels);
+    curve.figure = fmt::format("{} of the same input: {}",
+                               kind == QuantityKind::angular_rate ? "gyros" : "accelerometers", labels);
     curve.x.name = "averaging time";
     curve.x.unit = Unit::parse("s");
     curve.y.name = "Allan deviation";
