@@ -199,11 +199,11 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
 }  // namespace
 
 extern const Rig by_hand{.name = "by_hand",
-                  .summary = "no machine: the instrument is turned by hand from rest to rest",
-                  .axes = mount_axes,
-                  .options = options,
-                  .errors = errors,
-                  .reference = reference,
-                  .refusals = refusals};
+                         .summary = "no machine: the instrument is turned by hand from rest to rest",
+                         .axes = mount_axes,
+                         .options = options,
+                         .errors = errors,
+                         .reference = reference,
+                         .refusals = refusals};
 
 }  // namespace tumble::rigs

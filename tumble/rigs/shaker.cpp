@@ -318,11 +318,11 @@ Reference reference(const RigRun& run) {
 }  // namespace
 
 extern const Rig shaker{.name = "shaker",
-                 .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
-                 .axes = axes,
-                 .options = options,
-                 .errors = errors,
-                 .reference = reference,
-                 .refusals = refusals};
+                        .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
+                        .axes = axes,
+                        .options = options,
+                        .errors = errors,
+                        .reference = reference,
+                        .refusals = refusals};
 
 }  // namespace tumble::rigs

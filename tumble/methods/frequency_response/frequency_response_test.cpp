@@ -191,8 +191,9 @@ TEST(FrequencyResponse, SweepThroughALoop) {
   for (const double f : {2.0, 5.0, 12.5, 31.5, 80.0}) {
     const Complex z = std::polar(1.0, -two_pi * f / rate);
     // Fifth-order remainder over +-11.5 % and leakage: see the local polynomial's own test.
-    EXPECT_NEAR(value(estimate, "gain_" + frequency_response::label_of(f)) / std::abs(0.2 / (1.0 - 1.5 * z + 0.7 * z * z)), 1.0,
-                5e-4)
+    EXPECT_NEAR(
+        value(estimate, "gain_" + frequency_response::label_of(f)) / std::abs(0.2 / (1.0 - 1.5 * z + 0.7 * z * z)), 1.0,
+        5e-4)
         << f;
   }
   const double fall = value(estimate, "bandwidth");
