@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/noise/shaped_noise.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/shaped_noise.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

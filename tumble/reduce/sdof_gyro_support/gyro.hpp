@@ -5,7 +5,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/method.hpp"
+#include "tumble/core/role.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
 /// What the methods for single-degree-of-freedom gyros share.
