@@ -4,11 +4,13 @@
 #include <cmath>
 #include <memory>
 
-#include "tumble/math/shaped_noise.hpp"
+#include "tumble/math/noise/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 
 namespace tumble::rigs {
 namespace {
+
+using namespace chain;
 
 std::vector<Imperfection> imperfections() {
   return joined(
@@ -196,8 +198,7 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
 
 }  // namespace
 
-extern const Rig by_hand;
-const Rig by_hand{.name = "by_hand",
+extern const Rig by_hand{.name = "by_hand",
                   .summary = "no machine: the instrument is turned by hand from rest to rest",
                   .axes = mount_axes,
                   .options = options,

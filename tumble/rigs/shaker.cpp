@@ -6,12 +6,14 @@
 #include <memory>
 #include <numbers>
 
-#include "tumble/math/shaped_noise.hpp"
+#include "tumble/math/noise/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/rigs/chain/encoder.hpp"
 
 namespace tumble::rigs {
 namespace {
+
+using namespace chain;
 
 using Kind = Motion::Kind;
 
@@ -315,8 +317,7 @@ Reference reference(const RigRun& run) {
 
 }  // namespace
 
-extern const Rig shaker;
-const Rig shaker{.name = "shaker",
+extern const Rig shaker{.name = "shaker",
                  .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
                  .axes = axes,
                  .options = options,

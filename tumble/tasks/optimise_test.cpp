@@ -7,14 +7,14 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/methods/terms.hpp"
+#include "tumble/reduce/linear/terms.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/tasks/optimise/points.hpp"
+#include "tumble/tasks/optimisation/points.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// Plans in files of their own.
@@ -349,4 +349,4 @@ TEST_F(Predict, ScheduleTextIsReadBackBitForBit) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 /// Four positions of an accelerometer in gravity, at one or several temperatures.
 ///
 /// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019, figure 11; docs/equations (3.5),
 /// (3.6)
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// Which way the axes point in a position.
 enum class Place { none, up, down, level };
@@ -76,4 +76,4 @@ Bench bench_of(const Evidence& evidence, const std::string& role);
 /// The bench of a plan, around its [truth].
 Bench bench_of(const Plan& plan);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -7,11 +7,11 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/methods/accelerometer/faults.hpp"
-#include "tumble/methods/accelerometer/hidden.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
+#include "tumble/reduce/accelerometer/faults.hpp"
+#include "tumble/reduce/accelerometer/hidden.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::accelerometer_tumble {
 namespace {
 
 using accelerometer::Normalised;
@@ -203,4 +203,4 @@ Estimate answer_of(const Evidence& evidence, Normalised found) {
   return estimate;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::accelerometer_tumble

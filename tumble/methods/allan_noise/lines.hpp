@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/math/noise_bands.hpp"
+#include "tumble/math/noise/noise_bands.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A sine in the record.
 struct SpectralLine {
@@ -28,4 +28,4 @@ NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine
 /// Given: begin [s], rate [Hz].
 Findings changes_along(const NoiseBands& bands, double begin, double rate, const std::string& label);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A record as sines and noise.
 struct PeriodicFit {
@@ -36,4 +36,4 @@ double allan_variance_of(const FittedLine& line, double factor);
 /// Table `lines`, where there are any.
 void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

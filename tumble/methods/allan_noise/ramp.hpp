@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "tumble/math/allan_fit.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A straight trend of a rate signal, estimated beside its noise.
 struct Ramp {
@@ -30,4 +30,4 @@ std::vector<AllanObservation> without_ramp(std::vector<AllanObservation> observa
 /// The record less the line, for its Allan variance. Given: values [u], rate [Hz], slope [u/s]. Returned: [u].
 std::vector<double> levelled(std::span<const double> values, double rate, double slope);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/dtg_centrifuge/effects.hpp"
 
 /// From observations to levels, and across the levels, docs/equations (1.13).
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Quantities found together, with their covariance by source.
 struct Found {
@@ -56,4 +56,4 @@ struct Polynomial {
 Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -2,7 +2,7 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// Subtracts the predicted drift from the gyro of a recording, docs/equations (5.4): L_c = L - sum a_i(T_0) phi_i. The
 /// level L_0 stays. Beside the compensated channel the recording gains `<gyro>.compensation_sd` (uncertainty of what
@@ -10,4 +10,4 @@ namespace tumble::methods::fog {
 /// its own T_0.
 Compensation compensate(const Estimate& estimate, const Recording& recording);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -6,11 +6,11 @@
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
-#include "tumble/math/local_polynomial.hpp"
+#include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -166,4 +166,4 @@ void add_sweep(const Stretch& stretch, const Scaling& scaling, const Settings& s
   }
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

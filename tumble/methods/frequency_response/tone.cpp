@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -262,4 +262,4 @@ void add_tone(const Stretch& stretch, double begin, double end, const Scaling& s
   }
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -13,7 +13,7 @@ namespace tumble::methods {
 extern const Method imu_ferraris;
 namespace {
 
-using ferraris::labels;
+using imu_ferraris::labels;
 
 constexpr double g = 9.81;
 
@@ -75,7 +75,7 @@ TEST(ImuFerraris, MatrixOfThePublishedSixPositionsAgrees) {
   std::ifstream file(TUMBLE_SOURCE_DIR "/../shared/data/ward_mpu9250_six_position/six_position_data_1.csv");
   if (!file) GTEST_SKIP() << "public data that may not be shipped";
   constexpr std::size_t section[]{4, 5, 2, 3, 0, 1};  // of the rows: z, y, x, each up and down
-  ferraris::Means means;
+  imu_ferraris::Means means;
   means.gravity = 1.0;
   std::string line;
   std::getline(file, line);
@@ -86,8 +86,8 @@ TEST(ImuFerraris, MatrixOfThePublishedSixPositionsAgrees) {
       cells.push_back(std::stod(line.substr(begin)));
     means.force[p] = {cells[1], cells[4], cells[7]};
   }
-  const auto calibration = ferraris::closed_form(means);
-  const auto matrix = ferraris::response(calibration.k_a, calibration.r_a);
+  const auto calibration = imu_ferraris::closed_form(means);
+  const auto matrix = imu_ferraris::response(calibration.k_a, calibration.r_a);
   const double expected[3][3]{{1.0000556467213397, 0.007979301129915212, 0.009036229937292894},
                               {-0.006398611733574581, 1.000368743052482, 0.010617732056420755},
                               {-0.010180850425662455, -0.004426368434608248, 1.0219536083623109}};

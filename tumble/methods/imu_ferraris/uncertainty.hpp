@@ -8,7 +8,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 /// A value and what is known of it.
 struct Known {
@@ -44,4 +44,4 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
 /// Returned: [p x p] in SI.
 Matrix second_moments(const Cause& cause, const Means& means);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

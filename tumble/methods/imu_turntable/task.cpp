@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using imu::letters;
@@ -197,4 +197,4 @@ Task task_of(const Plan& plan) {
   return task;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

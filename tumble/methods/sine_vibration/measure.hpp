@@ -5,9 +5,9 @@
 
 #include "tumble/core/finding.hpp"
 #include "tumble/methods/sine_vibration/line.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// One unit at one frequency and level.
 struct Point {
@@ -64,4 +64,4 @@ int hidden_harmonic(double frequency, double interval, double span);
 /// Given: amplitude [u]; frequency [Hz]; window H [s]; pulse [u s]. Returned: [u].
 double sd_from_window(double amplitude, double frequency, double window, double pulse);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

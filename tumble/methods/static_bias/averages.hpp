@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "tumble/math/allan_covariance.hpp"
+#include "tumble/math/stability/allan_covariance.hpp"
 
-namespace tumble {
+namespace tumble::static_bias {
 
 /// Scatter of the averages of a record about their mean: s^2 = sum (a_i - mean a)^2/(M - 1).
 struct AverageScatter {
@@ -42,4 +42,4 @@ ExpectedScatter expected_scatter(const std::vector<UnitTerm>& terms, const std::
 /// Returned: variance [1], of a squared coefficient of one.
 double mean_variance(const UnitTerm& term, std::size_t samples);
 
-}  // namespace tumble
+}  // namespace tumble::static_bias

@@ -1,0 +1,8 @@
+#include "tumble/core/find.hpp"
+#include "tumble/methods/method.hpp"
+
+namespace tumble {
+
+const Method& find_method(std::string_view name) { return find_entry(method_catalogue(), name, "method"); }
+
+}  // namespace tumble

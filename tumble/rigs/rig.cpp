@@ -1,0 +1,8 @@
+#include "tumble/core/find.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble {
+
+const Rig& find_rig(std::string_view name) { return find_entry(rig_catalogue(), name, "rig"); }
+
+}  // namespace tumble
