@@ -80,8 +80,8 @@ extern const Method accelerometer_centrifuge{
     .name = "accelerometer_centrifuge",
     .summary = "non-linearity of an accelerometer at many g in both senses, and the radius to its effective centre",
     .source =
-        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, eq. (4.19), the form of "
-        "GJB 2504; the idea of both senses on a centrifuge as in IEEE Std 836",
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; the "
+        "idea of both senses on a centrifuge as in IEEE Std 836",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -196,7 +196,8 @@ extern const Method dtg_centrifuge{
     .summary =
         "specific-force-sensitive drift of a tuned gyro and its nonlinearity on a centrifuge with a table that "
         "turns against it",
-    .source = "CN102636185A, 2012, eq. (1.1)-(1.16); GUM (JCGM 100:2008); Patterson and Thompson, Biometrika 58, 1971",
+    .source =
+        "CN102636185A, 2012, steps 1-9 of the claim; GUM (JCGM 100:2008); Patterson and Thompson, Biometrika 58, 1971",
     .needs_plan = true,
     .roles = roles,
     .options = options,

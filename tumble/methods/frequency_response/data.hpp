@@ -57,6 +57,7 @@ struct Samples {
   double rate = 0.0;
   std::size_t missing = 0;
 };
+/// Given: begin, end, shift [s].
 Samples samples_of(const Channel& channel, double begin, double end, double shift);
 
 }  // namespace tumble::frequency_response

@@ -174,8 +174,8 @@ extern const Method frequency_response{
     .name = "frequency_response",
     .summary = "gain and phase over frequency against a reference, bandwidth, natural frequency and damping",
     .source =
-        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of accelerometers by pulse counting, 2019, eq. "
-        "(3.8)-(3.11), (3.15); sine fits of IEEE Std 1057; local polynomial method of Pintelon and Schoukens, 2012",
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "section 2.3; sine fits of IEEE Std 1057; local polynomial method of Pintelon and Schoukens, 2012",
     .needs_plan = false,
     .roles = roles,
     .options = options,

@@ -86,11 +86,11 @@ struct Row {
   double at = 0.0;  ///< [s] the middle, in the power-up
 };
 
-/// What the channel should show.
+/// What the channel should show [SI of the channel, counts per second].
 double output_of(const State& state, const Row& row);
-/// The same with other views.
+/// What the channel should show [SI of the channel, counts per second] with other views.
 double output_of(const State& state, const Row& row, const std::vector<View>& views);
-/// Its derivatives.
+/// Its derivatives [quantities].
 std::array<double, quantities> slopes_of(const State& state, const Row& row);
 
 /// (2.12): azimuth from the horizontal parts of the Earth's rate [rad/s] and of up (a unit vector) in the base.

@@ -32,7 +32,7 @@ double plain_mean(std::span<const double> values) {
   return sum / n;
 }
 
-/// eq. (3.7)
+/// docs/equations (3.7)
 double standard_deviation(std::span<const double> values) {
   const double mean = plain_mean(values);
   double squares = 0.0, n = 0.0;

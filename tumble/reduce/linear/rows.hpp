@@ -65,7 +65,7 @@ struct Rows {
 Rows rows_of(const Evidences& evidence, const Problem& problem);
 
 /// Shift of every row by one standard deviation of each error of the rigs and of the reading, where the instrument has
-/// these coefficients (one a column).
+/// these coefficients [SI], one a column.
 std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& problem, const Rows& rows,
                                     const std::vector<double>& coefficients);
 
