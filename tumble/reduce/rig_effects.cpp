@@ -50,10 +50,12 @@ Reference reference_with(const PowerUp& power_up, const PlanError& error, const 
   return find_rig(power_up.plan->rig_kind).reference(run);
 }
 
-std::vector<ErrorDraw> draws_of(const std::vector<PowerUp>& power_ups, const std::vector<Stretch>& stretches) {
+std::vector<ErrorDraw> draws_of(const std::vector<const ConductedTest*>& channels) {
   std::vector<ErrorDraw> draws;
   std::set<std::pair<std::size_t, std::size_t>> starts;
-  for (const auto& stretch : stretches) starts.insert({stretch.power_up, stretch.start});
+  for (const ConductedTest* channel : channels)
+    for (const auto& stretch : channel->stretches) starts.insert({stretch.power_up, stretch.start});
+  const auto& power_ups = channels.front()->power_ups;
   for (const auto& error : rig_errors(power_ups)) {
     if (!error.error.each_segment) draws.push_back({error});
     for (const auto& [power_up, start] : starts)
@@ -78,16 +80,16 @@ class Difference {
       if (row == 0 || observation.stretch[row - 1] != g) parts_.push_back({g, row, row});
       parts_.back().end = row + 1;
     }
-    for (const Look look : {Look::close, Look::glance}) {
-      auto& without = without_[static_cast<std::size_t>(look)];
+    for (const Detail detail : {Detail::full, Detail::coarse}) {
+      auto& without = without_[static_cast<std::size_t>(detail)];
       without.assign(rows, 0.0);
-      for (const auto& part : parts_) add(power_up_of(part).reference, part, look, without);
+      for (const auto& part : parts_) add(power_up_of(part).reference, part, detail, without);
     }
     for (const double one : without_[0]) size_ = std::max(size_, std::abs(one));
   }
 
   /// The shift where the error is at its standard deviation in the segments (of each power-up) chosen.
-  std::vector<double> of(const PlanError& error, Look look, const InSegment& chosen) const {
+  std::vector<double> of(const PlanError& error, Detail detail, const InSegment& chosen) const {
     std::vector<Reference> references(test_.power_ups.size());
     for (std::size_t u = 0; u < references.size(); ++u)
       if (test_.power_ups[u].plan_number == error.plan)
@@ -95,9 +97,9 @@ class Difference {
     std::vector<double> shift(observation_.stretch.size(), 0.0);
     for (const auto& part : parts_) {
       if (power_up_of(part).plan_number != error.plan) continue;
-      add(references[test_.stretches[part.stretch].power_up], part, look, shift);
+      add(references[test_.stretches[part.stretch].power_up], part, detail, shift);
       for (std::size_t row = part.begin; row < part.end; ++row)
-        shift[row] -= without_[static_cast<std::size_t>(look)][row];
+        shift[row] -= without_[static_cast<std::size_t>(detail)][row];
     }
     return shift;
   }
@@ -109,7 +111,7 @@ class Difference {
     if (power_up.plan_number != error.plan) return 0.0;
     const Reference reference = reference_with(power_up, error, [=](std::size_t s) { return s == segment; });
     double with = 0.0;
-    observation_.add(reference, observation_.stretch[row], Look::close, std::span(&with, 1));
+    observation_.add(reference, observation_.stretch[row], Detail::full, std::span(&with, 1));
     return with - without_[0][row];
   }
 
@@ -129,29 +131,29 @@ class Difference {
   };
 
   const PowerUp& power_up_of(const Part& part) const { return test_.power_ups[test_.stretches[part.stretch].power_up]; }
-  void add(const Reference& reference, const Part& part, Look look, std::vector<double>& rows) const {
-    observation_.add(reference, part.stretch, look, std::span(rows).subspan(part.begin, part.end - part.begin));
+  void add(const Reference& reference, const Part& part, Detail detail, std::vector<double>& rows) const {
+    observation_.add(reference, part.stretch, detail, std::span(rows).subspan(part.begin, part.end - part.begin));
   }
 
   const ConductedTest& test_;
   const Observation& observation_;
   std::vector<Part> parts_;
   double size_ = 0.0;
-  std::array<std::vector<double>, 2> without_;  ///< by Look
+  std::array<std::vector<double>, 2> without_;  ///< by Detail
 };
 
 /// Which segment's error moves each stretch: an angle that is gone to once stays wrong until the next. The bits of
 /// their numbers distinguish the segments, one look at the rig a bit.
 std::vector<std::size_t> drivers_of(const ConductedTest& test, const Observation& observation,
                                     const Difference& difference, const PlanError& error) {
-  const auto all = difference.of(error, Look::glance, everywhere);
+  const auto all = difference.of(error, Detail::coarse, everywhere);
   std::size_t most = 0;
   for (const auto& power_up : test.power_ups) most = std::max(most, power_up.rig.segments.size());
   std::vector<std::size_t> drivers(test.stretches.size(), 0);
   std::vector<bool> clear(drivers.size(), true);
   for (std::size_t bit = 0; (most >> bit) > 0; ++bit) {
     const auto some =
-        difference.of(error, Look::glance, [bit](std::size_t segment) { return ((segment >> bit) & 1) != 0; });
+        difference.of(error, Detail::coarse, [bit](std::size_t segment) { return ((segment >> bit) & 1) != 0; });
     std::vector<double> product(drivers.size(), 0.0), square(drivers.size(), 0.0);
     for (std::size_t i = 0; i < all.size(); ++i) {
       product[observation.stretch[i]] += some[i] * all[i];
@@ -242,7 +244,7 @@ std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observatio
   const bool totals = difference.any_total();
   std::vector<std::vector<KnownEffect>> found(errors.size());
   parallel_for(errors.size(), [&](std::size_t k) {
-    auto all = difference.of(errors[k], Look::close, everywhere);
+    auto all = difference.of(errors[k], Detail::full, everywhere);
     if (difference.rounding(all) && !(errors[k].error.each_segment && totals)) return;
     if (errors[k].error.each_segment)
       add_each_segment(test, observation, difference, errors[k], all, found[k]);

@@ -60,8 +60,8 @@ struct ErrorDraw {
 
 /// Every number that the rigs' errors draw in a test; those of each segment once for every start of its power-up.
 ///
-/// Given     stretches   of all channels of the test
-std::vector<ErrorDraw> draws_of(const std::vector<PowerUp>& power_ups, const std::vector<Stretch>& stretches);
+/// Given     channels   the test as each channel shows it, at least one; they have the same power-ups
+std::vector<ErrorDraw> draws_of(const std::vector<const ConductedTest*>& channels);
 
 /// What is observed in each stretch with an error at one standard deviation in all segments.
 template <class Value>
@@ -95,13 +95,13 @@ std::vector<WithError<Value>> observed_with_errors(const std::vector<PowerUp>& p
 }
 
 /// How closely a method looks at what is felt: as its result needs it, or just enough to see which segment moves it.
-enum class Look { close, glance };
+enum class Detail { full, coarse };
 
 /// The rows that a method observes.
 struct Observation {
   std::vector<std::size_t> stretch;  ///< of each row, ascending; index in ConductedTest::stretches
   /// Adds what the rows of one stretch show to `rows` [SI]: one element each. Called from several threads.
-  std::function<void(const Reference& reference, std::size_t stretch, Look look, std::span<double> rows)> add;
+  std::function<void(const Reference& reference, std::size_t stretch, Detail detail, std::span<double> rows)> add;
   /// Whether a stretch is the total of a move from one angle to the next, so that the draws of two segments move it;
   /// null: none is.
   std::function<bool(std::size_t stretch)> is_total = nullptr;

@@ -108,6 +108,14 @@ Finding unused_segment(const std::string& label, int run, const std::string& why
           fmt::format("run {}", run)};
 }
 
+void refuse_unused(const ConductedTest& test, Error::Kind kind) {
+  if (!test.stretches.empty()) return;
+  std::vector<std::string> why;
+  for (const auto& finding : test.findings) why.push_back(finding.message);
+  why.push_back("no segment of the schedule has usable samples");
+  throw Error(kind, why);
+}
+
 SampleRange samples_between(const Channel& channel, double begin, double end) {
   SampleRange range{0, channel.values.size()};
   if (std::isfinite(begin)) range.begin = index_at(channel, begin);
@@ -255,14 +263,6 @@ void add_planned(const PowerUp& power_up, Place place, std::size_t start, const 
   test.stretches.push_back(std::move(out));
 }
 
-void refuse_empty(const ConductedTest& test) {
-  if (!test.stretches.empty()) return;
-  std::vector<std::string> why;
-  for (const auto& finding : test.findings) why.push_back(finding.message);
-  why.push_back("no segment of the schedule has usable samples");
-  throw Error(Error::Kind::bad_data, why);
-}
-
 }  // namespace
 
 ConductedTest stretches(const Evidence& evidence, const StretchOptions& options) {
@@ -293,7 +293,7 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
     }
   }
   test.plans = numbers.size();
-  refuse_empty(test);
+  refuse_unused(test, Error::Kind::bad_data);
   return test;
 }
 

@@ -10,6 +10,7 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/reduce/even_values.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
 
 /// The test as it was carried out: each mark of a recording is a segment of its plan's schedule, in which the plan's
 /// rig without errors says what was felt, and some samples of which are used.
@@ -120,6 +121,9 @@ ConductedTest stretches(const Plan& plan, const StretchOptions& options);
 
 /// A warning: the segment is not used, and why.
 Finding unused_segment(const std::string& label, int run, const std::string& why);
+
+/// Throws    Error of this kind, with all findings, where a test has no stretch
+void refuse_unused(const ConductedTest& test, Error::Kind kind);
 
 /// Which samples of a channel lie in a stretch of time.
 struct SampleRange {

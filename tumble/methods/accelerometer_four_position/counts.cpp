@@ -118,7 +118,7 @@ void refuse_overflow(const Bench& bench) {
   if (!bench.output.pulses) return;
   std::vector<std::string> problems;
   for (const auto& position : bench.positions) {
-    const auto& stretch = bench.evidence.stretches[position.stretch];
+    const auto& stretch = bench.evidence.test.stretches[position.stretch];
     const double window = bench.reference_scale_factor * stretch.step;  // pulses for a unit of specific force
     const double expected = window * bench.rows.segments[position.stretch].felt.specific_force.x;
     std::map<int, std::size_t> windows;  // by bits; while the head moves a window may look like it by chance
