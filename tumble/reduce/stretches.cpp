@@ -118,6 +118,7 @@ void refuse_unused(const ConductedTest& test, Error::Kind kind) {
 
 SampleRange samples_between(const Channel& channel, double begin, double end) {
   SampleRange range{0, channel.values.size()};
+  if (channel.values.empty()) return range;
   if (std::isfinite(begin)) range.begin = index_at(channel, begin);
   if (std::isfinite(end)) range.end = std::max(range.begin, index_at(channel, end));
   return range;

@@ -32,7 +32,7 @@ Scatter joined(const Scatter& a, const Scatter& b) {
 
 /// What is kept of one channel.
 struct StreamedChannel {
-  StreamedChannel(const Stretch& stretch, std::size_t number, const Settings& settings)
+  StreamedChannel(const ChannelRun& stretch, std::size_t number, const Settings& settings)
       : index(number),
         clock(stretch.label, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing")),
         allan(longest_factor, settings.number("points_per_decade")) {

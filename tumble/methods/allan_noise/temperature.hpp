@@ -29,7 +29,7 @@ std::optional<TemperatureEffect> temperature_effect(std::span<const double> valu
                                                     const ChannelNoise& channel);
 
 /// Table `temperature` and findings, where a recording has a channel of temperature.
-void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& stretches,
+void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
 }  // namespace tumble

@@ -11,7 +11,7 @@ namespace tumble {
 
 /// Where options `correlation` and `hat` ask for it: how the channels sampled together fluctuate together, and what
 /// each is worth by itself if all of a kind measure the same input. One result for each stretch.
-void describe_together(const std::vector<Stretch>& stretches, const std::vector<ChannelNoise>& channels,
+void describe_together(const std::vector<ChannelRun>& stretches, const std::vector<ChannelNoise>& channels,
                        const Settings& settings, Estimate& estimate);
 
 }  // namespace tumble
