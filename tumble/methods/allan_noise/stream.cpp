@@ -105,7 +105,7 @@ std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
   const Recording& recording = evidence.recordings.front();
   evidence.recordings.front().marks.clear();
   std::vector<StreamedChannel> channels;
-  for (const auto& stretch : stretches(evidence)) {
+  for (const auto& stretch : channel_runs(evidence)) {
     const auto number = static_cast<std::size_t>(stretch.channel - recording.channels.data());
     channels.emplace_back(stretch, number, plan.settings);
   }
