@@ -72,12 +72,12 @@ struct WithError {
 
 /// Asks the rigs with each of their errors, in parallel.
 ///
-/// Given     stretches   pointers to those that are observed
+/// Given     stretches   pointers to what is observed: Stretch, or a method's own with a member power_up
 ///           nominal     what is observed in each without errors
 ///           observe     called with (Reference, Stretch), returns Value; from several threads
-template <class Value, class Observe>
+template <class Value, class AnyStretch, class Observe>
 std::vector<WithError<Value>> observed_with_errors(const std::vector<PowerUp>& power_ups,
-                                                   const std::vector<const Stretch*>& stretches,
+                                                   const std::vector<const AnyStretch*>& stretches,
                                                    const std::vector<Value>& nominal, const Observe& observe) {
   std::vector<WithError<Value>> all;
   for (auto& error : rig_errors(power_ups)) all.push_back({std::move(error), nominal});
