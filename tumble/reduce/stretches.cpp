@@ -21,23 +21,32 @@ namespace {
 /// How often each segment of a plan has been taken in a run.
 using Uses = std::map<std::tuple<const Plan*, int, std::size_t>, std::size_t>;
 
-/// The segment that a mark stands for: of its run, else of any run that states its label; of several the one that has
-/// been taken least often. One recording holds each segment of a run once.
-void place(const Plan& plan, const Uses& uses, std::set<std::pair<int, std::size_t>>& taken, MarkedSegment& marked) {
-  for (const bool same_run : {true, false}) {
-    if (marked.planned != nullptr) break;
-    for (std::size_t s = 0; s < plan.schedule.size(); ++s) {
-      const Segment& segment = plan.schedule[s];
-      if (segment.label != marked.label || (segment.run == marked.run) != same_run) continue;
-      const auto before = uses.find({&plan, marked.run, s});
-      const std::size_t count = before == uses.end() ? 0 : before->second;
-      if (taken.contains({marked.run, s}) || (marked.planned != nullptr && count >= marked.repetition)) continue;
-      marked.planned = &segment;
-      marked.index = s;
-      marked.repetition = count;
-    }
+/// The segments of a plan that a mark may stand for: of its run, else of any run that states its label.
+std::vector<std::size_t> candidates_of(const Plan& plan, const Mark& mark) {
+  std::vector<std::size_t> of_run, elsewhere;
+  for (std::size_t s = 0; s < plan.schedule.size(); ++s)
+    if (plan.schedule[s].label == mark.label) (plan.schedule[s].run == mark.run ? of_run : elsewhere).push_back(s);
+  return of_run.empty() ? elsewhere : of_run;
+}
+
+/// Of several segments of one label a recording that holds them all has them in order; one that holds some has those
+/// that have been taken least often. It holds each of them once.
+void place(const Plan& plan, const Recording& recording, Uses& uses, std::set<std::pair<int, std::size_t>>& taken,
+           MarkedSegment& marked) {
+  const Mark& mark = recording.marks[marked.mark];
+  const auto candidates = candidates_of(plan, mark);
+  const auto held = std::ranges::count_if(
+      recording.marks, [&](const Mark& one) { return one.label == mark.label && one.run == mark.run; });
+  const bool holds_all = static_cast<std::size_t>(held) >= candidates.size();
+  for (const std::size_t s : candidates) {
+    const std::size_t before = uses[{&plan, mark.run, s}];
+    if (taken.contains({mark.run, s})) continue;
+    if (marked.planned != nullptr && (holds_all || before >= marked.repetition)) continue;
+    marked.planned = &plan.schedule[s];
+    marked.index = s;
+    marked.repetition = before;
   }
-  if (marked.planned != nullptr) taken.insert({marked.run, marked.index});
+  if (marked.planned != nullptr) taken.insert({mark.run, marked.index});
 }
 
 /// One power-up may lie in several files; the same segment in another file is another power-up, and so are the other
@@ -66,7 +75,7 @@ std::vector<std::vector<MarkedSegment>> marked_segments(const Evidence& evidence
     for (std::size_t m = 0; m < recording.marks.size(); ++m) {
       const Mark& mark = recording.marks[m];
       of_recording.push_back({r, m, mark.label, mark.run, mark.begin, end_of_mark(recording, m)});
-      place(plan, uses, taken, of_recording.back());
+      place(plan, recording, uses, taken, of_recording.back());
     }
     set_repetitions(plan, uses, of_recording);
     for (auto& marked : of_recording)
