@@ -12,7 +12,7 @@
 
 namespace tumble {
 
-/// A stretch of one channel: one power-up of it.
+/// One power-up of one channel.
 struct ChannelRun {
   const Channel* channel = nullptr;
   std::string label;  ///< the channel's name, with ".run2" and so on where the name comes again

@@ -64,7 +64,7 @@ struct WeightedSpan {
 
 /// Variance of the sum of the means over stretches times their weights, for noise of two-sided density 1/f; the weights
 /// add up to 0, and the unit of time does not matter:  -2 sum_ij w_i w_j <ln|t - s|>, t in i, s in j.
-/// Given: stretches [any unit of time]. Returned: variance [1].
-double slow_gain(std::span<const WeightedSpan> stretches);
+/// Given: spans [any unit of time]. Returned: variance [1].
+double slow_gain(std::span<const WeightedSpan> spans);
 
 }  // namespace tumble

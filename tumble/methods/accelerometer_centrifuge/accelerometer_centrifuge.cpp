@@ -6,6 +6,7 @@
 #include "tumble/methods/accelerometer_centrifuge/report.hpp"
 #include "tumble/methods/accelerometer_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/rigs/capabilities.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_centrifuge {
@@ -42,7 +43,7 @@ Normalised expected(const Plan& plan) {
 Evidence with_radius_to_find(Evidence evidence, double longer) {
   evidence.plan = accelerometer_centrifuge::with_radius_to_find(std::move(evidence.plan), longer);
   for (auto& plan : evidence.plans)
-    if (plan && plan->rig_kind == "centrifuge")
+    if (plan && is_fixed_on_arm(*plan))
       plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*plan, longer));
   return evidence;
 }

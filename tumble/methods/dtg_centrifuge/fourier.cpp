@@ -12,8 +12,8 @@ namespace {
 
 /// docs/equations (1.6): the mean at rest of that power-up; the level's own where there is none.
 double static_mean(const Test& test, const Measured& m, const Channel& channel) {
-  for (const Stretch& rest : test.rests)
-    if (rest.power_up == m.stretch->power_up)
+  for (const Spin& rest : test.rests)
+    if (rest.start == m.stretch->start)
       if (const double mean = mean_of(channel, rest.begin, rest.end); std::isfinite(mean)) return mean;
   return mean_of(channel, m.stretch->begin, m.stretch->end);
 }

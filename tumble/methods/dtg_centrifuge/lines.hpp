@@ -37,7 +37,7 @@ struct Lines {
 
 /// What was measured of one level in one power-up.
 struct Measured {
-  const Stretch* stretch = nullptr;
+  const Spin* stretch = nullptr;
   std::array<Lines, most_signals> of;       ///< by Signal
   double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as turned
   double unsteady = 0.0;                    ///< greatest relative departure of a sixteenth's rate from the mean
@@ -65,7 +65,7 @@ struct Instruments {
 
 Instruments instruments_of(const Settings& settings);
 
-Measured measure(const Test& test, const Stretch& stretch, const Instruments& instruments);
+Measured measure(const Test& test, const Spin& stretch, const Instruments& instruments);
 
 /// Mean of a signal [SI] from `begin` to `end` [s]; NaN without samples.
 double mean_of(const Channel& channel, double begin, double end);

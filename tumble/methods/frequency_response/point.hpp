@@ -34,11 +34,11 @@ struct Points {
 /// Every tone and sweep of the data. Parts that cannot be used become findings.
 Points points_of(const Data& data, const Settings& settings, const Progress& progress);
 
-/// One tone from `begin` to `end` [s] of a stretch, or a finding.
-void add_tone(const Stretch& stretch, double begin, double end, const Scaling& scaling, const Settings& settings,
+/// One tone from `begin` to `end` [s] of a part, or a finding.
+void add_tone(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
               Points& points);
 /// One sweep.
-void add_sweep(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points);
+void add_sweep(const Part& part, const Scaling& scaling, const Settings& settings, Points& points);
 
 /// What is wrong with measuring at this frequency with these windows and rates; empty: nothing. `time` [s] measured.
 std::string objection(double frequency, double time, double output_rate, const Scaling& scaling,

@@ -83,7 +83,8 @@ struct Row {
   bool follows = false;          ///< begins with the reading with which the row before ends
   std::size_t power_up = 0;      ///< in the evidence
   int run = 1;
-  double at = 0.0;  ///< [s] the middle, in the power-up
+  std::size_t start = 0;  ///< see MarkedSegment
+  double at = 0.0;        ///< [s] the middle, in the power-up
 };
 
 /// What the channel should show [SI of the channel, counts per second].

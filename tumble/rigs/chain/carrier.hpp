@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tumble/rigs/chain/chain.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
 
 namespace tumble::chain {
@@ -25,8 +26,10 @@ class ErrorValues {
  public:
   /// Given: values [errors x segments] in SI.
   ErrorValues(const std::vector<RigError>& list, const Matrix& values) : list_(list), values_(values) {}
-  /// Value [SI] of an error; 0 when there is no error of this name, or none was drawn.
+  /// Value [SI] of one of the rig's errors; 0 where none was drawn. The rig must have an error of this name (assertion).
   double operator()(std::string_view name, std::size_t segment = 0) const;
+  /// As above, for what several rigs share: 0 where this rig lacks the error. Another may have it (assertion).
+  double where_present(std::string_view name, std::size_t segment = 0) const;
 
  private:
   const std::vector<RigError>& list_;
