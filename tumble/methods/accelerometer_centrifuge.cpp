@@ -73,6 +73,16 @@ Estimate predict(const Plan& plan) {
   return arm::answer_of({free, {}, {}}, expected(free));
 }
 
+/// The radius belongs to the arm, not to the instrument.
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  const Settings settings = settings_of(estimate, arm::options());
+  auto terms = arm::problem_of(settings).columns;
+  std::erase_if(terms, [](const Term& term) {
+    return term.name == "scale_factor_error" || term.name == "effective_radius" || term.name == "centre_offset";
+  });
+  return accelerometer::compensated(estimate, recording, plan, settings, std::move(terms));
+}
+
 }  // namespace
 
 extern const Method accelerometer_centrifuge{
@@ -86,7 +96,7 @@ extern const Method accelerometer_centrifuge{
     .options = arm::options,
     .identify = identify,
     .trial = arm::trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::methods

@@ -24,6 +24,11 @@ Estimate predict(const Plan& plan) {
   return multi_position::answer_of({plan, {}, {}}, std::move(found));
 }
 
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  return accelerometer::compensated(estimate, recording, plan, settings_of(estimate, multi_position::options()),
+                                    multi_position::all_terms());
+}
+
 }  // namespace
 
 extern const Method accelerometer_tumble{
@@ -37,7 +42,7 @@ extern const Method accelerometer_tumble{
     .options = multi_position::options,
     .identify = identify,
     .trial = multi_position::trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::methods

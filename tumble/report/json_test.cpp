@@ -46,9 +46,11 @@ void expect_same_parameters(const Estimate& a, const Estimate& b) {
   ASSERT_EQ(a.budget.size(), b.budget.size());
   for (std::size_t k = 0; k < a.budget.size(); ++k) {
     EXPECT_EQ(a.budget[k].source, b.budget[k].source);
+    EXPECT_EQ(a.budget[k].key, b.budget[k].key);
+    expect_same(a.budget[k].factor.values, b.budget[k].factor.values, a.budget[k].source);
     for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-      // The root is written and squared again: twice the relative error of the root.
-      expect_same(a.budget[k].variance[i], b.budget[k].variance[i], 4.0, a.budget[k].source);
+      // Each element is written and squared again: twice its relative error.
+      expect_same(a.budget[k].variance(i), b.budget[k].variance(i), 4.0, a.budget[k].source);
     }
   }
 }
@@ -328,7 +330,7 @@ TEST(result_json, every_truncation_is_refused_and_none_crashes) {
 TEST(result_json, a_result_that_does_not_fit_together_is_a_defect) {
   auto estimate = example::estimate();
   estimate.covariance = Matrix(3, 3);
-  estimate.budget[0].variance.pop_back();
+  estimate.budget[0].factor.rows -= 1;
   try {
     to_json(estimate);
     FAIL();

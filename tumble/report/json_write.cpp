@@ -65,6 +65,11 @@ Json sd_in(double variance, const Unit& unit) {
   return displayed(variance, square, [&](double x) { return unit.difference_from_si(std::sqrt(x)); });
 }
 
+Json difference_in(double si, const Unit& unit) {
+  return displayed(
+      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); });
+}
+
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json values_in(const std::vector<double>& values, const Unit& unit) {
@@ -112,10 +117,18 @@ Json budget_json(const Estimate& estimate) {
   auto array = Json::array();
   for (const auto& part : estimate.budget) {
     auto sd = Json::array();
-    for (std::size_t i = 0; i < part.variance.size(); ++i) {
-      sd.push_back(sd_in(part.variance[i], estimate.parameters[i].unit));
+    auto factor = Json::array();
+    for (std::size_t i = 0; i < part.factor.rows; ++i) {
+      const Unit& unit = estimate.parameters[i].unit;
+      sd.push_back(sd_in(part.variance(i), unit));
+      auto row = Json::array();
+      for (std::size_t k = 0; k < part.factor.columns; ++k) row.push_back(difference_in(part.factor(i, k), unit));
+      factor.push_back(std::move(row));
     }
-    array.push_back({{"source", part.source}, {"sd", std::move(sd)}});
+    array.push_back({{"source", part.source},
+                     {"key", part.key.empty() ? Json(nullptr) : Json(part.key)},
+                     {"sd", std::move(sd)},
+                     {"factor", std::move(factor)}});
   }
   return array;
 }

@@ -122,7 +122,7 @@ void say_what_stretch_does(Estimate& estimate) {
           fmt::format("odd_quadratic_coefficient and a growth of the radius with the squared rate look alike, both go "
                       "with w^4: what the rig's stretch_sd leaves of the growth is {} of it. A radius measured at "
                       "speed makes it smaller",
-                      say_difference(std::sqrt(line.variance[j]), odd->unit))));
+                      say_difference(std::sqrt(line.variance(j)), odd->unit))));
 }
 
 /// What the terms across the input axis do where nothing across it changes.

@@ -148,6 +148,13 @@ std::string name_of(const Job& job) {
   return job.plan == 0 ? job.error.name : fmt::format("{} of plan {}", job.error.name, job.plan + 1);
 }
 
+/// The rig of another test is the same where the plans name the same equipment.
+std::string key_of(const Evidences& evidence, const Job& job) {
+  for (const auto& power_up : evidence.power_ups)
+    if (power_up.plan_number == job.plan) return power_up.plan->rig_equipment;
+  return "";
+}
+
 /// How many instants stand for a short block: several, or its middle.
 enum Look : std::size_t { close, glance };
 
@@ -322,7 +329,7 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
     if (jobs[k].error.each_segment)
       add_each_segment(evidence, rows, difference, jobs[k], all, found[k]);
     else
-      found[k].push_back({jobs[k].error.name, std::move(all), false, {name_of(jobs[k])}});
+      found[k].push_back({jobs[k].error.name, std::move(all), false, {name_of(jobs[k])}, key_of(evidence, jobs[k])});
   });
   std::vector<KnownEffect> effects;
   for (auto& some : found) std::ranges::move(some, std::back_inserter(effects));
