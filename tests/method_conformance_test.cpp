@@ -215,13 +215,13 @@ TEST_P(Methods, CompensatesWithoutLosingSamples) {
   const Recording& recording = trial.evidence.recordings[0];
   Estimate result = estimate();
   result.provenance.settings = trial.evidence.plan.settings.texts();
-  const Compensation done = method().compensate(result, recording);
+  const Compensation done = method().compensate(result, recording, nullptr);
   for (const auto& channel : recording.channels) {
     const Channel* kept = find_channel(done.recording, channel.name);
     ASSERT_NE(kept, nullptr) << channel.name;
     EXPECT_EQ(kept->values.size(), channel.values.size()) << channel.name;
   }
-  EXPECT_THROW(method().compensate(result, Recording{}), Error);
+  EXPECT_THROW(method().compensate(result, Recording{}, nullptr), Error);
 }
 
 TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {
