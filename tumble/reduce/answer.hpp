@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 
 /// An answer is assembled from lines of its budget: the covariance is their sum by construction.
 ///

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/linear/rows.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 namespace tumble::methods::channels {
 namespace {
