@@ -34,7 +34,8 @@ Use use_of(const Trial& trial) {
   use.recording = simulate(use.plan, 1, {});
   const auto run = sim::power_ups(use.plan.schedule, use.plan.sample_rate).front();
   const Reference reference =
-      find_rig(use.plan.rig_kind).reference({run.segments, use.plan.rig, use.plan.site, use.plan.sample_rate, {}, {0}});
+      find_rig(use.plan.rig_kind)
+          .reference({run.segments, use.plan.rig, use.plan.site, use.plan.sample_rate, {}, RandomStream(0)});
   use.felt.resize(use.recording.channels[0].values.size());
   const double step = 1.0 / use.plan.sample_rate;
   reference.felt(0.5 * step, step, use.felt);
@@ -72,7 +73,9 @@ TEST(LinearCompensation, HoldsTheErrorOfAnAccelerometerAsOftenAsItSays) {
 }
 
 TEST(LinearCompensation, LeavesNothingOfTheTruthItself) {
-  for (const auto& [name, truth] : {std::pair{"sdof_gyro_static", rate_of}, {"accelerometer_tumble", force_of}}) {
+  using Truth = double (*)(const Felt&);
+  for (const auto& [name, truth] :
+       {std::pair<const char*, Truth>{"sdof_gyro_static", rate_of}, {"accelerometer_tumble", force_of}}) {
     const Method& method = find_method(name);
     Trial trial = method.trial(1);
     const Use use = use_of(trial);
