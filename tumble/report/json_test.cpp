@@ -341,8 +341,8 @@ TEST(ResultJson, ABudgetWithoutFactorsIsReadAndSaid) {
     for (std::size_t i = 0; i < again.parameters.size(); ++i)
       expect_same(again.budget[k].variance(i), estimate.budget[k].variance(i), 4.0 + 12.0, again.budget[k].source);
   ASSERT_FALSE(again.findings.empty());
-  EXPECT_NE(again.findings.back().message.find("no signed factors"), std::string::npos);
-  EXPECT_EQ(again.findings.back().severity, Finding::Severity::info);
+  EXPECT_NE(again.findings.front().message.find("no signed factors"), std::string::npos);
+  EXPECT_EQ(again.findings.front().severity, Finding::Severity::info);
 }
 
 TEST(ResultJson, FactorsThatDoNotAddUpToTheCovarianceAreRefused) {
