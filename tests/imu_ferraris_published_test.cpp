@@ -58,7 +58,7 @@ TEST(ImuFerrarisPublished, Agrees) {
 TEST(ImuFerrarisPublished, CompensatesThePosesToGravityAndTheTurnsToTheAngle) {
   const auto evidence = published("360 deg");
   auto estimate = identified(evidence);
-  const auto out = find_method("imu_ferraris").compensate(estimate, evidence.recordings[0]).recording;
+  const auto out = find_method("imu_ferraris").compensate(estimate, evidence.recordings[0], nullptr).recording;
   Evidence again = evidence;
   again.recordings = {out};
   const auto unit = identified(again);
@@ -74,7 +74,7 @@ TEST(ImuFerrarisPublished, CompensatesThePosesToGravityAndTheTurnsToTheAngle) {
   const auto* sd = find_channel(out, "gyro_x.compensation_sd");
   ASSERT_NE(sd, nullptr);
   EXPECT_GT(sd->values[0], 0.0);
-  EXPECT_THROW(find_method("imu_ferraris").compensate(estimate, out), Error);  // not twice
+  EXPECT_THROW(find_method("imu_ferraris").compensate(estimate, out, nullptr), Error);  // not twice
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 
+#include "tumble/core/budget.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
@@ -107,17 +108,23 @@ TEST_P(Methods, CovarianceIsSymmetricAndPositive) {
   EXPECT_GT(eigen.eigenvalues().minCoeff(), -1e-9);
 }
 
-TEST_P(Methods, BudgetSumsToTheVariances) {
+TEST_P(Methods, BudgetSumsToTheCovariance) {
   ASSERT_FALSE(estimate().budget.empty());
   for (const auto& contribution : estimate().budget) {
     EXPECT_FALSE(contribution.source.empty());
-    ASSERT_EQ(contribution.variance.size(), estimate().parameters.size()) << contribution.source;
+    ASSERT_EQ(contribution.factor.rows, estimate().parameters.size()) << contribution.source;
   }
+  const Matrix& c = estimate().covariance;
+  const Matrix whole = covariance_of(estimate().budget, c.rows);
+  for (std::size_t i = 0; i < c.rows; ++i)
+    for (std::size_t j = 0; j < c.rows; ++j)
+      EXPECT_NEAR(whole(i, j) / std::sqrt(c(i, i) * c(j, j)), c(i, j) / std::sqrt(c(i, i) * c(j, j)), 1e-9)
+          << estimate().parameters[i].name << ", " << estimate().parameters[j].name;
   for (std::size_t i = 0; i < estimate().parameters.size(); ++i) {
     double sum = 0.0;
     for (const auto& contribution : estimate().budget) {
-      EXPECT_GE(contribution.variance[i], 0.0) << contribution.source << ", " << estimate().parameters[i].name;
-      sum += contribution.variance[i];
+      EXPECT_GE(contribution.variance(i), 0.0) << contribution.source << ", " << estimate().parameters[i].name;
+      sum += contribution.variance(i);
     }
     EXPECT_NEAR(sum / estimate().covariance(i, i), 1.0, 1e-9) << estimate().parameters[i].name;
   }
@@ -208,13 +215,13 @@ TEST_P(Methods, CompensatesWithoutLosingSamples) {
   const Recording& recording = trial.evidence.recordings[0];
   Estimate result = estimate();
   result.provenance.settings = trial.evidence.plan.settings.texts();
-  const Compensation done = method().compensate(result, recording);
+  const Compensation done = method().compensate(result, recording, nullptr);
   for (const auto& channel : recording.channels) {
     const Channel* kept = find_channel(done.recording, channel.name);
     ASSERT_NE(kept, nullptr) << channel.name;
     EXPECT_EQ(kept->values.size(), channel.values.size()) << channel.name;
   }
-  EXPECT_THROW(method().compensate(result, Recording{}), Error);
+  EXPECT_THROW(method().compensate(result, Recording{}, nullptr), Error);
 }
 
 TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 
 #include "tumble/report/report.hpp"
 #include "verbs.hpp"
@@ -7,7 +8,7 @@ namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string result, recording, output;
+  std::string result, recording, output, plan;
   std::vector<std::string> sets;
 };
 
@@ -15,10 +16,13 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   check_output(arguments.output, {arguments.result, arguments.recording}, recording_extensions());
   const auto options = tumble::read_options(parse_sets(arguments.sets));
   const auto estimate = read_result(arguments.result);
+  std::optional<Plan> plan;
+  if (!arguments.plan.empty()) plan = tumble::load_plan(arguments.plan, {});
   Compensation compensation;
   {
     ProgressLine line(terminal);
-    compensation = tumble::compensate(estimate, read_recording(arguments.recording, options, line.progress()));
+    compensation = tumble::compensate(estimate, read_recording(arguments.recording, options, line.progress()),
+                                     plan ? &*plan : nullptr);
     write_recording(compensation.recording, arguments.output);
   }
   note(terminal, "wrote " + arguments.output);
@@ -34,11 +38,13 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb add_compensate(CLI::App& program) {
-  auto* app = program.add_subcommand("compensate", "Take an identified error model off a recording");
+  auto* app = program.add_subcommand("compensate", "Subtract an identified error model from a recording");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RESULT", arguments->result, "result (.json) of identify")->required();
   app->add_option("RECORDING", arguments->recording, "recording to compensate")->required();
   app->add_option("-o,--output", arguments->output, "recording to write")->required();
+  app->add_option("--plan", arguments->plan,
+                  "plan whose rig and schedule say what was felt, where the recording does not");
   add_sets(*app, arguments->sets,
            "what the file does not say itself:\n"
            "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"

@@ -4,6 +4,12 @@
 
 namespace tumble {
 
+double Contribution::variance(std::size_t parameter) const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < factor.columns; ++c) sum += factor(parameter, c) * factor(parameter, c);
+  return sum;
+}
+
 double standard_uncertainty(const Estimate& estimate, std::size_t index) {
   return std::sqrt(estimate.covariance(index, index));
 }

@@ -24,11 +24,17 @@ struct Parameter {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of its standard uncertainty
 };
 
-/// One line of the uncertainty budget: a source and the variance [SI^2] it gives each parameter. The variances of all
-/// contributions sum to the diagonal of the covariance.
+/// One line of the uncertainty budget: independent errors of unit variance, and what each of them does to every
+/// parameter. The sum of factor x factor' over the budget is the covariance.
 struct Contribution {
   std::string source;
-  std::vector<double> variance;
+  /// What another result must have in common for the error to be the same there: equipment with its certificate, a
+  /// site, a reference. Empty: the errors are this result's own.
+  std::string key;
+  Matrix factor;  ///< [SI] p x q, signed: the shift of each parameter (row) by one standard deviation of each error
+
+  /// Variance [SI^2] that the line gives parameter number `parameter`.
+  double variance(std::size_t parameter) const;
 };
 
 struct Fit {

@@ -72,9 +72,10 @@ struct Plan {
   std::string instrument_serial;
   double sample_rate = 0.0;  ///< [Hz], for simulation
   std::optional<Site> site;
-  std::string rig_kind;                                        ///< catalogue name in rigs/, may be empty
-  Settings rig;                                                ///< resolved against the rig's options
-  Schedule schedule;                                           ///< in order of time: sorted by run
+  std::string rig_kind;            ///< catalogue name in rigs/, may be empty
+  Settings rig;                    ///< resolved against the rig's options
+  std::string rig_equipment = {};  ///< serial and certificate number of the rig, may be empty: key of its errors
+  Schedule schedule;               ///< in order of time: sorted by run
   std::map<std::string, std::vector<ChannelChoice>> channels;  ///< by role: one, or several where the role takes them
   std::vector<RecordingEntry> recordings;
   Calibration calibration = {};

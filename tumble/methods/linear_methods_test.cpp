@@ -205,7 +205,7 @@ TEST(linear, a_current_needs_its_scale_factor) {
     // change the weights a little.
     const double vertical = 7.292115e-5 * std::sin(trial.evidence.plan.site->latitude) / 9.797;
     const double expected = 1e-3 * std::abs(rate.parameters[1].value + vertical);
-    EXPECT_NEAR(std::sqrt(current.budget[b].variance[1]), expected, 0.02 * expected);
+    EXPECT_NEAR(std::sqrt(current.budget[b].variance(1)), expected, 0.02 * expected);
   }
   EXPECT_TRUE(found);
   EXPECT_NEAR(current.parameters[1].value, rate.parameters[1].value, standard_uncertainty(rate, 1));
@@ -306,8 +306,8 @@ TEST(linear, a_stated_bias_instability_is_a_line_of_the_budget) {
   ASSERT_NE(line, estimate.budget.end());
   // D_F is the mean over the test: flicker over its length leaves about B in it, and the statement is what limits it
   EXPECT_GT(standard_uncertainty(estimate, 0), 2.0 * without);
-  EXPECT_GT(std::sqrt(line->variance[0]), 0.5 * stated);
-  EXPECT_LT(std::sqrt(line->variance[0]), 5.0 * stated);
+  EXPECT_GT(std::sqrt(line->variance(0)), 0.5 * stated);
+  EXPECT_LT(std::sqrt(line->variance(0)), 5.0 * stated);
 }
 
 TEST(linear, a_stated_bias_instability_far_too_small_is_said) {

@@ -10,6 +10,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/progress.hpp"
 #include "tumble/core/role.hpp"
+#include "tumble/reduce/compensate.hpp"
 
 namespace tumble {
 
@@ -17,13 +18,6 @@ namespace tumble {
 struct Trial {
   Evidence evidence;                                  ///< plan with resolved settings, and the recordings
   std::vector<std::pair<std::string, double>> truth;  ///< parameter name, true value [SI]
-};
-
-/// The error model taken off a recording.
-struct Compensation {
-  Recording recording;  ///< the compensated channel under its own name, and what says how far it can be trusted
-  Findings findings;
-  std::vector<Table> tables;
 };
 
 /// One recording that is larger than memory, handed out block after block.
@@ -44,8 +38,9 @@ struct Method {
   Estimate (*identify)(const Evidence& evidence, const Progress& progress);
   /// Evidence drawn with this seed, from a truth that every seed shares.
   Trial (*trial)(std::uint64_t seed);
-  /// Null where there is nothing to take off.
-  Compensation (*compensate)(const Estimate& estimate, const Recording& recording);
+  /// Null where there is nothing to subtract.
+  /// The plan says by its rig and schedule what the instrument felt, where the recording does not; may be null.
+  Compensation (*compensate)(const Estimate& estimate, const Recording& recording, const Plan* plan);
   /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
   Estimate (*predict)(const Plan& plan);
   /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.

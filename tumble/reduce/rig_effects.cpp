@@ -15,7 +15,7 @@
 namespace tumble {
 
 std::optional<double> rig_sd(const Plan& plan, std::string_view name) {
-  assert(rigs::is_error_name(name));
+  assert(is_error_name(name));
   if (plan.rig_kind.empty()) return {};
   for (const auto& error : find_rig(plan.rig_kind).errors(plan.rig))
     if (error.name == name) return error.sd;
@@ -236,6 +236,12 @@ void add_each_segment(const ConductedTest& test, const Observation& observation,
   if (!difference.rounding(own.column)) effects.push_back(std::move(own));
 }
 
+/// The rig of another test is the same one where the plans name the same equipment.
+std::string key_of(const ConductedTest& test, const PlanError& error) {
+  const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
+  return std::ranges::find_if(test.power_ups, with_plan)->plan->rig_equipment;
+}
+
 }  // namespace
 
 std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observation& observation) {
@@ -249,7 +255,7 @@ std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observatio
     if (errors[k].error.each_segment)
       add_each_segment(test, observation, difference, errors[k], all, found[k]);
     else
-      found[k].push_back({errors[k].error.name, std::move(all), false, {name_of(errors[k])}});
+      found[k].push_back({errors[k].error.name, std::move(all), false, {name_of(errors[k])}, key_of(test, errors[k])});
   });
   std::vector<KnownEffect> effects;
   for (auto& some : found) std::ranges::move(some, std::back_inserter(effects));

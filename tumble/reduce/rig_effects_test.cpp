@@ -13,7 +13,7 @@
 namespace tumble {
 namespace {
 
-namespace names = rigs::error_names;
+namespace names = error_names;
 
 Plan head_plan(std::vector<Segment> schedule) {
   Plan plan;
@@ -142,7 +142,7 @@ TEST(RigSd, IsAbsentWhereTheRigHasNoSuchError) {
 TEST(RigSd, EveryErrorOfEveryRigHasAKnownName) {
   for (const Rig* rig : rig_catalogue())
     for (const auto& error : rig->errors(defaults(rig->options())))
-      EXPECT_TRUE(rigs::is_error_name(error.name)) << rig->name << ": " << error.name;
+      EXPECT_TRUE(is_error_name(error.name)) << rig->name << ": " << error.name;
 }
 
 }  // namespace

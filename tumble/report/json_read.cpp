@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tumble/core/budget.hpp"
 #include "tumble/report/json_node.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
@@ -82,15 +83,64 @@ void covariance_to_si(Matrix& covariance, const std::vector<Parameter>& paramete
   }
 }
 
+/// [SI] p x q. Complains where a row is missing or has another length than the first.
+Matrix factor_of(const Node& node, const std::vector<Parameter>& parameters) {
+  const auto rows = node.elements();
+  expect_size(node, rows.size(), parameters.size(), "one row a parameter");
+  Matrix factor(parameters.size(), rows.empty() ? 0 : rows.front().numbers().size());
+  for (std::size_t i = 0; i < std::min(rows.size(), parameters.size()); ++i) {
+    const auto row = rows[i].numbers();
+    expect_size(rows[i], row.size(), factor.columns, "as many as in the first row");
+    for (std::size_t k = 0; k < std::min(row.size(), factor.columns); ++k)
+      factor(i, k) = parameters[i].unit.difference_to_si(row[k]);
+  }
+  return factor;
+}
+
+/// A result of before the factors says standard uncertainties alone: one error a parameter then.
 Contribution contribution_of(const Node& node, const std::vector<Parameter>& parameters) {
-  Contribution contribution{node["source"].text(), node["sd"].numbers()};
-  auto& variance = contribution.variance;
+  auto variance = node["sd"].numbers();
   expect_size(node["sd"], variance.size(), parameters.size(), "one a parameter");
-  for (std::size_t i = 0; i < std::min(variance.size(), parameters.size()); ++i) {
+  variance.resize(parameters.size(), NAN);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double sd = parameters[i].unit.difference_to_si(variance[i]);
     variance[i] = sd * sd;
   }
-  return contribution;
+  const auto factor = node.optional("factor"), key = node.optional("key");
+  Contribution line = independent_errors(node["source"].text(), variance);
+  if (!key.absent()) line.key = key.text();
+  if (!factor.absent()) line.factor = factor_of(factor, parameters);
+  return line;
+}
+
+/// 1e-6 lets numbers through that were written with seven digits.
+void check_factors(const Node& node, const Estimate& estimate) {
+  const auto& c = estimate.covariance;
+  if (c.rows != estimate.parameters.size() || c.rows == 0) return;  // complained of elsewhere
+  const Matrix sum = covariance_of(estimate.budget, c.rows);
+  for (std::size_t i = 0; i < c.rows; ++i)
+    for (std::size_t j = 0; j <= i; ++j)
+      if (std::abs(sum(i, j) - c(i, j)) > 1e-6 * std::sqrt(c(i, i)) * std::sqrt(c(j, j))) {
+        node.complain(fmt::format("factors give the covariance {0} of {2} and {3}, not {1}", sum(i, j), c(i, j),
+                                  estimate.parameters[i].name, estimate.parameters[j].name));
+        return;
+      }
+}
+
+/// Budget of a result. Where it has no factors, what two results share can only be guessed from the sources' names.
+void read_budget(const Node& node, Estimate& estimate) {
+  bool signed_lines = true;
+  for (const auto& line : node.elements()) {
+    estimate.budget.push_back(contribution_of(line, estimate.parameters));
+    signed_lines = signed_lines && !line.optional("factor").absent();
+  }
+  if (signed_lines) {
+    check_factors(node, estimate);
+    return;
+  }
+  constexpr const char* said =
+      "the budget has no signed factors: shared sources are taken as alike where results are compared";
+  estimate.findings.push_back({Finding::Severity::info, said, ""});
 }
 
 Table table_of(const Node& node) {
@@ -186,9 +236,7 @@ Estimate estimate_of(const Node& top) {
   estimate.covariance = matrix_of(top["covariance"], parameters.size());
   check_sd(parameters, estimate.covariance);
   covariance_to_si(estimate.covariance, estimate.parameters);
-  for (const auto& node : top["budget"].elements()) {
-    estimate.budget.push_back(contribution_of(node, estimate.parameters));
-  }
+  read_budget(top["budget"], estimate);
   for (const auto& node : top["tables"].elements()) estimate.tables.push_back(table_of(node));
   for (const auto& node : top["curves"].elements()) estimate.curves.push_back(curve_of(node));
   estimate.fit = fit_of(top["fit"]);

@@ -46,9 +46,12 @@ void expect_same_parameters(const Estimate& a, const Estimate& b) {
   ASSERT_EQ(a.budget.size(), b.budget.size());
   for (std::size_t k = 0; k < a.budget.size(); ++k) {
     EXPECT_EQ(a.budget[k].source, b.budget[k].source);
+    EXPECT_EQ(a.budget[k].key, b.budget[k].key);
+    expect_same(a.budget[k].factor.values, b.budget[k].factor.values, a.budget[k].source);
     for (std::size_t i = 0; i < a.parameters.size(); ++i) {
-      // The root is written and squared again: twice the relative error of the root.
-      expect_same(a.budget[k].variance[i], b.budget[k].variance[i], 4.0, a.budget[k].source);
+      // Each element is written and squared again: twice its relative error, and the rounding of as many sums.
+      const double sums = static_cast<double>(a.budget[k].factor.columns);
+      expect_same(a.budget[k].variance(i), b.budget[k].variance(i), 4.0 + sums, a.budget[k].source);
     }
   }
 }
@@ -325,10 +328,38 @@ TEST(result_json, every_truncation_is_refused_and_none_crashes) {
   }
 }
 
+TEST(ResultJson, ABudgetWithoutFactorsIsReadAndSaid) {
+  const Estimate estimate = example::estimate();
+  auto json = nlohmann::json::parse(to_json(estimate));
+  for (auto& line : json["budget"]) {
+    line.erase("factor");
+    line.erase("key");
+  }
+  const Estimate again = estimate_from_json(json.dump(), "old.json");
+  ASSERT_EQ(again.budget.size(), estimate.budget.size());
+  for (std::size_t k = 0; k < again.budget.size(); ++k)
+    for (std::size_t i = 0; i < again.parameters.size(); ++i)
+      expect_same(again.budget[k].variance(i), estimate.budget[k].variance(i), 4.0 + 12.0, again.budget[k].source);
+  ASSERT_FALSE(again.findings.empty());
+  EXPECT_NE(again.findings.front().message.find("no signed factors"), std::string::npos);
+  EXPECT_EQ(again.findings.front().severity, Finding::Severity::info);
+}
+
+TEST(ResultJson, FactorsThatDoNotAddUpToTheCovarianceAreRefused) {
+  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  auto& element = json["budget"][0]["factor"][1][0];
+  element = 1.001 * element.get<double>();
+  const auto problems = problems_of(json.dump());
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_NE(problems[0].find("factors give the covariance"), std::string::npos);
+  json["budget"][0]["factor"].erase(0);
+  EXPECT_FALSE(problems_of(json.dump()).empty());
+}
+
 TEST(result_json, a_result_that_does_not_fit_together_is_a_defect) {
   auto estimate = testing::estimate();
   estimate.covariance = Matrix(3, 3);
-  estimate.budget[0].variance.pop_back();
+  estimate.budget[0].factor.rows -= 1;
   try {
     to_json(estimate);
     FAIL();

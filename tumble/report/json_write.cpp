@@ -60,9 +60,9 @@ Json covariance_in(double si, const Unit& a, const Unit& b) {
       si, [&](double x) { return x * factor; }, [&](double x) { return x / factor; });
 }
 
-Json sd_in(double variance, const Unit& unit) {
-  const auto square = [&](double sd) { return unit.difference_to_si(sd) * unit.difference_to_si(sd); };
-  return displayed(variance, square, [&](double x) { return unit.difference_from_si(std::sqrt(x)); });
+Json difference_in(double si, const Unit& unit) {
+  return displayed(
+      si, [&](double x) { return unit.difference_to_si(x); }, [&](double x) { return unit.difference_from_si(x); });
 }
 
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -108,14 +108,29 @@ Json covariance_json(const Estimate& estimate) {
   return rows;
 }
 
+/// Root of the sum of squares of the numbers shown, so that the file agrees with itself to the last digit.
+Json sd_of(const Json& row) {
+  double squares = 0.0;
+  for (const auto& element : row) squares += element.is_null() ? NAN : element.get<double>() * element.get<double>();
+  return finite(std::sqrt(squares));
+}
+
 Json budget_json(const Estimate& estimate) {
   auto array = Json::array();
   for (const auto& part : estimate.budget) {
     auto sd = Json::array();
-    for (std::size_t i = 0; i < part.variance.size(); ++i) {
-      sd.push_back(sd_in(part.variance[i], estimate.parameters[i].unit));
+    auto factor = Json::array();
+    for (std::size_t i = 0; i < part.factor.rows; ++i) {
+      const Unit& unit = estimate.parameters[i].unit;
+      auto row = Json::array();
+      for (std::size_t k = 0; k < part.factor.columns; ++k) row.push_back(difference_in(part.factor(i, k), unit));
+      sd.push_back(sd_of(row));
+      factor.push_back(std::move(row));
     }
-    array.push_back({{"source", part.source}, {"sd", std::move(sd)}});
+    array.push_back({{"source", part.source},
+                     {"key", part.key.empty() ? Json(nullptr) : Json(part.key)},
+                     {"sd", std::move(sd)},
+                     {"factor", std::move(factor)}});
   }
   return array;
 }

@@ -135,7 +135,7 @@ std::string measured_text(const Estimate& estimate, std::string_view name) {
 
 BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::size_t index) {
   const double whole = shown(estimate, index).sd;
-  const double sd = estimate.parameters[index].unit.difference_from_si(std::sqrt(part.variance[index]));
+  const double sd = estimate.parameters[index].unit.difference_from_si(std::sqrt(part.variance(index)));
   if (!std::isfinite(sd)) return {"–", "–"};
   const auto text = sd == 0.0 ? "0" : rounded(sd, rounding_for(0.0, whole));
   const double percent = 100.0 * (sd / whole) * (sd / whole);
@@ -145,20 +145,21 @@ BudgetCell budget_cell(const Estimate& estimate, const Contribution& part, std::
 
 std::vector<Contribution> budget_to_show(const Estimate& estimate) {
   std::vector<Contribution> out;
-  Contribution rest{"", std::vector<double>(estimate.parameters.size(), 0.0)};
+  Contribution rest{"", {}, Matrix(estimate.parameters.size(), 0)};
   std::size_t small = 0;
   const Contribution* last = nullptr;
   for (const auto& part : estimate.budget) {
     bool matters = false;
     for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
-      matters = matters || part.variance[i] >= 0.01 * estimate.covariance(i, i);
+      matters = matters || part.variance(i) >= 0.01 * estimate.covariance(i, i);
     if (matters) {
       out.push_back(part);
       continue;
     }
     ++small;
     last = &part;
-    for (std::size_t i = 0; i < rest.variance.size(); ++i) rest.variance[i] += part.variance[i];
+    rest.factor.values.insert(rest.factor.values.end(), part.factor.values.begin(), part.factor.values.end());
+    rest.factor.columns += part.factor.columns;
   }
   rest.source = fmt::format("{} sources below 1 %", small);
   if (small == 1) out.push_back(*last);

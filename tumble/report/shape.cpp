@@ -18,7 +18,7 @@ void require_shape(const Estimate& estimate) {
         fmt::format("covariance is {} x {} for {} parameters", covariance.rows, covariance.columns, count));
   }
   for (const auto& part : estimate.budget) {
-    expect("budget contribution '" + part.source + "'", part.variance.size(), count);
+    expect("budget contribution '" + part.source + "'", part.factor.rows, count);
   }
   for (const auto& table : estimate.tables) {
     for (std::size_t i = 0; i < table.rows.size(); ++i) {

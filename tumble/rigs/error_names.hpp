@@ -5,7 +5,7 @@
 #include <string_view>
 
 /// The names of the rigs' errors, as budgets show them. Rigs and those who ask for an error by name share these.
-namespace tumble::rigs::error_names {
+namespace tumble::error_names {
 
 inline constexpr const char* level_about_east = "level of the base about east";
 inline constexpr const char* level_about_north = "level of the base about north";
@@ -49,9 +49,9 @@ inline constexpr const char* rate_error_of = "rate error of ";
 inline constexpr const char* rate_ripple_of = "rate ripple of ";
 inline constexpr const char* oscillation_amplitude_of = "oscillation amplitude of ";
 
-}  // namespace tumble::rigs::error_names
+}  // namespace tumble::error_names
 
-namespace tumble::rigs {
+namespace tumble {
 
 /// Whether any rig may have an error of this name.
 constexpr bool is_error_name(std::string_view name) {
@@ -92,4 +92,4 @@ constexpr bool is_error_name(std::string_view name) {
          std::ranges::any_of(before_axis, [&](std::string_view before) { return name.starts_with(before); });
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble

@@ -139,7 +139,7 @@ struct Instrument {
 
 }  // namespace
 
-Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run, const RandomStream& random) {
+Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun& run, const RandomStream& random) {
   const auto oversampling = static_cast<std::size_t>(oversampling_of(plan));
   const double rate = plan.sample_rate * static_cast<double>(oversampling);
   const RandomStream of_run = random.split("run").split(static_cast<std::uint64_t>(run.run));

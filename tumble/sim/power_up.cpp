@@ -14,8 +14,8 @@ std::vector<Participant> participants_of(const Plan& plan) {
   return all;
 }
 
-std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate) {
-  std::vector<PowerUp> out;
+std::vector<PlannedRun> power_ups(const Schedule& schedule, double sample_rate) {
+  std::vector<PlannedRun> out;
   double now = 0.0;
   for (const auto& segment : schedule) {
     if (out.empty() || out.back().run != segment.run) out.push_back({segment.run, now, 0, {}});
@@ -61,7 +61,7 @@ Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, c
   return drawn;
 }
 
-Reference reference_of(const Plan& plan, const PowerUp& run, const RandomStream& random) {
+Reference reference_of(const Plan& plan, const PlannedRun& run, const RandomStream& random) {
   const Rig& rig = find_rig(plan.rig_kind);
   const RandomStream own = random.split("run").split(static_cast<std::uint64_t>(run.run)).split("rig");
   Matrix errors =
@@ -70,7 +70,7 @@ Reference reference_of(const Plan& plan, const PowerUp& run, const RandomStream&
       {run.segments, plan.rig, plan.site, plan.sample_rate * oversampling_of(plan), std::move(errors), own});
 }
 
-std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PowerUp& run) {
+std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PlannedRun& run) {
   constexpr std::size_t portion = 8192;
   const double step = 1.0 / plan.sample_rate;
   std::vector<Source> sources;

@@ -13,7 +13,7 @@
 namespace tumble {
 
 /// The segments between one switching-on and the next.
-struct PowerUp {
+struct PlannedRun {
   int run = 1;
   double begin = 0.0;       ///< [s] on the recording's clock
   std::size_t samples = 0;  ///< recorded
@@ -21,7 +21,7 @@ struct PowerUp {
 };
 
 /// The power-ups of a schedule. Given: sample_rate [Hz].
-std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate);
+std::vector<PlannedRun> power_ups(const Schedule& schedule, double sample_rate);
 
 /// Segment `index` where it is all that was recorded, without the way to it: axes that it does not mention stand where
 /// the segments of its power-up before it left them.
@@ -37,7 +37,7 @@ Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, c
                     const RandomStream& run);
 
 /// What the rig does with this plan in this power-up, at the rate of the simulation's steps.
-Reference reference_of(const Plan& plan, const PowerUp& run, const RandomStream& random);
+Reference reference_of(const Plan& plan, const PlannedRun& run, const RandomStream& random);
 
 /// One instrument of a plan: the first, or one of Plan::beside.
 struct Participant {
@@ -51,9 +51,9 @@ struct Participant {
 std::vector<Participant> participants_of(const Plan& plan);
 
 /// The outputs of all instruments: one source, since all feel the same.
-Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& run, const RandomStream& random);
+Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun& run, const RandomStream& random);
 /// The rig's sensors.
-std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PowerUp& run);
+std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PlannedRun& run);
 
 /// Steps of the simulation per recorded sample.
 int oversampling_of(const Plan& plan);

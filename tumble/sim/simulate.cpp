@@ -119,7 +119,7 @@ void refuse_incomplete(const Plan& plan) {
 }
 
 /// All that a power-up records, the instrument's outputs first.
-std::vector<Source> sources_of(const Plan& plan, const PowerUp& run, const RandomStream& random) {
+std::vector<Source> sources_of(const Plan& plan, const PlannedRun& run, const RandomStream& random) {
   const Reference reference = reference_of(plan, run, random);
   std::vector<Source> sources{outputs_of(plan, reference, run, random)};
   for (auto& sensor : sensors_of(plan, reference, run)) sources.push_back(std::move(sensor));
@@ -158,7 +158,7 @@ Recording frame_of(const Plan& plan, std::uint64_t seed) {
   return recording;
 }
 
-std::size_t samples_of(const std::vector<PowerUp>& runs) {
+std::size_t samples_of(const std::vector<PlannedRun>& runs) {
   std::size_t samples = 0;
   for (const auto& run : runs) samples += run.samples;
   return samples;
@@ -219,7 +219,7 @@ std::size_t simulated_size(const Plan& plan) {
   refuse_incomplete(plan);
   const auto runs = power_ups(plan.schedule, plan.sample_rate);
   const Rig& rig = find_rig(plan.rig_kind);
-  PowerUp probe = runs.front();  // the first segment is enough to see which sensors there are
+  PlannedRun probe = runs.front();  // the first segment is enough to see which sensors there are
   probe.segments.resize(1);
   probe.segments.front().duration = 1.0 / plan.sample_rate;
   const auto sensors =

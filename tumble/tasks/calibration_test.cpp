@@ -7,6 +7,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -39,7 +40,7 @@ class CalibrationFile : public testing::Test {
     estimate.covariance(0, 0) = 4.0;
     estimate.covariance(1, 1) = 1e-16;
     estimate.covariance(0, 1) = estimate.covariance(1, 0) = 1e-8;
-    estimate.budget = {{"output noise", {4.0, 1e-16}}};
+    settle(estimate, {from_covariance("output noise", estimate.covariance)});
     return write("result.json", to_json(estimate));
   }
 

@@ -122,11 +122,12 @@ Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, 
   return identify(gather(plan, recordings, sets, progress), progress);
 }
 
-Compensation compensate(const Estimate& estimate, const Recording& recording) {
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
   const auto& method = find_method(estimate.method);
   if (!method.compensate)
-    throw Error(Error::Kind::unsupported, estimate.method + " identifies nothing that could be taken off a recording");
-  return method.compensate(estimate, recording);
+    throw Error(Error::Kind::unsupported,
+                estimate.method + " identifies nothing that could be subtracted from a recording");
+  return method.compensate(estimate, recording, plan);
 }
 
 }  // namespace tumble

@@ -103,6 +103,7 @@ Settings resolve_section(Reading& reading, Section& section, const std::vector<O
 void read_rig(Reading& reading, const toml::table& table) {
   Section section(table, "[rig]", reading.problems);
   const auto kind = section.text("kind");
+  reading.plan.rig_equipment = section.text("equipment").value_or("");
   if (!table.contains("kind")) section.missing("kind", "\"thermal_chamber\"");
   if (!kind) return;
   reading.plan.rig_kind = *kind;

@@ -150,7 +150,7 @@ TEST_F(Predict, BudgetAddsUpAndSeveralOutputsStandInOneEstimate) {
   EXPECT_TRUE(find_parameter(estimate, "accelerometer_x_bias") && find_parameter(estimate, "accelerometer_z_bias"));
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     double sum = 0.0;
-    for (const auto& line : estimate.budget) sum += line.variance[i];
+    for (const auto& line : estimate.budget) sum += line.variance(i);
     EXPECT_NEAR(sum, estimate.covariance(i, i), 1e-9 * estimate.covariance(i, i)) << estimate.parameters[i].name;
   }
 }

@@ -42,6 +42,12 @@ void add_sources(const MixedData& data, const Compressed& rows, const MatrixXd& 
     total += covariance;
     fit.sources.push_back({source, plain(covariance)});
   };
+  const auto add_effect = [&](const KnownEffect& effect, Index k) {
+    add(effect.source, effect_covariance(rows, gain, k));
+    if (effect.each_segment) return;
+    fit.sources.back().shifts = plain(gain * rows.effects.col(k));
+    fit.sources.back().key = effect.key;
+  };
   const MatrixXd white = gain * gain.transpose();
   fit.component_sensitivity.push_back(plain(white));
   add(data.white, variances[0] * white);
@@ -51,8 +57,7 @@ void add_sources(const MixedData& data, const Compressed& rows, const MatrixXd& 
     fit.component_sensitivity.push_back(plain(slow));
     add(data.slow[c].source, variances[at(c) + 1] * slow);
   }
-  for (std::size_t k = 0; k < data.effects.size(); ++k)
-    add(data.effects[k].source, effect_covariance(rows, gain, at(k)));
+  for (std::size_t k = 0; k < data.effects.size(); ++k) add_effect(data.effects[k], at(k));
   fit.covariance = plain(total);
 }
 

@@ -17,6 +17,7 @@ struct KnownEffect {
   /// Names of the numbers drawn, one, or one a segment: outputs observed together share those of the same name. Empty:
   /// the output's own. See joint_model.hpp.
   std::vector<std::string> draws = {};
+  std::string key = {};  ///< see SourceCovariance
 };
 
 /// Slow noise: one shift per segment, with covariance variance x kernel between the segments.
@@ -44,6 +45,10 @@ struct MixedData {
 struct SourceCovariance {
   std::string source;
   Matrix covariance;  ///< p x p
+  /// p x 1, of a known effect with one draw: shift of the parameters by one standard deviation, signed; empty: several
+  /// draws, of which the covariance says all there is.
+  Matrix shifts = {};
+  std::string key = {};  ///< as KnownEffect gives it: what makes the effect the same in another test; empty: nothing
 };
 
 struct MixedFit {

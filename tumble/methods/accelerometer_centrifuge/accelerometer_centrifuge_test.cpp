@@ -131,7 +131,7 @@ TEST(accelerometer_centrifuge, a_stretch_of_the_radius_is_in_the_budget_of_the_o
   const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
   double stretch = 0.0;
   for (const auto& line : estimate.budget)
-    if (line.source == "stretch of the radius") stretch = std::sqrt(line.variance[j]);
+    if (line.source == "stretch of the radius") stretch = std::sqrt(line.variance(j));
   EXPECT_NEAR(stretch, 0.2e-6 / (1.2 * 1.2), 0.02 * 0.2e-6 / 1.44);
   EXPECT_TRUE(says(estimate.findings, "look alike, both go with w^4"));
 }

@@ -119,12 +119,12 @@ void say_what_stretch_does(Estimate& estimate) {
   if (!odd) return;
   const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
   for (const auto& line : estimate.budget)
-    if (line.source == rigs::error_names::stretch_of_radius)
+    if (line.source == error_names::stretch_of_radius)
       estimate.findings.push_back(note(
           fmt::format("odd_quadratic_coefficient and a growth of the radius with the squared rate look alike, both go "
                       "with w^4: what the rig's stretch_sd leaves of the growth is {} of it. A radius measured at "
                       "speed makes it smaller",
-                      say_difference(std::sqrt(line.variance[j]), odd->unit))));
+                      say_difference(std::sqrt(line.variance(j)), odd->unit))));
 }
 
 /// What the terms across the input axis do where nothing across it changes.

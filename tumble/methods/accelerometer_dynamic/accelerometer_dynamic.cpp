@@ -127,6 +127,11 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  const Settings settings = settings_of(estimate, options());
+  return accelerometer::compensated(estimate, recording, plan, settings, problem_of(settings, nullptr).columns);
+}
+
 }  // namespace
 
 extern const Method accelerometer_dynamic{
@@ -138,7 +143,7 @@ extern const Method accelerometer_dynamic{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::accelerometer_dynamic

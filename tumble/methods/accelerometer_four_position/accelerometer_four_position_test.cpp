@@ -258,7 +258,7 @@ TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
   const Evidence evidence = simulated(plan);
   Estimate estimate = method().identify(evidence, {});
   estimate.provenance.settings = plan.settings.texts();
-  const auto done = method().compensate(estimate, evidence.recordings[0]);
+  const auto done = method().compensate(estimate, evidence.recordings[0], nullptr);
   const Channel& channel = done.recording.channels[0];
   EXPECT_EQ(channel.kind, QuantityKind::specific_force);
   // position 3 at 40 degC, the last but one segment; 0.4e-3 of the bias in K_0 is of second order and is in nabla
@@ -268,7 +268,8 @@ TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
   for (auto& one : hot.channels)
     if (one.name == "temperature")
       for (double& t : one.values) t += 50.0;
-  EXPECT_TRUE(says(method().compensate(estimate, hot).findings, "outside of the calibrated 0.0 degC to 40.0 degC"));
+  EXPECT_TRUE(
+      says(method().compensate(estimate, hot, nullptr).findings, "outside of the calibrated 0.0 degC to 40.0 degC"));
 }
 
 }  // namespace

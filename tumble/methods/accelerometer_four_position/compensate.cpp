@@ -113,7 +113,7 @@ Finding extrapolation(std::size_t outside, std::size_t samples, double low, doub
 
 }  // namespace
 
-Compensation compensate(const Estimate& estimate, const Recording& recording) {
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Coefficients c = coefficients_of(estimate);
   const bool over = c.bias.size() > 1 || c.scale.size() > 1;
   const Found found = channels_of(estimate, recording, over);

@@ -10,6 +10,6 @@ namespace tumble::accelerometer_four_position {
 ///
 /// The channel keeps its name and becomes a specific force. Beside it `<name>.compensation_sd` (uncertainty of what was
 /// done, at the output given) and `<name>.extrapolated` (1 outside of the calibrated temperatures).
-Compensation compensate(const Estimate& estimate, const Recording& recording);
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 }  // namespace tumble::accelerometer_four_position

@@ -9,6 +9,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/findings.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
@@ -107,27 +108,12 @@ double freedom_of(const Reduced& reduced, const std::vector<double>& weights) {
 void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate& estimate) {
   const std::size_t n = reported.parameters.size();
   estimate.parameters = reported.parameters;
-  estimate.covariance = Matrix(n, n);
+  Matrix gradients(n, reduced.covariance.rows);
   for (std::size_t i = 0; i < n; ++i) {
     estimate.parameters[i].degrees_of_freedom = freedom_of(reduced, reported.weights[i]);
-    for (std::size_t j = 0; j < n; ++j)
-      estimate.covariance(i, j) = covariance_of(reduced.covariance, reported.weights[i], reported.weights[j]);
+    for (std::size_t j = 0; j < gradients.columns; ++j) gradients(i, j) = reported.weights[i][j];
   }
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < i; ++j) estimate.covariance(i, j) = estimate.covariance(j, i);
-  for (const auto& source : reduced.sources) {
-    Contribution line{source.source, {}};
-    for (std::size_t i = 0; i < n; ++i)
-      line.variance.push_back(
-          std::max(0.0, covariance_of(source.covariance, reported.weights[i], reported.weights[i])));
-    if (std::ranges::any_of(line.variance, [](double v) { return v > 0.0; }))
-      estimate.budget.push_back(std::move(line));
-  }
-  for (std::size_t i = 0; i < n; ++i) {  // the budget's sum, to the last digit
-    double sum = 0.0;
-    for (const auto& line : estimate.budget) sum += line.variance[i];
-    estimate.covariance(i, i) = sum;
-  }
+  settle(estimate, carried(gradients, lines_of(reduced.sources)));
 }
 
 Table temperatures(const Bench& bench, const Reduced& reduced) {

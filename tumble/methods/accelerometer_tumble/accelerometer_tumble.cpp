@@ -23,6 +23,10 @@ Estimate predict(const Plan& plan) {
   return answer_of({plan, {}, {}}, std::move(found));
 }
 
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  return accelerometer::compensated(estimate, recording, plan, settings_of(estimate, options()), all_terms());
+}
+
 }  // namespace
 
 extern const Method accelerometer_tumble{
@@ -36,7 +40,7 @@ extern const Method accelerometer_tumble{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::accelerometer_tumble

@@ -225,7 +225,7 @@ double budget(const Estimate& estimate, const std::string& source, const std::st
   const Parameter* p = find_parameter(estimate, name);
   for (const auto& line : estimate.budget)
     if (line.source == source && p)
-      return std::sqrt(line.variance[static_cast<std::size_t>(p - estimate.parameters.data())]);
+      return std::sqrt(line.variance(static_cast<std::size_t>(p - estimate.parameters.data())));
   ADD_FAILURE() << "no " << source << " of " << name;
   return std::nan("");
 }

@@ -152,6 +152,13 @@ std::vector<Option> options() {
   return options;
 }
 
+std::vector<Term> all_terms() {
+  auto names = gjb;
+  names.insert(names.end(), beyond.begin(), beyond.end());
+  std::erase(names, "scale_factor_error");
+  return accelerometer::terms_of(names);
+}
+
 linear::Problem problem_of(const Settings& settings) {
   linear::Problem problem;
   linear::set_options(settings, problem);

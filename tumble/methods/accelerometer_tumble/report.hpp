@@ -7,6 +7,9 @@ namespace tumble::accelerometer_tumble {
 
 std::vector<Option> options();
 
+/// All terms of the model that a result of this method may hold.
+std::vector<Term> all_terms();
+
 /// E/K_1 - a_i on the terms of (4.19) that the settings ask for.
 linear::Problem problem_of(const Settings& settings);
 

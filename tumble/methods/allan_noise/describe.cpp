@@ -9,6 +9,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -86,30 +87,26 @@ std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estima
 void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector<std::vector<Source>>& sources,
                     Estimate& estimate) {
   const std::size_t all = estimate.parameters.size();
-  estimate.covariance = Matrix(all, all);
-  Contribution noise{"output noise", std::vector<double>(all, 0.0)};
-  Contribution shape{"departure of the record from the terms", std::vector<double>(all, 0.0)};
-  bool departs = false;
+  Matrix noise(all, all);
+  std::vector<double> shape(all, 0.0);
   std::size_t base = 0;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const NoiseFit& fit = channels[c].fit;
     for (std::size_t a = 0; a < sources[c].size(); ++a) {
       const Source& one = sources[c][a];
       for (std::size_t b = 0; b < sources[c].size(); ++b)
-        estimate.covariance(base + a, base + b) =
-            one.gain * sources[c][b].gain * fit.covariance(one.index, sources[c][b].index);
+        noise(base + a, base + b) = one.gain * sources[c][b].gain * fit.covariance(one.index, sources[c][b].index);
       const double part = one.gain * one.gain * fit.model_error_variance[one.index];
-      shape.variance[base + a] = part;
-      noise.variance[base + a] = std::max(0.0, estimate.covariance(base + a, base + a) - part);
-      departs = departs || part > 0.0;
+      shape[base + a] = part;
+      noise(base + a, base + a) = std::max(0.0, noise(base + a, base + a) - part);
     }
     base += sources[c].size();
     if (!fit.ramp.kept) continue;
-    estimate.covariance(base, base) = noise.variance[base] = std::pow(fit.ramp.sd * channels[c].rate, 2);
+    noise(base, base) = std::pow(fit.ramp.sd * channels[c].rate, 2);
     ++base;
   }
-  estimate.budget.push_back(std::move(noise));
-  if (departs) estimate.budget.push_back(std::move(shape));
+  settle(estimate,
+         {from_covariance("output noise", noise), from_variances("departure of the record from the terms", shape)});
 }
 
 std::string decision(const FittedTerm& term) {

@@ -205,7 +205,7 @@ void say_outside(const Outcome& outcome, const Range& range, const std::string& 
 
 }  // namespace
 
-Compensation compensate(const Estimate& estimate, const Recording& recording) {
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Range range = range_of(estimate);
   if (find_parameter(estimate, "D_x") == nullptr || find_parameter(estimate, "D_y") == nullptr)
     throw Error(

@@ -5,6 +5,6 @@
 namespace tumble::dtg_centrifuge {
 
 /// D_x(a), D_y(a) taken off a recording that holds the specific force.
-Compensation compensate(const Estimate& estimate, const Recording& recording);
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 }  // namespace tumble::dtg_centrifuge

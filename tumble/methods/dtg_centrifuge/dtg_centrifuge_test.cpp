@@ -431,16 +431,16 @@ TEST(DtgCentrifuge, CompensationTakesTheDriftOff) {
     use.channels[5].values.push_back(-a * std::sin(theta));
     use.channels[6].values.push_back(g);
   }
-  const Compensation out = method().compensate(estimate, use);
+  const Compensation out = method().compensate(estimate, use, nullptr);
   EXPECT_TRUE(out.findings.empty());
   // the Earth's rate and D_F are left
   for (const std::size_t i : {3000u, 15000u, 30000u})
     EXPECT_NEAR(out.recording.channels[0].values[i],
                 earth * std::cos(arm.values[i] + table.values[i]) + si(4.0, "deg/h"), si(1e-6, "deg/h"));
   for (double& f : use.channels[4].values) f *= 1.5;
-  EXPECT_TRUE(says(method().compensate(estimate, use).findings, "extrapolated"));
+  EXPECT_TRUE(says(method().compensate(estimate, use, nullptr).findings, "extrapolated"));
   use.channels.pop_back();
-  EXPECT_THROW(method().compensate(estimate, use), Error);
+  EXPECT_THROW(method().compensate(estimate, use, nullptr), Error);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -48,25 +49,16 @@ double Ledger::degrees_of_freedom(const Gradient& gradient) const {
 void Ledger::settle(Estimate& estimate) const {
   const std::size_t n = parameters_.size();
   estimate.parameters = parameters_;
-  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(at(n), at(n));
+  std::vector<ErrorLine> lines;
   for (std::size_t b = 0; b < groups_.size(); ++b) {
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(at(n), at(groups_[b].size));
     for (std::size_t i = 0; i < n; ++i)
       for (const auto& [group, g] : gradients_[i])
         if (group == b) jacobian.row(at(i)) += vector(g).transpose();
     if (jacobian.isZero(0.0)) continue;
-    for (const auto& source : groups_[b].sources) {
-      const Eigen::MatrixXd covariance = jacobian * map(source.covariance) * jacobian.transpose();
-      total += covariance;
-      auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
-      if (line == estimate.budget.end()) line = estimate.budget.insert(line, {source.source, std::vector<double>(n)});
-      for (std::size_t i = 0; i < n; ++i) line->variance[i] += std::max(0.0, covariance(at(i), at(i)));
-    }
+    for (auto& line : carried(plain(jacobian), lines_of(groups_[b].sources))) lines.push_back(std::move(line));
   }
-  std::erase_if(estimate.budget, [](const Contribution& line) {
-    return std::ranges::all_of(line.variance, [](double v) { return v == 0.0; });
-  });
-  estimate.covariance = plain(0.5 * (total + total.transpose()));
+  tumble::settle(estimate, lines);
 }
 
 }  // namespace tumble::dtg_centrifuge

@@ -183,7 +183,7 @@ double sd_of_averages(const std::vector<double>& values, std::size_t first, std:
 
 }  // namespace
 
-Compensation compensate(const Estimate& estimate, const Recording& recording) {
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Settings settings = settings_of(estimate);
   const Drift drift = drift_of(estimate, settings);
   const Channels channels = channels_of(estimate, recording);

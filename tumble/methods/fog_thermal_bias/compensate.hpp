@@ -8,6 +8,6 @@ namespace tumble::fog_thermal_bias {
 /// level L_0 stays. Beside the compensated channel the recording gains `<gyro>.compensation_sd` (uncertainty of what
 /// was subtracted, phi' Cov(a) phi) and `<gyro>.extrapolated` (1 outside of the calibrated range). Each power-up has
 /// its own T_0.
-Compensation compensate(const Estimate& estimate, const Recording& recording);
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 }  // namespace tumble::fog_thermal_bias

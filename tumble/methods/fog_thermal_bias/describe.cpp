@@ -6,22 +6,12 @@
 #include <cmath>
 
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
 
-/// Enlarges covariance and budget by one row and column for a parameter that is uncorrelated with the others.
-void append_parameter(Estimate& estimate, Parameter parameter, double variance) {
-  const std::size_t n = estimate.parameters.size();
-  Matrix covariance(n + 1, n + 1);
-  for (std::size_t r = 0; r < n; ++r)
-    for (std::size_t c = 0; c < n; ++c) covariance(r, c) = estimate.covariance(r, c);
-  covariance(n, n) = variance;
-  estimate.covariance = std::move(covariance);
-  for (std::size_t b = 0; b < estimate.budget.size(); ++b)
-    estimate.budget[b].variance.push_back(b == 0 ? variance : 0.0);
-  estimate.parameters.push_back(std::move(parameter));
-}
+constexpr const char* noise_source = "output noise";
 
 /// Standard deviations before and after, with their uncertainty from leaving each run out (jackknife).
 void append_scores(Estimate& estimate, const Answer& answer) {
@@ -62,7 +52,7 @@ void append_scores(Estimate& estimate, const Answer& answer) {
       spread = std::pow(uncertainty_of_sd(std::sqrt(sum / count), std::max(1.0, count)), 2);
     }
     append_parameter(estimate, {s.name, s.symbol, unit, std::sqrt(sum / count), s.description, std::max(1.0, n - 1.0)},
-                     spread);
+                     noise_source, spread);
   }
 }
 
@@ -92,21 +82,19 @@ void append_levels(Estimate& estimate, const Answer& answer, const Settings& set
     for (std::size_t j = 0; j < powers; ++j) design(r, j) = std::pow(starts[r], static_cast<double>(j));
   const auto fit = least_squares(design, levels, {}, {});
   if (!fit.unobservable.empty()) return;
-  const std::size_t first = estimate.parameters.size();
+  Estimate levels_of_runs;
   for (std::size_t j = 0; j < powers; ++j) {
     const auto term = std::ranges::find(terms, fmt::format("bias_{}", j), &Term::name);
-    append_parameter(estimate,
-                     {term->name, term->symbol, Unit::parse(term->unit), fit.parameters[j], term->description,
-                      fit.degrees_of_freedom},
-                     fit.covariance(j, j));
+    levels_of_runs.parameters.push_back({term->name, term->symbol, Unit::parse(term->unit), fit.parameters[j],
+                                         term->description, fit.degrees_of_freedom});
   }
-  for (std::size_t j = 0; j < powers; ++j)
-    for (std::size_t k = 0; k < powers; ++k) estimate.covariance(first + j, first + k) = fit.covariance(j, k);
+  settle(levels_of_runs, {from_covariance(noise_source, fit.covariance)});
+  append(estimate, levels_of_runs);
   append_parameter(
       estimate,
       {"turn_on_repeatability", "s_on", Unit::parse("deg/h"), fit.sigma,
        "standard deviation of a run's level about the polynomial in the start temperature", fit.degrees_of_freedom},
-      std::pow(uncertainty_of_sd(fit.sigma, fit.degrees_of_freedom), 2));
+      noise_source, std::pow(uncertainty_of_sd(fit.sigma, fit.degrees_of_freedom), 2));
 }
 
 }  // namespace
@@ -121,18 +109,15 @@ Estimate describe(const Evidence& evidence, const std::vector<Term>& terms, cons
     estimate.parameters.push_back({term.name, term.symbol, Unit::parse(term.unit), answer.fit.parameters[k],
                                    term.description, answer.degrees_of_freedom[k]});
   }
-  estimate.covariance = answer.fit.covariance;
-  estimate.budget.push_back({"output noise", {}});
-  for (std::size_t k = 0; k < columns.size(); ++k) estimate.budget[0].variance.push_back(answer.fit.covariance(k, k));
+  std::vector<ErrorLine> lines{from_covariance(noise_source, answer.fit.covariance)};
   if (settings.number("sensor_lag_sd") > 0.0) {
     const auto shift =
         shift_by_lag(evidence, terms, answer, settings.number("sensor_lag") + settings.number("sensor_lag_sd"));
-    estimate.budget.push_back({"temperature sensor lag", {}});
-    for (std::size_t r = 0; r < shift.size(); ++r) {
-      estimate.budget[1].variance.push_back(shift[r] * shift[r]);
-      for (std::size_t c = 0; c < shift.size(); ++c) estimate.covariance(r, c) += shift[r] * shift[c];
-    }
+    Matrix shifts(shift.size(), 1);
+    shifts.values = shift;
+    lines.push_back(from_shifts("temperature sensor lag", std::move(shifts)));
   }
+  settle(estimate, lines);
   append_scores(estimate, answer);
   append_levels(estimate, answer, settings, terms);
   double averages = 0.0;

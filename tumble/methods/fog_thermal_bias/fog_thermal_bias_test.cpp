@@ -157,7 +157,7 @@ Estimate with_provenance(const Trial& trial) {
 
 TEST(FogThermalBias, compensates_another_session_to_its_noise) {
   const Trial trial = method().trial(1), later = method().trial(2);
-  const Compensation out = method().compensate(with_provenance(trial), later.evidence.recordings[0]);
+  const Compensation out = method().compensate(with_provenance(trial), later.evidence.recordings[0], nullptr);
   const Table& table = out.tables.at(0);
   // White noise of 0.001 deg/sqrt(h) in averages of 100 s: 0.006 deg/h; slow noise adds about 0.003 deg/h over a run.
   for (const auto& row : table.rows) EXPECT_LT(std::get<double>(row[4]), si(0.012, "deg/h"));
@@ -171,7 +171,7 @@ TEST(FogThermalBias, compensates_only_with_a_sound_result_and_only_once) {
   const Estimate sound = with_provenance(trial);
   const auto refused = [&](const Estimate& estimate, const Recording& on) {
     try {
-      method().compensate(estimate, on);
+      method().compensate(estimate, on, nullptr);
       return false;
     } catch (const Error&) {
       return true;
@@ -193,7 +193,7 @@ TEST(FogThermalBias, compensates_only_with_a_sound_result_and_only_once) {
   edited = sound;
   edited.provenance.settings.erase("sensor_lag");
   EXPECT_TRUE(refused(edited, recording));
-  EXPECT_TRUE(refused(sound, method().compensate(sound, recording).recording));
+  EXPECT_TRUE(refused(sound, method().compensate(sound, recording, nullptr).recording));
 }
 
 TEST(FogThermalBias, leaves_blank_what_has_no_temperature) {
@@ -202,7 +202,7 @@ TEST(FogThermalBias, leaves_blank_what_has_no_temperature) {
   for (auto& channel : recording.channels)
     if (channel.name != "gyro")
       for (std::size_t k = 200; k < 300; ++k) channel.values[k] = std::nan("");
-  const Compensation out = method().compensate(with_provenance(trial), recording);
+  const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
   EXPECT_TRUE(std::isnan(find_channel(out.recording, "gyro")->values[250]));
   EXPECT_FALSE(std::isnan(find_channel(out.recording, "gyro")->values[350]));
   EXPECT_FALSE(out.findings.empty());
@@ -214,7 +214,7 @@ TEST(FogThermalBias, flags_samples_outside_of_the_calibrated_range) {
   for (auto& segment : hot.evidence.plan.schedule)
     for (auto& [axis, motion] : segment.axes) (motion.kind == Motion::Kind::ramp ? motion.to : motion.value) += 15.0;
   const Recording recording = simulate(hot.evidence.plan, 2, {});
-  const Compensation out = method().compensate(with_provenance(trial), recording);
+  const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
   ASSERT_EQ(out.findings.size(), 1u);
   const Channel& flag = *find_channel(out.recording, "gyro.extrapolated");
   const auto outside = std::ranges::count(flag.values, 1.0);

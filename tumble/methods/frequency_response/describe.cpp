@@ -9,6 +9,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::frequency_response {
 namespace {
@@ -162,8 +163,7 @@ void add_points(const std::vector<Point>& points, const Measured& m, bool relati
 void propagate(const std::vector<Source>& sources, Builder& builder) {
   Estimate& estimate = builder.estimate;
   const std::size_t p = estimate.parameters.size();
-  estimate.covariance = Matrix(p, p);
-  std::vector<double> fourth(p, 0.0);
+  std::vector<ErrorLine> lines;
   for (const Source& source : sources) {
     Matrix moved(p, source.shifts.columns);
     for (std::size_t i = 0; i < p; ++i)
@@ -171,24 +171,15 @@ void propagate(const std::vector<Source>& sources, Builder& builder) {
         for (std::size_t r = 0; r < source.shifts.rows; ++r)
           moved(i, c) += builder.gradients[i][r] * source.shifts(r, c) *
                          (source.degrees_of_freedom.empty() ? 1.0 : builder.noise_factor[i]);
-    Contribution line{source.name, std::vector<double>(p, 0.0)};
-    for (std::size_t c = 0; c < moved.columns; ++c)
-      for (std::size_t i = 0; i < p; ++i) {
-        for (std::size_t j = 0; j < p; ++j) estimate.covariance(i, j) += moved(i, c) * moved(j, c);
-        const double v = moved(i, c) * moved(i, c);
-        line.variance[i] += v;
-        if (!source.degrees_of_freedom.empty()) fourth[i] += v * v / source.degrees_of_freedom[c];
-      }
-    estimate.budget.push_back(std::move(line));
+    for (std::size_t c = 0; c < moved.columns; ++c) {
+      Matrix column(p, 1);
+      for (std::size_t i = 0; i < p; ++i) column(i, 0) = moved(i, c);
+      lines.push_back(from_shifts(source.name, std::move(column)));
+      if (!source.degrees_of_freedom.empty()) lines.back().degrees_of_freedom.assign(p, source.degrees_of_freedom[c]);
+    }
   }
-  if (std::ranges::any_of(builder.interpolation_variance, [](double v) { return v > 0.0; })) {
-    for (std::size_t i = 0; i < p; ++i) estimate.covariance(i, i) += builder.interpolation_variance[i];
-    estimate.budget.push_back({"interpolation between frequencies", builder.interpolation_variance});
-  }
-  for (std::size_t i = 0; i < p; ++i) {
-    const double v = estimate.covariance(i, i);
-    if (fourth[i] > 0.0) estimate.parameters[i].degrees_of_freedom = v * v / fourth[i];
-  }
+  lines.push_back(from_variances("interpolation between frequencies", builder.interpolation_variance));
+  settle(estimate, lines);
 }
 
 Table models_table(const std::vector<LoopFit>& fits, const LoopFit* chosen) {

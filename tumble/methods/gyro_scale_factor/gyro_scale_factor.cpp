@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/budget.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
 #include "tumble/methods/gyro_scale_factor/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/answer.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
@@ -45,6 +48,37 @@ double own_slope(const Plan& plan, double range, int n) {
   return squares > 0.0 ? with / squares : 0.0;
 }
 
+/// An odd power of the rate over full range [rad/s], less its own slope.
+struct OddPower {
+  int power = 3;
+  double range = 1.0, slope = 0.0;
+};
+
+std::vector<OddPower> odd_powers(const Plan& plan, int order) {
+  double range = 0.0;
+  for (const Segment& segment : plan.schedule) range = std::max(range, std::abs(commanded_rate(segment)));
+  if (!(range > 0.0)) range = 1.0;
+  std::vector<OddPower> powers;
+  for (int n = 3; n <= order; n += 2) powers.push_back({n, range, own_slope(plan, range, n)});
+  return powers;
+}
+
+std::vector<Term> terms_of(const std::vector<OddPower>& powers) {
+  std::vector<Term> terms{
+      {"bias", "B", "1", "output at no rate, as a rate", [](const Felt&) { return 1.0; }},
+      {"scale_factor", "K", "1", "slope of the least-squares line", [](const Felt& felt) { return felt.rate.x; }},
+      {"scale_factor_asymmetry", "A", "1", "scale factor of positive less that of negative rates, over their mean",
+       [](const Felt& felt) { return 0.5 * std::abs(felt.rate.x); }}};
+  for (const auto& [n, range, own] : powers)
+    terms.push_back({n == 3 ? "third_order_coefficient" : "fifth_order_coefficient", fmt::format("k_{}", n), "1",
+                     fmt::format("power {} of rate over full range, less its own slope", n),
+                     [range, own, n](const Felt& felt) {
+                       const double u = felt.rate.x / range;
+                       return range * (power_of(u, n) - own * u);
+                     }});
+  return terms;
+}
+
 linear::Problem problem_of(const Plan& plan) {
   linear::Problem problem;
   problem.role = "gyro";
@@ -52,23 +86,7 @@ linear::Problem problem_of(const Plan& plan) {
   problem.stated_per = "scale_factor";
   const int order = plan.settings.integer("order");
   if (order != 1 && order != 3 && order != 5) throw Error(Error::Kind::bad_input, "[settings] order must be 1, 3 or 5");
-  double range = 0.0;
-  for (const Segment& segment : plan.schedule) range = std::max(range, std::abs(commanded_rate(segment)));
-  if (!(range > 0.0)) range = 1.0;
-  problem.columns = {
-      {"bias", "B", "1", "output at no rate, as a rate", [](const Felt&) { return 1.0; }},
-      {"scale_factor", "K", "1", "slope of the least-squares line", [](const Felt& felt) { return felt.rate.x; }},
-      {"scale_factor_asymmetry", "A", "1", "scale factor of positive less that of negative rates, over their mean",
-       [](const Felt& felt) { return 0.5 * std::abs(felt.rate.x); }}};
-  for (int n = 3; n <= order; n += 2) {
-    const double own = own_slope(plan, range, n);
-    problem.columns.push_back({n == 3 ? "third_order_coefficient" : "fifth_order_coefficient", fmt::format("k_{}", n),
-                               "1", fmt::format("power {} of rate over full range, less its own slope", n),
-                               [range, own, n](const Felt& felt) {
-                                 const double u = felt.rate.x / range;
-                                 return range * (power_of(u, n) - own * u);
-                               }});
-  }
+  problem.columns = terms_of(odd_powers(plan, order));
   problem.leave_out_first = {"fifth_order_coefficient", "third_order_coefficient", "scale_factor_asymmetry"};
   problem.advice = "add rates of both signs, three or more different ones each";
   return problem;
@@ -80,15 +98,7 @@ struct Output {
   double scale = 1.0;
 };
 
-Output output_of(const Evidence& evidence) {
-  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "gyro_scale_factor needs at least one recording");
-  const Channel& channel = require_channel(evidence, evidence.recordings.front(), "gyro");
-  for (const Recording& recording : evidence.recordings)
-    if (!(require_channel(evidence, recording, "gyro").unit.dimension() == channel.unit.dimension()))
-      throw Error(Error::Kind::bad_data, "the recordings hold gyro outputs in unlike units");
-  for (const Recording& recording : evidence.recordings)
-    for (const double v : require_channel(evidence, recording, "gyro").values)
-      if (std::isinf(v)) throw Error(Error::Kind::bad_data, fmt::format("'{}' holds infinite samples", channel.name));
+Output output_of(const Channel& channel) {
   switch (channel.kind) {
     case QuantityKind::angular_rate:
       return {Unit(), 1.0};
@@ -104,6 +114,18 @@ Output output_of(const Evidence& evidence) {
   throw Error(Error::Kind::bad_data,
               fmt::format("'{}' is in {}: the output of a gyro is a rate, an angle, counts, a current or a voltage",
                           channel.name, channel.unit.text()));
+}
+
+Output output_of(const Evidence& evidence) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "gyro_scale_factor needs at least one recording");
+  const Channel& channel = require_channel(evidence, evidence.recordings.front(), "gyro");
+  for (const Recording& recording : evidence.recordings)
+    if (!(require_channel(evidence, recording, "gyro").unit.dimension() == channel.unit.dimension()))
+      throw Error(Error::Kind::bad_data, "the recordings hold gyro outputs in unlike units");
+  for (const Recording& recording : evidence.recordings)
+    for (const double v : require_channel(evidence, recording, "gyro").values)
+      if (std::isinf(v)) throw Error(Error::Kind::bad_data, fmt::format("'{}' holds infinite samples", channel.name));
+  return output_of(channel);
 }
 
 /// Parameters as functions of the coefficients: K itself, the others over K.
@@ -146,32 +168,14 @@ Answer answer_of(const linear::Solution& solution, const Unit& scale_unit) {
   return answer;
 }
 
-double product(const std::vector<double>& a, const Matrix& m, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < b.size(); ++j) sum += a[i] * m(i, j) * b[j];
-  return sum;
-}
-
 void propagate(const linear::Solution& solution, Answer& answer) {
   Estimate& estimate = answer.estimate;
   const std::size_t n = answer.gradients.size();
-  estimate.covariance = Matrix(n, n);
+  Matrix gradients(n, solution.fit.parameters.size());
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      estimate.covariance(i, j) = product(answer.gradients[i], solution.fit.covariance, answer.gradients[j]);
-  for (const auto& source : solution.fit.sources) {
-    // A rig has many errors that do nothing here: those below a hundredth of every sd share one line.
-    bool small = true;
-    for (std::size_t i = 0; i < n; ++i)
-      small = small &&
-              product(answer.gradients[i], source.covariance, answer.gradients[i]) < 1e-4 * estimate.covariance(i, i);
-    const std::string name = small ? "all other sources" : source.source;
-    auto line = std::ranges::find(estimate.budget, name, &Contribution::source);
-    if (line == estimate.budget.end()) line = estimate.budget.insert(line, {name, std::vector<double>(n, 0.0)});
-    for (std::size_t i = 0; i < n; ++i)
-      line->variance[i] += std::max(0.0, product(answer.gradients[i], source.covariance, answer.gradients[i]));
-  }
+    for (std::size_t j = 0; j < gradients.columns; ++j) gradients(i, j) = answer.gradients[i][j];
+  settle(estimate, carried(gradients, lines_of(solution.fit.sources)));
+  gather_small(estimate);
   estimate.fit = {solution.observations, solution.fit.degrees_of_freedom, solution.fit.chi_square,
                   solution.fit.condition};
 }
@@ -179,18 +183,8 @@ void propagate(const linear::Solution& solution, Answer& answer) {
 /// A parameter from the scatter of segment means: independent of the others, with a line of the budget of its own.
 void add_from_scatter(Estimate& estimate, const char* name, const char* symbol, const char* unit, double value,
                       double sd, double dof, const std::string& description) {
-  const std::size_t n = estimate.parameters.size();
-  estimate.parameters.push_back({name, symbol, Unit::parse(unit), value, description, dof});
-  Matrix wider(n + 1, n + 1);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j) wider(i, j) = estimate.covariance(i, j);
-  wider(n, n) = sd * sd;
-  estimate.covariance = std::move(wider);
-  for (Contribution& line : estimate.budget) line.variance.push_back(0.0);
-  const std::string source = "scatter of segment means";
-  auto line = std::ranges::find(estimate.budget, source, &Contribution::source);
-  if (line == estimate.budget.end()) line = estimate.budget.insert(line, {source, std::vector<double>(n + 1, 0.0)});
-  line->variance.back() = sd * sd;
+  append_parameter(estimate, {name, symbol, Unit::parse(unit), value, description, dof}, "scatter of segment means",
+                   sd * sd);
 }
 
 void say(Estimate& estimate, Severity severity, const std::string& message, const std::string& where = "") {
@@ -297,6 +291,34 @@ Curve residuals_curve(const Line& line) {
   return curve;
 }
 
+Table powers_table(const std::vector<OddPower>& powers) {
+  Table table{"odd_powers",
+              "powers of the rate in the model: full range, and the slope that is part of the scale factor",
+              {{"power", Unit()}, {"range", Unit::parse("deg/s")}, {"slope", Unit()}},
+              {},
+              true};
+  for (const auto& [n, range, slope] : powers) table.rows.push_back({static_cast<double>(n), range, slope});
+  return table;
+}
+
+/// y = K (w + B + A |w|/2 + ...)
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  ErrorModel model;
+  model.role = "gyro";
+  model.unit = "deg/s";
+  model.scale_factor = "scale_factor";
+  model.shown = [](Felt& felt) -> double& { return felt.rate.x; };
+  std::vector<OddPower> powers;
+  if (const Table* table = find_table(estimate, "odd_powers"))
+    for (const auto& row : table->rows)
+      powers.push_back(
+          {static_cast<int>(std::get<double>(row[0])), std::get<double>(row[1]), std::get<double>(row[2])});
+  model.terms = terms_of(powers);
+  std::erase_if(model.terms, [&](const Term& term) { return term.name == model.scale_factor; });
+  if (const Channel* channel = channel_of(estimate, recording, model.role)) model.scale = output_of(*channel).scale;
+  return tumble::compensate(model, estimate, recording, plan);
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "scale factor");
   const Output output = output_of(evidence);
@@ -312,7 +334,9 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Line line = line_of(solution, solution.fit.parameters.size());
   judge_segments(solution, line, estimate);
   add_shape(solution, line, estimate);
-  estimate.tables = {residuals_table(line)};
+  estimate.tables = {residuals_table(line),
+                     powers_table(odd_powers(evidence.plan, evidence.plan.settings.integer("order"))),
+                     regressors_table(solution.columns, solution.least, solution.greatest)};
   estimate.curves = {residuals_curve(line)};
   estimate.method = "gyro_scale_factor";
   estimate.title = evidence.plan.title;
@@ -350,7 +374,7 @@ extern const Method gyro_scale_factor{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::gyro_scale_factor

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
 namespace tumble::imu_channel_calibration {
@@ -65,20 +66,11 @@ std::vector<std::string> sources_of(const std::vector<Pair>& pairs) {
   return names;
 }
 
-/// Covariance of the three parameters of terms i and j (whole, split, difference) from that of (whole, split).
-double covariance_of(const Matrix& c, std::size_t set_i, std::size_t i, std::size_t set_j, std::size_t j) {
-  const double weights[3][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0, -1.0}};
-  double sum = 0.0;
-  for (std::size_t a = 0; a < 2; ++a)
-    for (std::size_t b = 0; b < 2; ++b) sum += weights[set_i][a] * weights[set_j][b] * c(a * terms + i, b * terms + j);
-  return sum;
-}
-
 double freedom_of(const Matrix& total, const Pair& pair, std::size_t set, std::size_t i) {
   const double nu_w = pair.whole.degrees_of_freedom[i], nu_s = pair.split.degrees_of_freedom[i];
   if (set == 0) return nu_w;
   if (set == 1) return nu_s;
-  const double v_w = total(i, i), v_s = total(terms + i, terms + i), v = covariance_of(total, 2, i, 2, i);
+  const double v_w = total(i, i), v_s = total(terms + i, terms + i), v = v_w + v_s - 2.0 * total(i, terms + i);
   const double of_v = v_w * v_w / nu_w + v_s * v_s / nu_s;
   return of_v > 0.0 ? std::max(1.0, v * v / of_v) : std::numeric_limits<double>::infinity();
 }
@@ -88,24 +80,32 @@ std::size_t place(std::size_t pairs, std::size_t set, std::size_t pair, std::siz
   return (set * pairs + pair) * terms + term;
 }
 
+/// The three parameters of every term (whole, split, difference) from (whole, split).
+Matrix gradients_of(std::size_t pairs, std::size_t pair) {
+  const double weights[3][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0, -1.0}};
+  Matrix gradients(3 * pairs * terms, 2 * terms);
+  for (std::size_t set = 0; set < 3; ++set)
+    for (std::size_t i = 0; i < terms; ++i)
+      for (std::size_t a = 0; a < 2; ++a) gradients(place(pairs, set, pair, i), a * terms + i) = weights[set][a];
+  return gradients;
+}
+
 }  // namespace
 
 void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate& estimate) {
   const std::size_t n = 3 * pairs.size() * terms;
   estimate.parameters.resize(n);
-  estimate.covariance = Matrix(n, n);
   const auto names = sources_of(pairs);
-  for (const auto& name : names) estimate.budget.push_back({name, std::vector<double>(n, 0.0)});
+  std::vector<ErrorLine> lines;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Pair& pair = pairs[p];
     Matrix total(2 * terms, 2 * terms);
-    for (std::size_t s = 0; s < names.size(); ++s) {
-      const Matrix c = joint(pair, names[s], same_gravity && names[s] == "gravity");
-      for (std::size_t k = 0; k < total.values.size(); ++k) total.values[k] += c.values[k];
-      for (std::size_t set = 0; set < 3; ++set)
-        for (std::size_t i = 0; i < terms; ++i)
-          estimate.budget[s].variance[place(pairs.size(), set, p, i)] = std::max(0.0, covariance_of(c, set, i, set, i));
+    std::vector<SourceCovariance> sources;
+    for (const auto& name : names) {
+      sources.push_back({name, joint(pair, name, same_gravity && name == "gravity")});
+      for (std::size_t k = 0; k < total.values.size(); ++k) total.values[k] += sources.back().covariance.values[k];
     }
+    for (auto& line : carried(gradients_of(pairs.size(), p), lines_of(sources))) lines.push_back(std::move(line));
     for (std::size_t set = 0; set < 3; ++set)
       for (std::size_t i = 0; i < terms; ++i) {
         const Face face = face_of(pair.kind, i / per_axis, i % per_axis);
@@ -115,16 +115,9 @@ void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate&
         estimate.parameters[at] = {sets[set] + face.name,        face.symbol,
                                    Unit::parse(face.unit),       set == 0 ? w : set == 1 ? s : w - s,
                                    face.description + what[set], freedom_of(total, pair, set, i)};
-        for (std::size_t other = 0; other < 3; ++other)
-          for (std::size_t j = 0; j < terms; ++j)
-            estimate.covariance(at, place(pairs.size(), other, p, j)) = covariance_of(total, set, i, other, j);
       }
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    double sum = 0.0;
-    for (const auto& line : estimate.budget) sum += line.variance[i];
-    estimate.covariance(i, i) = sum;
-  }
+  settle(estimate, lines);
 }
 
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate) {

@@ -107,7 +107,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording, const
 
 }  // namespace
 
-Compensation compensate(const Estimate& estimate, const Recording& recording) {
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Table* table = find_table(estimate, "matrices");
   if (!table || table->columns.size() != 6) throw Error(Error::Kind::bad_file, "the result has no table matrices");
   const Channels channels = channels_of(estimate, recording, *table);

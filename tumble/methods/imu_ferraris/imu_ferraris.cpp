@@ -8,6 +8,7 @@
 #include "tumble/methods/imu_ferraris/report.hpp"
 #include "tumble/methods/imu_ferraris/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
@@ -137,22 +138,12 @@ void check_settings(const Settings& settings) {
 
 /// Covariance, budget and degrees of freedom (Welch and Satterthwaite).
 void add_uncertainty(const std::vector<Cause>& causes, const Means& means, Estimate& estimate) {
-  const std::size_t n = estimate.parameters.size();
-  estimate.covariance = Matrix(n, n);
-  std::vector<double> spread(n, 0.0);
+  std::vector<ErrorLine> lines;
   for (const auto& cause : causes) {
-    const Matrix moments = second_moments(cause, means);
-    Contribution line{cause.name, std::vector<double>(n)};
-    for (std::size_t i = 0; i < n * n; ++i) estimate.covariance.values[i] += moments.values[i];
-    for (std::size_t i = 0; i < n; ++i) {
-      line.variance[i] = moments(i, i);
-      if (std::isfinite(cause.freedom)) spread[i] += moments(i, i) * moments(i, i) / cause.freedom;
-    }
-    estimate.budget.push_back(std::move(line));
+    lines.push_back(from_covariance(cause.name, second_moments(cause, means)));
+    lines.back().degrees_of_freedom.assign(estimate.parameters.size(), cause.freedom);
   }
-  for (std::size_t i = 0; i < n; ++i)
-    if (spread[i] > 0.0)
-      estimate.parameters[i].degrees_of_freedom = estimate.covariance(i, i) * estimate.covariance(i, i) / spread[i];
+  settle(estimate, lines);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {

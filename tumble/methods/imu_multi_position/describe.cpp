@@ -7,7 +7,9 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 
 namespace tumble::imu_multi_position {
@@ -170,26 +172,19 @@ void add_parameters(const std::vector<Shown>& all, const Fit& fit, const Rests& 
   const auto n = static_cast<Eigen::Index>(all.size());
   Eigen::MatrixXd map(n, fit.parameters);
   for (Eigen::Index i = 0; i < n; ++i) map.row(i) = all[static_cast<std::size_t>(i)].slope.transpose();
-  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(n, n);
+  std::vector<ErrorLine> lines;
   const auto add = [&](const std::string& source, const Eigen::MatrixXd& covariance) {
-    const Eigen::MatrixXd mapped = map * covariance * map.transpose();
-    const Eigen::VectorXd diagonal = mapped.diagonal();
-    if (!(diagonal.maxCoeff() > 0.0)) return;
-    total += mapped;
-    estimate.budget.push_back({source, {diagonal.data(), diagonal.data() + n}});
+    lines.push_back(from_covariance(source, plain(map * covariance * map.transpose())));
   };
   for (std::size_t s = 0; s < sources.size(); ++s) add(sources[s], fit.shares[s]);
-  const Eigen::VectorXd gravity = by_gravity(fit, around);
-  add("gravity", gravity * gravity.transpose());
+  lines.push_back(from_shifts("gravity", plain(map * by_gravity(fit, around))));
   add(linear::stated_source, by_level(fit, rests, around, step));
-  total = 0.5 * (total + total.transpose()).eval();
-  estimate.covariance = Matrix(all.size(), all.size());
-  estimate.covariance.values.assign(total.data(), total.data() + total.size());
+  for (const Shown& shown : all) estimate.parameters.push_back(shown.parameter);
+  settle(estimate, lines);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    estimate.parameters.push_back(all[i].parameter);
     const double from_fit = fit.covariance(all[i].main, all[i].main) * std::pow(all[i].slope[all[i].main], 2);
-    const double widening = std::max(1.0, total(static_cast<int>(i), static_cast<int>(i)) / from_fit);
-    estimate.parameters.back().degrees_of_freedom = fit.degrees_of_freedom[all[i].main] * widening * widening;
+    const double widening = std::max(1.0, estimate.covariance(i, i) / from_fit);
+    estimate.parameters[i].degrees_of_freedom = fit.degrees_of_freedom[all[i].main] * widening * widening;
   }
 }
 

@@ -84,7 +84,7 @@ Surroundings surroundings_of(const Plan& plan) {
     problems.push_back(
         "gravity is what accelerometers are calibrated against: --set gravity=\"9.81 m/s^2\", or [site] in a plan");
   }
-  const double of_rig = rig_sd(plan, rigs::error_names::gravity).value_or(si(30.0, "ug"));
+  const double of_rig = rig_sd(plan, error_names::gravity).value_or(si(30.0, "ug"));
   around.gravity_sd = or_else(settings, "gravity_sd", of_rig);
   if (settings.has("latitude"))
     around.latitude = settings.number("latitude");

@@ -255,7 +255,7 @@ void say_incomplete(const std::vector<Triad>& triads, Findings& findings) {
 
 }  // namespace
 
-Compensation compensate(const Estimate& estimate, const Recording& recording) {
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const auto triads = triads_of(estimate, recording);
   const Felt limit = limits_of(estimate);
   const auto felt = felt_by(triads, recording);

@@ -181,13 +181,11 @@ Table positions(const Task& task, const JointSolution& solution) {
 void add_second_order(const Look& look, Estimate& estimate) {
   const double variance = std::pow(look.run_away, 4.0) / 12.0;
   if (!(variance > 0.0)) return;
-  Contribution line{"rate error, second order", std::vector<double>(estimate.parameters.size(), 0.0)};
-  for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
-    if (!estimate.parameters[p].name.ends_with("_scale_factor_error")) continue;
-    line.variance[p] = variance;
-    estimate.covariance(p, p) += variance;
-  }
-  estimate.budget.push_back(std::move(line));
+  std::vector<double> added(estimate.parameters.size(), 0.0);
+  for (std::size_t p = 0; p < added.size(); ++p)
+    if (estimate.parameters[p].name.ends_with("_scale_factor_error")) added[p] = variance;
+  estimate.budget.push_back(independent_errors("rate error, second order", added));
+  estimate.covariance = covariance_of(estimate.budget, added.size());
 }
 
 /// Ways between positions, which a schedule that was searched for has many of: one finding for all.

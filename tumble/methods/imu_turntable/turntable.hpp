@@ -52,7 +52,7 @@ Findings faults_of(const Evidence& evidence, const Task& task);
 /// The answer with its tables: `observability`, `correction`, `positions`, `rig_errors`, `covered`.
 Estimate answer_of(const Task& task, const linear::JointSolution& solution);
 
-Compensation compensate(const Estimate& estimate, const Recording& recording);
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 /// An IMU on a three-axis table: six faces in two headings, turning both ways with faces and edges up.
 Plan trial_plan();

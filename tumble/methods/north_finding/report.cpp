@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::north_finding {
 namespace {
@@ -52,13 +53,7 @@ void add_parameters(const Bench& bench, const Solution& solution, Estimate& esti
     estimate.parameters.push_back({face.name, face.symbol, Unit::parse(face.unit), k == 0 ? wrapped(value) : value,
                                    face.description, solution.degrees_of_freedom[k]});
   }
-  estimate.covariance = solution.covariance;
-  for (const auto& source : solution.sources) {
-    Contribution line{source.source, {}};
-    for (std::size_t k = 0; k < solution.free.size(); ++k) line.variance.push_back(source.covariance(k, k));
-    if (std::ranges::any_of(line.variance, [](double v) { return v > 0.0; }))
-      estimate.budget.push_back(std::move(line));
-  }
+  settle(estimate, lines_of(solution.sources));
   estimate.fit = solution.fit;
 }
 
@@ -70,11 +65,11 @@ Table budget_of(const Estimate& estimate) {
   table.columns = {{"source", Unit()}, {"sd", arcsec()}, {"share", Unit::parse("%")}};
   std::vector<const Contribution*> lines;
   for (const auto& line : estimate.budget) lines.push_back(&line);
-  std::ranges::stable_sort(lines, std::greater{}, [](const auto* line) { return line->variance[0]; });
+  std::ranges::stable_sort(lines, std::greater{}, [](const auto* line) { return line->variance(0); });
   const double total = estimate.covariance(0, 0);
   for (const auto* line : lines)
-    if (line->variance[0] > 1e-6 * total)
-      table.rows.push_back({line->source, std::sqrt(line->variance[0]), line->variance[0] / total});
+    if (line->variance(0) > 1e-6 * total)
+      table.rows.push_back({line->source, std::sqrt(line->variance(0)), line->variance(0) / total});
   table.rows.push_back({std::string("all together"), std::sqrt(total), 1.0});
   return table;
 }

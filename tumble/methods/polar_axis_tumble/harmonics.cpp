@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/reduce/answer.hpp"
+
 namespace tumble::polar_axis_tumble {
 namespace {
 
@@ -70,30 +72,9 @@ Matrix projections(const linear::Solution& solution, const Sense& sense) {
   return out;
 }
 
-/// L C L' for the rows of L.
-Matrix transformed(const Matrix& l, const Matrix& c) {
-  Matrix half(l.rows, c.columns), out(l.rows, l.rows);
-  for (std::size_t i = 0; i < l.rows; ++i)
-    for (std::size_t k = 0; k < c.rows; ++k)
-      for (std::size_t j = 0; j < c.columns; ++j) half(i, j) += l(i, k) * c(k, j);
-  for (std::size_t i = 0; i < l.rows; ++i)
-    for (std::size_t k = 0; k < l.columns; ++k)
-      for (std::size_t j = 0; j < l.rows; ++j) out(i, j) += half(i, k) * l(j, k);
-  return out;
-}
-
 /// Replaces covariance and budget by those of the rows of `l`.
 void transform(const linear::Solution& solution, const Matrix& l, Estimate& estimate) {
-  estimate.covariance = transformed(l, solution.fit.covariance);
-  estimate.budget.clear();
-  for (const auto& source : solution.fit.sources) {
-    const Matrix part = transformed(l, source.covariance);
-    auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
-    if (line == estimate.budget.end())
-      line = estimate.budget.insert(line, {source.source, std::vector<double>(l.rows, 0.0)});
-    for (std::size_t i = 0; i < l.rows; ++i)
-      line->variance[i] += std::max(0.0, part(i, i));  // rounding of a sum that is zero
-  }
+  settle(estimate, carried(l, lines_of(solution.fit.sources)));
 }
 
 void add_curves(const linear::Solution& solution, const Sense& sense, const std::string& which, Estimate& estimate) {

@@ -3,9 +3,13 @@
 #include <functional>
 
 #include "tumble/methods/random_vibration/statistics.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::random_vibration {
 namespace {
+
+/// Key of what the vibrations of a test share; no other result has it, so it goes in the end.
+constexpr const char* this_test = "this test";
 
 /// One source: a covariance of all statistics, and the degrees of freedom each part of its diagonal is known with.
 struct Source {
@@ -105,86 +109,60 @@ Source of_units(const std::string& name, const std::vector<Statistic>& statistic
   return source;
 }
 
-/// One error of relative size `sd` that acts on all.
-Source in_common(const char* name, const std::vector<Statistic>& statistics, double Statistic::*slope, double sd) {
-  const std::size_t m = statistics.size();
-  Source source{name, Matrix(m, m), std::vector<double>(m, 1e6)};
-  for (std::size_t i = 0; i < m; ++i)
-    for (std::size_t j = 0; j < m; ++j) source.covariance(i, j) = statistics[i].*slope * statistics[j].*slope * sd * sd;
-  return source;
+/// Errors that all vibrations of a test have in common, of relative size `sd`: one, or one a unit.
+ErrorLine in_common(const char* name, const std::vector<Statistic>& statistics, std::size_t errors,
+                    const std::function<double(const Statistic&, std::size_t error)>& shift) {
+  ErrorLine line{name, Matrix(statistics.size(), errors), this_test, std::vector<double>(statistics.size(), 1e6)};
+  for (std::size_t k = 0; k < errors; ++k)
+    for (std::size_t i = 0; i < statistics.size(); ++i) line.factor(i, k) = shift(statistics[i], k);
+  return line;
 }
 
-std::vector<Source> sources_of(const Exposure& exposure, const vibration::Data& data,
-                               const std::vector<Statistic>& statistics) {
-  const auto many = [](const Measured&) { return 1e6; };
-  std::vector<Source> sources{chance(exposure, statistics)};
-  add_ranges(statistics, sources.front());
-  sources.push_back(of_units(
+ErrorLine line_from(const Source& source) {
+  ErrorLine line = from_covariance(source.name, source.covariance);
+  line.degrees_of_freedom = source.freedom;
+  return line;
+}
+
+std::vector<ErrorLine> lines_of(const Exposure& exposure, const vibration::Data& data,
+                                const std::vector<Statistic>& statistics) {
+  Source first = chance(exposure, statistics);
+  add_ranges(statistics, first);
+  const Source rest = of_units(
       "means at rest", statistics, exposure, &Statistic::rest, [](const Measured& u) { return u.rest.variance; },
-      [](const Measured& u) { return u.rest.degrees_of_freedom; }));
-  sources.push_back(of_units(
+      [](const Measured& u) { return u.rest.degrees_of_freedom; });
+  const Source slow = of_units(
       "slow noise", statistics, exposure, &Statistic::rest, [](const Measured& u) { return u.rest.slow_variance; },
-      [](const Measured&) { return 4.0; }));
-  sources.push_back(in_common(level_source, statistics, &Statistic::level, exposure.level_sd));
-  sources.push_back(in_common(gain_source, statistics, &Statistic::gain, exposure.rms_sd));
-  sources.push_back(of_units(
-      scale_source, statistics, exposure, &Statistic::scale,
-      [&](const Measured& u) { return std::pow(data.units[u.unit].scale_relative_sd, 2); }, many));
-  std::erase_if(sources, [&](const Source& s) {
-    return std::ranges::all_of(s.covariance.values, [](double v) { return v == 0.0; });
-  });
-  return sources;
-}
-
-/// Covariance of two parameters of different vibrations.
-double product(const Common& a, const Common& b) {
-  double sum = a.level * b.level + a.gain * b.gain;
-  for (const auto& [unit, slope] : a.scale)
-    if (const auto other = b.scale.find(unit); other != b.scale.end()) sum += slope * other->second;
-  return sum;
-}
-
-/// Room for `more` parameters in covariance and budget.
-void grow(Estimate& estimate, std::size_t more) {
-  const std::size_t old = estimate.covariance.rows;
-  Matrix wider(old + more, old + more);
-  for (std::size_t i = 0; i < old; ++i)
-    for (std::size_t j = 0; j < old; ++j) wider(i, j) = estimate.covariance(i, j);
-  estimate.covariance = std::move(wider);
-  for (auto& line : estimate.budget) line.variance.resize(old + more, 0.0);
+      [](const Measured&) { return 4.0; });
+  return {line_from(first),
+          line_from(rest),
+          line_from(slow),
+          in_common("level of the vibration", statistics, 1,
+                    [&](const Statistic& s, std::size_t) { return s.level * exposure.level_sd; }),
+          in_common("gain of the reference", statistics, 1,
+                    [&](const Statistic& s, std::size_t) { return s.gain * exposure.rms_sd; }),
+          in_common("scale factor", statistics, data.units.size(), [&](const Statistic& s, std::size_t unit) {
+            const auto slope = s.scale.find(unit);
+            return slope == s.scale.end() ? 0.0 : slope->second * data.units[unit].scale_relative_sd;
+          })};
 }
 
 }  // namespace
 
 void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
-            std::vector<Common>& common, Estimate& estimate) {
-  const std::size_t m = statistics.size(), first = estimate.parameters.size();
-  grow(estimate, m);
-  std::vector<double> squares(m, 0.0);
-  for (const Source& source : sources_of(exposure, data, statistics)) {
-    auto line = std::ranges::find(estimate.budget, source.name, &Contribution::source);
-    if (line == estimate.budget.end()) {
-      estimate.budget.push_back({source.name, std::vector<double>(first + m, 0.0)});
-      line = estimate.budget.end() - 1;
-    }
-    for (std::size_t i = 0; i < m; ++i) {
-      const double v = source.covariance(i, i);
-      line->variance[first + i] += v;
-      squares[i] += v * v / source.freedom[i];
-      for (std::size_t j = 0; j < m; ++j) estimate.covariance(first + i, first + j) += source.covariance(i, j);
-    }
+            Estimate& estimate) {
+  Estimate part;
+  for (const auto& statistic : statistics) {
+    part.parameters.push_back(statistic.parameter);
+    part.parameters.back().degrees_of_freedom = 1e6;
   }
-  for (std::size_t i = 0; i < m; ++i) {
-    Common one{statistics[i].level * exposure.level_sd, statistics[i].gain * exposure.rms_sd, statistics[i].scale};
-    for (auto& [unit, slope] : one.scale) slope *= data.units[unit].scale_relative_sd;
-    common.push_back(std::move(one));
-    for (std::size_t j = 0; j < first; ++j)
-      estimate.covariance(first + i, j) = estimate.covariance(j, first + i) = product(common[first + i], common[j]);
-    Parameter p = std::move(statistics[i].parameter);
-    const double v = estimate.covariance(first + i, first + i);
-    p.degrees_of_freedom = squares[i] > 0.0 ? std::max(1.0, v * v / squares[i]) : 1e6;
-    estimate.parameters.push_back(std::move(p));
-  }
+  settle(part, lines_of(exposure, data, statistics));
+  tumble::append(estimate, part);
+}
+
+void forget_shared(Estimate& estimate) {
+  for (auto& line : estimate.budget)
+    if (line.key == this_test) line.key.clear();
 }
 
 }  // namespace tumble::random_vibration

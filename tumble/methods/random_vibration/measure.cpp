@@ -150,7 +150,7 @@ Measured measured_of(const Data& data, std::size_t index, const std::vector<doub
 std::optional<double> level_sd(const Evidence& evidence, std::size_t recording) {
   const Settings& settings = evidence.plan.settings;
   if (settings.has("level_sd")) return settings.number("level_sd");
-  return rig_sd(plan_of(evidence, recording), rigs::error_names::shake_amplitude);
+  return rig_sd(plan_of(evidence, recording), error_names::shake_amplitude);
 }
 
 void say_unknown_level(const Exposure& exposure, Findings& findings) {

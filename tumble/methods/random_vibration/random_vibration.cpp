@@ -85,14 +85,14 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.title = evidence.plan.title;
   estimate.findings = data.findings;
   const auto exposures = exposures_of(evidence, data, estimate.findings);
-  std::vector<Common> common;
   for (const Exposure& exposure : exposures) {
-    append(exposure, data, statistics_of(exposure, data, types, estimate.findings), common, estimate);
+    append(exposure, data, statistics_of(exposure, data, types, estimate.findings), estimate);
     look_at(exposure, data, estimate, estimate.findings);
     for (auto& curve : error_curves(exposure, data)) estimate.curves.push_back(std::move(curve));
     for (const auto& unit : exposure.units) estimate.fit.observations += unit.windows;
   }
-  append_orders(exposures, data, common, estimate);
+  append_orders(exposures, data, estimate);
+  forget_shared(estimate);
   estimate.fit.degrees_of_freedom = static_cast<double>(estimate.fit.observations);
   estimate.fit.chi_square = std::nan("");  // nothing is fitted to the windows
   estimate.tables.push_back(units_table(exposures, data, types, estimate));

@@ -224,7 +224,7 @@ TEST(RandomVibration, TwoPositionsSplitTheOrders) {
   const std::size_t n = e.parameters.size();
   for (std::size_t i = 0; i < n; ++i) {
     double sum = 0.0;
-    for (const auto& line : e.budget) sum += line.variance[i];
+    for (const auto& line : e.budget) sum += line.variance(i);
     EXPECT_NEAR(sum / e.covariance(i, i), 1.0, 1e-9) << e.parameters[i].name;
   }
 }

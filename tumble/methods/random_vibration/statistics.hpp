@@ -40,25 +40,16 @@ struct Statistic {
 std::vector<Statistic> statistics_of(const Exposure& exposure, const vibration::Data& data,
                                      const std::vector<Type>& types, Findings& findings);
 
-/// Sources that all vibrations of a test have in common, as the budget names them.
-inline constexpr const char *level_source = "level of the vibration", *gain_source = "gain of the reference",
-                            *scale_source = "scale factor";
-
-/// How a parameter hangs on what all vibrations of a test have in common.
-struct Common {
-  double level = 0.0;                   ///< times the standard uncertainty of the level
-  double gain = 0.0;                    ///< times that of the reference's gain
-  std::map<std::size_t, double> scale;  ///< by unit: times that of its scale factor
-};
-
-/// Parameters, covariance and budget of statistics of one vibration, appended. `common`: one a parameter, kept along;
-/// the covariance with the parameters of earlier vibrations follows from it.
+/// Parameters, covariance and budget of statistics of one vibration, appended. What all vibrations of a test have in
+/// common (level, gain of the reference, scale factors) gives the covariance with those of earlier vibrations.
 void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
-            std::vector<Common>& common, Estimate& estimate);
+            Estimate& estimate);
 
 /// K_2 and K_3 of each unit that was vibrated in positions whose a_0 differ by more than 1 g, from the rectification
 /// K_2 + 3 K_3 a_0 in each.
-void append_orders(const std::vector<Exposure>& exposures, const vibration::Data& data,
-                   const std::vector<Common>& common, Estimate& estimate);
+void append_orders(const std::vector<Exposure>& exposures, const vibration::Data& data, Estimate& estimate);
+
+/// What vibrations share within the test is no key to other results.
+void forget_shared(Estimate& estimate);
 
 }  // namespace tumble::random_vibration

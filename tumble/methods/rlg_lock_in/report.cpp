@@ -8,48 +8,13 @@
 
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_lock_in {
 namespace {
 
 using Severity = Finding::Severity;
-
-/// Parameters as they come, each a linear function of independent sources.
-struct Builder {
-  Estimate estimate;
-  struct Line {
-    std::string source;
-    Matrix covariance;
-  };
-  std::vector<Line> lines;
-
-  std::size_t add(Parameter parameter) {
-    estimate.parameters.push_back(std::move(parameter));
-    return estimate.parameters.size() - 1;
-  }
-  /// Room for `size` parameters must be known: all are added before the first line.
-  Matrix& line(const std::string& source) {
-    const std::size_t n = estimate.parameters.size();
-    for (auto& one : lines)
-      if (one.source == source) return one.covariance;
-    lines.push_back({source, Matrix(n, n)});
-    return lines.back().covariance;
-  }
-  Estimate finish() {
-    const std::size_t n = estimate.parameters.size();
-    estimate.covariance = Matrix(n, n);
-    for (const auto& one : lines) {
-      Contribution contribution{one.source, std::vector<double>(n)};
-      for (std::size_t i = 0; i < n; ++i) {
-        contribution.variance[i] = one.covariance(i, i);
-        for (std::size_t j = 0; j < n; ++j) estimate.covariance(i, j) += one.covariance(i, j);
-      }
-      estimate.budget.push_back(std::move(contribution));
-    }
-    return std::move(estimate);
-  }
-};
 
 double dof_of(const MixedFit& fit, std::size_t index) {
   if (fit.component_covariance.empty()) return std::numeric_limits<double>::infinity();
@@ -64,36 +29,54 @@ struct Placed {
   std::vector<double> factor;
 };
 
-Placed add_band(const DeadBand& band, Builder& builder) {
+std::size_t add(Parameter parameter, Estimate& estimate) {
+  estimate.parameters.push_back(std::move(parameter));
+  return estimate.parameters.size() - 1;
+}
+
+Placed add_band(const DeadBand& band, Estimate& estimate) {
   Placed placed{std::vector<std::size_t>(band.fit.parameters.size()), std::vector<double>(band.fit.parameters.size())};
   if (placed.at.size() > 2) {
-    placed.at[2] = builder.add({"lock_in_rate", "W_L", Unit::parse("deg/h"), band.lock_in_rate,
-                                "half width of the dead band without dither", dof_of(band.fit, 2)});
+    placed.at[2] = add({"lock_in_rate", "W_L", Unit::parse("deg/h"), band.lock_in_rate,
+                        "half width of the dead band without dither", dof_of(band.fit, 2)},
+                       estimate);
     placed.factor[2] = 1.0;
   }
-  placed.at[0] = builder.add({"scale_factor", "K", Unit::parse("pulse/arcsec"), band.scale_factor,
-                              "fringes an angle, whatever the edges counted", dof_of(band.fit, 0)});
+  placed.at[0] = add({"scale_factor", "K", Unit::parse("pulse/arcsec"), band.scale_factor,
+                      "fringes an angle, whatever the edges counted", dof_of(band.fit, 0)},
+                     estimate);
   placed.factor[0] = -band.scale_factor * band.scale_factor;
-  placed.at[1] = builder.add({"bias", "b", Unit::parse("deg/h"), band.bias,
-                              "of the rate: centre of the dead band with the sign changed", dof_of(band.fit, 1)});
+  placed.at[1] = add({"bias", "b", Unit::parse("deg/h"), band.bias,
+                      "of the rate: centre of the dead band with the sign changed", dof_of(band.fit, 1)},
+                     estimate);
   placed.factor[1] = 1.0;
   return placed;
 }
 
-void put_band(const DeadBand& band, const Placed& placed, Builder& builder) {
-  for (const auto& source : band.fit.sources) {
-    Matrix& line = builder.line(source.source);
-    for (std::size_t i = 0; i < placed.at.size(); ++i)
-      for (std::size_t j = 0; j < placed.at.size(); ++j)
-        line(placed.at[i], placed.at[j]) += placed.factor[i] * placed.factor[j] * source.covariance(i, j);
-  }
-  builder.estimate.fit = {band.rows.size(), band.fit.degrees_of_freedom, band.fit.chi_square, band.fit.condition};
+void put_band(const DeadBand& band, const Placed& placed, Estimate& estimate, std::vector<ErrorLine>& lines) {
+  Matrix gradients(estimate.parameters.size(), placed.at.size());
+  for (std::size_t i = 0; i < placed.at.size(); ++i) gradients(placed.at[i], i) = placed.factor[i];
+  for (auto& line : carried(gradients, lines_of(band.fit.sources))) lines.push_back(std::move(line));
+  estimate.fit = {band.rows.size(), band.fit.degrees_of_freedom, band.fit.chi_square, band.fit.condition};
 }
 
 /// N of lock-in, and W_L from it where no dead band was measured.
 struct Walk {
   double value = 0.0, variance = 0.0, dof = 0.0;
 };
+
+/// The walk's own chance, and where W_L follows from it the dither's rate.
+void put_walk(const Walk& walk, std::size_t at, const std::optional<std::size_t>& derived, double gain,
+              double dither_rate_sd, std::size_t parameters, std::vector<ErrorLine>& lines) {
+  Matrix noise(parameters, 1), dither(parameters, 1);
+  noise(at, 0) = std::sqrt(walk.variance);
+  if (derived) {
+    noise(*derived, 0) = gain * noise(at, 0);
+    dither(*derived, 0) = 0.5 * dither_rate_sd * gain * walk.value;
+  }
+  lines.push_back(from_shifts("output noise", std::move(noise)));
+  lines.push_back(from_shifts("dither rate", std::move(dither)));
+}
 
 std::optional<Walk> walk_of(const BeatWalk& beat, double scale_factor, double other, Findings& findings) {
   const double squared = beat.squared / (scale_factor * scale_factor) - other * other;
@@ -127,42 +110,40 @@ void compare(const Walk& walk, const LockIn& lock, double lock_sd, const Setting
 }  // namespace
 
 Estimate estimate_of(const Answer& answer, const Settings& settings) {
-  Builder builder;
-  builder.estimate.findings = answer.findings;
+  Estimate estimate;
+  estimate.findings = answer.findings;
   const double K = answer.band ? answer.band->scale_factor : settings.number("scale_factor");
   const bool locked = answer.band && answer.band->lock_in_rate > 0.0;
   const std::optional<Walk> walk =
-      answer.walk ? walk_of(*answer.walk, K, settings.number("other_random_walk"), builder.estimate.findings)
-                  : std::nullopt;
+      answer.walk ? walk_of(*answer.walk, K, settings.number("other_random_walk"), estimate.findings) : std::nullopt;
   const bool derived = walk && !locked && settings.has("dither_rate");
   Placed placed;
-  if (answer.band) placed = add_band(*answer.band, builder);
-  std::size_t at = 0, from = 0;
+  if (answer.band) placed = add_band(*answer.band, estimate);
+  std::size_t at = 0;
+  std::optional<std::size_t> from;
   if (walk)
-    at = builder.add({"angle_random_walk_from_lock_in", "N", Unit::parse("deg/sqrt(h)"), walk->value,
-                      "random walk of the angle with the dither on", walk->dof});
+    at = add({"angle_random_walk_from_lock_in", "N", Unit::parse("deg/sqrt(h)"), walk->value,
+              "random walk of the angle with the dither on", walk->dof},
+             estimate);
   const double gain = derived ? std::sqrt(2.0 * std::numbers::pi * K * settings.number("dither_rate")) : 0.0;
   if (derived)
-    from = builder.add({"lock_in_rate", "W_L", Unit::parse("deg/h"), gain * walk->value,
-                        "from the random walk with the dither on: N sqrt(2 pi K W_A)", walk->dof});
-  if (builder.estimate.parameters.empty())
+    from = add({"lock_in_rate", "W_L", Unit::parse("deg/h"), gain * walk->value,
+                "from the random walk with the dither on: N sqrt(2 pi K W_A)", walk->dof},
+               estimate);
+  if (estimate.parameters.empty())
     throw Error(Error::Kind::bad_data, "the record shows neither a dead band nor a random walk of lock-in");
-  if (answer.band) put_band(*answer.band, placed, builder);
+  std::vector<ErrorLine> lines;
+  if (answer.band) put_band(*answer.band, placed, estimate, lines);
   if (walk) {
-    Matrix& noise = builder.line("output noise");
-    noise(at, at) += walk->variance;
-    if (derived) {
-      noise(at, from) = noise(from, at) = gain * walk->variance;
-      noise(from, from) += gain * gain * walk->variance;
-      builder.line("dither rate")(from, from) +=
-          std::pow(0.5 * settings.number("dither_rate_sd") * gain * walk->value, 2);
-    }
-    builder.estimate.fit.observations += answer.walk->observations;
+    put_walk(*walk, at, from, gain, derived ? settings.number("dither_rate_sd") : 0.0, estimate.parameters.size(),
+             lines);
+    estimate.fit.observations += answer.walk->observations;
   }
   if (walk && locked && settings.has("dither_rate"))
     compare(*walk, {K, answer.band->lock_in_rate}, std::sqrt(answer.band->fit.covariance(2, 2)), settings,
-            builder.estimate.findings);
-  return builder.finish();
+            estimate.findings);
+  settle(estimate, lines);
+  return estimate;
 }
 
 void append_curves(const Sweep& sweep, const DeadBand& band, Estimate& estimate) {

@@ -214,7 +214,7 @@ Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, do
   std::vector<double> freedom;
   for (std::size_t i = 0; i < outputs; ++i)
     for (std::size_t k = 0; k < per_output; ++k) freedom.push_back(freedom_of(works[i].solution.fit, k));
-  Estimate estimate = estimate_from(closed_form(means, segments, gravity), freedom, sources.list);
+  Estimate estimate = estimate_from(closed_form(means, segments, gravity), freedom, lines_of(sources.list));
   for (const auto& work : works) {
     estimate.fit.observations += work.solution.segments.size();
     estimate.fit.chi_square += work.solution.fit.chi_square;

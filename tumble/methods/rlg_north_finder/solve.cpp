@@ -5,25 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/budget.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {
 
 constexpr std::size_t count = outputs * per_output;
-
-/// J C J'
-Matrix carried(const Matrix& jacobian, const Matrix& covariance) {
-  Matrix half(jacobian.rows, covariance.columns), out(jacobian.rows, jacobian.rows);
-  for (std::size_t i = 0; i < half.rows; ++i)
-    for (std::size_t k = 0; k < covariance.rows; ++k)
-      if (const double j = jacobian(i, k); j != 0.0)
-        for (std::size_t l = 0; l < covariance.columns; ++l) half(i, l) += j * covariance(k, l);
-  for (std::size_t i = 0; i < out.rows; ++i)
-    for (std::size_t k = 0; k < out.rows; ++k)
-      for (std::size_t l = 0; l < covariance.columns; ++l) out(i, k) += half(i, l) * jacobian(k, l);
-  return out;
-}
 
 /// Where each coefficient stands in the solution. Throws for those left out.
 std::vector<std::size_t> places_of(const linear::JointSolution& solution) {
@@ -50,7 +39,7 @@ double freedom_of(const MixedFit& fit, std::size_t index) {
 }
 
 Estimate estimate_from(const std::vector<double>& values, const std::vector<double>& freedom,
-                       const std::vector<SourceCovariance>& sources) {
+                       const std::vector<ErrorLine>& lines) {
   Estimate estimate;
   estimate.method = "rlg_north_finder";
   for (std::size_t p = 0; p < count; ++p) {
@@ -58,17 +47,8 @@ Estimate estimate_from(const std::vector<double>& values, const std::vector<doub
     estimate.parameters.push_back(
         {one.name, one.symbol, Unit::parse(one.unit), values[p], one.description, freedom[p]});
   }
-  estimate.covariance = Matrix(count, count);
-  for (const auto& source : sources)
-    for (std::size_t k = 0; k < count * count; ++k) estimate.covariance.values[k] += source.covariance.values[k];
-  for (const auto& source : sources) {
-    bool small = true;
-    for (std::size_t p = 0; p < count; ++p) small = small && source.covariance(p, p) < 1e-4 * estimate.covariance(p, p);
-    const std::string name = small ? "all other sources" : source.source;
-    auto line = std::ranges::find(estimate.budget, name, &Contribution::source);
-    if (line == estimate.budget.end()) line = estimate.budget.insert(line, {name, std::vector<double>(count, 0.0)});
-    for (std::size_t p = 0; p < count; ++p) line->variance[p] += std::max(0.0, source.covariance(p, p));
-  }
+  settle(estimate, lines);
+  gather_small(estimate);
   return estimate;
 }
 
@@ -92,9 +72,7 @@ Estimate least_squares_estimate(const linear::JointSolution& solution) {
     for (std::size_t j = 0; j < gradient.size(); ++j) gradient[j] = jacobian(p, j);
     freedom.push_back(degrees_of_freedom(fit, gradient));
   }
-  std::vector<SourceCovariance> sources;
-  for (const auto& source : fit.sources) sources.push_back({source.source, carried(jacobian, source.covariance)});
-  Estimate estimate = estimate_from(values, freedom, sources);
+  Estimate estimate = estimate_from(values, freedom, carried(jacobian, lines_of(fit.sources)));
   estimate.fit = {solution.all.observations, fit.degrees_of_freedom, fit.chi_square, fit.condition};
   estimate.findings = solution.all.findings;
   return estimate;

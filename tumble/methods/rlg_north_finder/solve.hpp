@@ -3,15 +3,16 @@
 #include <vector>
 
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/joint.hpp"
 
 /// From the coefficients of the linear models to the parameters of the north finder.
 namespace tumble::rlg_north_finder {
 
-/// Parameters in the order of wanted() with these values [SI], degrees of freedom and sources of uncertainty; sources
+/// Parameters in the order of wanted() with these values [SI], degrees of freedom and lines of the budget; those
 /// below a hundredth of every standard deviation share a line of the budget.
 Estimate estimate_from(const std::vector<double>& values, const std::vector<double>& freedom,
-                       const std::vector<SourceCovariance>& sources);
+                       const std::vector<ErrorLine>& lines);
 
 /// Degrees of freedom [1] of coefficient `index` alone.
 double freedom_of(const MixedFit& fit, std::size_t index);

@@ -120,6 +120,10 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  return sdof_gyro_support::compensated(estimate, recording, plan, options());
+}
+
 }  // namespace
 
 extern const Method sdof_gyro_dynamic{
@@ -131,7 +135,7 @@ extern const Method sdof_gyro_dynamic{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::sdof_gyro_dynamic

@@ -27,6 +27,11 @@ std::vector<Option> options() {
   return options;
 }
 
+Term drift_rate() {
+  return {"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on",
+          [](const Felt& felt) { return felt.since_power_on; }};
+}
+
 /// y - w_I = row(f) . D, docs/equations (4.6); Earth rate along the input axis is the known input.
 Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
@@ -40,9 +45,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
       problem.leave_out_first.emplace_back(name);
     }
   problem.columns = sdof_gyro_support::terms(names);
-  if (settings.flag("drift"))
-    problem.columns.push_back({"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on",
-                               [](const Felt& felt) { return felt.since_power_on; }});
+  if (settings.flag("drift")) problem.columns.push_back(drift_rate());
   problem.advice =
       "more positions tell apart what depends on direction; D_OO needs a recording on a centrifuge, where the specific "
       "force has another magnitude";
@@ -76,6 +79,10 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  return sdof_gyro_support::compensated(estimate, recording, plan, options(), {drift_rate()});
+}
+
 }  // namespace
 
 extern const Method sdof_gyro_static{
@@ -87,7 +94,7 @@ extern const Method sdof_gyro_static{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::sdof_gyro_static

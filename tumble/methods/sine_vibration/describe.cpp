@@ -9,6 +9,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -16,7 +17,7 @@
 namespace tumble::sine_vibration {
 namespace {
 
-namespace names = rigs::error_names;
+namespace names = error_names;
 
 constexpr double forever = std::numeric_limits<double>::infinity();
 /// Of a shaker, where the plan has no rig that says it: harmonics and motion across the shake over the shake [1].
@@ -329,24 +330,21 @@ double along(const std::vector<double>& gradient, const std::vector<double>& shi
 void propagate(Builder& builder) {
   Estimate& estimate = builder.estimate;
   const std::size_t p = estimate.parameters.size();
-  estimate.covariance = Matrix(p, p);
+  std::vector<ErrorLine> lines;
   std::vector<std::map<std::size_t, std::pair<double, double>>> groups(p);
   for (const auto& component : builder.raw.components) {
-    std::vector<double> moved(p);
-    for (std::size_t i = 0; i < p; ++i) moved[i] = along(builder.gradients[i], component.shift);
-    auto line = std::ranges::find(estimate.budget, component.source, &Contribution::source);
-    if (line == estimate.budget.end())
-      line = estimate.budget.insert(line, {component.source, std::vector<double>(p, 0.0)});
+    Matrix moved(p, 1);
     for (std::size_t i = 0; i < p; ++i) {
-      line->variance[i] += moved[i] * moved[i];
-      if (std::isfinite(component.degrees_of_freedom)) {
-        auto& group = groups[i][component.group];
-        group.first += moved[i] * moved[i];
-        group.second = component.degrees_of_freedom;
-      }
-      for (std::size_t j = 0; j < p; ++j) estimate.covariance(i, j) += moved[i] * moved[j];
+      moved(i, 0) = along(builder.gradients[i], component.shift);
+      if (!std::isfinite(component.degrees_of_freedom)) continue;
+      auto& group = groups[i][component.group];
+      group.first += moved(i, 0) * moved(i, 0);
+      group.second = component.degrees_of_freedom;
     }
+    lines.push_back(from_shifts(component.source, std::move(moved)));
   }
+  settle(estimate, lines);
+  // A group is one estimate of a variance, whatever sources share it.
   for (std::size_t i = 0; i < p; ++i) {
     double fourth = 0.0;
     for (const auto& [group, part] : groups[i]) fourth += part.first * part.first / part.second;

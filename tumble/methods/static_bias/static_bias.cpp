@@ -13,6 +13,7 @@
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
 
@@ -154,7 +155,7 @@ struct Builder {
     variances.push_back(variance);
   }
   std::vector<double> variances;
-  double scatter_covariance = 0.0;  ///< between the two that follow `scatter_at`
+  double scatter_covariance = 0.0;  ///< between the two from `scatter_at` on
   std::size_t scatter_at = 0;
 };
 
@@ -290,18 +291,15 @@ void add_bias(const std::vector<RunBias>& runs, const Pooled& noise, double eart
 void finish(const std::vector<RunBias>& runs, Builder& builder) {
   Estimate& estimate = builder.estimate;
   const std::size_t n = builder.variances.size();
-  estimate.covariance = Matrix(n, n);
-  for (std::size_t i = 0; i < n; ++i) estimate.covariance(i, i) = builder.variances[i];
-  if (builder.scatter_at + 1 < n)
-    estimate.covariance(builder.scatter_at, builder.scatter_at + 1) =
-        estimate.covariance(builder.scatter_at + 1, builder.scatter_at) = builder.scatter_covariance;
-  const bool several = runs.size() > 1;
-  Contribution noise{"output noise", builder.variances};
-  Contribution repeat{"scatter between power-ups", std::vector<double>(n, 0.0)};
-  if (several)
-    for (std::size_t i = 0; i < builder.scatter_at; ++i) std::swap(noise.variance[i], repeat.variance[i]);
-  estimate.budget.push_back(std::move(noise));
-  if (several) estimate.budget.push_back(std::move(repeat));
+  Matrix noise(n, n);
+  std::vector<double> repeat(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool between = runs.size() > 1 && i < builder.scatter_at;
+    (between ? repeat[i] : noise(i, i)) = builder.variances[i];
+  }
+  if (const std::size_t k = builder.scatter_at; k + 1 < n)
+    noise(k, k + 1) = noise(k + 1, k) = builder.scatter_covariance;
+  settle(estimate, {from_covariance("output noise", noise), from_variances("scatter between power-ups", repeat)});
   for (const auto& run : runs) {
     estimate.fit.observations += run.fit.observations;
     estimate.fit.degrees_of_freedom += run.fit.degrees_of_freedom;

@@ -8,6 +8,7 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::accelerometer {
 namespace {
@@ -129,18 +130,7 @@ void describe_dropped(Normalised& found, const std::string& advice) {
 void withhold(const std::string& name, Estimate& estimate) {
   const auto found = std::ranges::find(estimate.parameters, name, &Parameter::name);
   if (found == estimate.parameters.end()) return;
-  const auto out = static_cast<std::size_t>(found - estimate.parameters.begin());
-  const std::size_t p = estimate.parameters.size();
-  Matrix covariance(p - 1, p - 1);
-  for (std::size_t i = 0, a = 0; i < p; ++i) {
-    if (i == out) continue;
-    for (std::size_t j = 0, b = 0; j < p; ++j)
-      if (j != out) covariance(a, b++) = estimate.covariance(i, j);
-    ++a;
-  }
-  estimate.covariance = std::move(covariance);
-  estimate.parameters.erase(found);
-  for (auto& line : estimate.budget) line.variance.erase(line.variance.begin() + static_cast<std::ptrdiff_t>(out));
+  remove_parameter(estimate, static_cast<std::size_t>(found - estimate.parameters.begin()));
 }
 
 }  // namespace tumble::accelerometer

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/clock.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
@@ -73,6 +74,20 @@ std::optional<double> given_scale_factor(const Settings& settings, const Output&
   if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
     throw Error(Error::Kind::bad_input, "[settings] scale_factor must not be zero");
   return scale;
+}
+
+Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
+                         const Settings& settings, std::vector<Term> terms) {
+  ErrorModel model;
+  model.role = "accelerometer";
+  model.unit = "g";
+  model.shown = [](Felt& felt) -> double& { return felt.specific_force.x; };
+  model.terms = std::move(terms);
+  const Channel* channel = channel_of(estimate, recording, model.role);
+  const bool found = find_parameter(estimate, "scale_factor") != nullptr;
+  if (found) model.scale_factor = "scale_factor";
+  if (channel) model.scale = found ? output_of(*channel).per_second : scale_of(settings, *channel);
+  return compensate(model, estimate, recording, plan);
 }
 
 double scale_of(const Settings& settings, const Channel& channel) {

@@ -37,6 +37,11 @@ Option scale_factor_option(const std::string& description);
 /// What it says [SI]; nothing where it is absent. Throws Error::bad_input.
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
 
+/// The output as specific force, with what the terms give subtracted, by K_1 of the result where it has one, else of
+/// the settings. See tumble::compensate, which says what is thrown besides; Error::bad_input where K_1 is not known.
+Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
+                         const Settings& settings, std::vector<Term> terms);
+
 /// Specific force [SI] for one SI unit of the channel, with the scale factor that the settings must then give.
 /// Throws Error::bad_input, bad_data.
 double scale_of(const Settings& settings, const Channel& channel);

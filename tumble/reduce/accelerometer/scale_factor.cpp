@@ -7,6 +7,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer {
@@ -77,7 +78,10 @@ void normalise(linear::Solution& solution, double nominal, const Output& output)
   }
   for (std::size_t j = 0; j < p; ++j) fit.parameters[j] = j == at ? nominal * one : fit.parameters[j] / one;
   transform(jacobian, fit.covariance);
-  for (auto& source : fit.sources) transform(jacobian, source.covariance);
+  for (auto& source : fit.sources) {
+    transform(jacobian, source.covariance);
+    if (!source.shifts.empty()) source.shifts = plain(jacobian * map(source.shifts));
+  }
   for (auto& sensitivity : fit.component_sensitivity) transform(jacobian, sensitivity);
   solution.columns[at].name = "scale_factor";
   solution.columns[at].symbol = "K_1";

@@ -91,8 +91,8 @@ TEST(counting, a_prediction_has_the_same_line) {
   ASSERT_NE(line, estimate.budget.end());
   // 1/sqrt(6) pulse in 55 to 60 s, what slewing leaves of a minute, twelve of them: the bias is nearly their mean
   const double expected = 1.0 / std::sqrt(6.0) / 60.0 / si(per_g, "pulse/s/g") / std::sqrt(12.0);
-  EXPECT_GT(std::sqrt(line->variance[0]), expected);
-  EXPECT_LT(std::sqrt(line->variance[0]), 60.0 / 55.0 * expected);
+  EXPECT_GT(std::sqrt(line->variance(0)), expected);
+  EXPECT_LT(std::sqrt(line->variance(0)), 60.0 / 55.0 * expected);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/reduce/linear/rows.hpp"
@@ -27,6 +28,10 @@ std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, So
     if (std::ranges::none_of(solution.dropped, [j](const Dropped& dropped) { return dropped.column == j; })) {
       kept.push_back(j);
       solution.columns.push_back(problem.columns[j]);
+      const auto column = std::span(rows.design.values).subspan(j * rows.design.rows, rows.design.rows);
+      const auto [least, greatest] = std::ranges::minmax(column);
+      solution.least.push_back(least);
+      solution.greatest.push_back(greatest);
     }
   return kept;
 }

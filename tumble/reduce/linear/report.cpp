@@ -7,6 +7,8 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/reduce/answer.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/units/error.hpp"
@@ -183,13 +185,7 @@ Estimate estimate_of(const Solution& solution) {
          term.description + (meaning == solution.stands_for.end() ? "" : "; stands for " + meaning->second),
          degrees_of_freedom(fit, unit)});
   }
-  estimate.covariance = fit.covariance;
-  for (const auto& source : fit.sources) {
-    auto line = std::ranges::find(estimate.budget, source.source, &Contribution::source);
-    if (line == estimate.budget.end())
-      line = estimate.budget.insert(line, {source.source, std::vector<double>(p, 0.0)});
-    for (std::size_t j = 0; j < p; ++j) line->variance[j] += source.covariance(j, j);
-  }
+  settle(estimate, lines_of(fit.sources));
   estimate.fit = {solution.observations, fit.degrees_of_freedom, fit.chi_square, fit.condition};
   estimate.findings = solution.findings;
   return estimate;
@@ -228,6 +224,7 @@ Estimate answer_of(const Solution& solution, const std::string& method, const st
   Estimate estimate = estimate_of(solution);
   estimate.method = method;
   estimate.tables.push_back(positions(solution, channel_unit, axes, rate_unit));
+  estimate.tables.push_back(regressors_table(solution.columns, solution.least, solution.greatest));
   warn_of_misfit(solution, channel_unit, estimate.findings);
   return estimate;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/units/error.hpp"
 
@@ -50,6 +51,21 @@ void set_reading(const Settings& settings, const Channel* channel, linear::Probl
 
 std::vector<Term> terms(const std::vector<std::string>& names) {
   return linear::terms_of("sdof_gyro", defaults(find_model("sdof_gyro").constants()), names);
+}
+
+Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
+                         const std::vector<Option>& options, const std::vector<Term>& more) {
+  linear::Problem problem;
+  set_reading(settings_of(estimate, options), channel_of(estimate, recording, "gyro"), problem);
+  const auto& sdof_gyro = find_model("sdof_gyro");
+  ErrorModel model;
+  model.role = "gyro";
+  model.scale = problem.scale;
+  model.unit = "deg/h";
+  model.shown = [](Felt& felt) -> double& { return felt.rate.x; };
+  model.terms = sdof_gyro.outputs(defaults(sdof_gyro.constants())).front().terms;
+  model.terms.insert(model.terms.end(), more.begin(), more.end());
+  return tumble::compensate(model, estimate, recording, plan);
 }
 
 void add_repeats(const linear::Solution& solution, Estimate& estimate) {

@@ -26,6 +26,12 @@ void set_reading(const Settings& settings, const Channel* channel, linear::Probl
 /// Terms of the model sdof_gyro.
 std::vector<Term> terms(const std::vector<std::string>& names);
 
+/// The output as the rate about the input axis, with what terms of the model sdof_gyro give subtracted: those that the
+/// result of a method with these options has, and `more` of the method's own. See tumble::compensate, which says what
+/// is thrown.
+Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
+                         const std::vector<Option>& options, const std::vector<Term>& more = {});
+
 /// Positions that were taken more than once: how far their residuals scatter. Table `repeats` and a finding.
 void add_repeats(const linear::Solution& solution, Estimate& estimate);
 

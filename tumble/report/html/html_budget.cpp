@@ -65,7 +65,7 @@ std::string bar(const Estimate& estimate, std::size_t i, double y) {
   const double whole = estimate.covariance(i, i);
   double x = label_width;
   for (std::size_t k = 0; k < estimate.budget.size(); ++k) {
-    const double share = estimate.budget[k].variance[i] / whole;
+    const double share = estimate.budget[k].variance(i) / whole;
     if (!(share > 0.0) || !std::isfinite(share)) continue;
     const double width = std::min(share * bar_width, label_width + bar_width - x);
     const auto percent = budget_cell(estimate, estimate.budget[k], i).share;

@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tumble/core/estimate.hpp"
+#include "tumble/core/budget.hpp"
+#include "tumble/math/symmetric_factor.hpp"
 
 /// A result as a method would return it, made up: what the reports are tested and looked at with. The numbers are the
 /// size of a tactical fibre-optic gyro's; they come from closed formulas, so that every run has the same bytes.
@@ -44,31 +45,26 @@ inline double wiggle(double n) {
 
 inline void add_parameters(Estimate& e) {
   const auto count = lines().size();
-  e.covariance = Matrix(count, count);
-  e.budget = {{"output noise", {}}, {"chamber and temperature sensors", {}}, {"turn-on repeatability", {}}};
-  std::vector<double> sd;
-  for (const auto& line : lines()) {
+  Matrix parts(count, 3);  // one standard deviation of each source
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& line = lines()[i];
     const auto unit = Unit::parse(line.unit);
     const double factor = unit.factor();
     e.parameters.push_back(
         {line.name, line.symbol, unit, unit.to_si(line.value), line.description, line.degrees_of_freedom});
-    const double parts[] = {line.noise_sd * factor, line.chamber_sd * factor, line.repeat_sd * factor};
-    double variance = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      e.budget[k].variance.push_back(parts[k] * parts[k]);
-      variance += parts[k] * parts[k];
-    }
-    sd.push_back(std::sqrt(variance));
+    parts(i, 0) = line.noise_sd * factor, parts(i, 1) = line.chamber_sd * factor, parts(i, 2) = line.repeat_sd * factor;
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < count; ++j) {
-      const double apart = std::abs(static_cast<double>(i) - static_cast<double>(j));
-      const double correlation = i == j ? 1.0 : ((i + j) % 2 ? -1.0 : 1.0) * std::exp(-0.9 * apart);
-      e.covariance(i, j) = correlation * (sd[i] * sd[j]);
-    }
-    e.covariance(i, i) = 0.0;
-    for (const auto& part : e.budget) e.covariance(i, i) += part.variance[i];
+  const char* sources[] = {"output noise", "chamber and temperature sensors", "turn-on repeatability"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    Matrix of_source(count, count);
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = 0; j < count; ++j) {
+        const double apart = std::abs(static_cast<double>(i) - static_cast<double>(j));
+        of_source(i, j) = ((i + j) % 2 ? -1.0 : 1.0) * std::exp(-0.9 * apart) * parts(i, k) * parts(j, k);
+      }
+    e.budget.push_back({sources[k], k == 1 ? "chamber 7, certificate 2031" : "", symmetric_factor(of_source).factor});
   }
+  e.covariance = covariance_of(e.budget, count);
 }
 
 inline void add_tables(Estimate& e) {

@@ -26,7 +26,8 @@ class ErrorValues {
  public:
   /// Given: values [errors x segments] in SI.
   ErrorValues(const std::vector<RigError>& list, const Matrix& values) : list_(list), values_(values) {}
-  /// Value [SI] of one of the rig's errors; 0 where none was drawn. The rig must have an error of this name (assertion).
+  /// Value [SI] of one of the rig's errors; 0 where none was drawn. The rig must have an error of this name
+  /// (assertion).
   double operator()(std::string_view name, std::size_t segment = 0) const;
   /// As above, for what several rigs share: 0 where this rig lacks the error. Another may have it (assertion).
   double where_present(std::string_view name, std::size_t segment = 0) const;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
@@ -67,29 +68,6 @@ void describe(const OutputProblem& output, Estimate& estimate) {
   for (const auto& term : output.not_excited) names += (names.empty() ? "" : ", ") + term.name;
   estimate.findings.push_back(
       {Finding::Severity::info, "not excited by this schedule, and taken as known: " + names, output.problem.channel});
-}
-
-/// Block after block; contributions of one name are one line.
-void append(Estimate& whole, const Estimate& part) {
-  const auto before = whole.parameters.size(), added = part.parameters.size();
-  Matrix covariance(before + added, before + added);
-  for (std::size_t i = 0; i < before; ++i)
-    for (std::size_t j = 0; j < before; ++j) covariance(i, j) = whole.covariance(i, j);
-  for (std::size_t i = 0; i < added; ++i)
-    for (std::size_t j = 0; j < added; ++j) covariance(before + i, before + j) = part.covariance(i, j);
-  whole.covariance = std::move(covariance);
-  whole.parameters.insert(whole.parameters.end(), part.parameters.begin(), part.parameters.end());
-  for (auto& line : whole.budget) line.variance.resize(before + added, 0.0);
-  for (const auto& line : part.budget) {
-    auto found = std::ranges::find(whole.budget, line.source, &Contribution::source);
-    if (found == whole.budget.end())
-      found = whole.budget.insert(found, {line.source, std::vector<double>(before + added, 0.0)});
-    for (std::size_t i = 0; i < added; ++i) found->variance[before + i] += line.variance[i];
-  }
-  whole.fit.observations += part.fit.observations;
-  whole.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
-  whole.fit.condition = std::max(whole.fit.condition, part.fit.condition);
-  whole.findings.insert(whole.findings.end(), part.findings.begin(), part.findings.end());
 }
 
 }  // namespace

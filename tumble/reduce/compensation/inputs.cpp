@@ -1,0 +1,206 @@
+#include "tumble/reduce/compensation/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/power_up.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::compensation {
+namespace {
+
+constexpr std::size_t acceleration = 3, force = 6, temperature = 9, since_power_on = 13;
+
+const Channel* alone_after_dot(const Recording& recording, const std::string& name) {
+  const Channel* match = nullptr;
+  for (const Channel& channel : recording.channels) {
+    if (!channel.name.ends_with("." + name)) continue;
+    if (match) return nullptr;
+    match = &channel;
+  }
+  return match;
+}
+
+QuantityKind kind_of_input(std::size_t input) {
+  if (input < acceleration) return QuantityKind::angular_rate;
+  if (input >= force && input < temperature) return QuantityKind::specific_force;
+  return input == temperature ? QuantityKind::temperature : QuantityKind::other;
+}
+
+/// The channel that measures an input. Null where there is none, or what is so called is of another kind.
+const Channel* channel_of(const Estimate& estimate, const Recording& recording, const Channel& output,
+                          std::size_t input) {
+  const std::string role = inputs()[input].name;
+  std::vector<std::string> names{role};
+  if (const auto given = estimate.provenance.settings.find("channels." + role);
+      given != estimate.provenance.settings.end())
+    names.insert(names.begin(), given->second);
+  if (input < acceleration) names.push_back("gyro_" + role.substr(role.size() - 1));
+  if (input >= force && input < temperature) names.push_back("accelerometer_" + role.substr(role.size() - 1));
+  for (const auto& name : names) {
+    const Channel* channel = find_channel(recording, name);
+    if (!channel) channel = alone_after_dot(recording, name);
+    if (channel && channel != &output && channel->kind == kind_of_input(input)) return channel;
+  }
+  return nullptr;
+}
+
+/// Between the samples on both sides; the first and last value beyond the ends.
+double value_at(const Channel& channel, double time) {
+  if (channel.values.empty()) return std::nan("");
+  const std::size_t i = index_at(channel, time);
+  if (i >= channel.values.size()) return channel.values.back();
+  const double after = channel.time(i);
+  if (after == time || i == 0) return channel.values[i];
+  const double before = channel.time(i - 1), share = (time - before) / (after - before);
+  return (1.0 - share) * channel.values[i - 1] + share * channel.values[i];
+}
+
+/// Difference quotient over one sample to each side.
+double slope_at(const Channel& channel, double time) {
+  const std::size_t n = channel.values.size();
+  if (n < 2) return std::nan("");
+  const std::size_t i = std::min(index_at(channel, time), n - 1);
+  const std::size_t a = i == 0 ? 0 : i - 1, b = std::min(i + 1, n - 1);
+  return (channel.values[b] - channel.values[a]) / (channel.time(b) - channel.time(a));
+}
+
+/// Segments of one power-up: when each begins by the recording's clock and since power-on.
+struct Stage {
+  Reference reference;
+  std::vector<double> by_clock, since;  ///< [s]
+};
+
+std::vector<double> begins_of(const Schedule& segments) {
+  std::vector<double> begins{0.0};
+  for (const auto& segment : segments) begins.push_back(begins.back() + segment.duration);
+  return begins;
+}
+
+/// Where the recording marks every segment of the power-up, each is taken where it is marked; else the whole from its
+/// first mark on.
+std::vector<Stage> stages_of(const Plan& plan, const Recording& recording, const Channel& output) {
+  std::vector<std::string> problems;
+  if (plan.rig_kind.empty()) problems.emplace_back("the plan needs [rig] kind = \"...\" that says what was felt");
+  if (plan.schedule.empty()) problems.emplace_back("the plan needs at least one [[schedule]]");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  const double rate = mean_rate(output);
+  const auto runs = power_ups(plan.schedule, rate);
+  std::vector<Stage> stages;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    Stage stage;
+    stage.reference =
+        find_rig(plan.rig_kind).reference({runs[r].segments, plan.rig, plan.site, rate, {}, RandomStream(0)});
+    const auto begins = begins_of(runs[r].segments);
+    std::vector<double> marks;
+    for (const Mark& mark : recording.marks)
+      if (mark.run == runs[r].run) marks.push_back(mark.begin);
+    if (marks.empty() && !recording.marks.empty()) continue;  // not in this recording
+    if (marks.empty()) marks.push_back(runs[r].begin + (output.values.empty() ? 0.0 : output.time(0)));
+    if (marks.size() == runs[r].segments.size())
+      stage.since.assign(begins.begin(), begins.end() - 1);
+    else
+      stage.since = {0.0}, marks.resize(1);
+    stage.by_clock = std::move(marks);
+    stages.push_back(std::move(stage));
+  }
+  if (stages.empty()) throw Error(Error::Kind::bad_data, "the recording holds no power-up of the plan's schedule");
+  return stages;
+}
+
+/// What the plan says was felt at one sample.
+Felt planned(const std::vector<Stage>& stages, double time, double step) {
+  const Stage* stage = &stages.front();
+  for (const auto& one : stages)
+    if (one.by_clock.front() <= time) stage = &one;
+  const auto next = std::ranges::upper_bound(stage->by_clock, time);
+  const auto s = static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, next - stage->by_clock.begin()) - 1);
+  Felt felt;
+  stage->reference.felt(std::max(0.0, stage->since[s] + time - stage->by_clock[s]) + 0.5 * step, step,
+                        std::span(&felt, 1));
+  return felt;
+}
+
+double power_on(const Recording& recording, const Channel& output, double time) {
+  double begin = output.time(0);
+  int run = 0;
+  for (const Mark& mark : recording.marks)
+    if (mark.run != run && mark.begin <= time) {
+      run = mark.run;
+      begin = mark.begin;
+    }
+  return begin;
+}
+
+}  // namespace
+
+const std::array<Input, input_count>& inputs() {
+  static constexpr std::array<Input, input_count> all{
+      {{"rate_x", [](Felt& f) -> double& { return f.rate.x; }},
+       {"rate_y", [](Felt& f) -> double& { return f.rate.y; }},
+       {"rate_z", [](Felt& f) -> double& { return f.rate.z; }},
+       {"angular_acceleration_x", [](Felt& f) -> double& { return f.angular_acceleration.x; }},
+       {"angular_acceleration_y", [](Felt& f) -> double& { return f.angular_acceleration.y; }},
+       {"angular_acceleration_z", [](Felt& f) -> double& { return f.angular_acceleration.z; }},
+       {"specific_force_x", [](Felt& f) -> double& { return f.specific_force.x; }},
+       {"specific_force_y", [](Felt& f) -> double& { return f.specific_force.y; }},
+       {"specific_force_z", [](Felt& f) -> double& { return f.specific_force.z; }},
+       {"temperature", [](Felt& f) -> double& { return f.temperature; }},
+       {"temperature_gradient", [](Felt& f) -> double& { return f.temperature_gradient; }},
+       {"temperature_rate", [](Felt& f) -> double& { return f.temperature_rate; }},
+       {"start_temperature", [](Felt& f) -> double& { return f.start_temperature; }},
+       {"since_power_on", [](Felt& f) -> double& { return f.since_power_on; }}}};
+  return all;
+}
+
+std::array<bool, input_count> needs(const Term& term) {
+  constexpr double sizes[input_count] = {0.7, 0.5, 0.9, 1.1, 0.6, 0.8, 9.0, 7.0, 11.0, 300.0, 3.0, 0.02, 290.0, 400.0};
+  constexpr double signs[4][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
+  std::array<bool, input_count> needed{};
+  for (const auto& sign : signs) {
+    Felt felt;
+    for (std::size_t k = 0; k < input_count; ++k)
+      inputs()[k].of(felt) = sizes[k] * (k < temperature ? sign[k % 3] : 1.0);
+    const double before = term.regressor(felt);
+    for (std::size_t k = 0; k < input_count; ++k) {
+      Felt changed = felt;
+      inputs()[k].of(changed) *= 1.3;
+      if (term.regressor(changed) != before) needed[k] = true;
+    }
+  }
+  return needed;
+}
+
+Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Channel& output, const Plan* plan) {
+  Inputs out;
+  std::array<const Channel*, input_count> channels{};
+  for (std::size_t k = 0; k < input_count; ++k) {
+    channels[k] = channel_of(estimate, recording, output, k < acceleration || k >= force ? k : k - acceleration);
+    if (channels[k]) out.from[k] = "channel " + channels[k]->name;
+    if (channels[k] && k >= acceleration && k < force) out.from[k] = "slope of " + out.from[k];
+    if (!channels[k] && plan) out.from[k] = "schedule of the plan";
+  }
+  if (out.from[since_power_on].empty()) out.from[since_power_on] = "time of the samples";
+  std::shared_ptr<const std::vector<Stage>> stages;
+  if (plan) stages = std::make_shared<const std::vector<Stage>>(stages_of(*plan, recording, output));
+  const double step = 1.0 / mean_rate(output);
+  out.fill = [channels, stages, step, &recording, &output](std::size_t first, std::span<Felt> felt) {
+    for (std::size_t i = 0; i < felt.size(); ++i) {
+      const double time = output.time(first + i);
+      felt[i] = stages ? planned(*stages, time, step) : Felt{};
+      if (!stages) felt[i].since_power_on = time - power_on(recording, output, time) + 0.5 * step;
+      for (std::size_t k = 0; k < input_count; ++k)
+        if (channels[k])
+          inputs()[k].of(felt[i]) =
+              k >= acceleration && k < force ? slope_at(*channels[k], time) : value_at(*channels[k], time);
+    }
+  };
+  return out;
+}
+
+}  // namespace tumble::compensation
