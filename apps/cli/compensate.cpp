@@ -22,7 +22,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   {
     ProgressLine line(terminal);
     compensation = tumble::compensate(estimate, read_recording(arguments.recording, options, line.progress()),
-                                     plan ? &*plan : nullptr);
+                                      plan ? &*plan : nullptr);
     write_recording(compensation.recording, arguments.output);
   }
   note(terminal, "wrote " + arguments.output);
