@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/loop.hpp"
 
 namespace tumble {
