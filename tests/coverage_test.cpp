@@ -183,7 +183,7 @@ TEST_P(Coverage, StatedIntervalsHoldTheTruth) {
   EXPECT_TRUE(judgement.problems.empty()) << fmt::format("{}", fmt::join(judgement.problems, "\n"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Coverage, testing::ValuesIn(methods::catalogue()),
+INSTANTIATE_TEST_SUITE_P(Methods, Coverage, testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 // The judge itself: the mean of five normal numbers, with its standard uncertainty stated rightly or wrongly.

@@ -4,7 +4,7 @@
 namespace tumble {
 
 Findings run_checks(const Recording& recording, const Plan* plan) {
-  const auto& all = checks::catalogue();
+  const auto& all = check_catalogue();
   std::vector<Findings> found(all.size());
   parallel_for(all.size(), [&](std::size_t i) { found[i] = all[i]->run(recording, plan); });
   Findings findings;

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t block_samples = 65536;
 
 const Format* by_extension(const std::string& path) {
-  for (const Format* format : formats::catalogue())
+  for (const Format* format : format_catalogue())
     for (const std::string& extension : format->extensions)
       if (path.size() > extension.size() &&
           std::equal(extension.rbegin(), extension.rend(), path.rbegin(),
@@ -22,7 +22,7 @@ const Format* by_extension(const std::string& path) {
 
 std::string extensions() {
   std::string text;
-  for (const Format* format : formats::catalogue())
+  for (const Format* format : format_catalogue())
     for (const std::string& extension : format->extensions) text += (text.empty() ? "" : ", ") + extension;
   return text;
 }
@@ -30,7 +30,7 @@ std::string extensions() {
 /// MATLAB's own files say so in their first bytes, except those of version 4, where the name has to do.
 bool is_matlab(const std::string& path) {
   std::string bytes(6, '\0');
-  bytes.resize(formats::InputFile(path).read(bytes.data(), bytes.size()));
+  bytes.resize(file::InputFile(path).read(bytes.data(), bytes.size()));
   return bytes == "MATLAB" || path.ends_with(".mat");
 }
 
@@ -43,8 +43,8 @@ const Format& format_for(const std::string& path) {
 }  // namespace
 
 const Format& format_of(const std::string& path) {
-  if (formats::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
-  for (const Format* format : formats::catalogue())
+  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  for (const Format* format : format_catalogue())
     if (format->recognises(path)) return *format;
   if (is_matlab(path))
     throw Error{Error::Kind::bad_file,

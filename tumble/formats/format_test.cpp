@@ -105,7 +105,7 @@ TEST_P(Formats, OddRatesComeBackExactly) {
 TEST_P(Formats, StreamGivesTheBlocksOfTheWhole) {
   write_recording(sample(5000), file("a"));
   const auto whole = read(file("a"));
-  for (const Format* format : formats::catalogue()) {
+  for (const Format* format : format_catalogue()) {
     if (!format->recognises(file("a"))) continue;
     Recording joined;
     std::size_t blocks = 0;
@@ -154,7 +154,7 @@ TEST_P(Formats, InfiniteSamplesAreNotWritten) {
 }
 
 TEST_P(Formats, NothingRemainsWithoutCommit) {
-  for (const Format* format : formats::catalogue())
+  for (const Format* format : format_catalogue())
     if (format->extensions.front() == GetParam()) format->writer(file("a")).append(sample(10));
   EXPECT_EQ(folder.entries(), 0u);
 }
@@ -240,7 +240,7 @@ TEST(PlainValue, DecimalsComeBackAsTheyWereWritten) {
       if (unit.offset() != 0.0) magnitude = std::pow(10.0, places + 2);
       const double whole = std::floor(std::uniform_real_distribution<>(-magnitude, magnitude)(random));
       const double written = std::stod(std::to_string(static_cast<long long>(whole)) + "e" + std::to_string(-places));
-      EXPECT_EQ(formats::plain_value(unit.to_si(written), unit), written) << text << " " << written;
+      EXPECT_EQ(file::plain_value(unit.to_si(written), unit), written) << text << " " << written;
     }
   }
 }
@@ -251,7 +251,7 @@ TEST(PlainValue, ConvertsBackWhereAnyDoubleDoes) {
     const Unit unit = Unit::parse(text);
     for (int i = 0; i < 100000; ++i) {
       const double si = unit.to_si(std::normal_distribution<>(0.0, 100.0)(random));
-      EXPECT_EQ(unit.to_si(formats::plain_value(si, unit)), si) << text;
+      EXPECT_EQ(unit.to_si(file::plain_value(si, unit)), si) << text;
     }
   }
 }

@@ -3,6 +3,6 @@
 
 namespace tumble {
 
-const Method& find_method(std::string_view name) { return find_entry(methods::catalogue(), name, "method"); }
+const Method& find_method(std::string_view name) { return find_entry(method_catalogue(), name, "method"); }
 
 }  // namespace tumble

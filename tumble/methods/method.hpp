@@ -63,9 +63,8 @@ struct Method {
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
 };
 
-namespace methods {
-const std::vector<const Method*>& catalogue();
-}
+/// All entries, in the order of their names.
+const std::vector<const Method*>& method_catalogue();
 
 /// The entry of that name, or Error::unsupported with the nearest known name.
 const Method& find_method(std::string_view name);

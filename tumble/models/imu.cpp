@@ -18,8 +18,7 @@ Recorded record(const Settings& truth, std::size_t output, double step, const Ra
 
 }  // namespace
 
-extern const Model imu;
-const Model imu{.name = "imu",
+extern const Model imu{.name = "imu",
                 .summary =
                     "three gyros and three accelerometers: bias, scale factor, misalignment, g-sensitivity, lever "
                     "arms, noise",

@@ -85,6 +85,6 @@ NoiseModel noise_of(const Settings& truth, const std::string& prefix) {
           number("markov_time")};
 }
 
-const Model& find_model(std::string_view name) { return find_entry(models::catalogue(), name, "model"); }
+const Model& find_model(std::string_view name) { return find_entry(model_catalogue(), name, "model"); }
 
 }  // namespace tumble

@@ -3,7 +3,7 @@
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::methods {
+namespace tumble {
 
 Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& model,
                 const std::string& rig, double rate) {
@@ -27,4 +27,4 @@ void set_setting(Plan& plan, const char* name, double value, const char* unit) {
   plan.settings.set_number(name, si(value, unit), Unit::parse(unit));
 }
 
-}  // namespace tumble::methods
+}  // namespace tumble

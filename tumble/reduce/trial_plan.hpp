@@ -6,7 +6,7 @@
 #include "tumble/core/plan.hpp"
 
 /// What the trials of the methods begin with.
-namespace tumble::methods {
+namespace tumble {
 
 /// An instrument of that model without errors, on a rig with all its errors, in a laboratory; no schedule.
 Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& model,
@@ -18,4 +18,4 @@ void set_truth(Plan& plan, const char* name, double value, const char* unit);
 /// The same as a setting of the method.
 void set_setting(Plan& plan, const char* name, double value, const char* unit);
 
-}  // namespace tumble::methods
+}  // namespace tumble

@@ -10,6 +10,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 std::vector<Imperfection> imperfections() {
   return joined(
       {{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {"gravity"}}},
@@ -196,8 +198,7 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
 
 }  // namespace
 
-extern const Rig by_hand;
-const Rig by_hand{.name = "by_hand",
+extern const Rig by_hand{.name = "by_hand",
                   .summary = "no machine: the instrument is turned by hand from rest to rest",
                   .axes = mount_axes,
                   .options = options,

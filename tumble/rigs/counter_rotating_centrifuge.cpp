@@ -3,6 +3,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 /// The angle of the table counts from the arm; at angle 0 the fixture's x points radially outwards.
@@ -37,8 +39,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig counter_rotating_centrifuge;
-const Rig counter_rotating_centrifuge = rig_of<machine>(
+extern const Rig counter_rotating_centrifuge = rig_of<machine>(
     "counter_rotating_centrifuge", "precision centrifuge with a table at the end of its arm that turns against it");
 
 }  // namespace tumble::rigs

@@ -3,6 +3,6 @@
 
 namespace tumble {
 
-const Rig& find_rig(std::string_view name) { return find_entry(rigs::catalogue(), name, "rig"); }
+const Rig& find_rig(std::string_view name) { return find_entry(rig_catalogue(), name, "rig"); }
 
 }  // namespace tumble

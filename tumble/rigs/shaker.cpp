@@ -13,6 +13,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double turn = 2.0 * std::numbers::pi;
@@ -315,8 +317,7 @@ Reference reference(const RigRun& run) {
 
 }  // namespace
 
-extern const Rig shaker;
-const Rig shaker{.name = "shaker",
+extern const Rig shaker{.name = "shaker",
                  .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
                  .axes = axes,
                  .options = options,

@@ -5,6 +5,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double quarter = std::numbers::pi / 2.0;
@@ -48,8 +50,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig three_axis_table;
-const Rig three_axis_table =
+extern const Rig three_axis_table =
     rig_of<machine>("three_axis_table", "three-axis table: outer axis upwards, then a middle and an inner one");
 
 }  // namespace tumble::rigs

@@ -5,6 +5,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double quarter = std::numbers::pi / 2.0;
@@ -44,8 +46,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig two_axis_table;
-const Rig two_axis_table =
+extern const Rig two_axis_table =
     rig_of<machine>("two_axis_table", "two-axis table: an outer axis that carries an inner one at right angles");
 
 }  // namespace tumble::rigs

@@ -10,7 +10,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/source.hpp"
 
-namespace tumble::sim {
+namespace tumble {
 
 /// The segments between one switching-on and the next.
 struct PowerUp {
@@ -56,4 +56,4 @@ std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, con
 /// Steps of the simulation per recorded sample.
 int oversampling_of(const Plan& plan);
 
-}  // namespace tumble::sim
+}  // namespace tumble

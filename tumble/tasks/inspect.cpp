@@ -6,7 +6,7 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/tasks/tasks.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 constexpr std::size_t block_samples = 1 << 20;
@@ -89,4 +89,4 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
   return inspection;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

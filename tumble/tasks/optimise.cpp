@@ -21,8 +21,11 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
+
+using namespace prediction;
+using namespace optimisation;
 
 using Visits = std::vector<CandidateVisit>;
 
@@ -367,4 +370,4 @@ std::string plan_with_schedule(const Plan& plan, const Schedule& schedule) {
                                   plan_file::schedule_text(schedule, find_rig(plan.rig_kind).axes()));
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

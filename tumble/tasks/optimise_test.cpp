@@ -14,7 +14,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// Plans in files of their own.
@@ -349,4 +349,4 @@ TEST_F(Predict, ScheduleTextIsReadBackBitForBit) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

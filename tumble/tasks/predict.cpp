@@ -10,8 +10,10 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
+
+using namespace prediction;
 
 void describe(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method.empty() ? "predict" : plan.method;
@@ -66,4 +68,4 @@ Estimate predict(const Plan& plan) {
   return estimate;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

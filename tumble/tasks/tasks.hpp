@@ -13,7 +13,7 @@
 #include "tumble/sim/simulate.hpp"
 
 /// One function per user intent: all that a front end may call.
-namespace tumble::tasks {
+namespace tumble {
 
 /// The `--set key=value` of a command line. Plain keys are [settings] of the method, "truth.key" and "rig.key" those of
 /// the other tables, "channels.role" that of [channels]; "rate", "missing", "columns", "segment_column" and
@@ -98,4 +98,4 @@ struct Inspection {
 Inspection inspect(const std::string& path, const ReadOptions& options, const Progress& progress,
                    std::uintmax_t whole_below = 2'000'000'000);
 
-}  // namespace tumble::tasks
+}  // namespace tumble

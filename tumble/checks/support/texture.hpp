@@ -2,7 +2,7 @@
 
 #include <span>
 
-namespace tumble {
+namespace tumble::support {
 
 /// What a signal looks like from one sample to the next.
 struct Texture {
@@ -23,4 +23,4 @@ struct Texture {
 /// Valid     a long signal is judged by 64 stretches of 1024 samples spread over it
 Texture texture_of(std::span<const double> values);
 
-}  // namespace tumble
+}  // namespace tumble::support

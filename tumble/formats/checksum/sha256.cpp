@@ -8,7 +8,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::formats {
+namespace tumble::checksum {
 
 namespace {
 
@@ -43,27 +43,27 @@ std::string Sha256::hex() {
 }
 
 std::string sha256_of_file(const std::string& path) {
-  InputFile file(path);
+  file::InputFile file(path);
   Sha256 hash;
   std::string block(std::size_t{1} << 18, '\0');
   while (const std::size_t count = file.read(block.data(), block.size())) hash.add({block.data(), count});
   return hash.hex();
 }
 
-}  // namespace tumble::formats
+}  // namespace tumble::checksum
 
 namespace tumble {
 
 std::string sha256_of(std::string_view bytes) {
-  formats::Sha256 sum;
+  checksum::Sha256 sum;
   sum.add(bytes);
   return sum.hex();
 }
 
-std::string sha256_of_file(const std::string& path) { return formats::sha256_of_file(path); }
+std::string sha256_of_file(const std::string& path) { return checksum::sha256_of_file(path); }
 
 std::function<std::string()> sha256_in_background(const std::string& path) {
-  return [sum = std::async(std::launch::async, formats::sha256_of_file, path).share()] { return sum.get(); };
+  return [sum = std::async(std::launch::async, checksum::sha256_of_file, path).share()] { return sum.get(); };
 }
 
 }  // namespace tumble

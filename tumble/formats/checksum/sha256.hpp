@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace tumble::formats {
+namespace tumble::checksum {
 
 /// SHA-256 of bytes that come piece by piece.
 class Sha256 {
@@ -23,4 +23,4 @@ class Sha256 {
 /// Of a whole file. Throws Error::bad_file.
 std::string sha256_of_file(const std::string& path);
 
-}  // namespace tumble::formats
+}  // namespace tumble::checksum

@@ -6,13 +6,13 @@
 #include "tumble/formats/csv/read.hpp"
 #include "tumble/formats/format.hpp"
 
-namespace tumble::formats {
+namespace tumble::csv {
 
 namespace {
 
 /// Text: no control characters but tabs and line breaks in the first bytes.
 bool recognises(const std::string& path) {
-  InputFile file(path);
+  file::InputFile file(path);
   char bytes[4096];
   const std::size_t count = file.read(bytes, sizeof bytes);
   return count > 0 && std::none_of(bytes, bytes + count, [](char c) {
@@ -22,7 +22,7 @@ bool recognises(const std::string& path) {
 }
 
 /// A cell with its separator has about the eight bytes that a value takes.
-std::uintmax_t memory(const std::string& path, const ReadOptions&) { return InputFile(path).size(); }
+std::uintmax_t memory(const std::string& path, const ReadOptions&) { return file::InputFile(path).size(); }
 
 }  // namespace
 
@@ -35,4 +35,4 @@ extern const Format csv{"csv",
                         tumble::csv::stream,
                         tumble::csv::writer};
 
-}  // namespace tumble::formats
+}  // namespace tumble::csv

@@ -46,7 +46,7 @@ void take_comment(Layout& layout, std::string_view line) {
   if (key == "clock") {
     if (auto clock = clock_from(json)) layout.clock = clock;
   } else {
-    formats::annotate(layout.annotations, layout.kinds, key, json);
+    file::annotate(layout.annotations, layout.kinds, key, json);
   }
 }
 

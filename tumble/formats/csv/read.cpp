@@ -160,7 +160,7 @@ class Taker {
   bool timed_;
   std::size_t slot_;
   Unit unit_;
-  formats::EvenClock clock_;
+  file::EvenClock clock_;
 };
 
 void set_timeline(Recording& recording, const Timeline& timeline) {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace tumble::formats {
+namespace tumble::file {
 
 using Json = nlohmann::ordered_json;
 
@@ -106,4 +106,4 @@ bool annotate_all(Recording& recording, std::string_view json) {
   return true;
 }
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

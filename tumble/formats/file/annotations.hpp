@@ -7,7 +7,7 @@
 
 #include "tumble/core/recording.hpp"
 
-namespace tumble::formats {
+namespace tumble::file {
 
 /// What a recording carries besides its channels, as JSON texts by key: instrument, marks, meta; and quantities for
 /// channels whose kind does not follow from their unit. What is empty has no key.
@@ -25,4 +25,4 @@ bool annotate_all(Recording& recording, std::string_view json);
 /// The kind of that name; false when there is none.
 bool kind_named(std::string_view text, QuantityKind& kind);
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

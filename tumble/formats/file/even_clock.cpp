@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tumble::formats {
+namespace tumble::file {
 
 namespace {
 
@@ -63,4 +63,4 @@ bool EvenClock::allows(const Timeline& stated) const {
   return count_ == 1 || (interval >= written_.low && interval <= written_.high);
 }
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

@@ -6,7 +6,7 @@
 
 #include "tumble/core/channel.hpp"
 
-namespace tumble::formats {
+namespace tumble::file {
 
 /// Decides whether stamps are evenly spaced, one stamp after the other and in constant memory.
 ///
@@ -44,4 +44,4 @@ class EvenClock {
   Interval exact_;      ///< to rounding alone
 };
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

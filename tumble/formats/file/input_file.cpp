@@ -9,7 +9,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::formats {
+namespace tumble::file {
 
 namespace {
 
@@ -44,4 +44,4 @@ std::size_t InputFile::read(char* to, std::size_t count) {
   }
 }
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-namespace tumble::formats {
+namespace tumble::file {
 
 /// A regular file opened for reading from the beginning.
 class InputFile {
@@ -24,4 +24,4 @@ class InputFile {
   std::size_t size_ = 0;
 };
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

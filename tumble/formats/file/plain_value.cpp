@@ -7,7 +7,7 @@
 
 #include "tumble/formats/csv/number.hpp"
 
-namespace tumble::formats {
+namespace tumble::file {
 
 namespace {
 
@@ -66,4 +66,4 @@ double plain_value(double value_si, const Unit& unit) {
   return unit.to_si(decimal) == value_si ? decimal : shortest_near(value, value_si, unit);
 }
 
-}  // namespace tumble::formats
+}  // namespace tumble::file

@@ -4,13 +4,13 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/hdf5/read.hpp"
 
-namespace tumble::formats {
+namespace tumble::hdf5 {
 
 namespace {
 
 /// The signature may stand behind a user block (MATLAB: 512 bytes).
 bool recognises(const std::string& path) {
-  InputFile file(path);
+  file::InputFile file(path);
   std::string bytes(2048 + 8, '\0');
   const std::size_t count = file.read(bytes.data(), bytes.size());
   for (const std::size_t offset : {0, 512, 1024, 2048})
@@ -29,4 +29,4 @@ extern const Format hdf5{"hdf5",
                          tumble::hdf5::stream,
                          tumble::hdf5::writer};
 
-}  // namespace tumble::formats
+}  // namespace tumble::hdf5

@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 
 /// One output: its compressed rows over the sd of its white noise, and where they stand among those of all.
 struct Part {
-  mixed::Compressed rows;
+  mixed_model::Compressed rows;
   VectorXd start, residuals;  ///< ordinary least squares
   double unit = 1.0;          ///< sd that the rows were divided by
   Index first_row = 0, first_parameter = 0;
@@ -48,7 +48,7 @@ struct Draws {
 };
 
 /// White noise as unit, or where there is none a small part of what else moves the rows, so that V stays positive.
-double unit_of(const mixed::Compressed& rows, const MixedData& data, const MixedFit& alone) {
+double unit_of(const mixed_model::Compressed& rows, const MixedData& data, const MixedFit& alone) {
   double known = 0.0;
   const double n = static_cast<double>(std::max<Index>(1, rows.design.rows()));
   known += rows.effects.squaredNorm() / n;
@@ -63,8 +63,8 @@ std::vector<Part> parts_of(std::span<const MixedData> outputs, std::span<const M
   Index row = 0, parameter = 0;
   for (std::size_t c = 0; c < outputs.size(); ++c) {
     Part part;
-    part.rows = mixed::compress(outputs[c], std::sqrt(alone[c].white_variance));
-    std::tie(part.start, part.residuals) = mixed::ordinary(part.rows);
+    part.rows = mixed_model::compress(outputs[c], std::sqrt(alone[c].white_variance));
+    std::tie(part.start, part.residuals) = mixed_model::ordinary(part.rows);
     part.unit = unit_of(part.rows, outputs[c], alone[c]);
     part.rows.design /= part.unit;
     part.rows.effects /= part.unit;
@@ -154,7 +154,7 @@ void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alo
 }
 
 /// Best prediction of the draws, D' V^-1 (y - X b), and what is left of their unit variance.
-std::vector<FoundEffect> found(const Draws& draws, const MatrixXd& columns, const mixed::Estimator& estimator,
+std::vector<FoundEffect> found(const Draws& draws, const MatrixXd& columns, const mixed_model::Estimator& estimator,
                                const VectorXd& residuals) {
   const VectorXd weighted = estimator.root.solve(residuals);
   std::vector<FoundEffect> effects;
@@ -188,7 +188,7 @@ JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const Mix
   }
   MatrixXd columns(n, at(draws.columns.size()));
   for (std::size_t k = 0; k < draws.columns.size(); ++k) columns.col(at(k)) = draws.columns[k];
-  const auto best = mixed::estimator(design, covariance_of(outputs, alone, parts, columns));
+  const auto best = mixed_model::estimator(design, covariance_of(outputs, alone, parts, columns));
 
   JointFit out;
   MixedFit& fit = out.fit;

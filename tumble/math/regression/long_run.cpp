@@ -227,7 +227,7 @@ LongRun long_run(const std::vector<std::span<const double>>& series, double high
   return out;
 }
 
-double slow_gain(std::span<const Stretch> stretches) {
+double slow_gain(std::span<const WeightedSpan> stretches) {
   const auto& second = twice_integrated_log;
   double sum = 0.0;
   for (const auto& a : stretches)

@@ -56,12 +56,12 @@ struct LongRun {
 LongRun long_run(const std::vector<std::span<const double>>& series, double highest, bool slow);
 
 /// A stretch of time with even weights of sum `weight`.
-struct Stretch {
+struct WeightedSpan {
   double begin = 0.0, end = 0.0, weight = 0.0;
 };
 
 /// Variance of the sum of the means over stretches times their weights, for noise of two-sided density 1/f; the weights
 /// add up to 0, and the unit of time does not matter:  -2 sum_ij w_i w_j <ln|t - s|>, t in i, s in j.
-double slow_gain(std::span<const Stretch> stretches);
+double slow_gain(std::span<const WeightedSpan> stretches);
 
 }  // namespace tumble

@@ -94,8 +94,8 @@ TEST(LongRun, Correlation) {
 // Two means that follow each other differ by 8 ln 2 for the density 1/f: twice the Allan variance 2 ln 2 h of a
 // one-sided density h/f = 2/f.
 TEST(LongRun, SlowGain) {
-  EXPECT_NEAR(slow_gain(std::vector<Stretch>{{0.0, 1.0, 1.0}, {1.0, 2.0, -1.0}}), 8.0 * std::numbers::ln2, 1e-12);
-  EXPECT_NEAR(slow_gain(std::vector<Stretch>{{5.0, 65.0, 1.0}, {65.0, 125.0, -1.0}}), 8.0 * std::numbers::ln2, 1e-9);
+  EXPECT_NEAR(slow_gain(std::vector<WeightedSpan>{{0.0, 1.0, 1.0}, {1.0, 2.0, -1.0}}), 8.0 * std::numbers::ln2, 1e-12);
+  EXPECT_NEAR(slow_gain(std::vector<WeightedSpan>{{5.0, 65.0, 1.0}, {65.0, 125.0, -1.0}}), 8.0 * std::numbers::ln2, 1e-9);
 }
 
 TEST(LongRun, SlowNoiseIsFoundAndWhiteNoiseHasNone) {

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using mixed::Compressed;
+using mixed_model::Compressed;
 
 /// Covariance that one known effect gives the parameters.
 MatrixXd effect_covariance(const Compressed& rows, const MatrixXd& gain, Index effect) {
@@ -68,7 +68,7 @@ void refuse_unusable(const MixedData& data, bool with_observations) {
 }
 
 MatrixXd covariance_of(const MixedData& data, const Compressed& rows, const VectorXd& variances) {
-  MatrixXd v = mixed::known_covariance(rows);
+  MatrixXd v = mixed_model::known_covariance(rows);
   for (std::size_t c = 0; c < data.slow.size(); ++c)
     v += variances[at(c) + 1] * rows.incidence * map(data.slow[c].kernel) * rows.incidence.transpose();
   const double floor = 1e-10 * v.diagonal().mean();  // an estimator needs V positive; the sources hold the true one
@@ -80,11 +80,11 @@ MatrixXd covariance_of(const MixedData& data, const Compressed& rows, const Vect
 
 MixedFit fit_mixed_model(const MixedData& data) {
   refuse_unusable(data, true);
-  const Compressed rows = mixed::compress(data, mixed::scatter_within(data));
-  const auto [start, residuals] = mixed::ordinary(rows);
-  const mixed::Components found = mixed::restricted_likelihood(data, rows, residuals);
+  const Compressed rows = mixed_model::compress(data, mixed_model::scatter_within(data));
+  const auto [start, residuals] = mixed_model::ordinary(rows);
+  const mixed_model::Components found = mixed_model::restricted_likelihood(data, rows, residuals);
   const MatrixXd v = covariance_of(data, rows, found.variances);
-  const mixed::Estimator g = mixed::estimator(rows.design, v);
+  const mixed_model::Estimator g = mixed_model::estimator(rows.design, v);
   const VectorXd correction = g.gain * residuals;
   const VectorXd b = start + correction;
 
@@ -106,12 +106,12 @@ MixedFit fit_mixed_model(const MixedData& data) {
 
 MixedFit predict_mixed_model(const MixedData& data, double white_variance) {
   refuse_unusable(data, false);
-  const Compressed rows = mixed::compress(data, std::sqrt(white_variance));
-  mixed::ordinary(rows);
+  const Compressed rows = mixed_model::compress(data, std::sqrt(white_variance));
+  mixed_model::ordinary(rows);
   VectorXd variances(at(data.slow.size()) + 1);
   variances[0] = white_variance;
   for (std::size_t c = 0; c < data.slow.size(); ++c) variances[at(c) + 1] = data.slow[c].variance;
-  const mixed::Estimator g = mixed::estimator(rows.design, covariance_of(data, rows, variances));
+  const mixed_model::Estimator g = mixed_model::estimator(rows.design, covariance_of(data, rows, variances));
   MixedFit fit;
   fit.parameters.assign(data.design.columns, 0.0);
   add_sources(data, rows, g.gain, variances, fit);

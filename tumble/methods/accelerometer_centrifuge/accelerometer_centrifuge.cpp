@@ -8,7 +8,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::accelerometer_centrifuge {
 namespace {
 
 using accelerometer::Normalised;
@@ -25,25 +25,25 @@ std::optional<double> longer_by(const Normalised& found) {
 
 Normalised fitted(const Evidence& evidence) {
   const auto& settings = evidence.plan.settings;
-  auto problem = arm::problem_of(settings);
-  if (!arm::scale_factor_is_known(settings))
-    return accelerometer::identify(evidence, std::move(problem), arm::leave_out_what_is_constant);
-  return accelerometer::identify_with_known_scale_factor(evidence, std::move(problem), arm::leave_out_what_is_constant);
+  auto problem = problem_of(settings);
+  if (!scale_factor_is_known(settings))
+    return accelerometer::identify(evidence, std::move(problem), leave_out_what_is_constant);
+  return accelerometer::identify_with_known_scale_factor(evidence, std::move(problem), leave_out_what_is_constant);
 }
 
 Normalised expected(const Plan& plan) {
-  auto problem = arm::problem_of(plan.settings);
-  if (!arm::scale_factor_is_known(plan.settings))
-    return accelerometer::predict(plan, std::move(problem), arm::leave_out_what_is_constant);
-  return accelerometer::predict_with_known_scale_factor(plan, std::move(problem), arm::leave_out_what_is_constant);
+  auto problem = problem_of(plan.settings);
+  if (!scale_factor_is_known(plan.settings))
+    return accelerometer::predict(plan, std::move(problem), leave_out_what_is_constant);
+  return accelerometer::predict_with_known_scale_factor(plan, std::move(problem), leave_out_what_is_constant);
 }
 
 /// Where the radius is a parameter, its uncertainty is not an error besides.
 Evidence with_radius_to_find(Evidence evidence, double longer) {
-  evidence.plan = arm::with_radius_to_find(std::move(evidence.plan), longer);
+  evidence.plan = accelerometer_centrifuge::with_radius_to_find(std::move(evidence.plan), longer);
   for (auto& plan : evidence.plans)
     if (plan && plan->rig_kind == "centrifuge")
-      plan = std::make_shared<const Plan>(arm::with_radius_to_find(*plan, longer));
+      plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*plan, longer));
   return evidence;
 }
 
@@ -61,16 +61,16 @@ Estimate identify(const Evidence& evidence, const Progress&) {
     found = fitted(used);
     longer = longer_by(found);
   }
-  return arm::answer_of(used, std::move(found));
+  return answer_of(used, std::move(found));
 }
 
 Estimate predict(const Plan& plan) {
   auto found = expected(plan);
-  if (!longer_by(found)) return arm::answer_of({plan, {}, {}}, std::move(found));
-  Plan free = arm::with_radius_to_find(plan, 0.0);
+  if (!longer_by(found)) return answer_of({plan, {}, {}}, std::move(found));
+  Plan free = accelerometer_centrifuge::with_radius_to_find(plan, 0.0);
   for (auto& entry : free.recordings)
-    if (entry.plan) entry.plan = std::make_shared<const Plan>(arm::with_radius_to_find(*entry.plan, 0.0));
-  return arm::answer_of({free, {}, {}}, expected(free));
+    if (entry.plan) entry.plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*entry.plan, 0.0));
+  return answer_of({free, {}, {}}, expected(free));
 }
 
 }  // namespace
@@ -83,10 +83,10 @@ extern const Method accelerometer_centrifuge{
         "GJB 2504; the idea of both senses on a centrifuge as in IEEE Std 836",
     .needs_plan = true,
     .roles = roles,
-    .options = arm::options,
+    .options = options,
     .identify = identify,
-    .trial = arm::trial,
+    .trial = trial,
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::accelerometer_centrifuge

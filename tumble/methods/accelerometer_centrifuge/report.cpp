@@ -12,7 +12,7 @@
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::arm {
+namespace tumble::accelerometer_centrifuge {
 namespace {
 
 using accelerometer::Normalised;
@@ -255,4 +255,4 @@ Estimate answer_of(const Evidence& evidence, Normalised found) {
   return estimate;
 }
 
-}  // namespace tumble::methods::arm
+}  // namespace tumble::accelerometer_centrifuge

@@ -8,7 +8,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::arm {
+namespace tumble::accelerometer_centrifuge {
 namespace {
 
 struct Value {
@@ -87,4 +87,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::arm
+}  // namespace tumble::accelerometer_centrifuge

@@ -6,7 +6,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::accelerometer_dynamic {
 namespace {
 
 using linear::Problem;
@@ -141,4 +141,4 @@ extern const Method accelerometer_dynamic{
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::accelerometer_dynamic

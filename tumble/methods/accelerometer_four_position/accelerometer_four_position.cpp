@@ -7,10 +7,8 @@
 // Symbols of the source: N_ij pulses in position j, H counting window, G gravity, K_m reference scale factor, nabla
 // bias.
 
-namespace tumble::methods {
+namespace tumble::accelerometer_four_position {
 namespace {
-
-using namespace four;
 
 std::vector<Role> roles() {
   return {accelerometer::role(),
@@ -103,8 +101,8 @@ extern const Method accelerometer_four_position{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = four::trial,
-    .compensate = four::compensate,
+    .trial = trial,
+    .compensate = compensate,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::accelerometer_four_position

@@ -4,7 +4,7 @@
 
 #include "tumble/math/matrix.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// Variances found by the restricted likelihood, with their covariance.
 struct Components {
@@ -22,4 +22,4 @@ struct Components {
 Components components_of(const Matrix& design, const std::vector<double>& z, const Matrix& known,
                          const std::vector<Matrix>& kernels);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -10,7 +10,7 @@
 #include "tumble/reduce/vibration/windows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 /// [s] from each stamp to the next; the last as the median.
@@ -135,4 +135,4 @@ void refuse_overflow(const Bench& bench) {
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -6,7 +6,7 @@
 #include "tumble/methods/accelerometer_four_position/polynomial.hpp"
 #include "tumble/methods/accelerometer_four_position/stacked.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// Powers of the centred and scaled temperature u = (T - T_0)/h; one column for what does not depend on it.
 struct Design {
@@ -25,4 +25,4 @@ Design design_of(const Bench& bench, const Stacked& all, std::size_t order);
 ///   sum_k beta_k ((T - T_0)/h)^k = sum_j b_j T^j,  b_j = sum_k beta_k/h^k binomial(k, j) (-T_0)^(k - j)
 Eigen::MatrixXd to_plain(const Design& design);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

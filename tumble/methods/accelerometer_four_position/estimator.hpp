@@ -4,7 +4,7 @@
 #include <cstddef>
 
 /// Closed forms for four positions: eq. (3.5) in units of the reference scale factor, y = E/K_m [m/s^2].
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// What four positions give, in this order.
 enum Quantity : std::size_t { bias, scale_factor_error, second_order, misalignment, quantities };
@@ -30,4 +30,4 @@ FourResults from_two(const FourOutputs& y, double gravity);
 /// Given  sign  +1: theta_t, with p up in position 2; -1: theta_p, with t (= o) up in position 2
 FourResults from_four(const FourOutputs& y, double gravity, double sign);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -8,7 +8,7 @@
 
 #include "tumble/core/say.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Severity = Finding::Severity;
@@ -144,4 +144,4 @@ void add_findings(const Bench& bench, const Reduced& reduced, const Settings& se
   say_what_is_hidden(bench, reduced, findings);
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

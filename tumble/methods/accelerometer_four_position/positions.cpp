@@ -12,7 +12,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 constexpr double near_axis = 0.05;  ///< [rad] by which an axis may lean and still count as vertical
@@ -277,7 +277,7 @@ void set_white(Bench& bench) {
     bench.white_freedom += position.freedom;
     // n roundings correlated by -1/2 with their neighbours: squares about the mean of (n - 1/n) variances
     const double n = position.freedom + 1.0;
-    rounding += (n - 1.0 / n) * position.averaging * rounding_variance(bench.pulse, position.averaging);
+    rounding += (n - 1.0 / n) * position.averaging * pulses::rounding_variance(bench.pulse, position.averaging);
   }
   if (bench.white_freedom > 0.0) bench.white = std::max(0.0, (squares - rounding) / bench.white_freedom);
 }
@@ -325,4 +325,4 @@ Bench bench_of(const Plan& plan) {
   return bench;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -12,7 +12,7 @@
 /// Four positions of an accelerometer in gravity, at one or several temperatures.
 ///
 /// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019, figure 11, eq. (3.5), (3.6)
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// Which way the axes point in a position.
 enum class Place { none, up, down, level };
@@ -75,4 +75,4 @@ Bench bench_of(const Evidence& evidence, const std::string& role);
 /// The same of a plan, around its [truth].
 Bench bench_of(const Plan& plan);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

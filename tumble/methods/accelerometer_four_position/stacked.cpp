@@ -7,7 +7,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Eigen::Index;
@@ -64,4 +64,4 @@ Stacked stacked_of(const Bench& bench, bool two) {
   return all;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

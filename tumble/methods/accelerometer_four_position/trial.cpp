@@ -10,7 +10,7 @@
 #include "tumble/models/model.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 constexpr double temperatures[] = {-20.0, 0.0, 20.0, 40.0, 60.0};  ///< [degC]
@@ -100,4 +100,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -5,7 +5,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::accelerometer_tumble {
 namespace {
 
 std::vector<Role> roles() { return {accelerometer::role()}; }
@@ -14,14 +14,14 @@ Estimate identify(const Evidence& evidence, const Progress&) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const auto& settings = evidence.plan.settings;
   const Evidence used = accelerometer::at_one_rate(evidence);
-  auto found = accelerometer::identify(used, multi_position::problem_of(settings), multi_position::refine_of(settings));
-  return multi_position::answer_of(used, std::move(found));
+  auto found = accelerometer::identify(used, problem_of(settings), refine_of(settings));
+  return answer_of(used, std::move(found));
 }
 
 Estimate predict(const Plan& plan) {
   auto found =
-      accelerometer::predict(plan, multi_position::problem_of(plan.settings), multi_position::refine_of(plan.settings));
-  return multi_position::answer_of({plan, {}, {}}, std::move(found));
+      accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings));
+  return answer_of({plan, {}, {}}, std::move(found));
 }
 
 }  // namespace
@@ -34,10 +34,10 @@ extern const Method accelerometer_tumble{
         "GJB 2504; Lu Hanjie, Liu Yabin, Zhou Qiang, 2019, eq. (3.1), (3.5)",
     .needs_plan = true,
     .roles = roles,
-    .options = multi_position::options,
+    .options = options,
     .identify = identify,
-    .trial = multi_position::trial,
+    .trial = trial,
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::accelerometer_tumble

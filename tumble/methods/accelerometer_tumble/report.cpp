@@ -11,7 +11,7 @@
 #include "tumble/reduce/accelerometer/hidden.hpp"
 #include "tumble/reduce/accelerometer/output.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::accelerometer_tumble {
 namespace {
 
 using accelerometer::Normalised;
@@ -203,4 +203,4 @@ Estimate answer_of(const Evidence& evidence, Normalised found) {
   return estimate;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::accelerometer_tumble

@@ -7,7 +7,7 @@
 #include "tumble/methods/allan_noise/all_taus.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/allan_noise/family.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
@@ -20,7 +20,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::allan_noise {
 namespace {
 
 std::vector<Role> roles() {
@@ -133,7 +133,7 @@ std::vector<Option> options() {
 }
 
 /// Deviation curve and fit of one stretch. What stands in its way is said in `failure`.
-ChannelNoise analyse(const Stretch& stretch, const Settings& settings) {
+ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
   ChannelNoise result;
   result.label = stretch.label;
   result.kind = stretch.channel->kind;
@@ -210,7 +210,7 @@ Estimate stream(const StreamedEvidence& evidence, const Progress&) {
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   check(settings);
-  const auto found = stretches(evidence);
+  const auto found = channel_runs(evidence);
   std::vector<ChannelNoise> results(found.size());
   report(progress, 0.0, "Allan deviation");
   parallel_for(found.size(), [&](std::size_t i) { results[i] = analyse(found[i], settings); });
@@ -263,4 +263,4 @@ extern const Method allan_noise{
     .predict = nullptr,
     .stream = stream};
 
-}  // namespace tumble::methods
+}  // namespace tumble::allan_noise

@@ -12,9 +12,9 @@
 #include "tumble/math/stability/every_tau.hpp"
 #include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/math/spectrum/power_spectrum.hpp"
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// What length of record a term takes.
 struct LengthAdvice {
@@ -74,4 +74,4 @@ double coefficient(NoiseTerm term, double squared, double rate);
 /// wanted_sd: relative, of the advice on the length of record.
 Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

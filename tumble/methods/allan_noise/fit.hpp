@@ -7,10 +7,10 @@
 #include "tumble/math/stability/allan.hpp"
 #include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// Noise terms by maximum likelihood of the record, and what length of record each would take. Bands that lines fall
 /// into are left out.
@@ -30,4 +30,4 @@ void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings
 NoiseFit fit_allan_curve(const EvenSignal& signal, const std::vector<DeviationPoint>& curve,
                          const AllanOptions& options, const Settings& settings);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -7,7 +7,7 @@
 #include "tumble/core/finding.hpp"
 #include "tumble/math/noise/noise_bands.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A sine in the record.
 struct SpectralLine {
@@ -26,4 +26,4 @@ NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine
 /// Whether the scatter of the fastest contrasts changes along the record by more than 5 standard deviations.
 Findings changes_along(const NoiseBands& bands, double begin, double rate, const std::string& label);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

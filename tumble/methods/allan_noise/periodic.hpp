@@ -8,7 +8,7 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A record as sines and noise.
 struct PeriodicFit {
@@ -35,4 +35,4 @@ double allan_variance_of(const FittedLine& line, double factor);
 /// Table `lines`, where there are any.
 void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

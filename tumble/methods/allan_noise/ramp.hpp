@@ -6,7 +6,7 @@
 
 #include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A straight trend of a rate signal, estimated beside its noise.
 struct Ramp {
@@ -29,4 +29,4 @@ std::vector<AllanObservation> without_ramp(std::vector<AllanObservation> observa
 /// The record less the line, for its Allan variance.
 std::vector<double> levelled(std::span<const double> values, double rate, double slope);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

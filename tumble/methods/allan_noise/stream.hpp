@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/method.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// Scatter within 400 to 800 equal blocks of a record, however long it grows.
 class ScatterBlocks {
@@ -63,4 +63,4 @@ class EvenStream {
 /// Throws Error::bad_input for an estimator or a timing that needs all samples at once.
 std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

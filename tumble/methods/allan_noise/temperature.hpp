@@ -7,9 +7,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// How a channel follows the temperature of its recording.
 struct TemperatureEffect {
@@ -29,7 +29,7 @@ std::optional<TemperatureEffect> temperature_effect(std::span<const double> valu
                                                     const ChannelNoise& channel);
 
 /// Table `temperature` and findings, where a recording has a channel of temperature.
-void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& stretches,
+void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -5,7 +5,7 @@
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 
 /// Where arm and table stand in the middle of each sample.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 class Angles {
  public:
@@ -42,4 +42,4 @@ class Angles {
 /// From the stamp to the middle of the interval that begins there [s].
 inline double to_middle(const Channel& channel) { return 0.5 / mean_rate(channel); }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -13,7 +13,7 @@
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
@@ -76,7 +76,7 @@ void require(const Plan& plan, std::vector<std::string>& problems) {
 
 std::size_t add_rigs(const Plan& plan, double rate, Test& test) {
   const std::size_t first = test.rigs.size();
-  for (auto& one : sim::power_ups(plan.schedule, rate)) {
+  for (auto& one : power_ups(plan.schedule, rate)) {
     RigPowerUp rig{&plan, {std::move(one.segments), plan.rig, plan.site, rate, {}, RandomStream(0)}, {}, {0.0}};
     for (const auto& segment : rig.run.segments) rig.begins.push_back(rig.begins.back() + segment.duration);
     rig.reference = find_rig(plan.rig_kind).reference(rig.run);
@@ -266,4 +266,4 @@ Test test_of(const Evidence& evidence) {
   throw Error(Error::Kind::bad_data, problems);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

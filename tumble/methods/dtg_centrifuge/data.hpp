@@ -9,7 +9,7 @@
 #include "tumble/rigs/rig.hpp"
 
 /// A gyro and a reference gyro on the table of a centrifuge: which samples belong to which level of which power-up.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// What is recorded of the instruments.
 enum Signal : std::size_t { gyro, gyro_y, reference };
@@ -59,4 +59,4 @@ Test test_of(const Evidence& evidence);
 /// "run 2, spin 3"
 std::string where_of(const Stretch& stretch);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

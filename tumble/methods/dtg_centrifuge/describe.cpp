@@ -9,7 +9,7 @@
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
@@ -427,4 +427,4 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
   add_curves(outcome, reduction.levels, group, ledger, estimate);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

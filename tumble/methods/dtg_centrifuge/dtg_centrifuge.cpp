@@ -20,10 +20,8 @@
 //   Z_D/F_X = p - i sigma q,  K = |Z_D|/a                   F_X = -a, sigma = +1: spin axis up          (1.10), (1.14)
 //   p(a) = p_0 + p_2 a^2 + ..., q alike, zeta = K(a)/K(a_1) - 1                                         (1.13)
 
-namespace tumble::methods {
+namespace tumble::dtg_centrifuge {
 namespace {
-
-using namespace dtg;
 
 std::vector<Role> roles() {
   return {{"gyro", "deg/h", true, "output X of the gyro under test"},
@@ -189,12 +187,11 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return estimate;
 }
 
-Trial trial_of(std::uint64_t seed) { return trial(seed, dtg::options()); }
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
 
 }  // namespace
 
-extern const Method dtg_centrifuge;
-const Method dtg_centrifuge{
+extern const Method dtg_centrifuge{
     .name = "dtg_centrifuge",
     .summary =
         "specific-force-sensitive drift of a tuned gyro and its nonlinearity on a centrifuge with a table that "
@@ -202,10 +199,10 @@ const Method dtg_centrifuge{
     .source = "CN102636185A, 2012, eq. (1.1)-(1.16); GUM (JCGM 100:2008); Patterson and Thompson, Biometrika 58, 1971",
     .needs_plan = true,
     .roles = roles,
-    .options = dtg::options,
+    .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = dtg::compensate,
+    .compensate = compensate,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::dtg_centrifuge

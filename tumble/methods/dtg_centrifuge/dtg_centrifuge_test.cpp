@@ -51,7 +51,7 @@ Motion turning(double rate) {
 }
 
 Plan plan_of(const Synthetic& s) {
-  Plan plan = methods::trial_plan("dtg_centrifuge", method().options(), "dynamically_tuned_gyro",
+  Plan plan = trial_plan("dtg_centrifuge", method().options(), "dynamically_tuned_gyro",
                                   "counter_rotating_centrifuge", s.rate);
   plan.site = Site{0.0, 0.0, 0.0, g};
   plan.rig.set_number("radius", radius, Unit::parse("m"));
@@ -234,7 +234,7 @@ TEST(DtgCentrifuge, BothOrientationsTellDxFromDxz) {
 TEST(DtgCentrifuge, OrientationsMayShareOnePlan) {
   Plan plan = method().trial(1).evidence.plan;
   plan.rig.set_flag("ideal", true);
-  methods::set_truth(plan, "angle_random_walk", 0.0, "deg/sqrt(h)");
+  set_truth(plan, "angle_random_walk", 0.0, "deg/sqrt(h)");
   plan.beside[0].truth.set_number("angle_random_walk", 0.0, Unit::parse("deg/sqrt(h)"));
   for (auto& segment : plan.schedule) {
     Motion mount;
@@ -395,9 +395,9 @@ TEST(DtgCentrifuge, PolynomialMakesZetaFiveTimesAsGood) {
 
 TEST(DtgCentrifuge, OutputYIsIdentifiedToo) {
   Plan plan = method().trial(1).evidence.plan;
-  methods::set_truth(plan, "y_D_x", 2.0, "deg/h/g");
-  methods::set_truth(plan, "y_D_y", 5.0, "deg/h/g");
-  methods::set_truth(plan, "y_D_yyy", 6e-4, "deg/h/g^3");
+  set_truth(plan, "y_D_x", 2.0, "deg/h/g");
+  set_truth(plan, "y_D_y", 5.0, "deg/h/g");
+  set_truth(plan, "y_D_yyy", 6e-4, "deg/h/g^3");
   plan.rig.set_flag("ideal", true);
   Evidence evidence{plan, {simulate(plan, 3, {})}};
   const Estimate estimate = method().identify(evidence, {});

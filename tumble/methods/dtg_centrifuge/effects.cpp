@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 /// A level as an instrument of the identified terms would show it on a rig.
@@ -174,4 +174,4 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
   return effects;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

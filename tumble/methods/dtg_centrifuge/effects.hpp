@@ -6,7 +6,7 @@
 #include "tumble/methods/dtg_centrifuge/reduce.hpp"
 
 /// What errors of the rig and of the instruments' stated constants do to the sensitive term of every observation.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 struct Effect {
   std::string source;
@@ -38,4 +38,4 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
 
 inline constexpr const char* relation_source = "gain and azimuth of the reference gyro";
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

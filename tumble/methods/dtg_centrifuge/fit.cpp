@@ -11,7 +11,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Eigen::MatrixXd;
@@ -264,4 +264,4 @@ Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, T
   return candidates[chosen];
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -9,7 +9,7 @@
 #include "tumble/methods/dtg_centrifuge/effects.hpp"
 
 /// From observations to levels, and across the levels, eq. (1.13).
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Quantities found together, with their covariance by source.
 struct Found {
@@ -56,4 +56,4 @@ struct Polynomial {
 Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

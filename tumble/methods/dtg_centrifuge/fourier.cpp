@@ -7,7 +7,7 @@
 #include "tumble/math/circle.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 /// Eq. (1.6): the mean at rest of that power-up; the level's own where there is none.
@@ -54,4 +54,4 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   return out;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -8,7 +8,7 @@
 #include "tumble/math/regression/mixed_model.hpp"
 
 /// Parameters as functions of quantities that were found in groups, with covariance and budget from the groups'.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Quantities found together; different groups share no noise.
 struct Group {
@@ -41,4 +41,4 @@ class Ledger {
   std::vector<Gradient> gradients_;
 };
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

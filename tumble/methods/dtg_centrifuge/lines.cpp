@@ -10,7 +10,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Columns = Eigen::Matrix<double, columns, 1>;
@@ -321,4 +321,4 @@ double mean_of(const Channel& channel, double begin, double end) {
   return sum / count;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

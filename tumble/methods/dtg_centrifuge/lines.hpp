@@ -9,7 +9,7 @@
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 
 /// The lines of the gyros at the table's angle and at the heading, by least squares, eq. (1.12).
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 using Complex = std::complex<double>;
 
@@ -70,4 +70,4 @@ Measured measure(const Test& test, const Stretch& stretch, const Instruments& in
 /// Mean of a signal from `begin` to `end`; NaN without samples.
 double mean_of(const Channel& channel, double begin, double end);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -6,7 +6,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 std::vector<Option> options() {
   using Type = Option::Type;
@@ -102,4 +102,4 @@ void refuse_impossible(const Settings& settings) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -13,7 +13,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 double spin_of(const Measured& m) { return m.stretch->spin_up; }
@@ -261,4 +261,4 @@ Observation observe(const Measured& m, const Reduction& reduction, std::size_t i
   return out;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -9,7 +9,7 @@
 #include "tumble/methods/dtg_centrifuge/seen.hpp"
 
 /// From lines to the sensitive term: gain and azimuth of the reference gyro, true rate taken off, specific force.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// One rate of the arm with one orientation of the spin axis.
 struct Level {
@@ -74,4 +74,4 @@ Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double
 Observation observe(const Measured& measured, const Reduction& reduction, std::size_t index, Signal output,
                     const Relation& relation, Complex sensitivity, bool phase_known);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

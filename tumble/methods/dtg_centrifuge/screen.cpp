@@ -10,7 +10,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
@@ -163,4 +163,4 @@ void check_earth(const std::vector<Measured>& measured, const Test& test, Findin
   }
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -9,7 +9,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/parallel.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 constexpr Eigen::Index points = 192;
@@ -141,4 +141,4 @@ std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Stret
   return shifts;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -6,7 +6,7 @@
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
 
 /// What the plan's rig makes the instruments feel, as lines at the angles that its encoders show.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Along the instrument's x and y axes.
 struct Seen {
@@ -30,4 +30,4 @@ struct SeenShift {
 std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Stretch*>& stretches,
                                  const std::vector<Seen>& nominal);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

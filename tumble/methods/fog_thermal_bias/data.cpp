@@ -10,7 +10,7 @@
 #include "tumble/math/regression/smoothing.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 /// The samples of a channel between two times, with their stamps.
@@ -235,4 +235,4 @@ Settings constants_of(const Settings& settings) {
   return constants;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

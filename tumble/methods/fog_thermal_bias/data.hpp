@@ -7,7 +7,7 @@
 #include "tumble/math/matrix.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// Temperatures of one power-up as the gyro felt them: smoothed, freed of the sensors' lag.
 struct Thermal {
@@ -55,4 +55,4 @@ Felt felt_at(const Thermal& thermal, double time);
 /// The constants of the gyro's table of terms that go with these settings.
 Settings constants_of(const Settings& settings);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

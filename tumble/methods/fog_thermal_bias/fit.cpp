@@ -15,7 +15,7 @@
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 using Eigen::MatrixXd;
@@ -361,4 +361,4 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
   return chosen;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -7,7 +7,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// One model of eq. (5.1): orders of T, gradient and rate, and the columns of the term table it uses.
 struct Candidate {
@@ -88,4 +88,4 @@ struct Residual {
 Residual residual_of(const RunData& run, const std::vector<std::size_t>& columns,
                      const std::vector<double>& parameters);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -17,10 +17,8 @@
 //   a_i(T_0) = A_i0 + A_i1 T_0 + A_i2 T_0^2 + A_i3 T_0^3                             (5.3)
 // Every run has a free level instead of L_0, whose noise would else go into the coefficients.
 
-namespace tumble::methods {
+namespace tumble::fog_thermal_bias {
 namespace {
-
-using namespace fog;
 
 std::vector<Role> roles() {
   return {{"gyro", "deg/h", true, "output of the gyro"},
@@ -129,8 +127,7 @@ Estimate predict(const Plan& plan) {
 
 }  // namespace
 
-extern const Method fog_thermal_bias;
-const Method fog_thermal_bias{
+extern const Method fog_thermal_bias{
     .name = "fog_thermal_bias",
     .summary = "bias of a fibre-optic gyro over temperature, its gradient and its rate, with start temperature",
     .source =
@@ -143,4 +140,4 @@ const Method fog_thermal_bias{
     .compensate = compensate,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::fog_thermal_bias

@@ -5,7 +5,7 @@
 #include "tumble/core/progress.hpp"
 #include "tumble/methods/fog_thermal_bias/fit.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// Everything identified at one assumed sensor lag.
 struct Answer {
@@ -26,4 +26,4 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
 std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer,
                                  double lag);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -7,7 +7,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -120,4 +120,4 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   return curves;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -7,7 +7,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 void require_finite(const Channel& channel) {
@@ -243,4 +243,4 @@ Samples samples_of(const Channel& channel, double begin, double end, double shif
   return s;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

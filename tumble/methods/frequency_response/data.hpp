@@ -9,7 +9,7 @@
 #include "tumble/core/finding.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// How the numbers of the two channels become quantities of one kind, and what the taking of a sample did to them.
 struct Scaling {
@@ -59,4 +59,4 @@ struct Samples {
 };
 Samples samples_of(const Channel& channel, double begin, double end, double shift);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -9,7 +9,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -321,4 +321,4 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
   return std::move(builder.estimate);
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

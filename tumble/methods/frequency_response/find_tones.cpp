@@ -5,7 +5,7 @@
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 constexpr std::size_t blocks = 100;
@@ -121,4 +121,4 @@ Points points_of(const Data& data, const Settings& settings, const Progress& pro
   return points;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -14,10 +14,8 @@
 //   y_j = a_0 + A sinc(fH) cos(2 pi f t_mid,j + p)          (3.8)
 //   |G(f)| = amplitude/(A_ref |sinc(fH)|)                   (3.15)
 
-namespace tumble::methods {
+namespace tumble::frequency_response {
 namespace {
-
-using namespace response;
 
 std::vector<Role> roles() {
   return {{"output", "", false,
@@ -172,8 +170,7 @@ Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
 
 }  // namespace
 
-extern const Method frequency_response;
-const Method frequency_response{
+extern const Method frequency_response{
     .name = "frequency_response",
     .summary = "gain and phase over frequency against a reference, bandwidth, natural frequency and damping",
     .source =
@@ -187,4 +184,4 @@ const Method frequency_response{
     .compensate = nullptr,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::frequency_response

@@ -34,7 +34,7 @@ TEST(FrequencyResponseRealData, ResponseOfARealAccelerometer) {
     for (std::size_t k = 0; k < 5; ++k) s[k] += all[k] / 10.0;
   }
   ASSERT_EQ(sums.size(), 17u);
-  response::Measured m;
+  frequency_response::Measured m;
   for (const auto& [f, s] : sums) {
     m.frequency.push_back(f);
     m.log_gain.push_back(std::log(s[0]));
@@ -43,8 +43,8 @@ TEST(FrequencyResponseRealData, ResponseOfARealAccelerometer) {
     m.phase_variance.push_back(std::pow(s[3] / 2.0, 2));
   }
   // The phase is that of a delay; its published value is 1.511 ms to four digits.
-  EXPECT_NEAR(response::fit_loop(m, response::LoopKind::delay).theta[1], 1.511e-3, 0.0005e-3);
-  const auto crossing = response::crossing_of(m.frequency, m.log_gain);
+  EXPECT_NEAR(frequency_response::fit_loop(m, frequency_response::LoopKind::delay).theta[1], 1.511e-3, 0.0005e-3);
+  const auto crossing = frequency_response::crossing_of(m.frequency, m.log_gain);
   ASSERT_TRUE(crossing.found);  // between 200 Hz (0.7532 of the first) and 250 Hz (0.6319)
   EXPECT_GT(crossing.frequency, 200.0);
   EXPECT_LT(crossing.frequency, 250.0);

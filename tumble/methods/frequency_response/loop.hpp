@@ -6,7 +6,7 @@
 
 #include "tumble/math/matrix.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// A response measured at some frequencies, in the form its models are linear in: ln H = ln gain + i phase.
 struct Measured {
@@ -52,4 +52,4 @@ struct Crossing {
 };
 Crossing crossing_of(const std::vector<double>& frequency, const std::vector<double>& log_gain);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -8,7 +8,7 @@
 #include "tumble/core/progress.hpp"
 #include "tumble/methods/frequency_response/data.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// The response at one frequency: output over reference.
 struct Point {
@@ -50,4 +50,4 @@ double sinc(double x);
 /// as well (not where the stamps were moved to the middle of the windows).
 std::complex<double> corrected(std::complex<double> ratio, double frequency, const Scaling& scaling);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -10,7 +10,7 @@
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -166,4 +166,4 @@ void add_sweep(const Stretch& stretch, const Scaling& scaling, const Settings& s
   }
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -9,7 +9,7 @@
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -262,4 +262,4 @@ void add_tone(const Stretch& stretch, double begin, double end, const Scaling& s
   }
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

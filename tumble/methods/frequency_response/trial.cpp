@@ -7,7 +7,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -107,4 +107,4 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   return trial;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -16,10 +16,8 @@
 // b_n = sum u^(n+1)/sum u^2 over the segments, so that K stays the slope of the least-squares line. Linear in K, K B,
 // K A, K k_n: the engine of linear identification finds these with their covariance.
 
-namespace tumble::methods {
+namespace tumble::gyro_scale_factor {
 namespace {
-
-using namespace scale;
 using Severity = Finding::Severity;
 
 std::vector<Role> roles() {
@@ -341,8 +339,7 @@ Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
 
 }  // namespace
 
-extern const Method gyro_scale_factor;
-const Method gyro_scale_factor{
+extern const Method gyro_scale_factor{
     .name = "gyro_scale_factor",
     .summary = "scale factor of a gyro, its bias, asymmetry, nonlinearity, hysteresis, threshold and resolution",
     .source =
@@ -356,4 +353,4 @@ const Method gyro_scale_factor{
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::gyro_scale_factor

@@ -8,7 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 namespace {
 
 /// Part of a channel between two marks.
@@ -123,4 +123,4 @@ Evidence screened(const Evidence& evidence, const std::string& role, Findings& f
   return out;
 }
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

@@ -7,10 +7,8 @@
 // Symbols of the source: A compensated output, N pulses in a window H, K_m reference scale factor, dK scale errors, E
 // installation errors, nabla bias.
 
-namespace tumble::methods {
+namespace tumble::imu_channel_calibration {
 namespace {
-
-using namespace channels;
 
 std::vector<Role> roles() {
   std::vector<Role> all;
@@ -99,9 +97,9 @@ extern const Method imu_channel_calibration{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = channels::trial,
+    .trial = trial,
     .compensate = nullptr,
     .predict = nullptr,
     .several_instruments = true};
 
-}  // namespace tumble::methods
+}  // namespace tumble::imu_channel_calibration

@@ -5,7 +5,7 @@
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using Three = Eigen::Matrix3d;
@@ -91,4 +91,4 @@ std::vector<double> parameters_of(const Calibration& c) {
   return all;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

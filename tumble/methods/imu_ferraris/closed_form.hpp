@@ -7,7 +7,7 @@
 #include "tumble/math/vector3.hpp"
 
 /// Six poses and three turns, reduced in closed form. Outputs are raw: SI of whatever unit the channels are in.
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 inline constexpr std::size_t poses = 6;  ///< x up, x down, y up, y down, z up, z down
 inline constexpr std::size_t turns = 3;  ///< about x, y, z
@@ -55,4 +55,4 @@ Matrix response(Vector3 k, const Matrix& r);
 /// its sensitivity to specific force along x, y, z.
 std::vector<double> parameters_of(const Calibration& calibration);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -14,10 +14,8 @@
 // Symbols of the source: K scale factors, R direction cosines, b biases of the accelerometers (a) and gyros (g), K_ga
 // response of the gyros to specific force.
 
-namespace tumble::methods {
+namespace tumble::imu_ferraris {
 namespace {
-
-using namespace ferraris;
 
 std::vector<Role> roles() {
   std::vector<Role> all;
@@ -195,8 +193,8 @@ extern const Method imu_ferraris{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = ferraris::trial,
-    .compensate = ferraris::compensate,
+    .trial = trial,
+    .compensate = compensate,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::imu_ferraris

@@ -9,7 +9,7 @@
 #include "tumble/methods/imu_ferraris/sections.hpp"
 #include "tumble/methods/testing/real_data.hpp"
 
-namespace tumble::methods {
+namespace tumble {
 namespace {
 
 /// Unweighted least squares of the same six poses has the same matrix; its bias is the mean over all six poses, in
@@ -19,7 +19,7 @@ TEST(ImuFerrarisRealData, MatrixOfThePublishedSixPositionsAgrees) {
   if (const auto sentence = absent({name}); !sentence.empty()) GTEST_SKIP() << sentence;
   std::ifstream file(real_data(name));
   constexpr std::size_t section[]{4, 5, 2, 3, 0, 1};  // of the rows: z, y, x, each up and down
-  ferraris::Means means;
+  imu_ferraris::Means means;
   means.gravity = 1.0;
   std::string line;
   std::getline(file, line);
@@ -30,8 +30,8 @@ TEST(ImuFerrarisRealData, MatrixOfThePublishedSixPositionsAgrees) {
       cells.push_back(std::stod(line.substr(begin)));
     means.force[p] = {cells[1], cells[4], cells[7]};
   }
-  const auto calibration = ferraris::closed_form(means);
-  const auto matrix = ferraris::response(calibration.k_a, calibration.r_a);
+  const auto calibration = imu_ferraris::closed_form(means);
+  const auto matrix = imu_ferraris::response(calibration.k_a, calibration.r_a);
   const double expected[3][3]{{1.0000556467213397, 0.007979301129915212, 0.009036229937292894},
                               {-0.006398611733574581, 1.000368743052482, 0.010617732056420755},
                               {-0.010180850425662455, -0.004426368434608248, 1.0219536083623109}};
@@ -41,4 +41,4 @@ TEST(ImuFerrarisRealData, MatrixOfThePublishedSixPositionsAgrees) {
 }
 
 }  // namespace
-}  // namespace tumble::methods
+}  // namespace tumble

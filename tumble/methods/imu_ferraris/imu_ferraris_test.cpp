@@ -12,7 +12,7 @@ namespace tumble::methods {
 extern const Method imu_ferraris;
 namespace {
 
-using ferraris::labels;
+using imu_ferraris::labels;
 
 constexpr double g = 9.81;
 

@@ -10,7 +10,7 @@
 #include "tumble/math/median.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using imu::component;
@@ -222,4 +222,4 @@ Findings faults(const Plan& plan, const Means& means, const Calibration& calibra
   return findings;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -13,7 +13,7 @@
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 const std::array<std::string, sections>& labels() {
   static const std::array<std::string, sections> all{"x_p", "x_a",   "y_p",   "y_a",  "z_p",
@@ -241,4 +241,4 @@ Recorded recorded(const Evidence& evidence) {
   return reader.out;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

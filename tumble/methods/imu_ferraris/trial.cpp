@@ -9,7 +9,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 constexpr double pose_sd = 0.5, axis_sd = 0.5, angle_sd = 0.5;  ///< [deg]
@@ -125,4 +125,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

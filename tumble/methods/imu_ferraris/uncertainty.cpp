@@ -13,7 +13,7 @@
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using imu::component;
@@ -272,4 +272,4 @@ Matrix second_moments(const Cause& cause, const Means& means) {
   return plain(moments);
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

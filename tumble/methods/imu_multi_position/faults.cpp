@@ -9,7 +9,7 @@
 #include "tumble/math/rotation.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 struct Mistaken {
@@ -134,4 +134,4 @@ void check_up(const Vector3d& first, const Vector3d& planned) {
                   first[0], first[1], first[2]));
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -13,18 +13,16 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::imu_multi_position {
 namespace {
-
-using namespace multi_position;
 
 std::vector<Role> roles() {
   std::vector<Role> all;
-  for (const char letter : multi_position::letters)
+  for (const char letter : letters)
     all.push_back({fmt::format("accelerometer_{}", letter), "",
                    false,  // not in every recording, if gyros have their own
                    fmt::format("accelerometer along {}: specific force, velocity increments or raw counts", letter)});
-  for (const char letter : multi_position::letters)
+  for (const char letter : letters)
     all.push_back({fmt::format("gyro_{}", letter), "", false,
                    fmt::format("gyro along {}: angular rate, angle increments or raw counts", letter)});
   return all;
@@ -155,7 +153,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return describe(sessions, rests, fit, around);
 }
 
-Trial trial(std::uint64_t seed) { return multi_position::trial(seed, options()); }
+Trial trial_of(std::uint64_t seed) { return imu_multi_position::trial(seed, options()); }
 
 }  // namespace
 
@@ -169,8 +167,8 @@ extern const Method imu_multi_position{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial,
+    .trial = trial_of,
     .compensate = nullptr,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::imu_multi_position

@@ -53,7 +53,7 @@ double sd(const Estimate& estimate, const std::string& name) {
 /// The trial's test and instrument without noise, rounding or errors of the rig.
 Trial exact() {
   Trial trial = method().trial(1);
-  Plan plan = methods::trial_plan(method().name, method().options(), "imu", "by_hand", 100.0);
+  Plan plan = trial_plan(method().name, method().options(), "imu", "by_hand", 100.0);
   plan.site = trial.evidence.plan.site;
   plan.schedule = trial.evidence.plan.schedule;
   plan.rig = trial.evidence.plan.rig;

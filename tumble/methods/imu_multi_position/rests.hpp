@@ -5,7 +5,7 @@
 
 #include "tumble/methods/imu_multi_position/data.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 struct RestOptions {
   double window = 0.5;        ///< [s] over which the variance is taken
@@ -42,4 +42,4 @@ struct Rests {
 /// included. Rests that drift, or that a bump parts from a longer one in the same pose, are marked as not used.
 Rests find_rests(const std::vector<Session>& sessions, const RestOptions& options, double gravity);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -5,7 +5,7 @@
 
 #include "tumble/methods/imu_multi_position/data.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// y = matrix u + bias, in the unit of the channels.
 struct Linear {
@@ -26,4 +26,4 @@ struct Sphere {
 /// Null where the means do not show an ellipsoid.
 std::optional<Sphere> fit_sphere(const std::vector<Vector3d>& means, double gravity);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

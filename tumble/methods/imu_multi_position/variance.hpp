@@ -3,7 +3,7 @@
 #include "tumble/methods/imu_multi_position/fit.hpp"
 
 /// How far the observations scatter, and what that does to the parameters.
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// Of the groups in use, with their present variances.
 Chain normal_equations(const Fit& fit);
@@ -21,4 +21,4 @@ void add_uncertainty(double noise_degrees, Fit& fit);
 /// Error::bad_data: the rests do not show all parameters.
 [[noreturn]] void throw_singular();
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -12,7 +12,7 @@
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using Place = std::array<std::size_t, 3>;
@@ -130,4 +130,4 @@ Findings faults_of(const Evidence& evidence, const Task& task) {
   return findings;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

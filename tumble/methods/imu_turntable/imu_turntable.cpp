@@ -1,7 +1,7 @@
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods {
+namespace tumble::imu_turntable {
 namespace {
 
 std::vector<Role> roles() {
@@ -25,19 +25,19 @@ std::vector<Option> options() {
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "looking at the segments");
-  const auto task = turntable::task_of(evidence);
-  auto faults = turntable::faults_of(evidence, task);
+  const auto task = task_of(evidence);
+  auto faults = faults_of(evidence, task);
   report(progress, 0.2, "all outputs together");
-  auto estimate = turntable::answer_of(task, linear::identify(evidence, task.problems));
+  auto estimate = answer_of(task, linear::identify(evidence, task.problems));
   for (auto& fault : faults) estimate.findings.push_back(std::move(fault));
   return estimate;
 }
 
 Estimate predict(const Plan& plan) {
-  const auto task = turntable::task_of(plan);
+  const auto task = task_of(plan);
   std::vector<linear::Truth> truths;
   for (const auto& problem : task.problems) truths.push_back(linear::truth_of(plan, problem.role));
-  return turntable::answer_of(task, linear::predict(plan, task.problems, truths));
+  return answer_of(task, linear::predict(plan, task.problems, truths));
 }
 
 }  // namespace
@@ -52,8 +52,8 @@ extern const Method imu_turntable{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = turntable::trial,
-    .compensate = turntable::compensate,
+    .trial = trial,
+    .compensate = compensate,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::imu_turntable

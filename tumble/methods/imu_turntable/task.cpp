@@ -8,7 +8,7 @@
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using imu::letters;
@@ -197,4 +197,4 @@ Task task_of(const Plan& plan) {
   return task;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

@@ -12,7 +12,7 @@
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 Felt felt_at(const Reference& reference, double time) {
@@ -96,7 +96,7 @@ View Attitude::at(double time, const Rotation& base_from_level) const {
 
 Index index_of(const Plan& plan) {
   const auto axis = turning_axis(plan);
-  Segment segment = sim::standing_alone(plan.schedule, 0);
+  Segment segment = standing_alone(plan.schedule, 0);
   segment.duration = 1.0;
   segment.axes[axis] = {.kind = Motion::Kind::hold, .value = 0.0};
   linear::PowerUp power_up;
@@ -115,4 +115,4 @@ Index index_of(const Plan& plan) {
   return {axis, base};
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -7,7 +7,7 @@
 
 /// Where the body stands, as the rig says it with its errors and whatever world it stands in: the azimuth of the rig is
 /// what is looked for.
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// A rig in one power-up, asked in three worlds that differ in where the Earth's rate points. Their rates give the
 /// attitude against the ground, also while the rig turns:
@@ -42,4 +42,4 @@ struct Index {
 };
 Index index_of(const Plan& plan);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

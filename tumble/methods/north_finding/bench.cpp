@@ -15,7 +15,7 @@
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 constexpr std::size_t most_revolutions = 40;  ///< of one segment, that have slow noise of their own
@@ -131,7 +131,7 @@ class Reader {
       Row row{.channel = signal_.channel, .place = signal_.places.size() - 1, .seconds = length};
       row.time = blocks.time[b] + signal_.evidence.power_ups[stretch.power_up].offset;
       row.output = blocks.output.empty() ? NAN : blocks.output[b];
-      row.reading_sd = signal_.problem.pulse * std::sqrt(reading_variance) / length;
+      row.reading_sd = signal_.problem.pulse * std::sqrt(pulses::reading_variance) / length;
       row.follows = b == next;
       next = b + 1;
       set_place(g, from + 0.5 * length, row);
@@ -225,7 +225,7 @@ void check_settings(const Plan& plan) {
 Recorded recorded_by(const Plan& plan, Channel channel) {
   const auto choice = plan.channels.find(role_of(channel));
   const std::string name = choice == plan.channels.end() ? role_of(channel) : choice->second.front().channel;
-  for (const auto& one : sim::participants_of(plan)) {
+  for (const auto& one : participants_of(plan)) {
     const auto outputs = one.model.outputs(one.truth);
     for (std::size_t k = 0; k < outputs.size(); ++k) {
       if (one.prefix + outputs[k].channel != name) continue;
@@ -270,4 +270,4 @@ const Signal* signal_of(const Bench& bench, Channel channel) {
   return nullptr;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -9,7 +9,7 @@
 #include "tumble/methods/north_finding/attitude.hpp"
 #include "tumble/methods/north_finding/instrument.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// A stay at an index angle, or a revolution of a table that turns: what shares one draw of slow noise.
 struct Place {
@@ -67,4 +67,4 @@ struct Disturbance {
 /// about the vertical always, about x and y where roll and pitch are found.
 std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, bool roll_found);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -5,7 +5,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 /// Rotation vector [rad] of a small passive rotation.
@@ -129,4 +129,4 @@ std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, b
   return found;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -9,7 +9,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// Quantities that are known beforehand with this covariance.
 struct Prior {
@@ -53,4 +53,4 @@ Instrument nominal_instrument(const Plan& plan, const Records& records);
 /// holds nothing of the kind or in another unit.
 Instrument identified_instrument(const Plan& plan, const Records& records);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

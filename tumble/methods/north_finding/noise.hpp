@@ -6,7 +6,7 @@
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// Noise of one signal.
 struct Noise {
@@ -46,4 +46,4 @@ Noise expected_noise(const Bench& bench, std::size_t signal, const State& state)
 /// Change of the rows of a signal by a disturbance.
 std::vector<double> effect_of(const Signal& signal, const std::vector<Move>& moves, const State& state);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -11,10 +11,8 @@
 // Symbols: i index angle, counter-clockwise seen from above; W_k rate at index angle k; A azimuth, w_ie Earth's rate,
 // phi latitude.
 
-namespace tumble::methods {
+namespace tumble::north_finding {
 namespace {
-
-using namespace north;
 
 std::vector<Role> roles() {
   return {{"gyro", "", true, "output of the gyro along x: a rate, angle increments, counts, a current or a voltage"},
@@ -76,7 +74,7 @@ Reduction reduced(const Bench& bench, Instrument instrument, bool predicted) {
   const auto errors = disturbances_of(bench, has(out.setup.free, pitch), has(out.setup.free, roll));
   for (std::size_t c = 0; c < bench.signals.size(); ++c)
     out.noise.push_back(predicted ? expected_noise(bench, c, out.setup.start)
-                                  : north::noise_of(bench, c, out.setup.start, errors, out.setup.drift));
+                                  : noise_of(bench, c, out.setup.start, errors, out.setup.drift));
   out.solution = solve(bench, out.instrument, out.setup, out.noise, errors, predicted);
   return out;
 }
@@ -119,8 +117,7 @@ Estimate predict(const Plan& plan) { return answer(bench_of(plan), true); }
 
 }  // namespace
 
-extern const Method north_finding;
-const Method north_finding{
+extern const Method north_finding{
     .name = "north_finding",
     .summary = "azimuth from a gyro at index angles about the vertical: two, four, many positions or turning, any tilt",
     .source =
@@ -131,9 +128,9 @@ const Method north_finding{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = north::trial,
+    .trial = trial,
     .compensate = nullptr,
     .predict = predict,
     .takes_calibration = true};
 
-}  // namespace tumble::methods
+}  // namespace tumble::north_finding

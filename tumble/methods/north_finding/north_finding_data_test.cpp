@@ -10,7 +10,7 @@
 #include "tumble/methods/testing/real_data.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 
-namespace tumble::methods {
+namespace tumble {
 namespace {
 
 /// Ten readings at each angle of a table whose zero, sense and azimuth are unknown, of a gyro with unknown scale
@@ -58,4 +58,4 @@ TEST(NorthFindingRealData, AgreesWithPlainLeastSquares) {
 }
 
 }  // namespace
-}  // namespace tumble::methods
+}  // namespace tumble

@@ -3,7 +3,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/north_finding/solve.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// One reduction: what was known of the instrument, and what came out.
 struct Reduction {
@@ -33,4 +33,4 @@ std::string scheme_of(const Bench& bench);
 /// From 0 to 360 deg.
 double wrapped(double angle);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

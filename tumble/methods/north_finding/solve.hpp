@@ -6,7 +6,7 @@
 
 #include "tumble/methods/north_finding/noise.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// What the test is to give, and around what.
 struct Setup {
@@ -40,4 +40,4 @@ struct Solution {
 Solution solve(const Bench& bench, const Instrument& instrument, const Setup& setup, const std::vector<Noise>& noise,
                const std::vector<Disturbance>& disturbances, bool predicted);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

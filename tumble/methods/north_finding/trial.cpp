@@ -8,7 +8,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 /// Forwards and back: a drift of the bias cancels.
@@ -89,4 +89,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -6,15 +6,15 @@
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods {
+namespace tumble::polar_axis_tumble {
 namespace {
 
 using linear::Problem;
 
-std::vector<Role> roles() { return {sdof::gyro_role()}; }
+std::vector<Role> roles() { return {sdof_gyro_support::gyro_role()}; }
 
 std::vector<Option> options() {
-  auto options = sdof::reading_options();
+  auto options = sdof_gyro_support::reading_options();
   for (auto& option : linear::options("5 s", "10 s")) options.push_back(std::move(option));
   options.push_back(linear::bias_instability_option("deg/h"));
   return options;
@@ -22,9 +22,9 @@ std::vector<Option> options() {
 
 Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
-  sdof::set_reading(settings, channel, problem);
+  sdof_gyro_support::set_reading(settings, channel, problem);
   linear::set_options(settings, problem);
-  problem.columns = sdof::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"});
+  problem.columns = sdof_gyro_support::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"});
   problem.leave_out_first = {"D_OO", "D_II", "D_IO", "D_OS", "D_O"};
   problem.advice =
       "the axis turned round (O reversed) tells first and second order apart, a tumble about other axes D_F, D_II and "
@@ -34,14 +34,14 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
 
 Estimate finished(const linear::Solution& solution) {
   Estimate estimate = linear::answer_of(solution, "polar_axis_tumble", "deg/h", {"I", "O", "S"});
-  polar::name_combinations(solution, estimate);
-  polar::add_harmonics(solution, estimate);
-  sdof::add_repeats(solution, estimate);
+  name_combinations(solution, estimate);
+  add_harmonics(solution, estimate);
+  sdof_gyro_support::add_repeats(solution, estimate);
   return estimate;
 }
 
 Estimate identify(const Evidence& evidence, const Progress&) {
-  return finished(linear::identify(evidence, problem_of(evidence.plan.settings, sdof::channel(evidence))));
+  return finished(linear::identify(evidence, problem_of(evidence.plan.settings, sdof_gyro_support::channel(evidence))));
 }
 
 Estimate predict(const Plan& plan) {
@@ -50,7 +50,7 @@ Estimate predict(const Plan& plan) {
 
 /// Sixteen angles in a mixed order about the Earth's axis, with O along it and against it.
 Trial trial(std::uint64_t seed) {
-  Plan plan = sdof::trial_plan("polar_axis_tumble", options(), "dividing_head", 1.0);
+  Plan plan = sdof_gyro_support::trial_plan("polar_axis_tumble", options(), "dividing_head", 1.0);
   plan.rig.set_number("axis_elevation", plan.site->latitude, Unit::parse("deg"));
   for (const double roll : {90.0, -90.0})
     for (int k = 0; k < 16; ++k) {
@@ -82,4 +82,4 @@ extern const Method polar_axis_tumble{
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::polar_axis_tumble

@@ -34,7 +34,7 @@ double motion_sd(const Exposure& exposure, const Measured& unit) {
 }
 
 double counting_sd(const Exposure& exposure, const Data& data, const Measured& unit) {
-  return std::sqrt(rounding_variance(data.units[unit.unit].pulse, exposure.window));
+  return std::sqrt(pulses::rounding_variance(data.units[unit.unit].pulse, exposure.window));
 }
 
 /// What neither motion nor rounding explains; NaN where only the density is known and hides it.

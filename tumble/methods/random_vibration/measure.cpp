@@ -42,8 +42,8 @@ double standard_deviation(std::span<const double> values) {
 }
 
 /// The time each part stands for, and with which weight it goes into the difference to the vibration.
-std::vector<Stretch> stretches_of(const Data& data, const vibration::AtRest& parts, const Series& vibrating) {
-  std::vector<Stretch> out{{vibrating.begin, vibrating.end, 1.0}};
+std::vector<WeightedSpan> stretches_of(const Data& data, const vibration::AtRest& parts, const Series& vibrating) {
+  std::vector<WeightedSpan> out{{vibrating.begin, vibrating.end, 1.0}};
   for (const auto& part : parts.parts)
     out.push_back({data.series[part.series].begin, data.series[part.series].end, -part.weight});
   return out;
@@ -60,7 +60,7 @@ Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest&
     (series.middle() < vibrating.middle() ? rest.before : rest.after) = mean;
     rest.value += part.weight * mean;
     const auto n = static_cast<double>(series.force.size());
-    double variance = rounding_variance(pulse, n * series.window), freedom = 1e6;
+    double variance = pulses::rounding_variance(pulse, n * series.window), freedom = 1e6;
     if (series.force.size() >= 64) {
       const auto run = long_run({series.force}, highest_share, true);
       const auto& density = run.density.front();

@@ -15,10 +15,8 @@
 //   sigma^2 = INT S sinc^2(f H) df                                                              (3.13)
 //   dMean/g_rms^2 = K_2 + 3 K_3 a_0                                                             (3.12)
 
-namespace tumble::methods {
+namespace tumble::random_vibration {
 namespace {
-
-using namespace random_vibration;
 
 std::vector<Role> roles() {
   return {{"accelerometer", "", true,
@@ -106,8 +104,7 @@ Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
 
 }  // namespace
 
-extern const Method random_vibration;
-const Method random_vibration{
+extern const Method random_vibration{
     .name = "random_vibration",
     .summary = "pulse error of accelerometers in random vibration, rectification, comparison of units and types",
     .source =
@@ -121,4 +118,4 @@ const Method random_vibration{
     .compensate = nullptr,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::random_vibration

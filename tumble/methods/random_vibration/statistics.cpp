@@ -132,7 +132,7 @@ void append_unit(const Exposure& exposure, const Data& data, const Measured& uni
     Statistic own;
     own.parameter.value = unit.own_sd;
     own.influence = squares_of(unit.own, 0.0, 0.5 / unit.own_sd);
-    const double rounding = rounding_variance(under_test.pulse, exposure.window);
+    const double rounding = pulses::rounding_variance(under_test.pulse, exposure.window);
     own.level = std::max(0.0, unit.own_sd - rounding / unit.own_sd);  // rounding does not grow with the vibration
     own.scale[unit.unit] = -unit.own_sd;
     own = times(own, unit.per_force);

@@ -13,10 +13,8 @@
 #include "tumble/models/sagnac.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::rlg_lock_in {
 namespace {
-
-using namespace rlg;
 using Severity = Finding::Severity;
 
 std::vector<Role> roles() {
@@ -121,8 +119,7 @@ Estimate predict(const Plan& plan) {
 
 }  // namespace
 
-extern const Method rlg_lock_in;
-const Method rlg_lock_in{
+extern const Method rlg_lock_in{
     .name = "rlg_lock_in",
     .summary = "ring laser gyro: lock-in rate and scale factor from a slow rate sweep, random walk left by dither",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 54-56, eq. (4.23)-(4.27)",
@@ -130,8 +127,8 @@ const Method rlg_lock_in{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = rlg::trial,
+    .trial = trial,
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::rlg_lock_in

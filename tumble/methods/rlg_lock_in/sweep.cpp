@@ -6,7 +6,7 @@
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 linear::Problem problem_of(const Settings& settings) {
@@ -82,4 +82,4 @@ Sweep sweep_of(const Plan& plan) {
   return assemble(linear::evidence_of(plan, problem), problem, plan.settings);
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

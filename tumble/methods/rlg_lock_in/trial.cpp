@@ -10,7 +10,7 @@
 #include "tumble/models/sagnac.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 constexpr double lock_in = 0.1, dither = 15.0, frequency = 400.0, noise = 0.1;  // deg/s, deg/s, Hz, relative
@@ -73,4 +73,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

@@ -9,7 +9,7 @@
 #include "tumble/methods/rlg_north_finder/path.hpp"
 
 /// The formulas of the path, position by position.
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// Means of each output over its segments [pulse/s].
 using Means = std::array<std::vector<double>, outputs>;
@@ -46,4 +46,4 @@ Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<
 /// through the differences of the formulas.
 Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, double gravity);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

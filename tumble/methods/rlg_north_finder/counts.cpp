@@ -8,7 +8,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
@@ -84,7 +84,7 @@ void cut_dither(const std::vector<Counts>& stays, double scale, Findings& findin
   }
   if (count < 30.0) return;
   const double reading = -product / count;  // variance of one reading [pulse^2]
-  if (reading < 2.0 * reading_variance + 6.0 * square / count / std::sqrt(count)) return;
+  if (reading < 2.0 * pulses::reading_variance + 6.0 * square / count / std::sqrt(count)) return;
   const double amplitude = std::sqrt(2.0 * reading) / std::abs(scale);
   findings.push_back(
       {Severity::warning,
@@ -117,7 +117,7 @@ void not_at_rest(const std::vector<Counts>& stays, Which output, Findings& findi
     const double drift = mean_of(stay.values, half, 2 * half) - mean_of(stay.values, 0, half);
     const auto n = static_cast<double>(stay.values.size());
     const double sd =
-        std::hypot(2.0 * scatter_of(stay) / std::sqrt(n), std::sqrt(2.0 * rounding_variance(1.0, 0.5 * n)));
+        std::hypot(2.0 * scatter_of(stay) / std::sqrt(n), std::sqrt(2.0 * pulses::rounding_variance(1.0, 0.5 * n)));
     off.push_back(std::abs(drift) / sd);
   }
   sizes = off;
@@ -150,4 +150,4 @@ Findings count_faults(const Evidence& evidence, const Summaries& segments, const
   return findings;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -15,7 +15,7 @@
 ///   N_G  = K   INT (w_x + gamma_y w_y + gamma_z w_z + eps) dt
 ///   N_Ax = K_x INT (f_x + a_xy f_y + a_xz f_z + b_x) dt
 ///   N_Ay = K_y INT (f_y + a_yx f_x + a_yz f_z + b_y) dt
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 enum Which : std::size_t { gyro, accelerometer_x, accelerometer_y, outputs };
 
@@ -49,4 +49,4 @@ struct Prepared {
 /// Throws Error::bad_data for outputs that do not count.
 Prepared prepared(const Evidence& evidence);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

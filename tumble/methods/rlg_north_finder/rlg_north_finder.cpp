@@ -16,10 +16,8 @@
 //   1 (0, 0)  2 (-90, 0)  3 (-90, 90)  4 (-90, 180)  5 (-90, 270)  6 (0, 360)  7 (180, 0)  8 (180, 90)
 // with whole turns about z at 6, about y at 7 and about x at 8, both ways.
 
-namespace tumble::methods {
+namespace tumble::rlg_north_finder {
 namespace {
-
-using namespace north_finder;
 
 Summaries summaries_of(const linear::JointSolution& solution) {
   Summaries segments;
@@ -147,19 +145,18 @@ Estimate predict(const Plan& plan) {
 
 }  // namespace
 
-extern const Method rlg_north_finder;
-const Method rlg_north_finder{
+extern const Method rlg_north_finder{
     .name = "rlg_north_finder",
     .summary = "ring laser gyro and two accelerometers of a north finder from eight positions and three rotations",
     .source =
         "CN113175941B (Xi'an University of Technology, 2023): the eight-position path; estimators (2.1)-(2.7), tilts "
         "of the table (2.19)",
     .needs_plan = true,
-    .roles = north_finder::roles,
-    .options = north_finder::options,
+    .roles = roles,
+    .options = options,
     .identify = identify,
-    .trial = north_finder::trial,
+    .trial = trial,
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::rlg_north_finder

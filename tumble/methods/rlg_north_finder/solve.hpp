@@ -6,7 +6,7 @@
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 
 /// From the coefficients of the linear models to the parameters of the north finder.
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// Parameters in the order of wanted() with these values [SI], degrees of freedom and sources of uncertainty; sources
 /// below a hundredth of every standard deviation share a line of the budget.
@@ -19,4 +19,4 @@ double freedom_of(const MixedFit& fit, std::size_t index);
 /// Scale factors, and the other coefficients over them. Throws Error::bad_data where the test does not show one.
 Estimate least_squares_estimate(const linear::JointSolution& solution);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

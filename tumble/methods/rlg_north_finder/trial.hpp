@@ -4,7 +4,7 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// The eight positions and three rotations of the path on a `two_axis_table` whose instrument sits with mount_yaw =
 /// -90 deg, so that body y lies along the outer axis at angle 0 and body z along the inner one.
@@ -21,4 +21,4 @@ std::vector<double> truth_of(const Plan& plan);
 
 Trial trial(std::uint64_t seed);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -12,7 +12,7 @@
 // about the vertical the horizontal part of the Earth's rate does in the gyro. The totals alone show neither the sense
 // of a turn about y or z nor, but for x, whether it was made.
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
@@ -133,7 +133,7 @@ struct Profiles {
 Profiles profiles_of(const Plan& plan, const linear::SegmentSummary& segment, const Samples& samples,
                      const std::vector<double>& times) {
   Profiles profiles;
-  for (const auto& run : sim::power_ups(plan.schedule, 1.0)) {
+  for (const auto& run : power_ups(plan.schedule, 1.0)) {
     const auto found = std::ranges::find_if(
         run.segments, [&](const Segment& one) { return one.label == segment.label && one.run == segment.run; });
     if (found == run.segments.end()) continue;
@@ -211,4 +211,4 @@ Findings turn_faults(const Evidence& evidence, const Summaries& segments) {
   return findings;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

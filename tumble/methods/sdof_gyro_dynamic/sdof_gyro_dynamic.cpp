@@ -4,16 +4,16 @@
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods {
+namespace tumble::sdof_gyro_dynamic {
 namespace {
 
 using linear::Problem;
 
-std::vector<Role> roles() { return {sdof::gyro_role()}; }
+std::vector<Role> roles() { return {sdof_gyro_support::gyro_role()}; }
 
 std::vector<Option> options() {
   using Type = Option::Type;
-  auto options = sdof::reading_options();
+  auto options = sdof_gyro_support::reading_options();
   for (auto& option : linear::options("2 s", "1 s")) options.push_back(std::move(option));
   options.push_back(linear::bias_instability_option("deg/h"));
   for (auto& option : linear::loop_options()) options.push_back(std::move(option));
@@ -36,7 +36,7 @@ std::vector<std::string> static_terms(const std::string& which) {
 /// y - w_I on the regressors of (4.11), with the scale factor and the misalignments that rates show besides.
 Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
-  sdof::set_reading(settings, channel, problem);
+  sdof_gyro_support::set_reading(settings, channel, problem);
   linear::set_options(settings, problem);
   linear::set_loop(settings, "sdof_gyro", problem);
   std::vector<std::string> names{"K_I",
@@ -54,7 +54,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
                                  "misalignment_O",
                                  "misalignment_S"};
   for (auto& name : static_terms(settings.word("static_terms"))) names.push_back(std::move(name));
-  problem.columns = sdof::terms(names);
+  problem.columns = sdof_gyro_support::terms(names);
   problem.condition_limit = 1e3;  // on a table with two axes w_O' w_S is w_I w_S^2 but for the Earth rate
   problem.leave_out_first = {"D_OO", "tilt_coupling", "misalignment_S", "misalignment_O"};
   problem.advice =
@@ -93,7 +93,7 @@ Estimate finished(const linear::Solution& solution, const Settings& settings) {
 
 Estimate identify(const Evidence& evidence, const Progress&) {
   const auto& settings = evidence.plan.settings;
-  return finished(linear::identify(evidence, problem_of(settings, sdof::channel(evidence))), settings);
+  return finished(linear::identify(evidence, problem_of(settings, sdof_gyro_support::channel(evidence))), settings);
 }
 
 Estimate predict(const Plan& plan) {
@@ -107,7 +107,7 @@ constexpr std::pair<const char*, double> coefficients[] = {
 
 /// Positions, rates about one and two axes, and oscillations on a two-axis table; the loop known to one per cent.
 Trial trial(std::uint64_t seed) {
-  Plan plan = sdof::trial_plan("sdof_gyro_dynamic", options(), "two_axis_table", 20.0);
+  Plan plan = sdof_gyro_support::trial_plan("sdof_gyro_dynamic", options(), "two_axis_table", 20.0);
   for (const auto& [name, value] : coefficients) plan.truth.set_number(name, value, Unit());
   plan.truth.set_number("natural_frequency", 92.0, Unit::parse("Hz"));
   plan.truth.set_number("damping_ratio", 0.7, Unit());
@@ -134,4 +134,4 @@ extern const Method sdof_gyro_dynamic{
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::sdof_gyro_dynamic

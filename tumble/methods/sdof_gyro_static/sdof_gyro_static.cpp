@@ -3,16 +3,16 @@
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods {
+namespace tumble::sdof_gyro_static {
 namespace {
 
 using linear::Problem;
 
-std::vector<Role> roles() { return {sdof::gyro_role()}; }
+std::vector<Role> roles() { return {sdof_gyro_support::gyro_role()}; }
 
 std::vector<Option> options() {
   using Type = Option::Type;
-  auto options = sdof::reading_options();
+  auto options = sdof_gyro_support::reading_options();
   for (auto& option : linear::options("5 s", "10 s")) options.push_back(std::move(option));
   options.push_back(linear::bias_instability_option("deg/h"));
   options.push_back({"misalignment",
@@ -30,7 +30,7 @@ std::vector<Option> options() {
 /// y - w_I = row(f) . D, eq. (4.6); Earth rate along the input axis is the known input.
 Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
-  sdof::set_reading(settings, channel, problem);
+  sdof_gyro_support::set_reading(settings, channel, problem);
   linear::set_options(settings, problem);
   std::vector<std::string> names{"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"};
   problem.leave_out_first = {"D_OO"};
@@ -39,7 +39,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
       names.emplace_back(name);
       problem.leave_out_first.emplace_back(name);
     }
-  problem.columns = sdof::terms(names);
+  problem.columns = sdof_gyro_support::terms(names);
   if (settings.flag("drift"))
     problem.columns.push_back({"drift_rate", "dw/dt", "deg/h/h", "drift linear in the time since power-on",
                                [](const Felt& felt) { return felt.since_power_on; }});
@@ -51,12 +51,12 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
 
 Estimate finished(const linear::Solution& solution) {
   Estimate estimate = linear::answer_of(solution, "sdof_gyro_static", "deg/h", {"I", "O", "S"});
-  sdof::add_repeats(solution, estimate);
+  sdof_gyro_support::add_repeats(solution, estimate);
   return estimate;
 }
 
 Estimate identify(const Evidence& evidence, const Progress&) {
-  return finished(linear::identify(evidence, problem_of(evidence.plan.settings, sdof::channel(evidence))));
+  return finished(linear::identify(evidence, problem_of(evidence.plan.settings, sdof_gyro_support::channel(evidence))));
 }
 
 Estimate predict(const Plan& plan) {
@@ -65,8 +65,8 @@ Estimate predict(const Plan& plan) {
 
 /// 6 faces, 12 edges and 8 corners in a mixed order, the first again at the end, on a two-axis table.
 Trial trial(std::uint64_t seed) {
-  Plan plan = sdof::trial_plan("sdof_gyro_static", options(), "two_axis_table", 1.0);
-  for (const auto& position : sdof::cube_positions()) plan.schedule.push_back(sdof::at(position, 100.0));
+  Plan plan = sdof_gyro_support::trial_plan("sdof_gyro_static", options(), "two_axis_table", 1.0);
+  for (const auto& position : sdof_gyro_support::cube_positions()) plan.schedule.push_back(sdof_gyro_support::at(position, 100.0));
   plan.schedule.push_back(plan.schedule.front());
   plan.schedule.back().label += " again";
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
@@ -89,4 +89,4 @@ extern const Method sdof_gyro_static{
     .compensate = nullptr,
     .predict = predict};
 
-}  // namespace tumble::methods
+}  // namespace tumble::sdof_gyro_static

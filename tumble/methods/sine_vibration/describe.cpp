@@ -11,7 +11,7 @@
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
 constexpr double forever = std::numeric_limits<double>::infinity();
@@ -241,7 +241,7 @@ void add_gains(const vibration::Data& data, const Measured& measured, std::size_
       log_gain += std::log(measured.points[i].gain) / static_cast<double>(points.size());
     const double gain = std::exp(log_gain);
     for (const std::size_t i : points) gradient[builder.raw.first_gain + i] = gain / static_cast<double>(points.size());
-    builder.add(data.units[unit].prefix + "gain_" + response::label_of(frequency), "|G|", "1", gain,
+    builder.add(data.units[unit].prefix + "gain_" + frequency_response::label_of(frequency), "|G|", "1", gain,
                 std::move(gradient), "of the motion, the counting window taken out");
   }
 }
@@ -404,4 +404,4 @@ Estimate describe(const Evidence& evidence, const vibration::Data& data, const M
   return std::move(builder.estimate);
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

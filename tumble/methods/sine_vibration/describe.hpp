@@ -5,7 +5,7 @@
 #include "tumble/methods/sine_vibration/measure.hpp"
 #include "tumble/methods/sine_vibration/rectification.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// Parameters with covariance and budget.
 Estimate describe(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
@@ -18,4 +18,4 @@ void add_tables(const vibration::Data& data, const Measured& measured, const std
 /// "up", "down", "level": how the input axis points.
 std::string way_name(double rest);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -5,7 +5,7 @@
 
 /// Sine waves of vibration tests: thousands of cycles, dozens of series. The same fit as fit_sine, by normal equations
 /// over columns that are nearly orthogonal there, in a few passes.
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// The tone of one series, and what is left without it.
 struct Line {
@@ -42,4 +42,4 @@ Line fit_rest(std::span<const double> time, std::span<const double> value, doubl
 /// phases and to less than one pulse over all `samples`; `samples` where they do not.
 double raster(double cycles_per_window, double pulses_per_window, double samples);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -7,7 +7,7 @@
 #include "tumble/methods/sine_vibration/line.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// One unit at one frequency and level.
 struct Point {
@@ -63,4 +63,4 @@ int hidden_harmonic(double frequency, double interval, double span);
 /// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H. The same unit for all accelerations.
 double sd_from_window(double amplitude, double frequency, double window, double pulse);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -12,7 +12,7 @@
 //   |G(f)| = amplitude/(A_ref |sinc(fH)|)                                                    (3.15)
 //   mean - mean at rest = (K_2 + 3 K_3 a_0) A^2/2                                            (3.12)
 
-namespace tumble::methods {
+namespace tumble::sine_vibration {
 namespace {
 
 std::vector<Role> roles() {
@@ -58,7 +58,7 @@ void refuse_impossible(const Settings& settings) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-void require_points(const vibration::Data& data, const sine::Measured& measured) {
+void require_points(const vibration::Data& data, const Measured& measured) {
   if (!measured.points.empty()) return;
   auto problems = errors_among(data.findings);
   for (auto& problem : errors_among(measured.findings)) problems.push_back(std::move(problem));
@@ -71,31 +71,30 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   refuse_impossible(settings);
   const vibration::Data data = vibration::data_of(evidence);
   report(progress, 0.2, "sine fits");
-  const sine::Measured measured = sine::measure(data);
+  const Measured measured = measure(data);
   require_points(data, measured);
   Findings findings = data.findings;
   findings.insert(findings.end(), measured.findings.begin(), measured.findings.end());
   report(progress, 0.7, "rectification");
-  const auto rectified = sine::rectify(data, measured, settings.word("levels"), findings);
-  Estimate estimate = sine::describe(evidence, data, measured, rectified);
+  const auto rectified = rectify(data, measured, settings.word("levels"), findings);
+  Estimate estimate = describe(evidence, data, measured, rectified);
   estimate.method = "sine_vibration";
   estimate.title = evidence.plan.title;
   if (!measured.reference)
     findings.push_back(
         {Finding::Severity::info,
          "no reference is recorded: gains and rectification are held against the level that the plan says", ""});
-  sine::add_tables(data, measured, rectified, estimate);
+  add_tables(data, measured, rectified, estimate);
   estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
   report(progress, 1.0, "done");
   return estimate;
 }
 
-Trial trial_of(std::uint64_t seed) { return sine::trial(seed, options()); }
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
 
 }  // namespace
 
-extern const Method sine_vibration;
-const Method sine_vibration{
+extern const Method sine_vibration{
     .name = "sine_vibration",
     .summary = "accelerometers on a shaker, sine by sine: mean, sd and gain of the counts, vibration rectification",
     .source =
@@ -108,4 +107,4 @@ const Method sine_vibration{
     .compensate = nullptr,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::sine_vibration

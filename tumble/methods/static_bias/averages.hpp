@@ -6,7 +6,7 @@
 
 #include "tumble/math/stability/allan_covariance.hpp"
 
-namespace tumble {
+namespace tumble::static_bias {
 
 /// Scatter of the averages of a record about their mean: s^2 = sum (a_i - mean a)^2/(M - 1).
 struct AverageScatter {
@@ -40,4 +40,4 @@ ExpectedScatter expected_scatter(const std::vector<UnitTerm>& terms, const std::
 ///   slower belongs to the bias itself)
 double mean_variance(const UnitTerm& term, std::size_t samples);
 
-}  // namespace tumble
+}  // namespace tumble::static_bias

@@ -11,12 +11,12 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods {
+namespace tumble::static_bias {
 namespace {
 
 using Severity = Finding::Severity;
@@ -83,7 +83,7 @@ void fit_noise(const EvenSignal& signal, RunBias& run) {
   run.fit = {used.size(), fit.degrees_of_freedom, fit.chi_square, fit.condition};
 }
 
-RunBias analyse(const Stretch& stretch, const Settings& settings) {
+RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
   RunBias run;
   run.label = stretch.label;
   try {
@@ -241,7 +241,7 @@ double reference(const Evidence& evidence, QuantityKind kind, Findings& findings
   return sign * along;
 }
 
-std::vector<RunBias> analyse_runs(const std::vector<Stretch>& found, const Settings& settings, Findings& findings) {
+std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& found, const Settings& settings, Findings& findings) {
   for (const auto& one : found)
     if (one.channel->name != found.front().channel->name)
       throw Error(
@@ -318,7 +318,7 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "bias");
-  const auto found = stretches(evidence);
+  const auto found = channel_runs(evidence);
   Builder builder;
   const QuantityKind kind = found.front().channel->kind;
   builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
@@ -379,4 +379,4 @@ extern const Method static_bias{
     .compensate = nullptr,
     .predict = nullptr};
 
-}  // namespace tumble::methods
+}  // namespace tumble::static_bias

@@ -4,8 +4,10 @@
 #include "tumble/models/model.hpp"
 #include "tumble/models/given/given.hpp"
 
-namespace tumble::models {
+namespace tumble::dynamically_tuned_gyro {
 namespace {
+
+using namespace given;
 
 std::vector<Option> constants() {
   using Type = Option::Type;
@@ -122,8 +124,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 
 }  // namespace
 
-extern const Model dynamically_tuned_gyro;
-const Model dynamically_tuned_gyro{
+extern const Model dynamically_tuned_gyro{
     .name = "dynamically_tuned_gyro",
     .summary = "dynamically tuned gyro: drift of both axes over specific force to third order, capture loop",
     .source = "CN102636185A, 2012, eq. (1.4)-(1.5); symbols as in IEEE Std 813",
@@ -133,4 +134,4 @@ const Model dynamically_tuned_gyro{
     .coefficients = coefficients,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::dynamically_tuned_gyro

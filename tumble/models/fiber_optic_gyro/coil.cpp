@@ -7,7 +7,7 @@
 #include "tumble/models/fiber_optic_gyro/shupe.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models::fog {
+namespace tumble::fiber_optic_gyro {
 namespace {
 
 using Type = Option::Type;
@@ -99,4 +99,4 @@ History coil_drift(const Settings& truth, double step) {
   return Drift(coil_of(truth), step);
 }
 
-}  // namespace tumble::models::fog
+}  // namespace tumble::fiber_optic_gyro

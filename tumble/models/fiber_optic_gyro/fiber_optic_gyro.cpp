@@ -9,8 +9,10 @@
 #include "tumble/models/given/given.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble::fiber_optic_gyro {
 namespace {
+
+using namespace given;
 
 constexpr int highest_power = 4;  ///< of T, source test
 constexpr int highest_pair = 2;   ///< of gradient and rate
@@ -33,7 +35,7 @@ std::vector<Option> constants() {
        "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
       {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"},
       {"time_constant", Type::quantity, "s", "", {}, "of a loop of first order; natural_frequency makes it second"}};
-  for (auto& part : {fog::coil_options(), electronics::loop_options(), electronics::limit_options("deg/s")})
+  for (auto& part : {coil_options(), electronics::loop_options(), electronics::limit_options("deg/s")})
     options.insert(options.end(), part.begin(), part.end());
   return options;
 }
@@ -127,7 +129,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
   std::vector<std::string> problems;
   std::vector<Response> stages{attempt(problems, [&] { return electronics::loop(truth, step); }),
                                attempt(problems, [&] { return electronics::limits(truth); })};
-  auto history = attempt(problems, [&] { return fog::coil_drift(truth, step); });
+  auto history = attempt(problems, [&] { return coil_drift(truth, step); });
   refuse(std::move(problems));
   return {.kind = QuantityKind::angular_rate,
           .unit = "deg/h",
@@ -137,8 +139,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 
 }  // namespace
 
-extern const Model fiber_optic_gyro;
-const Model fiber_optic_gyro{
+extern const Model fiber_optic_gyro{
     .name = "fiber_optic_gyro",
     .summary =
         "fibre-optic gyro: bias over temperature, its gradient and rate, start-up, heat in the coil, closed loop",
@@ -151,4 +152,4 @@ const Model fiber_optic_gyro{
     .coefficients = nullptr,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::fiber_optic_gyro

@@ -2,7 +2,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble::given {
 
 Option physical(std::string name, std::string unit, std::string description) {
   return {std::move(name), Option::Type::quantity, std::move(unit), "", {}, std::move(description)};
@@ -47,4 +47,4 @@ void refuse(std::vector<std::string> problems) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-}  // namespace tumble::models
+}  // namespace tumble::given

@@ -6,7 +6,7 @@
 #include "tumble/core/settings.hpp"
 
 /// Physical constants that a [truth] may give or leave out.
-namespace tumble::models {
+namespace tumble::given {
 
 /// An option without default.
 Option physical(std::string name, std::string unit, std::string description);
@@ -29,4 +29,4 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
 /// Throws Error::bad_input that lists the problems of [truth]; nothing if there is none.
 void refuse(std::vector<std::string> problems);
 
-}  // namespace tumble::models
+}  // namespace tumble::given

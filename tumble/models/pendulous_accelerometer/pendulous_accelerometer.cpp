@@ -9,8 +9,10 @@
 #include "tumble/models/pendulous_accelerometer/physics.hpp"
 #include "tumble/models/given/given.hpp"
 
-namespace tumble::models {
+namespace tumble::pendulous_accelerometer {
 namespace {
+
+using namespace given;
 
 std::vector<Option> constants() {
   using Type = Option::Type;
@@ -27,7 +29,7 @@ std::vector<Option> constants() {
       {"reference_temperature", Type::quantity, "degC", "20 degC", {}, "from which the temperature terms count"}};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("g")) options.push_back(std::move(option));
-  for (auto& option : pendulum::stiffness_constants()) options.push_back(std::move(option));
+  for (auto& option : stiffness_constants()) options.push_back(std::move(option));
   return options;
 }
 
@@ -118,7 +120,7 @@ std::vector<Output> outputs(const Settings& constants) {
                 ""};
   for (auto& term : temperature_terms(constants.number("reference_temperature")))
     output.terms.push_back(std::move(term));
-  for (auto& term : motion_terms(pendulum::tilt_per_specific_force(constants))) output.terms.push_back(std::move(term));
+  for (auto& term : motion_terms(tilt_per_specific_force(constants))) output.terms.push_back(std::move(term));
   return {output};
 }
 
@@ -135,7 +137,7 @@ Response servo_loop(const Settings& truth, double step) {
 double scale_factor(const Settings& truth, const std::string& word) {
   const std::string name = (word == "count" ? "pulse" : word) + "_scale_factor";
   double scale = number_or(truth, name, 0.0);
-  if (!truth.has(name) && word == "current") scale = pendulum::current_scale_factor(truth);
+  if (!truth.has(name) && word == "current") scale = current_scale_factor(truth);
   if (scale == 0.0)
     refuse({"output = \"" + word + "\" needs " + name + ", not zero" +
             (word == "current" ? ", or pendulosity and torquer_constant" : "")});
@@ -159,8 +161,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 
 }  // namespace
 
-extern const Model pendulous_accelerometer;
-const Model pendulous_accelerometer{
+extern const Model pendulous_accelerometer{
     .name = "pendulous_accelerometer",
     .summary =
         "pendulous accelerometer: GJB 2504 static model, angular-motion terms, servo loop, current or I/F pulses",
@@ -169,8 +170,8 @@ const Model pendulous_accelerometer{
         " Lu Hanjie et al., 2019, eq. (3.3)",
     .constants = constants,
     .outputs = outputs,
-    .physics = pendulum::physics,
-    .coefficients = pendulum::coefficients,
+    .physics = physics,
+    .coefficients = coefficients,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::pendulous_accelerometer

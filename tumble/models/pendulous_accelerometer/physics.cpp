@@ -2,8 +2,10 @@
 
 #include "tumble/models/given/given.hpp"
 
-namespace tumble::models::pendulum {
+namespace tumble::pendulous_accelerometer {
 namespace {
+
+using namespace given;
 
 void refuse_incomplete(const Settings& truth) {
   std::vector<std::string> problems;
@@ -126,4 +128,4 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   return of;
 }
 
-}  // namespace tumble::models::pendulum
+}  // namespace tumble::pendulous_accelerometer

@@ -6,7 +6,7 @@
 
 #include "tumble/core/settings.hpp"
 
-namespace tumble::models::pendulum {
+namespace tumble::pendulous_accelerometer {
 
 /// Constants that the regressors depend on as well as the coefficients: m L, K and C.
 std::vector<Option> stiffness_constants();
@@ -26,4 +26,4 @@ double current_scale_factor(const Settings& truth);
 /// Throws Error::bad_input that lists all that is missing or out of bounds.
 std::map<std::string, double> coefficients(const Settings& truth);
 
-}  // namespace tumble::models::pendulum
+}  // namespace tumble::pendulous_accelerometer

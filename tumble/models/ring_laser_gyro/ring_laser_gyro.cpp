@@ -8,7 +8,7 @@
 #include "tumble/models/sagnac.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble::ring_laser_gyro {
 namespace {
 
 using Type = Option::Type;
@@ -123,8 +123,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 
 }  // namespace
 
-extern const Model ring_laser_gyro;
-const Model ring_laser_gyro{
+extern const Model ring_laser_gyro{
     .name = "ring_laser_gyro",
     .summary = "ring laser gyro: scale factor from the ring, lock-in, sine and noisy dither, fringe counter",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 49-56, eq. (4.20)-(4.27)",
@@ -134,4 +133,4 @@ const Model ring_laser_gyro{
     .coefficients = nullptr,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::ring_laser_gyro

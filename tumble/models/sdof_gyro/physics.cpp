@@ -2,8 +2,10 @@
 
 #include "tumble/models/given/given.hpp"
 
-namespace tumble::models::sdof {
+namespace tumble::sdof_gyro {
 namespace {
+
+using namespace given;
 
 const std::vector<std::string> masses{"mass_offset_I", "mass_offset_S", "compliance_II", "compliance_SS",
                                       "compliance_IS", "compliance_IO", "compliance_SO"};
@@ -130,4 +132,4 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   return of;
 }
 
-}  // namespace tumble::models::sdof
+}  // namespace tumble::sdof_gyro

@@ -6,7 +6,7 @@
 
 #include "tumble/core/settings.hpp"
 
-namespace tumble::models::sdof {
+namespace tumble::sdof_gyro {
 
 /// Masses, lengths, inertias, compliances and gains of the gimbal and its loop; none has a default.
 std::vector<Option> physics();
@@ -21,4 +21,4 @@ double loop_stiffness(const Settings& truth);
 /// Throws Error::bad_input that lists all that is missing or out of bounds.
 std::map<std::string, double> coefficients(const Settings& truth);
 
-}  // namespace tumble::models::sdof
+}  // namespace tumble::sdof_gyro

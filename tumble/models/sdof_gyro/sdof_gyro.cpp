@@ -8,8 +8,10 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 #include "tumble/models/given/given.hpp"
 
-namespace tumble::models {
+namespace tumble::sdof_gyro {
 namespace {
+
+using namespace given;
 
 std::vector<Option> constants() {
   using Type = Option::Type;
@@ -98,7 +100,7 @@ std::vector<Output> outputs(const Settings&) {
 Response rebalance_loop(const Settings& truth, double step) {
   if (truth.has("natural_frequency")) return electronics::loop(truth, step);
   return electronics::balanced(number_or(truth, "gimbal_inertia_O", 0.0), number_or(truth, "damping", 0.0),
-                               sdof::loop_stiffness(truth), step);
+                               loop_stiffness(truth), step);
 }
 
 /// S_g [(rad/s)/A]
@@ -108,7 +110,7 @@ double torquer_scale_factor(const Settings& truth) {
     if (scale == 0.0) refuse({"torquer_scale_factor must not be zero"});
     return scale;
   }
-  const double momentum = sdof::angular_momentum(truth);
+  const double momentum = angular_momentum(truth);
   if (!truth.has("torquer_constant") || !(momentum > 0.0))
     refuse({"output = \"current\" needs torquer_scale_factor, or torquer_constant and the momentum"});
   return truth.number("torquer_constant") / momentum;
@@ -129,15 +131,14 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 
 }  // namespace
 
-extern const Model sdof_gyro;
-const Model sdof_gyro{
+extern const Model sdof_gyro{
     .name = "sdof_gyro",
     .summary = "single-degree-of-freedom rotor gyro: drift over specific force and over angular motion, rebalance loop",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 26-41, eq. (4.1)-(4.12)",
     .constants = constants,
     .outputs = outputs,
-    .physics = sdof::physics,
-    .coefficients = sdof::coefficients,
+    .physics = physics,
+    .coefficients = coefficients,
     .record = record};
 
-}  // namespace tumble::models
+}  // namespace tumble::sdof_gyro

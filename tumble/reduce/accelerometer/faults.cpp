@@ -18,7 +18,7 @@
 #include "tumble/reduce/accelerometer/samples.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 namespace {
 
 using linear::SegmentSummary;
@@ -367,4 +367,4 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
   return findings;
 }
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

@@ -4,7 +4,7 @@
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
 
 /// What goes wrong in tests position by position, and what to do about it.
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 
 /// One position under several labels: they count as repeats. One label for several positions.
 Findings about_labels(const Plan& plan);
@@ -26,4 +26,4 @@ Findings about_misplaced(const linear::Solution& solution);
 /// A negative scale factor, one far from that given in the settings, an input axis far from the axis of the model.
 Findings about_signs(const Estimate& estimate, const Settings& settings, const Output& output);
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

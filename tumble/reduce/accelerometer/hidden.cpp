@@ -9,7 +9,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 namespace {
 
 /// What a unit without its ppm, micro and arcsec comes to: 1/g for ug/g^2.
@@ -143,4 +143,4 @@ void withhold(const std::string& name, Estimate& estimate) {
   for (auto& line : estimate.budget) line.variance.erase(line.variance.begin() + static_cast<std::ptrdiff_t>(out));
 }
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

@@ -7,7 +7,7 @@
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
 
 /// What a schedule cannot show, in words.
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 
 /// By how much a coefficient comes out wrong for a unit of a term that is not in the model. Both in powers of g, so
 /// that the number is that of the theory: K_2 shifts by -1 K_pp.
@@ -34,4 +34,4 @@ void describe_dropped(Normalised& found, const std::string& advice);
 /// Takes a parameter out of an estimate, covariance and budget with it; the others are left as they are.
 void withhold(const std::string& name, Estimate& estimate);
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

@@ -8,7 +8,7 @@
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 namespace {
 
 /// Windows of a count in a second, pauses of the recording left out.
@@ -86,4 +86,4 @@ double scale_of(const Settings& settings, const Channel& channel) {
   return output.per_second / *scale;
 }
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

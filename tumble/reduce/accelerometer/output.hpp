@@ -10,7 +10,7 @@
 #include "tumble/models/model.hpp"
 
 /// What the methods for accelerometers share: how an output is read as specific force.
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 
 /// The output of an accelerometer, whatever it is recorded as.
 Role role();
@@ -41,4 +41,4 @@ std::optional<double> given_scale_factor(const Settings& settings, const Output&
 /// Throws Error::bad_input, bad_data.
 double scale_of(const Settings& settings, const Channel& channel);
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

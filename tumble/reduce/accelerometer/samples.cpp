@@ -9,7 +9,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 namespace {
 
 using linear::Solution;
@@ -184,4 +184,4 @@ Findings about_unsettled(const Evidence& evidence, const Normalised& found) {
   return findings;
 }
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

@@ -9,7 +9,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 namespace {
 
 constexpr const char* error_name = "scale_factor_error";
@@ -183,4 +183,4 @@ Table in_local_g(const Estimate& estimate, double gravity) {
   return table;
 }
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

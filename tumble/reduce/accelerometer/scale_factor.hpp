@@ -12,7 +12,7 @@
 ///
 /// A problem has the input a_i and a column `scale_factor_error`. It is solved once for K_1, then with the output in
 /// units of this K_1; the coefficients are divided by what is left of 1 + dK_1, and the covariance follows them.
-namespace tumble::methods::accelerometer {
+namespace tumble::accelerometer {
 
 /// A solution in which the column `scale_factor_error` has become `scale_factor`, and the other coefficients are those
 /// of E/K_1.
@@ -48,4 +48,4 @@ Evidence at_one_rate(const Evidence& evidence);
 /// is multiplied by r, K_0 by 1/r, K_2 and the like by r, K_3 by r^2; angles stay (r = 0.9988 at 9.795 m/s^2).
 Table in_local_g(const Estimate& estimate, double gravity);
 
-}  // namespace tumble::methods::accelerometer
+}  // namespace tumble::accelerometer

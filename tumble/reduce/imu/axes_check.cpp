@@ -9,7 +9,7 @@
 
 #include "tumble/math/median.hpp"
 
-namespace tumble::methods::imu {
+namespace tumble::imu {
 namespace {
 
 constexpr std::array<std::array<std::size_t, 3>, 6> permutations{
@@ -257,4 +257,4 @@ Findings about_triad(Kind kind, std::span<const Vector3> felt, std::span<const V
   return findings;
 }
 
-}  // namespace tumble::methods::imu
+}  // namespace tumble::imu

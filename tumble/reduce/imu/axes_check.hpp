@@ -10,7 +10,7 @@
 #include "tumble/reduce/imu/sensors.hpp"
 
 /// Are the three outputs of a triad those of the axes that they are named after, of the right sign and in their unit?
-namespace tumble::methods::imu {
+namespace tumble::imu {
 
 /// The exchange and reversal of axes that is nearest to what was seen.
 struct AxesSeen {
@@ -36,4 +36,4 @@ Findings about_axes(Kind kind, const AxesSeen& seen, const std::array<std::strin
 Findings about_triad(Kind kind, std::span<const Vector3> felt, std::span<const Vector3> shown,
                      const std::vector<std::string>& labels, const std::array<std::string, 3>& channels = {});
 
-}  // namespace tumble::methods::imu
+}  // namespace tumble::imu

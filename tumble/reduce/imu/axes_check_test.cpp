@@ -4,7 +4,7 @@
 
 #include "tumble/math/random.hpp"
 
-namespace tumble::methods::imu {
+namespace tumble::imu {
 namespace {
 
 const std::vector<Vector3> faces{{0, 0, 9.8}, {0, 0, -9.8}, {0, 9.8, 0}, {0, -9.8, 0}, {9.8, 0, 0}, {-9.8, 0, 0}};
@@ -88,4 +88,4 @@ TEST(AxesCheck, ReadsAMatrix) {
 }
 
 }  // namespace
-}  // namespace tumble::methods::imu
+}  // namespace tumble::imu

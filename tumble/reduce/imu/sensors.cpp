@@ -8,7 +8,7 @@
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::imu {
+namespace tumble::imu {
 namespace {
 
 /// Pauses of the recording left out.
@@ -59,4 +59,4 @@ std::vector<Option> scale_factor_options() {
           {"gyro_scale_factor", Type::text, "1", "", {}, "K_m of all gyros, \"2 pulse/arcsec\""}};
 }
 
-}  // namespace tumble::methods::imu
+}  // namespace tumble::imu

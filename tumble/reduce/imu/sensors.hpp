@@ -10,7 +10,7 @@
 #include "tumble/models/model.hpp"
 
 /// What all methods for whole inertial measurement units share.
-namespace tumble::methods::imu {
+namespace tumble::imu {
 
 enum class Kind { accelerometer, gyro };
 
@@ -41,4 +41,4 @@ Reading reading_of(Kind kind, const Settings& settings, const Channel& channel);
 /// Those two settings.
 std::vector<Option> scale_factor_options();
 
-}  // namespace tumble::methods::imu
+}  // namespace tumble::imu

@@ -43,7 +43,7 @@ Blocks blocks_of(const Problem& problem, const Rows& rows, std::size_t first, st
   }
   blocks.mean /= time;
   const std::size_t n = end - first;
-  const double unit = problem.pulse * problem.pulse * reading_variance;
+  const double unit = problem.pulse * problem.pulse * pulses::reading_variance;
   for (std::size_t k = 1; k < n; ++k) {
     double wave = 0.0, differences = 0.0, before = 0.0;
     for (std::size_t b = 0; b < n; ++b) {
@@ -106,7 +106,7 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
     const Stretch& stretch = evidence.stretches[g];
     if (!stretch.steady && !stretch.even && stretch.whole.empty()) continue;
-    const double sd = std::sqrt(pieces_of(stretch) * rounding_variance(problem.pulse, rows.segments[g].duration));
+    const double sd = std::sqrt(pieces_of(stretch) * pulses::rounding_variance(problem.pulse, rows.segments[g].duration));
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),
               effect.column.begin() + static_cast<std::ptrdiff_t>(end), sd);
     if (!rows.output.empty()) all.push_back(blocks_of(problem, rows, first, end));

@@ -14,12 +14,12 @@ constexpr double per_g = 200.0;  // pulse/s/g: a pulse in 60 s is 83 ug
 
 /// Twelve positions of a minute on an ideal head, counted at 10 Hz.
 Plan plan_of(double random_walk) {
-  Plan plan = methods::trial_plan("accelerometer_dynamic", {}, "pendulous_accelerometer", "dividing_head", 10.0);
+  Plan plan = trial_plan("accelerometer_dynamic", {}, "pendulous_accelerometer", "dividing_head", 10.0);
   plan.rig.set_flag("ideal", true);
   plan.truth.set_word("output", "count");
-  methods::set_truth(plan, "pulse_scale_factor", per_g, "pulse/s/g");
-  methods::set_truth(plan, "bias", 3.0, "mg");
-  methods::set_truth(plan, "angle_random_walk", random_walk, "ug/sqrt(Hz)");
+  set_truth(plan, "pulse_scale_factor", per_g, "pulse/s/g");
+  set_truth(plan, "bias", 3.0, "mg");
+  set_truth(plan, "angle_random_walk", random_walk, "ug/sqrt(Hz)");
   for (int k = 0; k < 12; ++k) {
     const Motion head{.kind = Motion::Kind::hold, .value = si(30.0 * k + 3.7, "deg")};
     plan.schedule.push_back({"position " + std::to_string(k), 60.0, 1, {{"head", head}}});

@@ -42,7 +42,7 @@ PowerUp power_up_of(const Plan& plan, std::size_t number, Schedule segments, dou
 /// The power-ups of a plan, as its schedule says; returns the index of the first.
 std::size_t add_power_ups(const Plan& plan, std::size_t number, double rate, const Problem& problem, Evidences& out) {
   const std::size_t first = out.power_ups.size();
-  for (auto& run : sim::power_ups(plan.schedule, rate))
+  for (auto& run : power_ups(plan.schedule, rate))
     out.power_ups.push_back(power_up_of(plan, number, std::move(run.segments), rate, problem));
   return first;
 }
@@ -53,7 +53,7 @@ std::size_t add_segments(const Plan& plan, std::size_t number, double rate, cons
   double begin = 0.0;
   for (std::size_t s = 0; s < plan.schedule.size(); ++s) {
     if (s > 0 && plan.schedule[s].run != plan.schedule[s - 1].run) begin = 0.0;
-    out.power_ups.push_back(power_up_of(plan, number, {sim::standing_alone(plan.schedule, s)}, rate, problem));
+    out.power_ups.push_back(power_up_of(plan, number, {standing_alone(plan.schedule, s)}, rate, problem));
     out.power_ups.back().offset = begin;
     begin += plan.schedule[s].duration;
   }
@@ -298,7 +298,7 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   Evidences out;
   for (const Plan* one : plans) {
-    const bool alone = sim::recorded_one_by_one(*one);
+    const bool alone = recorded_one_by_one(*one);
     const std::size_t begin = (alone ? add_segments : add_power_ups)(*one, out.plans++, one->sample_rate, problem, out);
     for (std::size_t u = begin; u < out.power_ups.size(); ++u) {
       const PowerUp& power_up = out.power_ups[u];

@@ -247,7 +247,7 @@ TEST(linear, information_of_segments_adds_up_to_the_prediction) {
   plan.truth.set_number("bias_instability", 0.0, Unit());
   linear::Problem problem;
   problem.input = [](const Felt& felt) { return felt.rate.x; };
-  problem.columns = methods::sdof::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_SS"});
+  problem.columns = sdof_gyro_support::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_SS"});
   problem.settling = 5.0;
   problem.averaging = 10.0;
   const auto truth = linear::truth_of(plan, "gyro");

@@ -1,7 +1,7 @@
 #pragma once
 
 /// What rounding to whole pulses does to a mean.
-namespace tumble {
+namespace tumble::pulses {
 
 /// Variance [pulse^2] of the part of a pulse that one reading of a counter leaves out.
 constexpr double reading_variance = 1.0 / 12.0;
@@ -13,4 +13,4 @@ constexpr double rounding_variance(double pulse, double seconds) {
   return pulse == 0.0 ? 0.0 : 2.0 * reading_variance * pulse * pulse / (seconds * seconds);
 }
 
-}  // namespace tumble
+}  // namespace tumble::pulses

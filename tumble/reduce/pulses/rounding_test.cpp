@@ -64,7 +64,7 @@ TEST(Counting, RoundingOfAConstantInput) {
     EXPECT_LE(std::abs(r.total), 1.0 + 1e-9);
     mean += r.variance / 20.0;
   }
-  EXPECT_NEAR(mean, rounding_variance(1.0, 1.0), 1e-3);  // the trapezoidal rule of p(1-p) over 20 parts: 1/6 - 1/2400
+  EXPECT_NEAR(mean, pulses::rounding_variance(1.0, 1.0), 1e-3);  // the trapezoidal rule of p(1-p) over 20 parts: 1/6 - 1/2400
   EXPECT_NEAR(rounding_of(100.0, 0.0, 0.0, 3).variance, 0.0, 1e-12);  // no spread at all
 }
 

@@ -8,7 +8,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::sdof {
+namespace tumble::sdof_gyro_support {
 
 Role gyro_role() { return {"gyro", "", true, "output of the gyro: a rate, or the torquer current"}; }
 
@@ -90,7 +90,7 @@ void add_repeats(const linear::Solution& solution, Estimate& estimate) {
 }
 
 Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& rig, double rate) {
-  Plan plan = methods::trial_plan(method, options, "sdof_gyro", rig, rate);
+  Plan plan = trial_plan(method, options, "sdof_gyro", rig, rate);
   const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   const char* first = "deg/h/g";
   const char* second = "deg/h/g^2";
@@ -150,4 +150,4 @@ Segment at(const Position& position, double duration) {
            {"inner", {.kind = Motion::Kind::hold, .value = position.inner}}}};
 }
 
-}  // namespace tumble::methods::sdof
+}  // namespace tumble::sdof_gyro_support

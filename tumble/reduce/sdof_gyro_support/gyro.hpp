@@ -9,7 +9,7 @@
 #include "tumble/methods/method.hpp"
 
 /// What the methods for single-degree-of-freedom gyros share.
-namespace tumble::methods::sdof {
+namespace tumble::sdof_gyro_support {
 
 Role gyro_role();
 
@@ -42,4 +42,4 @@ struct Position {
 std::vector<Position> cube_positions();
 Segment at(const Position& position, double duration);
 
-}  // namespace tumble::methods::sdof
+}  // namespace tumble::sdof_gyro_support

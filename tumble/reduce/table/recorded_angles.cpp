@@ -32,7 +32,7 @@ struct Place {
 /// When every segment of a schedule has settled, after its own beginning [s].
 std::vector<double> settled_after(const Plan& plan) {
   std::vector<double> after;
-  for (const auto& run : sim::power_ups(plan.schedule, 1.0)) {
+  for (const auto& run : power_ups(plan.schedule, 1.0)) {
     const Reference reference = find_rig(plan.rig_kind).reference({run.segments, plan.rig, plan.site});
     double begin = 0.0;
     for (std::size_t s = 0; s < run.segments.size(); ++s) {

@@ -15,7 +15,7 @@ constexpr double arcsec = std::numbers::pi / 648000.0;
 
 /// Three positions and ten turns on a table whose angles are off by what it likes.
 Evidence recorded(double repeatability) {
-  Plan plan = methods::trial_plan("rlg_north_finder", {}, "ring_laser_gyro", "two_axis_table", 1.0);
+  Plan plan = trial_plan("rlg_north_finder", {}, "ring_laser_gyro", "two_axis_table", 1.0);
   plan.rig.set_number("repeatability_sd", repeatability, Unit::parse("arcsec"));
   const auto hold = [](double degrees) { return Motion{.value = si(degrees, "deg")}; };
   plan.schedule = {{"a", 60.0, 1, {{"outer", hold(0)}, {"inner", hold(0)}}},

@@ -26,13 +26,13 @@ Mean mean_of(const Series& series, double pulse) {
   const double n = static_cast<double>(mean.windows);
   mean.value = total / n;
   const double time = n * series.window;
-  const double rounding = rounding_variance(pulse, time);
+  const double rounding = pulses::rounding_variance(pulse, time);
   double squares = 0.0, used = 0.0, rounding_of_blocks = 0.0;
   for (std::size_t b = 0; b < blocks; ++b) {
     if (count[b] == 0.0) continue;
     const double off = sum[b] / count[b] - mean.value;
     squares += count[b] * off * off;
-    rounding_of_blocks += count[b] * rounding_variance(pulse, count[b] * series.window);
+    rounding_of_blocks += count[b] * pulses::rounding_variance(pulse, count[b] * series.window);
     ++used;
   }
   mean.degrees_of_freedom = std::max(1.0, used - 1.0);

@@ -43,7 +43,7 @@ std::vector<Entry> entries_of(const Settings& settings) {
 
 Reading reading_of(const Channel& channel) {
   if (channel.unit.dimension() == Unit::parse("m/s").dimension()) return Reading::velocity;
-  const auto output = methods::accelerometer::output_of(channel);
+  const auto output = accelerometer::output_of(channel);
   if (output.pulses) return Reading::pulses;
   return output.scale_factor.dimension() == Dimension{} ? Reading::force : Reading::electric;
 }
@@ -71,7 +71,7 @@ std::optional<double> given_scale(const Settings& settings, const UnitUnderTest&
   if (found == entries.end()) return {};
   const Reading reading = reading_of(channel);
   if (reading == Reading::force || reading == Reading::velocity) return {};
-  const double scale = parse_si(found->scale, methods::accelerometer::output_of(channel).scale_factor);
+  const double scale = parse_si(found->scale, accelerometer::output_of(channel).scale_factor);
   if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
     throw Error(Error::Kind::bad_input, "[settings] scale_factor must be finite and not zero");
   return scale;

@@ -10,7 +10,7 @@
 #include "tumble/report/shape.hpp"
 #include "tumble/version.hpp"
 
-namespace tumble {
+namespace tumble::html {
 
 namespace assets {
 extern const std::string_view report_css, report_js, plotly_basic_min_js;
@@ -108,4 +108,4 @@ std::string to_html(const Estimate& estimate) {
          "</main>\n<footer>Made by Tumble " + version + "</footer>\n" + scripts(figures.data) + "</body>\n</html>\n";
 }
 
-}  // namespace tumble
+}  // namespace tumble::html

@@ -49,7 +49,7 @@ constexpr const char* hostile = "</script><script>document.title='owned'</script
 
 /// Every text that a file or a plan can put into a report.
 Estimate hostile_estimate() {
-  auto e = example::estimate();
+  auto e = testing::estimate();
   e.method = e.title = e.instrument_model = e.instrument_serial = hostile;
   for (auto& p : e.parameters) p.name = p.symbol = p.description = hostile;
   for (auto& part : e.budget) part.source = hostile;
@@ -66,7 +66,7 @@ Estimate hostile_estimate() {
 }
 
 TEST(html_report, says_everything_that_a_reader_needs) {
-  const auto page = to_html(example::estimate());
+  const auto page = to_html(testing::estimate());
   for (const std::string part :
        {"<h1>Thermal bias of a fibre-optic gyro, eight start temperatures</h1>", "FOG-0117", "1 failed", "<sub>0</sub>",
         "[0.394, 0.509]", "(−4.12", "\u202F×\u202F10<sup>−5</sup>", "deg/h/K<sup>2</sup>", "≤ 0.6 deg/h",
@@ -79,11 +79,11 @@ TEST(html_report, says_everything_that_a_reader_needs) {
 }
 
 TEST(html_report, is_the_same_bytes_every_time) {
-  EXPECT_EQ(to_html(example::estimate()), to_html(example::estimate()));
+  EXPECT_EQ(to_html(testing::estimate()), to_html(testing::estimate()));
 }
 
 TEST(html_report, needs_nothing_from_outside_and_may_load_nothing) {
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   EXPECT_TRUE(has(to_html(estimate), "Content-Security-Policy\" content=\"default-src 'none'"));
   EXPECT_TRUE(has(to_html(estimate), "showSendToCloud: false, plotlyServerURL: \"\""));
   estimate.curves.clear();
@@ -94,7 +94,7 @@ TEST(html_report, needs_nothing_from_outside_and_may_load_nothing) {
 }
 
 TEST(html_report, carries_the_plotting_library_only_for_curves) {
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   EXPECT_TRUE(has(to_html(estimate), "plotly.js (basic - minified)"));
   estimate.curves.clear();
   const auto page = to_html(estimate);
@@ -189,7 +189,7 @@ TEST(points_to_draw, keeps_ends_peaks_and_gaps_of_long_ones) {
     std::vector<double> x, y, lower, upper;
     for (int i = 0; i < 100000; ++i) {
       x.push_back(1.0 + i);
-      y.push_back(example::wiggle(i));
+      y.push_back(testing::wiggle(i));
       lower.push_back(y.back() - 0.1);
       upper.push_back(y.back() + 0.1);
     }

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 MachineAxis arm_axis() {
   using Kind = Motion::Kind;
@@ -41,4 +41,4 @@ Joint end_joint(const Settings& options, const ErrorValues& errors) {
           .stretch = options.number("stretch") + errors("stretch of the radius")};
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -8,7 +8,7 @@
 
 #include "tumble/earth/earth.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -185,4 +185,4 @@ std::vector<Schedule> runs_of(const Schedule& schedule) {
   return runs;
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -8,7 +8,7 @@
 #include "tumble/rigs/chain/chain.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// An option that is a quantity.
 Option quantity(std::string name, std::string unit, std::string fallback, std::string description);
@@ -71,4 +71,4 @@ bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::ve
 /// The segments of each power-up.
 std::vector<Schedule> runs_of(const Schedule& schedule);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

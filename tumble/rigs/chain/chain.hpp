@@ -9,7 +9,7 @@
 #include "tumble/rigs/chain/oven.hpp"
 #include "tumble/rigs/chain/profile.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// How a frame moves, in its own axes.
 struct Kinematics {
@@ -77,4 +77,4 @@ void felt(const Chain& chain, double first, double step, std::span<Felt> out);
 /// Until when nothing changes.
 double steady_until(const Chain& chain, double time);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

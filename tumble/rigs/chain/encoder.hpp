@@ -6,7 +6,7 @@
 #include "tumble/rigs/chain/chain.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// The encoder of an axis. It shows where the drive stands, turns counted on, positioning and rate errors included; the
 /// errors of its own scale and zero it cannot show.
@@ -26,4 +26,4 @@ Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quan
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
                        std::span<double> readings);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

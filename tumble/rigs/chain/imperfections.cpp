@@ -1,6 +1,6 @@
 #include "tumble/rigs/chain/machine.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 std::vector<std::string> names(const std::vector<std::string>& axes, const char* before,
@@ -36,4 +36,4 @@ std::vector<Imperfection> oscillation_imperfections(const std::vector<std::strin
            names(axes, "oscillation amplitude of ")}};
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

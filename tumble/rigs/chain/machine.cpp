@@ -4,7 +4,7 @@
 
 #include "tumble/rigs/chain/encoder.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -194,4 +194,4 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
   return out;
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -8,7 +8,7 @@
 
 #include "tumble/rigs/chain/carrier.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -192,4 +192,4 @@ double steady_until(const Oven& oven, double time) {
   return piece + 1 < oven.pieces.size() ? oven.pieces[piece + 1].begin : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

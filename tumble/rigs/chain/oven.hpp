@@ -6,7 +6,7 @@
 #include "tumble/rigs/rig.hpp"
 
 /// An oven around the instrument on a machine with turning axes: the axis `temperature` of its plan.
-namespace tumble::rigs {
+namespace tumble::chain {
 
 struct Imperfection;
 class ErrorValues;
@@ -58,4 +58,4 @@ double shown_by(const Oven& oven, double temperature);
 /// Until when the temperature stays as it is.
 double steady_until(const Oven& oven, double time);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

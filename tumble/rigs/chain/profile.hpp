@@ -7,7 +7,7 @@
 
 #include "tumble/core/schedule.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// Angle of an axis with its first two derivatives.
 struct Turn {
@@ -79,4 +79,4 @@ Turn at(const Profile& profile, double time, std::size_t& piece);
 /// Until when the axis stands where it stands at `time`; `time` itself when it moves.
 double steady_until(const Profile& profile, double time);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -6,7 +6,7 @@
 
 #include "tumble/math/eigen/dense.hpp"
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -65,4 +65,4 @@ std::vector<double> limit_widths(const Plan& plan, const Estimate& truth, const 
   return out;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

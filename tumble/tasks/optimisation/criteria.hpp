@@ -7,7 +7,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/plan.hpp"
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 
 /// How well an estimate knows the terms, relative to a reference sd of each. All are like a ratio of sds: the smaller
 /// the better; +inf where a term is not told.
@@ -25,4 +25,4 @@ Criteria criteria_of(const Estimate& estimate, const std::vector<std::string>& t
 /// From the plan's limits: half the width, or the distance of one bound from the true value; 0 without a limit.
 std::vector<double> limit_widths(const Plan& plan, const Estimate& truth, const std::vector<std::string>& terms);
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

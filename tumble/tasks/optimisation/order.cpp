@@ -7,7 +7,7 @@
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/random.hpp"
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 namespace {
 
 using Order = std::vector<std::size_t>;
@@ -15,14 +15,14 @@ using Order = std::vector<std::size_t>;
 constexpr double remounting = 600.0;  ///< [s] by hand: only to keep visits with one mounting together
 constexpr int drawn_orders = 64;
 
-bool same_mount(const Candidate& a, const Candidate& b) {
+bool same_mount(const prediction::Candidate& a, const prediction::Candidate& b) {
   for (const auto& [axis, motion] : a.work)
     if (axis.starts_with("mount_") && b.work.at(axis).value != motion.value) return false;
   return true;
 }
 
 /// Time [s] from visit i (row) to visit j (column) in its motion.
-Matrix moves(const Plan& plan, const std::vector<Candidate>& all, const std::vector<CandidateVisit>& visits) {
+Matrix moves(const Plan& plan, const std::vector<prediction::Candidate>& all, const std::vector<prediction::CandidateVisit>& visits) {
   Matrix out(visits.size(), visits.size());
   for (std::size_t i = 0; i < visits.size(); ++i)
     for (std::size_t j = 0; j < visits.size(); ++j) {
@@ -81,7 +81,7 @@ Order shuffled(std::size_t count, const RandomStream& random) {
 }
 
 /// Mountings in the order in which they come first, the visits of each in the order they have.
-Order grouped(const std::vector<Candidate>& all, const std::vector<CandidateVisit>& visits, const Order& order) {
+Order grouped(const std::vector<prediction::Candidate>& all, const std::vector<prediction::CandidateVisit>& visits, const Order& order) {
   Order out, left = order;
   while (!left.empty()) {
     const auto& first = all[visits[left.front()].candidate];
@@ -94,8 +94,8 @@ Order grouped(const std::vector<Candidate>& all, const std::vector<CandidateVisi
 
 }  // namespace
 
-std::vector<CandidateVisit> ordered(const Plan& plan, const std::vector<Candidate>& all,
-                                    std::vector<CandidateVisit> visits, bool randomised, std::uint64_t seed) {
+std::vector<prediction::CandidateVisit> ordered(const Plan& plan, const std::vector<prediction::Candidate>& all,
+                                    std::vector<prediction::CandidateVisit> visits, bool randomised, std::uint64_t seed) {
   if (visits.size() < 3) return visits;
   const Matrix times = moves(plan, all, visits);
   Order best;
@@ -110,7 +110,7 @@ std::vector<CandidateVisit> ordered(const Plan& plan, const std::vector<Candidat
     best = nearest_neighbours(times);
     shorten(times, best);
   }
-  std::vector<CandidateVisit> out;
+  std::vector<prediction::CandidateVisit> out;
   for (const auto v : best)
     if (!out.empty() && out.back().candidate == visits[v].candidate)
       out.back().dwell += visits[v].dwell;  // staying is one visit
@@ -119,4 +119,4 @@ std::vector<CandidateVisit> ordered(const Plan& plan, const std::vector<Candidat
   return out;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

@@ -7,7 +7,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 namespace {
 
 using Eigen::Index;
@@ -18,11 +18,11 @@ constexpr double nothing = 1e-9;     ///< information, beside the largest of the
 constexpr double negligible = 1e-3;  ///< variance of a shift, beside that of the white noise of a power-up
 constexpr double samples_in_period = 40.0;
 
-double dwell_of(const Candidate& one, double dwell) { return std::max(dwell, one.least); }
+double dwell_of(const prediction::Candidate& one, double dwell) { return std::max(dwell, one.least); }
 
 /// Every candidate in a power-up of its own, in which it stands where it begins. The rate is as low as the motions
 /// allow: what is known of the noise does not depend on it.
-Plan plan_of(const Plan& plan, const std::vector<Candidate>& all, double settling, double dwell, double times) {
+Plan plan_of(const Plan& plan, const std::vector<prediction::Candidate>& all, double settling, double dwell, double times) {
   Plan out = plan;
   out.schedule.clear();
   double fastest = 10.0 / dwell;
@@ -48,7 +48,7 @@ void embed(const Matrix& m, std::size_t first_term, const std::vector<std::size_
     for (std::size_t j = 0; j < m.columns; ++j) into(place(i), place(j)) += m(i, j);
 }
 
-std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<OutputProblem>& outputs, DesignSpace& space) {
+std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<prediction::OutputProblem>& outputs, DesignSpace& space) {
   std::vector<TermInformation> parts;
   for (auto output : outputs) {
     output.problem.averaging = std::max(1.0 / plan.sample_rate, output.problem.averaging);
@@ -140,7 +140,7 @@ void drop_negligible_errors(DesignSpace& space, std::vector<MatrixXd>& once, std
 
 }  // namespace
 
-DesignSpace design_space(const Plan& plan, const std::vector<Candidate>& all, const std::vector<OutputProblem>& outputs,
+DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all, const std::vector<prediction::OutputProblem>& outputs,
                          double time, double dwell) {
   DesignSpace space;
   const double settling = outputs.empty() ? 0.0 : outputs.front().problem.settling;
@@ -159,4 +159,4 @@ DesignSpace design_space(const Plan& plan, const std::vector<Candidate>& all, co
   return space;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

@@ -8,7 +8,7 @@
 
 #include "tumble/tasks/optimisation/criteria.hpp"
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 namespace {
 
 using Cell = Table::Cell;
@@ -109,4 +109,4 @@ Estimate described(const Plan& plan, const ScheduleRow& chosen, const std::vecto
   return out;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

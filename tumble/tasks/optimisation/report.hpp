@@ -7,7 +7,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/plan.hpp"
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 
 /// A schedule and what it is predicted to reach.
 struct ScheduleRow {
@@ -22,4 +22,4 @@ struct ScheduleRow {
 Estimate described(const Plan& plan, const ScheduleRow& chosen, const std::vector<ScheduleRow>& rows,
                    const std::vector<std::string>& terms, const std::vector<double>& reference);
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

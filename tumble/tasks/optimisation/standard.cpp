@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace tumble::tasks {
+namespace tumble::optimisation {
 namespace {
 
 using Set = std::vector<std::size_t>;
@@ -12,7 +12,7 @@ using Set = std::vector<std::size_t>;
 constexpr double same_direction = 3.5e-3;  ///< [rad]: 0.2 deg
 constexpr double seen_rate = 1e-6;         ///< [rad/s] of the Earth's rate across the vertical, to tell an azimuth
 
-bool at_rest(const Candidate& one) { return one.approach.empty() && one.felt.size() == 1; }
+bool at_rest(const prediction::Candidate& one) { return one.approach.empty() && one.felt.size() == 1; }
 
 std::optional<Vector3> direction(Vector3 v, double least) {
   const double size = norm(v);
@@ -34,10 +34,10 @@ std::vector<Vector3> cube(int components) {
 }
 
 /// The first candidate at rest with each of the directions up; none where one is missing.
-Set with_up(const std::vector<Candidate>& all, const std::vector<Vector3>& directions) {
+Set with_up(const std::vector<prediction::Candidate>& all, const std::vector<Vector3>& directions) {
   Set out;
   for (const auto& wanted : directions) {
-    const auto found = std::ranges::find_if(all, [&](const Candidate& one) {
+    const auto found = std::ranges::find_if(all, [&](const prediction::Candidate& one) {
       if (!at_rest(one)) return false;
       const auto up = direction(one.felt.front().specific_force, 0.1);
       return up && same(*up, wanted);
@@ -49,13 +49,13 @@ Set with_up(const std::vector<Candidate>& all, const std::vector<Vector3>& direc
 }
 
 /// Instrument axes along the vertical and the meridian in all 24 ways.
-Set orientations(const std::vector<Candidate>& all) {
+Set orientations(const std::vector<prediction::Candidate>& all) {
   Set out;
   const auto faces = cube(1);
   for (const auto& up_wanted : faces)
     for (const auto& north_wanted : faces) {
       if (std::abs(dot(up_wanted, north_wanted)) > 0.5) continue;
-      const auto found = std::ranges::find_if(all, [&](const Candidate& one) {
+      const auto found = std::ranges::find_if(all, [&](const prediction::Candidate& one) {
         if (!at_rest(one)) return false;
         const auto up = direction(one.felt.front().specific_force, 0.1);
         if (!up || !same(*up, up_wanted)) return false;
@@ -70,7 +70,7 @@ Set orientations(const std::vector<Candidate>& all) {
 }
 
 /// Rates of one axis at a time, the others where the first such candidate has them.
-Set rates(const std::vector<Candidate>& all) {
+Set rates(const std::vector<prediction::Candidate>& all) {
   Set out;
   std::vector<std::pair<std::string, std::map<std::string, Motion>>> begun;
   const auto position = [](const std::map<std::string, Motion>& axes) {
@@ -102,7 +102,7 @@ Set together(Set a, const Set& b) {
 
 }  // namespace
 
-std::vector<StandardSet> standard_sets(const std::vector<Candidate>& all) {
+std::vector<StandardSet> standard_sets(const std::vector<prediction::Candidate>& all) {
   const Set faces = with_up(all, cube(1)), edges = with_up(all, cube(2)), corners = with_up(all, cube(3));
   const Set eighteen = together(faces, edges), cubes = orientations(all), turning = rates(all);
   const std::vector<StandardSet> known = {{"6 faces", faces},
@@ -120,4 +120,4 @@ std::vector<StandardSet> standard_sets(const std::vector<Candidate>& all) {
   return out;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::optimisation

@@ -10,7 +10,7 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 
 /// What is wrong with a plan, each problem with the line where it stands.
 struct Problems {
@@ -74,4 +74,4 @@ class Section {
 /// What stands at a node as text: strings as they are, lists of numbers separated by commas.
 std::optional<std::string> text_of(const toml::node& node);
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

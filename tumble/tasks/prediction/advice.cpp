@@ -10,7 +10,7 @@
 #include "tumble/tasks/prediction/candidates.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
 
-namespace tumble::tasks {
+namespace tumble::prediction {
 namespace {
 
 using Eigen::Index;
@@ -155,4 +155,4 @@ Advice advise(const Plan& plan, const std::vector<Felt>& felt, std::vector<Term>
   return out;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::prediction

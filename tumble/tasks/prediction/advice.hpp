@@ -6,7 +6,7 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble::tasks {
+namespace tumble::prediction {
 
 /// What would show the terms that a schedule does not.
 struct Advice {
@@ -24,4 +24,4 @@ struct Advice {
 Advice advise(const Plan& plan, const std::vector<Felt>& felt, std::vector<Term> terms,
               const std::vector<Term>& not_excited);
 
-}  // namespace tumble::tasks
+}  // namespace tumble::prediction

@@ -10,7 +10,7 @@
 
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::tasks {
+namespace tumble::prediction {
 namespace {
 
 using Kind = Motion::Kind;
@@ -385,4 +385,4 @@ std::string in_words(const std::map<std::string, Motion>& axes, const Plan& plan
   return text.empty() ? "all axes at zero" : text;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::prediction

@@ -8,7 +8,7 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble::tasks {
+namespace tumble::prediction {
 
 /// One thing the rig could do for the plan: a position held, a rate, an oscillation. Every axis that the candidates
 /// move is named in it, so that it stays what it is wherever it stands in a schedule.
@@ -54,4 +54,4 @@ Schedule schedule_of(const Plan& plan, const std::vector<Candidate>& all, const 
 /// "outer 45 deg, inner -90 deg", "outer 10 deg/s": only what is not at rest at zero, or "all axes at zero".
 std::string in_words(const std::map<std::string, Motion>& axes, const Plan& plan);
 
-}  // namespace tumble::tasks
+}  // namespace tumble::prediction

@@ -10,7 +10,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble::prediction {
 namespace {
 
 constexpr double least_excitation = 1e-8;
@@ -185,4 +185,4 @@ Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& out
   return whole;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble::prediction

@@ -6,7 +6,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/reduce/linear/terms.hpp"
 
-namespace tumble::tasks {
+namespace tumble::prediction {
 
 /// One output of a plan's instrument, to be predicted without a method: the terms of its table that the schedule
 /// excites.
@@ -32,4 +32,4 @@ std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<F
 /// The estimate from the outputs' problems: truth as values, covariance and budget as predicted.
 Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& outputs);
 
-}  // namespace tumble::tasks
+}  // namespace tumble::prediction

@@ -5,7 +5,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::mixed {
+namespace tumble::mixed_model {
 
 Estimator estimator(const MatrixXd& design, const MatrixXd& covariance) {
   Estimator out{{}, Eigen::LLT<MatrixXd>(covariance), {}, 1.0};
@@ -24,4 +24,4 @@ Estimator estimator(const MatrixXd& design, const MatrixXd& covariance) {
   return out;
 }
 
-}  // namespace tumble::mixed
+}  // namespace tumble::mixed_model

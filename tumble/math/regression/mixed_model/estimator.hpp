@@ -4,7 +4,7 @@
 
 #include "tumble/math/regression/mixed_model/rows.hpp"
 
-namespace tumble::mixed {
+namespace tumble::mixed_model {
 
 /// The linear estimator b = G y for a covariance V of the compressed observations, from the QR of the whitened design
 /// with unit columns: V^-1/2 X = Q R D, G = D^-1 R^-1 Q' V^-1/2.
@@ -17,4 +17,4 @@ struct Estimator {
 
 Estimator estimator(const MatrixXd& design, const MatrixXd& covariance);
 
-}  // namespace tumble::mixed
+}  // namespace tumble::mixed_model

@@ -10,7 +10,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::mixed {
+namespace tumble::mixed_model {
 namespace {
 
 double square(double x) { return x * x; }
@@ -227,4 +227,4 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
   return {now, unit.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse() * unit.asDiagonal()};
 }
 
-}  // namespace tumble::mixed
+}  // namespace tumble::mixed_model

@@ -10,7 +10,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::mixed {
+namespace tumble::mixed_model {
 namespace {
 
 /// Rows of one segment: [X | D | 1], whitened, and y.
@@ -144,4 +144,4 @@ MatrixXd known_covariance(const Compressed& rows) {
   return v;
 }
 
-}  // namespace tumble::mixed
+}  // namespace tumble::mixed_model

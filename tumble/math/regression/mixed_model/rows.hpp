@@ -7,7 +7,7 @@
 #include "tumble/math/regression/mixed_model.hpp"
 
 /// The observations of a mixed model, each segment turned so that few rows hold all it says.
-namespace tumble::mixed {
+namespace tumble::mixed_model {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -38,4 +38,4 @@ std::pair<VectorXd, VectorXd> ordinary(const Compressed& rows);
 MatrixXd known_factor(const Compressed& rows);
 MatrixXd known_covariance(const Compressed& rows);
 
-}  // namespace tumble::mixed
+}  // namespace tumble::mixed_model

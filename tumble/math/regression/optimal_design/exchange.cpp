@@ -13,10 +13,10 @@
 namespace tumble {
 namespace {
 
-using design::State;
-using design::Visit;
-using design::Visits;
-using design::Worth;
+using optimal_design::State;
+using optimal_design::Visit;
+using optimal_design::Visits;
+using optimal_design::Worth;
 
 constexpr double worth_it = 1e-7;  ///< smallest relative (A) or absolute (D) gain that counts
 constexpr double rounding = 1e-10;

@@ -10,7 +10,7 @@
 //   A:  tr(W C) falls by tr[(I + U'CU)^-1 U'C W C U]        D:  log det C falls by log det(I + U'CU)
 // (matrix inversion and determinant lemmas), less, where parameters of no interest are in M, the same for their block.
 
-namespace tumble::design {
+namespace tumble::optimal_design {
 namespace {
 
 constexpr double ridge = 1e-10;  ///< share of what effort spread over all points would tell, added to start from
@@ -113,4 +113,4 @@ double Worth::gain(const State& state, const MatrixXd& u) const {
   return out;
 }
 
-}  // namespace tumble::design
+}  // namespace tumble::optimal_design

@@ -7,7 +7,7 @@
 #include "tumble/math/regression/optimal_design.hpp"
 
 /// What designs are worth, fast enough to try many.
-namespace tumble::design {
+namespace tumble::optimal_design {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -54,4 +54,4 @@ class Worth {
   std::vector<Index> nuisance_;
 };
 
-}  // namespace tumble::design
+}  // namespace tumble::optimal_design

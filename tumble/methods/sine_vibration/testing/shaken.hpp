@@ -13,7 +13,7 @@
 #include "tumble/sim/simulate.hpp"
 
 /// Short tests without noise for the method sine_vibration.
-namespace tumble::methods::testing {
+namespace tumble::testing {
 
 inline const Method& sine_vibration() { return find_method("sine_vibration"); }
 
@@ -70,4 +70,4 @@ inline double cell(const Estimate& estimate, std::size_t row, const char* column
   return std::nan("");
 }
 
-}  // namespace tumble::methods::testing
+}  // namespace tumble::testing

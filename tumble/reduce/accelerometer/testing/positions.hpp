@@ -11,7 +11,7 @@
 #include "tumble/reduce/trial_plan.hpp"
 
 /// For the tests of methods that take positions on a dividing head.
-namespace tumble::methods::testing {
+namespace tumble::testing {
 
 constexpr double arcsec = std::numbers::pi / 648000.0;
 
@@ -84,4 +84,4 @@ inline double local(const Estimate& estimate, const std::string& name, const Evi
   return dimension == Unit::parse("1/g^2").dimension() ? p->value * g * g : p->value;
 }
 
-}  // namespace tumble::methods::testing
+}  // namespace tumble::testing

@@ -13,7 +13,7 @@
 namespace tumble {
 
 /// A stretch of one channel: one power-up of it.
-struct Stretch {
+struct ChannelRun {
   const Channel* channel = nullptr;
   std::string label;  ///< the channel's name, with ".run2" and so on where the name comes again
   std::size_t begin = 0, end = 0;
@@ -23,7 +23,7 @@ struct Stretch {
 
 /// The angular-rate and specific-force channels (or the one with role `signal`) of every recording, one stretch a run.
 /// Throws Error::bad_data that lists what the recordings hold, when there is none.
-std::vector<Stretch> stretches(const Evidence& evidence);
+std::vector<ChannelRun> channel_runs(const Evidence& evidence);
 
 /// Samples [begin, end) of a record.
 struct RecordPart {
@@ -47,7 +47,7 @@ struct EvenSignal {
 ///                   stamps; "auto": even if the clock is even beneath late stamps, with lost samples put in as NaN,
 ///                   else by stamps
 /// Throws    Error::bad_data for a clock that runs backwards (time named) or an infinite sample
-EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& timing);
+EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing);
 
 /// Of samples begin <= i < end. Throws Error::bad_data that names the first infinite one, if there is one.
 Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label);

@@ -1,4 +1,4 @@
-#include "tumble/reduce/even_signal/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
 #include <fmt/format.h>
 
@@ -36,14 +36,14 @@ std::string described(const std::vector<Recording>& recordings) {
   return text.empty() ? "no channel at all" : text;
 }
 
-std::vector<double> slice(const Stretch& stretch) {
+std::vector<double> slice(const ChannelRun& stretch) {
   const auto& values = stretch.channel->values;
   return {values.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
           values.begin() + static_cast<std::ptrdiff_t>(stretch.end)};
 }
 
 /// The stretch as a channel of its own, for its clock alone.
-Channel times_of(const Stretch& stretch) {
+Channel times_of(const ChannelRun& stretch) {
   Channel channel;
   channel.name = stretch.label;
   const auto& stamps = *stretch.channel->timeline.stamps;
@@ -84,7 +84,7 @@ std::vector<double> on_grid(const std::vector<double>& stamps, const std::vector
   return sum;
 }
 
-void by_clock(const Stretch& stretch, const std::string& timing, EvenSignal& signal) {
+void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& signal) {
   const Channel times = times_of(stretch);
   const auto& stamps = *times.timeline.stamps;
   const Clock clock = clock_of(times);
@@ -118,8 +118,8 @@ void by_clock(const Stretch& stretch, const std::string& timing, EvenSignal& sig
 
 }  // namespace
 
-std::vector<Stretch> stretches(const Evidence& evidence) {
-  std::vector<Stretch> found;
+std::vector<ChannelRun> channel_runs(const Evidence& evidence) {
+  std::vector<ChannelRun> found;
   std::map<std::string, int> seen;
   for (const auto& run : runs_of(evidence.recordings)) {
     const Recording& recording = evidence.recordings[run.recording];
@@ -128,7 +128,7 @@ std::vector<Stretch> stretches(const Evidence& evidence) {
         throw Error(Error::Kind::bad_data,
                     fmt::format("{} is in {}: an angular rate or a specific force is needed, as in deg/h or m/s^2",
                                 channel->name, channel->unit.text()));
-      Stretch stretch{channel, channel->name, 0, channel->values.size(), run.recording, run.begin};
+      ChannelRun stretch{channel, channel->name, 0, channel->values.size(), run.recording, run.begin};
       if (std::isfinite(run.begin) && !channel->values.empty()) stretch.begin = index_at(*channel, run.begin);
       if (std::isfinite(run.end) && !channel->values.empty()) stretch.end = index_at(*channel, run.end);
       const int number = ++seen[channel->name];
@@ -152,7 +152,7 @@ Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t 
   throw Error(Error::Kind::bad_data, fmt::format("{}: infinite at {}", label, say_instant(channel.time(at))));
 }
 
-EvenSignal even_signal(const Stretch& stretch, double rate, const std::string& timing) {
+EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing) {
   EvenSignal signal;
   const Channel& channel = *stretch.channel;
   const std::span<const double> values = std::span(channel.values).subspan(stretch.begin, stretch.end - stretch.begin);
