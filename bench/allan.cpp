@@ -10,11 +10,11 @@
 #include <random>
 #include <vector>
 
+#include "tumble/math/parallel.hpp"
 #include "tumble/math/stability/allan_differences.hpp"
 #include "tumble/math/stability/allan_family.hpp"
 #include "tumble/math/stability/allan_phase.hpp"
 #include "tumble/math/stability/every_tau.hpp"
-#include "tumble/math/parallel.hpp"
 #include "tumble/math/stability/streaming_allan.hpp"
 
 namespace {

@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 
 namespace tumble {

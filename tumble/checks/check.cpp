@@ -1,4 +1,5 @@
 #include "tumble/checks/check.hpp"
+
 #include "tumble/math/parallel.hpp"
 
 namespace tumble {

@@ -84,6 +84,7 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check missed_windows{"missed_windows", "pulse counts that hold the pulses of several counting windows", run};
+extern const Check missed_windows{"missed_windows", "pulse counts that hold the pulses of several counting windows",
+                                  run};
 
 }  // namespace tumble::checks

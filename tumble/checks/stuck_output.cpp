@@ -147,7 +147,7 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 }  // namespace
 
-extern const Check stuck_output{"stuck_output", "a noisy channel that repeats one value, or a channel that never changes",
-                         run};
+extern const Check stuck_output{"stuck_output",
+                                "a noisy channel that repeats one value, or a channel that never changes", run};
 
 }  // namespace tumble::checks

@@ -62,6 +62,7 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check unequal_windows{"unequal_windows", "counting windows of unequal length, which the counts follow", run};
+extern const Check unequal_windows{"unequal_windows", "counting windows of unequal length, which the counts follow",
+                                   run};
 
 }  // namespace tumble::checks

@@ -17,5 +17,7 @@ std::string say_value(double value_si, const Unit& unit);
 std::string say_difference(double difference_si, const Unit& unit);
 /// "1 sample", "3 samples": the noun must take a plain s.
 std::string say_count(std::size_t count, const std::string& noun);
+/// A frequency [Hz] as part of a parameter's name: "12_5Hz", "100Hz".
+std::string frequency_label(double frequency);
 
 }  // namespace tumble

@@ -1,7 +1,8 @@
+#include "tumble/formats/format.hpp"
+
 #include <algorithm>
 
 #include "tumble/formats/file/input_file.hpp"
-#include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

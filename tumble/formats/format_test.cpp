@@ -1,3 +1,5 @@
+#include "tumble/formats/format.hpp"
+
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -8,7 +10,6 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/file/plain_value.hpp"
 #include "tumble/formats/testing/scratch_folder.hpp"
-#include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -9,16 +9,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/progress.hpp"
+#include "tumble/core/role.hpp"
 
 namespace tumble {
-
-struct Role {
-  std::string name;
-  std::string unit;  ///< dimension the channel must have, and the unit it is shown in
-  bool required = true;
-  std::string description;
-  bool several = false;  ///< several channels may play it: see channels_for
-};
 
 /// A simulated test whose answer is known: the coverage test, the scoreboard, the demo and the docs use the same one.
 struct Trial {

@@ -1,7 +1,8 @@
+#include "tumble/models/model.hpp"
+
 #include <set>
 
 #include "tumble/core/find.hpp"
-#include "tumble/models/model.hpp"
 
 namespace tumble {
 namespace {

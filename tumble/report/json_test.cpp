@@ -284,9 +284,9 @@ TEST(result_json, names_every_problem_with_its_path) {
         "findings: is missing"}) {
     const auto found = std::any_of(problems.begin(), problems.end(),
                                    [&](const std::string& p) { return p.starts_with("result.json: " + expected); });
-    EXPECT_TRUE(found) << expected << "\nin\n" << testing::PrintToString(problems);
+    EXPECT_TRUE(found) << expected << "\nin\n" << ::testing::PrintToString(problems);
   }
-  EXPECT_EQ(problems.size(), 11u) << testing::PrintToString(problems);
+  EXPECT_EQ(problems.size(), 11u) << ::testing::PrintToString(problems);
 }
 
 TEST(result_json, refuses_a_covariance_of_the_wrong_size) {

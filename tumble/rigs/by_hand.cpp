@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "tumble/math/noise/shaped_noise.hpp"
+#include "tumble/math/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 
 namespace tumble::rigs {
@@ -199,11 +199,11 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
 }  // namespace
 
 extern const Rig by_hand{.name = "by_hand",
-                  .summary = "no machine: the instrument is turned by hand from rest to rest",
-                  .axes = mount_axes,
-                  .options = options,
-                  .errors = errors,
-                  .reference = reference,
-                  .refusals = refusals};
+                         .summary = "no machine: the instrument is turned by hand from rest to rest",
+                         .axes = mount_axes,
+                         .options = options,
+                         .errors = errors,
+                         .reference = reference,
+                         .refusals = refusals};
 
 }  // namespace tumble::rigs

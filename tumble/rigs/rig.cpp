@@ -1,5 +1,6 @@
-#include "tumble/core/find.hpp"
 #include "tumble/rigs/rig.hpp"
+
+#include "tumble/core/find.hpp"
 
 namespace tumble {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-#include "tumble/math/noise/shaped_noise.hpp"
+#include "tumble/math/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/rigs/chain/encoder.hpp"
 
@@ -318,11 +318,11 @@ Reference reference(const RigRun& run) {
 }  // namespace
 
 extern const Rig shaker{.name = "shaker",
-                 .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
-                 .axes = axes,
-                 .options = options,
-                 .errors = errors,
-                 .reference = reference,
-                 .refusals = refusals};
+                        .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
+                        .axes = axes,
+                        .options = options,
+                        .errors = errors,
+                        .reference = reference,
+                        .refusals = refusals};
 
 }  // namespace tumble::rigs

@@ -12,7 +12,6 @@
 namespace tumble {
 namespace {
 
-
 constexpr double most_samples = 1e12;      ///< a channel: 8 TB
 constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
 

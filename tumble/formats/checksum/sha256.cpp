@@ -4,8 +4,8 @@
 
 #include <future>
 
-#include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/file/input_file.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::checksum {

@@ -2,8 +2,8 @@
 #include <cstring>
 #include <string_view>
 
-#include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/csv/read.hpp"
+#include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/format.hpp"
 
 namespace tumble::csv {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/formats/file/annotations.hpp"
 #include "tumble/formats/csv/number.hpp"
+#include "tumble/formats/file/annotations.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/formats/file/even_clock.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"
+#include "tumble/formats/file/even_clock.hpp"
 #include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 

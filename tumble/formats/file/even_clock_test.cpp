@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace tumble::formats {
+namespace tumble::file {
 namespace {
 
 file::EvenClock clock_of(const std::vector<double>& stamps, double place) {
@@ -23,7 +23,7 @@ std::vector<double> stamps(std::size_t count, double rate, double place, double 
   return result;
 }
 
-TEST(file::EvenClock, PlainRatesComeBackExactly) {
+TEST(EvenClock, PlainRatesComeBackExactly) {
   for (const double rate : {1.0, 3.0, 99.5, 100.0, 128.0, 400.0, 1000.0, 3072.0, 99.98765})
     for (const std::size_t count : {2u, 10u, 5000u}) {
       const auto timeline = clock_of(stamps(count, rate, 0.0, 12.5), 0.0).timeline();
@@ -33,7 +33,7 @@ TEST(file::EvenClock, PlainRatesComeBackExactly) {
     }
 }
 
-TEST(file::EvenClock, RoundedStampsAreEven) {
+TEST(EvenClock, RoundedStampsAreEven) {
   const auto timeline = clock_of(stamps(4000, 400.0, 1e-3), 1e-3).timeline();  // 0.0025 s written to the ms
   ASSERT_TRUE(timeline);
   EXPECT_EQ(timeline->rate, 400.0);
@@ -42,7 +42,7 @@ TEST(file::EvenClock, RoundedStampsAreEven) {
   EXPECT_EQ(third->rate, 3.0);
 }
 
-TEST(file::EvenClock, ClockSummedUpInFloatingPointIsEven) {
+TEST(EvenClock, ClockSummedUpInFloatingPointIsEven) {
   std::vector<double> sums{0.0};
   for (int k = 1; k < 1000000; ++k) sums.push_back(sums.back() + 0.01);
   const auto timeline = clock_of(sums, 1e-17).timeline();
@@ -50,13 +50,13 @@ TEST(file::EvenClock, ClockSummedUpInFloatingPointIsEven) {
   EXPECT_EQ(timeline->rate, 100.0);
 }
 
-TEST(file::EvenClock, AnIntervalThatIsExactIsKept) {
+TEST(EvenClock, AnIntervalThatIsExactIsKept) {
   const auto timeline = clock_of({0.0, 0.013, 0.026, 0.039}, 1e-3).timeline();
   ASSERT_TRUE(timeline);
   EXPECT_DOUBLE_EQ(1.0 / timeline->rate, 0.013);
 }
 
-TEST(file::EvenClock, AnyLostSampleIsSeen) {
+TEST(EvenClock, AnyLostSampleIsSeen) {
   for (const double place : {0.0, 1e-3, 1.0})  // at 1 Hz: exact, to the ms, to the whole second
     for (std::size_t lost = 1; lost < 99; ++lost) {
       auto gappy = stamps(100, 1.0, 0.0);
@@ -65,7 +65,7 @@ TEST(file::EvenClock, AnyLostSampleIsSeen) {
     }
 }
 
-TEST(file::EvenClock, BackwardRepeatedAndJitteryStampsAreNotEven) {
+TEST(EvenClock, BackwardRepeatedAndJitteryStampsAreNotEven) {
   EXPECT_FALSE(clock_of({0, 1, 2, 1.5, 3}, 0.1).timeline());
   EXPECT_FALSE(clock_of({0, 1, 1, 2, 3}, 1.0).timeline());
   EXPECT_FALSE(clock_of({3, 2, 1, 0}, 1.0).timeline());
@@ -74,7 +74,7 @@ TEST(file::EvenClock, BackwardRepeatedAndJitteryStampsAreNotEven) {
   EXPECT_FALSE(clock_of({0.5}, 0.1).timeline());
 }
 
-TEST(file::EvenClock, AStatedClockIsHeldAgainstTheStamps) {
+TEST(EvenClock, AStatedClockIsHeldAgainstTheStamps) {
   const auto clock = clock_of(stamps(1000, 3.0, 1e-6), 1e-6);
   EXPECT_TRUE(clock.allows({0.0, 3.0, nullptr}));
   EXPECT_FALSE(clock.allows({0.0, 3.001, nullptr}));
@@ -83,4 +83,4 @@ TEST(file::EvenClock, AStatedClockIsHeldAgainstTheStamps) {
 }
 
 }  // namespace
-}  // namespace tumble::formats
+}  // namespace tumble::file

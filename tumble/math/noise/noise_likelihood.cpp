@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise/noise_likelihood/residuals.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

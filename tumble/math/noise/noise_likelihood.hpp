@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/noise/noise_bands.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

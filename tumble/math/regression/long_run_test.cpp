@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/math/noise/shaped_noise.hpp"
+#include "tumble/math/shaped_noise.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -95,7 +95,8 @@ TEST(LongRun, Correlation) {
 // one-sided density h/f = 2/f.
 TEST(LongRun, SlowGain) {
   EXPECT_NEAR(slow_gain(std::vector<WeightedSpan>{{0.0, 1.0, 1.0}, {1.0, 2.0, -1.0}}), 8.0 * std::numbers::ln2, 1e-12);
-  EXPECT_NEAR(slow_gain(std::vector<WeightedSpan>{{5.0, 65.0, 1.0}, {65.0, 125.0, -1.0}}), 8.0 * std::numbers::ln2, 1e-9);
+  EXPECT_NEAR(slow_gain(std::vector<WeightedSpan>{{5.0, 65.0, 1.0}, {65.0, 125.0, -1.0}}), 8.0 * std::numbers::ln2,
+              1e-9);
 }
 
 TEST(LongRun, SlowNoiseIsFoundAndWhiteNoiseHasNone) {

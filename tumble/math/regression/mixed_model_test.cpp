@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <span>
 
-#include "tumble/math/stability/allan_family.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/stability/allan_family.hpp"
 
 namespace tumble {
 

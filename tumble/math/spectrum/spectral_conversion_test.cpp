@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "tumble/math/spectrum/power_spectrum.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/spectrum/power_spectrum.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_differences.hpp"
 #include "tumble/math/stability/allan_edf.hpp"
 #include "tumble/math/stability/allan_noise_type.hpp"
 #include "tumble/math/stability/allan_phase.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/math/noise_model.hpp"
+#include "tumble/math/random.hpp"
 #include "tumble/math/stability/allan.hpp"
 #include "tumble/math/stability/allan_edf.hpp"
 #include "tumble/math/stability/allan_family.hpp"
-#include "tumble/math/noise_model.hpp"
-#include "tumble/math/random.hpp"
 
 namespace tumble {
 namespace {

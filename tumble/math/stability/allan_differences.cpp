@@ -6,8 +6,8 @@
 #include <limits>
 #include <numeric>
 
-#include "tumble/math/stability/lag_sums.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/stability/lag_sums.hpp"
 
 namespace tumble {
 namespace {

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/math/matrix.hpp"
+#include "tumble/math/stability/allan_covariance.hpp"
 
 namespace tumble {
 

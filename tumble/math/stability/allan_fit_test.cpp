@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "tumble/math/stability/allan.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "tumble/math/stability/allan_family.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/stability/allan_family.hpp"
 
 namespace tumble {
 namespace {

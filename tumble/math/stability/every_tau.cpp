@@ -5,10 +5,10 @@
 #include <limits>
 #include <numeric>
 
+#include "tumble/math/parallel.hpp"
 #include "tumble/math/stability/allan_differences.hpp"
 #include "tumble/math/stability/allan_phase.hpp"
 #include "tumble/math/stability/lagged_products.hpp"
-#include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

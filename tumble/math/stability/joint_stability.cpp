@@ -6,13 +6,13 @@
 #include <limits>
 #include <string>
 
-#include "tumble/math/stability/allan.hpp"
 #include "tumble/math/extremes.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/room.hpp"
+#include "tumble/math/stability/allan.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

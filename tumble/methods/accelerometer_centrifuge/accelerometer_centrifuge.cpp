@@ -69,7 +69,8 @@ Estimate predict(const Plan& plan) {
   if (!longer_by(found)) return answer_of({plan, {}, {}}, std::move(found));
   Plan free = accelerometer_centrifuge::with_radius_to_find(plan, 0.0);
   for (auto& entry : free.recordings)
-    if (entry.plan) entry.plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*entry.plan, 0.0));
+    if (entry.plan)
+      entry.plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*entry.plan, 0.0));
   return answer_of({free, {}, {}}, expected(free));
 }
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 

@@ -1,7 +1,7 @@
+#include "tumble/methods/method.hpp"
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/table_trial.hpp"
-#include "tumble/methods/method.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"

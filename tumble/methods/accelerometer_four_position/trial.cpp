@@ -6,8 +6,8 @@
 
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::accelerometer_four_position {

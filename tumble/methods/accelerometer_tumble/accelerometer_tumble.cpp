@@ -19,8 +19,7 @@ Estimate identify(const Evidence& evidence, const Progress&) {
 }
 
 Estimate predict(const Plan& plan) {
-  auto found =
-      accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings));
+  auto found = accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings));
   return answer_of({plan, {}, {}}, std::move(found));
 }
 

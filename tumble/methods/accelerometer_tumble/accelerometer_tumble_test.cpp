@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tumble/reduce/accelerometer/scale_factor.hpp"
-#include "tumble/reduce/accelerometer/testing/positions.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/positions.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 

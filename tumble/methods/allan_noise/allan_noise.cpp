@@ -7,7 +7,6 @@
 #include "tumble/methods/allan_noise/all_taus.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
-#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/allan_noise/family.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
@@ -18,6 +17,7 @@
 #include "tumble/methods/allan_noise/together.hpp"
 #include "tumble/methods/allan_noise/windows.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {

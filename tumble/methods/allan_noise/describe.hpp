@@ -6,12 +6,12 @@
 
 #include "tumble/core/channel.hpp"
 #include "tumble/core/estimate.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
+#include "tumble/math/spectrum/power_spectrum.hpp"
 #include "tumble/math/stability/allan.hpp"
 #include "tumble/math/stability/allan_family.hpp"
 #include "tumble/math/stability/dynamic_stability.hpp"
 #include "tumble/math/stability/every_tau.hpp"
-#include "tumble/math/noise/noise_likelihood.hpp"
-#include "tumble/math/spectrum/power_spectrum.hpp"
 #include "tumble/reduce/even_signal.hpp"
 
 namespace tumble::allan_noise {

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "tumble/core/settings.hpp"
-#include "tumble/math/stability/allan.hpp"
 #include "tumble/math/noise/noise_likelihood.hpp"
+#include "tumble/math/stability/allan.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
 namespace tumble::allan_noise {
 

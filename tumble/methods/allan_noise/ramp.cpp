@@ -4,8 +4,8 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
-#include "tumble/math/noise_model.hpp"
 #include "tumble/math/noise/whitening.hpp"
+#include "tumble/math/noise_model.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 
 namespace tumble::allan_noise {

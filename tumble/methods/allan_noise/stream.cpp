@@ -8,9 +8,9 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/noise/streaming_bands.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/stability/streaming_allan.hpp"
-#include "tumble/math/noise/streaming_bands.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/units/error.hpp"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/reduce/even_signal.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
 namespace tumble::allan_noise {
 

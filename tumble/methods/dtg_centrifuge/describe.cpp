@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {

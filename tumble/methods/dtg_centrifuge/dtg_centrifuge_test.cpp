@@ -9,8 +9,8 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -51,8 +51,8 @@ Motion turning(double rate) {
 }
 
 Plan plan_of(const Synthetic& s) {
-  Plan plan = trial_plan("dtg_centrifuge", method().options(), "dynamically_tuned_gyro",
-                                  "counter_rotating_centrifuge", s.rate);
+  Plan plan =
+      trial_plan("dtg_centrifuge", method().options(), "dynamically_tuned_gyro", "counter_rotating_centrifuge", s.rate);
   plan.site = Site{0.0, 0.0, 0.0, g};
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_flag("ideal", true);

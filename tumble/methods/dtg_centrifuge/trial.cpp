@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -46,8 +46,7 @@ Motion motion(Motion::Kind kind, double value) {
 }
 
 Plan plan_of_trial(const std::vector<Option>& options) {
-  Plan plan =
-      trial_plan("dtg_centrifuge", options, "dynamically_tuned_gyro", "counter_rotating_centrifuge", 20.0);
+  Plan plan = trial_plan("dtg_centrifuge", options, "dynamically_tuned_gyro", "counter_rotating_centrifuge", 20.0);
   plan.site->gravity = si(1.0, "g");  // so that the truth of D_x + D_xz f_Z is a round number
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_number("arm_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));

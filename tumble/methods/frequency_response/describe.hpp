@@ -21,7 +21,4 @@ Measured measured_of(const std::vector<Point>& points);
 /// Everything but the findings of the points themselves.
 Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources);
 
-/// "gain_12_5Hz" and the like: a point stands for a low line where it would be in the number.
-std::string label_of(double frequency);
-
 }  // namespace tumble::frequency_response

@@ -6,6 +6,7 @@
 #include <complex>
 #include <numbers>
 
+#include "tumble/core/say.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/method.hpp"
@@ -69,7 +70,7 @@ struct Bench {
 /// Gains and phases equal the loop's to `tolerance` (relative, rad).
 void expect_loop(const Estimate& estimate, const std::vector<double>& tones, double tolerance) {
   for (const double f : tones) {
-    const std::string label = frequency_response::label_of(f);
+    const std::string label = frequency_label(f);
     EXPECT_NEAR(value(estimate, "gain_" + label) / std::abs(loop(f)), 1.0, tolerance) << f;
     EXPECT_NEAR(std::remainder(value(estimate, "phase_" + label) - std::arg(loop(f)), two_pi), 0.0, tolerance) << f;
   }
@@ -130,7 +131,7 @@ TEST(FrequencyResponse, CountsOverHalfOfTheRateNullsAndSingularFrequencies) {
   }
   const Estimate rounded = method().identify(evidence, {});
   for (const double f : {10.0, 80.0, 110.0, 130.0}) {
-    const Parameter* gain = find_parameter(rounded, "gain_" + frequency_response::label_of(f));
+    const Parameter* gain = find_parameter(rounded, "gain_" + frequency_label(f));
     const double sd = standard_uncertainty(rounded, static_cast<std::size_t>(gain - rounded.parameters.data()));
     EXPECT_LT(std::abs(gain->value - std::abs(loop(f))), 3.0 * sd) << f;
     EXPECT_LT(sd, 0.1 * gain->value) << f;
@@ -188,7 +189,7 @@ TEST(FrequencyResponse, SweepThroughALoop) {
   for (const double f : {2.0, 5.0, 12.5, 31.5, 80.0}) {
     const Complex z = std::polar(1.0, -two_pi * f / rate);
     // Fifth-order remainder over +-11.5 % and leakage: see the local polynomial's own test.
-    EXPECT_NEAR(value(estimate, "gain_" + frequency_response::label_of(f)) / std::abs(0.2 / (1.0 - 1.5 * z + 0.7 * z * z)), 1.0,
+    EXPECT_NEAR(value(estimate, "gain_" + frequency_label(f)) / std::abs(0.2 / (1.0 - 1.5 * z + 0.7 * z * z)), 1.0,
                 5e-4)
         << f;
   }

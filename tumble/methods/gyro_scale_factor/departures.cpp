@@ -7,8 +7,8 @@
 #include <set>
 #include <tuple>
 
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::gyro_scale_factor {
 namespace {

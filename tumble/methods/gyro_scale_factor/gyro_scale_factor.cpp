@@ -7,8 +7,8 @@
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
 #include "tumble/methods/gyro_scale_factor/trial.hpp"
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
 // Output E of a gyro whose input axis feels w (the table, and what the Earth gives along it), W the greatest rate:

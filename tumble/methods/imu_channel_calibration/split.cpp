@@ -41,7 +41,8 @@ Settings settings_of_four(const Settings& own) {
 Alone accelerometer_alone(Evidence evidence, double temperature) {
   evidence.plan.settings = settings_of_four(evidence.plan.settings);
   const auto bench = accelerometer_four_position::bench_of(evidence, "accelerometer");
-  const auto reduced = accelerometer_four_position::reduce(bench, accelerometer_four_position::order_of(evidence.plan.settings, bench), false, 0.0, nullptr);
+  const auto reduced = accelerometer_four_position::reduce(
+      bench, accelerometer_four_position::order_of(evidence.plan.settings, bench), false, 0.0, nullptr);
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
   const double from = std::clamp(temperature, low, high);
   Alone out;
@@ -68,11 +69,13 @@ Alone accelerometer_alone(Evidence evidence, double temperature) {
   }
   const double slack = evidence.plan.settings.number("same_temperature");
   if (temperature < low - slack || temperature > high + slack)
-    out.findings.push_back({Finding::Severity::warning,
-                            fmt::format("the channel alone was tested from {} to {}, the unit at {}: "
-                                        "the nearest temperature is taken",
-                                        accelerometer_four_position::in_words(low), accelerometer_four_position::in_words(high), accelerometer_four_position::in_words(temperature)),
-                            ""});
+    out.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("the channel alone was tested from {} to {}, the unit at {}: "
+                     "the nearest temperature is taken",
+                     accelerometer_four_position::in_words(low), accelerometer_four_position::in_words(high),
+                     accelerometer_four_position::in_words(temperature)),
+         ""});
   for (const auto& finding : bench.findings) out.findings.push_back(finding);
   return out;
 }

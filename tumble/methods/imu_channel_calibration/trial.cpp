@@ -7,8 +7,8 @@
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::imu_channel_calibration {

@@ -7,8 +7,8 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_ferraris {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <set>
 
-#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/compensate.hpp"
 #include "tumble/methods/imu_ferraris/report.hpp"
 #include "tumble/methods/imu_ferraris/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
 // Symbols of the source: K scale factors, R direction cosines, b biases of the accelerometers (a) and gyros (g), K_ga

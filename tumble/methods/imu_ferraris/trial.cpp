@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 

@@ -9,8 +9,8 @@
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
 #include "tumble/methods/imu_multi_position/trial.hpp"
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {

@@ -7,8 +7,8 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"

@@ -7,9 +7,9 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/accelerometer/samples.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
-#include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
 namespace tumble::imu_turntable {

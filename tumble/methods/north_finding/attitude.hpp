@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/methods/north_finding/model.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 /// Where the body stands, as the rig says it with its errors and whatever world it stands in: the azimuth of the rig is
 /// what is looked for.

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/reduce/linear/rows.hpp"
-#include "tumble/reduce/linear/slow.hpp"
 #include "tumble/methods/north_finding/attitude.hpp"
 #include "tumble/methods/north_finding/instrument.hpp"
+#include "tumble/reduce/linear/rows.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 
 namespace tumble::north_finding {
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "tumble/math/regression/mixed_model.hpp"
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 namespace tumble::north_finding {
 

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/report.hpp"
 #include "tumble/methods/north_finding/trial.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/table/recorded_angles.hpp"
 #include "tumble/units/error.hpp"
 

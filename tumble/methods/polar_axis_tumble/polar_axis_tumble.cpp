@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/polar_axis_tumble/harmonics.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -24,7 +24,8 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
   sdof_gyro_support::set_reading(settings, channel, problem);
   linear::set_options(settings, problem);
-  problem.columns = sdof_gyro_support::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"});
+  problem.columns =
+      sdof_gyro_support::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"});
   problem.leave_out_first = {"D_OO", "D_II", "D_IO", "D_OS", "D_O"};
   problem.advice =
       "the axis turned round (O reversed) tells first and second order apart, a tumble about other axes D_F, D_II and "

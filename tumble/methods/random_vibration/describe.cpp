@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::random_vibration {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 

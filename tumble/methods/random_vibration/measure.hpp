@@ -6,7 +6,7 @@
 
 #include "tumble/core/evidence.hpp"
 #include "tumble/math/regression/long_run.hpp"
-#include "tumble/math/noise/shaped_noise.hpp"
+#include "tumble/math/shaped_noise.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 
 namespace tumble::random_vibration {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::random_vibration {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "tumble/math/regression/least_squares.hpp"
-#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/models/lock_in.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_lock_in {

@@ -4,10 +4,10 @@
 
 #include <memory>
 
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/models/sagnac.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::rlg_lock_in {

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "tumble/reduce/linear/work.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/methods/rlg_north_finder/path.hpp"
+#include "tumble/reduce/linear/work.hpp"
 
 /// The formulas of the path, position by position.
 namespace tumble::rlg_north_finder {

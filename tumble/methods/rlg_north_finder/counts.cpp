@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {

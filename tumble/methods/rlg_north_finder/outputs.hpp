@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/reduce/table/recorded_angles.hpp"
 
 /// A north finder on a two-axis table: one ring laser gyro along x and accelerometers along x and y, all of which

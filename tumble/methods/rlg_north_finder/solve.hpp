@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 
 /// From the coefficients of the linear models to the parameters of the north finder.
 namespace tumble::rlg_north_finder {

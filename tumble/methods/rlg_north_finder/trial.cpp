@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
-#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sagnac.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::rlg_north_finder {

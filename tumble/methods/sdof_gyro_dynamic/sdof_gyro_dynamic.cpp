@@ -1,6 +1,6 @@
+#include "tumble/methods/method.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/table_trial.hpp"
-#include "tumble/methods/method.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 

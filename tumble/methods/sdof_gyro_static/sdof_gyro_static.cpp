@@ -1,5 +1,5 @@
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -66,7 +66,8 @@ Estimate predict(const Plan& plan) {
 /// 6 faces, 12 edges and 8 corners in a mixed order, the first again at the end, on a two-axis table.
 Trial trial(std::uint64_t seed) {
   Plan plan = sdof_gyro_support::trial_plan("sdof_gyro_static", options(), "two_axis_table", 1.0);
-  for (const auto& position : sdof_gyro_support::cube_positions()) plan.schedule.push_back(sdof_gyro_support::at(position, 100.0));
+  for (const auto& position : sdof_gyro_support::cube_positions())
+    plan.schedule.push_back(sdof_gyro_support::at(position, 100.0));
   plan.schedule.push_back(plan.schedule.front());
   plan.schedule.back().label += " again";
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};

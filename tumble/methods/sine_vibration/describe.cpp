@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
+#include "tumble/core/say.hpp"
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/rigs/rig.hpp"
 
 namespace tumble::sine_vibration {
@@ -241,8 +241,8 @@ void add_gains(const vibration::Data& data, const Measured& measured, std::size_
       log_gain += std::log(measured.points[i].gain) / static_cast<double>(points.size());
     const double gain = std::exp(log_gain);
     for (const std::size_t i : points) gradient[builder.raw.first_gain + i] = gain / static_cast<double>(points.size());
-    builder.add(data.units[unit].prefix + "gain_" + frequency_response::label_of(frequency), "|G|", "1", gain,
-                std::move(gradient), "of the motion, the counting window taken out");
+    builder.add(data.units[unit].prefix + "gain_" + frequency_label(frequency), "|G|", "1", gain, std::move(gradient),
+                "of the motion, the counting window taken out");
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 using namespace testing;
 
-const Method& method() { return sine_vibration(); }
+const Method& method() { return sine_method(); }
 
 TEST(SineVibrationFaults, OnHalfOfTheRateItSaysWhatToUse) {
   Evidence evidence = shaken({.tones = {{40.0, 3.0}, {100.0, 3.0}}});

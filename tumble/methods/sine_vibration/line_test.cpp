@@ -51,7 +51,8 @@ TEST(SineLine, SpreadThatTheWindowAloneGives) {
   EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 100.0, window, 0.0), 1.350, 1e-3);
   EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 130.0, window, 0.0), 0.926, 1e-3);
   EXPECT_DOUBLE_EQ(sine_vibration::sd_from_window(0.0, 10.0, window, 1e-4), 1e-4 / window / std::sqrt(6.0));
-  EXPECT_NEAR(sd_of(windows(3.0, 80.0, 0.3, 20000).value), sine_vibration::sd_from_window(3.0, 80.0, window, 0.0), 1e-4);
+  EXPECT_NEAR(sd_of(windows(3.0, 80.0, 0.3, 20000).value), sine_vibration::sd_from_window(3.0, 80.0, window, 0.0),
+              1e-4);
 }
 
 TEST(SineLine, AliasesOfTheCampaign) {

@@ -10,7 +10,7 @@ namespace {
 
 using namespace testing;
 
-const Method& method() { return sine_vibration(); }
+const Method& method() { return sine_method(); }
 
 // 3 g: 4.5 g^2; K_2 = 20 ug/g^2 gives 90 ug. Tones are rounded to 1/20000 g s over 6 s: 0.41 pulse/T = 3.4 ug (1
 // sigma), twice with the rests, over three tones.

@@ -39,9 +39,7 @@ void add_run(Plan& plan, int run, const char* way, double roll_over) {
 
 Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   Plan plan = trial_plan("sine_vibration", options, "pendulous_accelerometer", "shaker", 200.0);
-  const auto set = [&](const char* name, double value, const char* unit) {
-    set_truth(plan, name, value, unit);
-  };
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   plan.truth.set_word("output", "count");
   set("pulse_scale_factor", 20000.0, "pulse/s/g");
   set("natural_frequency", natural, "Hz");

@@ -6,14 +6,14 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/stability/allan.hpp"
-#include "tumble/math/stability/allan_fit.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/reduce/even_signal.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::static_bias {

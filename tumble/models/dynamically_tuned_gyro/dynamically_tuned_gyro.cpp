@@ -1,8 +1,8 @@
 // Axes of what is felt: x = X, y = Y (the two input axes), z = Z (spin), right-handed.
 
 #include "tumble/models/electronics/stages.hpp"
-#include "tumble/models/model.hpp"
 #include "tumble/models/given/given.hpp"
+#include "tumble/models/model.hpp"
 
 namespace tumble::dynamically_tuned_gyro {
 namespace {

@@ -7,8 +7,10 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble {
 namespace {
+
+using namespace testing;
 
 const Model& model() { return find_model("dynamically_tuned_gyro"); }
 
@@ -131,4 +133,4 @@ TEST(DynamicallyTunedGyro, ListsAllThatThePhysicsLacks) {
 }
 
 }  // namespace
-}  // namespace tumble::models
+}  // namespace tumble

@@ -5,8 +5,8 @@
 #include "tumble/core/attempt.hpp"
 #include "tumble/models/electronics/stages.hpp"
 #include "tumble/models/fiber_optic_gyro/coil.hpp"
-#include "tumble/models/model.hpp"
 #include "tumble/models/given/given.hpp"
+#include "tumble/models/model.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::fiber_optic_gyro {

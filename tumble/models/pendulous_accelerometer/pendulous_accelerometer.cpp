@@ -5,9 +5,9 @@
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/models/electronics/stages.hpp"
+#include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/pendulous_accelerometer/physics.hpp"
-#include "tumble/models/given/given.hpp"
 
 namespace tumble::pendulous_accelerometer {
 namespace {

@@ -12,8 +12,10 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble {
 namespace {
+
+using namespace testing;
 
 const Model& model() { return find_model("pendulous_accelerometer"); }
 
@@ -316,4 +318,4 @@ TEST(PendulousAccelerometer, BiasAndScaleFactorFollowTheTemperature) {
 }
 
 }  // namespace
-}  // namespace tumble::models
+}  // namespace tumble

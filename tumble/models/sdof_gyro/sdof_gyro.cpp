@@ -4,9 +4,9 @@
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/models/electronics/stages.hpp"
+#include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sdof_gyro/physics.hpp"
-#include "tumble/models/given/given.hpp"
 
 namespace tumble::sdof_gyro {
 namespace {

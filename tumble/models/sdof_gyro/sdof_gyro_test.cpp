@@ -11,8 +11,10 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble {
 namespace {
+
+using namespace testing;
 
 const Model& model() { return find_model("sdof_gyro"); }
 
@@ -249,4 +251,4 @@ TEST(SdofGyro, ListsAllThatThePhysicsLacks) {
 }
 
 }  // namespace
-}  // namespace tumble::models
+}  // namespace tumble

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "tumble/core/channel.hpp"
+#include "tumble/core/role.hpp"
 #include "tumble/core/settings.hpp"
-#include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
 
 /// What the methods for accelerometers share: how an output is read as specific force.

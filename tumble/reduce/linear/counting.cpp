@@ -106,7 +106,8 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
     const Stretch& stretch = evidence.stretches[g];
     if (!stretch.steady && !stretch.even && stretch.whole.empty()) continue;
-    const double sd = std::sqrt(pieces_of(stretch) * pulses::rounding_variance(problem.pulse, rows.segments[g].duration));
+    const double sd =
+        std::sqrt(pieces_of(stretch) * pulses::rounding_variance(problem.pulse, rows.segments[g].duration));
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),
               effect.column.begin() + static_cast<std::ptrdiff_t>(end), sd);
     if (!rows.output.empty()) all.push_back(blocks_of(problem, rows, first, end));

@@ -8,8 +8,8 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
-#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/models/model.hpp"
 
 /// Linear identification of an instrument on a rig:

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/units/error.hpp"

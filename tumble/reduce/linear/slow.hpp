@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "tumble/math/matrix.hpp"
-#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 
 /// Slow noise of the means over segments.
 namespace tumble::linear {

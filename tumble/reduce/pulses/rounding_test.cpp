@@ -10,7 +10,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble {
+namespace tumble::pulses {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -64,7 +64,8 @@ TEST(Counting, RoundingOfAConstantInput) {
     EXPECT_LE(std::abs(r.total), 1.0 + 1e-9);
     mean += r.variance / 20.0;
   }
-  EXPECT_NEAR(mean, pulses::rounding_variance(1.0, 1.0), 1e-3);  // the trapezoidal rule of p(1-p) over 20 parts: 1/6 - 1/2400
+  EXPECT_NEAR(mean, pulses::rounding_variance(1.0, 1.0),
+              1e-3);  // the trapezoidal rule of p(1-p) over 20 parts: 1/6 - 1/2400
   EXPECT_NEAR(rounding_of(100.0, 0.0, 0.0, 3).variance, 0.0, 1e-12);  // no spread at all
 }
 
@@ -88,4 +89,4 @@ TEST(Counting, RoundingOfASineOnTheRaster) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::pulses

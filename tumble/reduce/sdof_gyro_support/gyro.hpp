@@ -5,8 +5,8 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
+#include "tumble/core/role.hpp"
 #include "tumble/reduce/linear/linear.hpp"
-#include "tumble/methods/method.hpp"
 
 /// What the methods for single-degree-of-freedom gyros share.
 namespace tumble::sdof_gyro_support {

@@ -10,12 +10,11 @@
 #include "tumble/report/shape.hpp"
 #include "tumble/version.hpp"
 
-namespace tumble::html {
-
-namespace assets {
+namespace tumble::assets {
 extern const std::string_view report_css, report_js, plotly_basic_min_js;
 }
 
+namespace tumble::html {
 namespace {
 
 // No address outside the page can be loaded, whatever a name or a library tries.
@@ -97,6 +96,12 @@ std::string scripts(const std::string& data) {
 
 }  // namespace
 
+}  // namespace tumble::html
+
+namespace tumble {
+
+using namespace html;
+
 std::string to_html(const Estimate& estimate) {
   require_shape(estimate);
   const auto title = html::escaped(estimate.title.empty() ? estimate.method : estimate.title);
@@ -108,4 +113,4 @@ std::string to_html(const Estimate& estimate) {
          "</main>\n<footer>Made by Tumble " + version + "</footer>\n" + scripts(figures.data) + "</body>\n</html>\n";
 }
 
-}  // namespace tumble::html
+}  // namespace tumble

@@ -22,7 +22,8 @@ bool same_mount(const prediction::Candidate& a, const prediction::Candidate& b) 
 }
 
 /// Time [s] from visit i (row) to visit j (column) in its motion.
-Matrix moves(const Plan& plan, const std::vector<prediction::Candidate>& all, const std::vector<prediction::CandidateVisit>& visits) {
+Matrix moves(const Plan& plan, const std::vector<prediction::Candidate>& all,
+             const std::vector<prediction::CandidateVisit>& visits) {
   Matrix out(visits.size(), visits.size());
   for (std::size_t i = 0; i < visits.size(); ++i)
     for (std::size_t j = 0; j < visits.size(); ++j) {
@@ -81,7 +82,8 @@ Order shuffled(std::size_t count, const RandomStream& random) {
 }
 
 /// Mountings in the order in which they come first, the visits of each in the order they have.
-Order grouped(const std::vector<prediction::Candidate>& all, const std::vector<prediction::CandidateVisit>& visits, const Order& order) {
+Order grouped(const std::vector<prediction::Candidate>& all, const std::vector<prediction::CandidateVisit>& visits,
+              const Order& order) {
   Order out, left = order;
   while (!left.empty()) {
     const auto& first = all[visits[left.front()].candidate];
@@ -95,7 +97,8 @@ Order grouped(const std::vector<prediction::Candidate>& all, const std::vector<p
 }  // namespace
 
 std::vector<prediction::CandidateVisit> ordered(const Plan& plan, const std::vector<prediction::Candidate>& all,
-                                    std::vector<prediction::CandidateVisit> visits, bool randomised, std::uint64_t seed) {
+                                                std::vector<prediction::CandidateVisit> visits, bool randomised,
+                                                std::uint64_t seed) {
   if (visits.size() < 3) return visits;
   const Matrix times = moves(plan, all, visits);
   Order best;

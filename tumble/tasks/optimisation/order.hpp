@@ -13,6 +13,7 @@ namespace tumble::optimisation {
 /// with the seed the one with the shortest moves. Else in the order of shortest moves that nearest neighbours and the
 /// exchange of two legs find. Visits with one mounting of the instrument stay together.
 std::vector<prediction::CandidateVisit> ordered(const Plan& plan, const std::vector<prediction::Candidate>& all,
-                                    std::vector<prediction::CandidateVisit> visits, bool randomised, std::uint64_t seed);
+                                                std::vector<prediction::CandidateVisit> visits, bool randomised,
+                                                std::uint64_t seed);
 
 }  // namespace tumble::optimisation

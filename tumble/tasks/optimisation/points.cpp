@@ -22,7 +22,8 @@ double dwell_of(const prediction::Candidate& one, double dwell) { return std::ma
 
 /// Every candidate in a power-up of its own, in which it stands where it begins. The rate is as low as the motions
 /// allow: what is known of the noise does not depend on it.
-Plan plan_of(const Plan& plan, const std::vector<prediction::Candidate>& all, double settling, double dwell, double times) {
+Plan plan_of(const Plan& plan, const std::vector<prediction::Candidate>& all, double settling, double dwell,
+             double times) {
   Plan out = plan;
   out.schedule.clear();
   double fastest = 10.0 / dwell;
@@ -48,7 +49,8 @@ void embed(const Matrix& m, std::size_t first_term, const std::vector<std::size_
     for (std::size_t j = 0; j < m.columns; ++j) into(place(i), place(j)) += m(i, j);
 }
 
-std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<prediction::OutputProblem>& outputs, DesignSpace& space) {
+std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<prediction::OutputProblem>& outputs,
+                                     DesignSpace& space) {
   std::vector<TermInformation> parts;
   for (auto output : outputs) {
     output.problem.averaging = std::max(1.0 / plan.sample_rate, output.problem.averaging);
@@ -140,8 +142,8 @@ void drop_negligible_errors(DesignSpace& space, std::vector<MatrixXd>& once, std
 
 }  // namespace
 
-DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all, const std::vector<prediction::OutputProblem>& outputs,
-                         double time, double dwell) {
+DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all,
+                         const std::vector<prediction::OutputProblem>& outputs, double time, double dwell) {
   DesignSpace space;
   const double settling = outputs.empty() ? 0.0 : outputs.front().problem.settling;
   const auto first = plan_of(plan, all, settling, dwell, 1.0), second = plan_of(plan, all, settling, dwell, 2.0);

@@ -20,8 +20,8 @@ struct DesignSpace {
 /// The information that each candidate gives is calculated for two durations, `dwell` and twice that [s]; from these
 /// follow what grows with time and what does not (see DesignPoint). Errors that shift no output noticeably beside the
 /// white noise of `time` [s] are left out.
-DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all, const std::vector<prediction::OutputProblem>& outputs,
-                         double time, double dwell);
+DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all,
+                         const std::vector<prediction::OutputProblem>& outputs, double time, double dwell);
 
 /// The point with I(dwell) = at_once and I(2 dwell) = at_twice.
 DesignPoint point_of(const Matrix& at_once, const Matrix& at_twice, double dwell);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/noise/noise_likelihood/score.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
 namespace {

@@ -8,9 +8,9 @@
 #include <limits>
 #include <numbers>
 
-#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
 namespace {

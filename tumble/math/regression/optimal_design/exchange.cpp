@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/regression/optimal_design.hpp"
-#include "tumble/math/regression/optimal_design/worth.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/optimal_design.hpp"
+#include "tumble/math/regression/optimal_design/worth.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -1,4 +1,4 @@
-#include "tumble/math/noise/shaped_noise.hpp"
+#include "tumble/math/shaped_noise.hpp"
 
 #include <algorithm>
 #include <bit>

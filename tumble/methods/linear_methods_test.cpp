@@ -1,16 +1,15 @@
-#include "tumble/reduce/linear/linear.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/answer.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
-#include "tumble/methods/method.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
-#include "tumble/methods/testing/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
