@@ -67,7 +67,7 @@ Trial exact() {
 // A sample is what is felt at its middle. Over a turn of 180 deg in 1.4 s, from rest to rest, the sum of 140 such
 // values is the integral to 1e-9, and increments of up to 2 deg about an axis that the Earth's rotation moves by 1e-6
 // of the rate leave cones of 1e-9. Relative tolerance 1e-7; biases of gyros 1e-7 of a radian over a second.
-TEST(ImuMultiPosition, exact_without_noise) {
+TEST(ImuMultiPosition, ExactWithoutNoise) {
   const Trial trial = exact();
   const Estimate estimate = method().identify(trial.evidence, {});
   for (const auto& [name, truth] : trial.truth) {
@@ -77,7 +77,7 @@ TEST(ImuMultiPosition, exact_without_noise) {
   }
 }
 
-TEST(ImuMultiPosition, finds_every_rest_of_a_trembling_hand_and_not_the_moves) {
+TEST(ImuMultiPosition, FindsEveryRestOfATremblingHandAndNotTheMoves) {
   const Trial trial = method().trial(3);
   const Estimate estimate = method().identify(trial.evidence, {});
   const Table& rests = *find_table(estimate, "rests");
@@ -95,7 +95,7 @@ TEST(ImuMultiPosition, finds_every_rest_of_a_trembling_hand_and_not_the_moves) {
   }
 }
 
-TEST(ImuMultiPosition, gyros_may_stand_in_a_recording_of_their_own) {
+TEST(ImuMultiPosition, GyrosMayStandInARecordingOfTheirOwn) {
   Evidence evidence = method().trial(2).evidence;
   const Estimate whole = method().identify(evidence, {});
   Recording gyros = evidence.recordings[0];
@@ -111,7 +111,7 @@ TEST(ImuMultiPosition, gyros_may_stand_in_a_recording_of_their_own) {
     EXPECT_EQ(apart.parameters[i].value, whole.parameters[i].value) << whole.parameters[i].name;
 }
 
-TEST(ImuMultiPosition, raw_counts_need_nothing_to_be_known_of_them) {
+TEST(ImuMultiPosition, RawCountsNeedNothingToBeKnownOfThem) {
   Trial trial = method().trial(4);
   const Estimate plain = method().identify(trial.evidence, {});
   for (auto& c : trial.evidence.recordings[0].channels) {
@@ -131,7 +131,7 @@ TEST(ImuMultiPosition, raw_counts_need_nothing_to_be_known_of_them) {
   }
 }
 
-TEST(ImuMultiPosition, a_moved_gravity_moves_all_scale_factors_together) {
+TEST(ImuMultiPosition, AMovedGravityMovesAllScaleFactorsTogether) {
   Trial trial = method().trial(5);
   const Estimate before = method().identify(trial.evidence, {});
   trial.evidence.plan.settings.set_number("gravity", 9.797 * 1.001, Unit::parse("m/s^2"));
@@ -143,7 +143,7 @@ TEST(ImuMultiPosition, a_moved_gravity_moves_all_scale_factors_together) {
   EXPECT_NEAR(value(before, "gyro_z_scale_factor_error"), value(after, "gyro_z_scale_factor_error"), 1e-6);
 }
 
-TEST(ImuMultiPosition, a_stated_bias_instability_is_in_the_biases_alone) {
+TEST(ImuMultiPosition, AStatedBiasInstabilityIsInTheBiasesAlone) {
   Trial trial = method().trial(11);
   const auto with = [&](double times) {
     for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
@@ -167,7 +167,7 @@ TEST(ImuMultiPosition, a_stated_bias_instability_is_in_the_biases_alone) {
   }
 }
 
-TEST(ImuMultiPosition, names_exchanged_and_reversed_axes) {
+TEST(ImuMultiPosition, NamesExchangedAndReversedAxes) {
   const auto with = [](const std::function<void(Evidence&)>& change) {
     Evidence evidence = method().trial(6).evidence;
     change(evidence);
@@ -193,7 +193,7 @@ TEST(ImuMultiPosition, names_exchanged_and_reversed_axes) {
   EXPECT_NE(said.find("reverse their signs"), std::string::npos) << said;
 }
 
-TEST(ImuMultiPosition, names_units_taken_for_others) {
+TEST(ImuMultiPosition, NamesUnitsMistakenForOthers) {
   Evidence in_g = method().trial(7).evidence, in_degrees = in_g;
   for (const char* a : {"accelerometer_x", "accelerometer_y", "accelerometer_z"}) scale(in_g, a, 1.0 / 9.80665);
   EXPECT_NE(refusal(in_g).find("g taken for m/s^2"), std::string::npos) << refusal(in_g);
@@ -202,7 +202,7 @@ TEST(ImuMultiPosition, names_units_taken_for_others) {
 }
 
 // 100 Hz: a factor of 100 either way.
-TEST(ImuMultiPosition, names_increments_taken_for_rates_and_a_silent_accelerometer) {
+TEST(ImuMultiPosition, NamesIncrementsMistakenForRatesAndASilentAccelerometer) {
   Evidence increments = method().trial(7).evidence, rates = increments, silent = increments;
   for (const char* a : {"gyro_x", "gyro_y", "gyro_z"}) scale(increments, a, 0.01), scale(rates, a, 100.0);
   EXPECT_NE(refusal(increments).find("increments taken for rates"), std::string::npos) << refusal(increments);
@@ -212,7 +212,7 @@ TEST(ImuMultiPosition, names_increments_taken_for_rates_and_a_silent_acceleromet
       << refusal(silent);
 }
 
-TEST(ImuMultiPosition, leaves_out_a_bad_rest_and_a_bad_move_and_says_so) {
+TEST(ImuMultiPosition, SkipsABadRestAndABadMoveAndSaysSo) {
   Trial trial = method().trial(8);
   Evidence& evidence = trial.evidence;
   const auto at = [&](double time) { return index_at(channel(evidence, "gyro_x"), time); };
@@ -229,14 +229,14 @@ TEST(ImuMultiPosition, leaves_out_a_bad_rest_and_a_bad_move_and_says_so) {
     EXPECT_NEAR(value(estimate, name), truth, 4.5 * sd(estimate, name)) << name;
 }
 
-TEST(ImuMultiPosition, leaves_out_moves_beyond_the_range_of_the_gyros) {
+TEST(ImuMultiPosition, SkipsMovesBeyondTheRangeOfTheGyros) {
   Evidence evidence = method().trial(9).evidence;
   for (double& v : channel(evidence, "gyro_y").values) v = std::clamp(v, -1.5, 1.5);
   const Estimate estimate = method().identify(evidence, {});
   EXPECT_TRUE(found(estimate, "gyros at the end of their range"));
 }
 
-TEST(ImuMultiPosition, says_which_poses_are_missing) {
+TEST(ImuMultiPosition, SaysWhichPosesAreMissing) {
   Evidence evidence = method().trial(10).evidence;
   for (auto& recording : evidence.recordings)
     for (auto& c : recording.channels) c.values.resize(8 * 440);
@@ -248,7 +248,7 @@ TEST(ImuMultiPosition, says_which_poses_are_missing) {
   EXPECT_TRUE(found(estimate, "three more rests would do most with"));
 }
 
-TEST(ImuMultiPosition, needs_gravity_from_somewhere) {
+TEST(ImuMultiPosition, NeedsGravityFromSomewhere) {
   Evidence evidence = method().trial(11).evidence;
   evidence.plan.site.reset();
   EXPECT_NE(refusal(evidence).find("--set gravity="), std::string::npos);
