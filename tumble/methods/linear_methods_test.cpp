@@ -343,7 +343,7 @@ TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {
   problem.columns = {{"k", "k", "1", "", [](const Felt& felt) { return norm(felt.rate); }}};
   const auto found = linear::evidence_of(plan, problem);
   const auto rows = linear::rows_of(found, problem);
-  ASSERT_TRUE(found.stretches.at(0).even);
+  ASSERT_TRUE(found.blocking.at(0).even);
   std::size_t ripples = 0;
   for (const auto& effect : linear::effects_of(found, problem, rows, {1.0})) {
     if (effect.source.find("ripple") == std::string::npos) continue;

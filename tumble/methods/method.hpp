@@ -52,7 +52,7 @@ struct Method {
   bool several_instruments = false;
   /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
   bool takes_calibration = false;
-  /// The same as identify in bounded memory; null where the method needs all samples at once.
+  /// Identifies as `identify` does, in bounded memory; null where the method needs all samples at once.
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
 };
 

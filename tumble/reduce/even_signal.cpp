@@ -9,6 +9,7 @@
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -128,9 +129,8 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence) {
         throw Error(Error::Kind::bad_data,
                     fmt::format("{} is in {}: an angular rate or a specific force is needed, as in deg/h or m/s^2",
                                 channel->name, channel->unit.text()));
-      ChannelRun stretch{channel, channel->name, 0, channel->values.size(), run.recording, run.begin};
-      if (std::isfinite(run.begin) && !channel->values.empty()) stretch.begin = index_at(*channel, run.begin);
-      if (std::isfinite(run.end) && !channel->values.empty()) stretch.end = index_at(*channel, run.end);
+      const SampleRange range = samples_between(*channel, run.begin, run.end);
+      ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
       const int number = ++seen[channel->name];
       if (number > 1) stretch.label += fmt::format(".run{}", number);
       found.push_back(stretch);

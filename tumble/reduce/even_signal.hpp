@@ -12,7 +12,7 @@
 
 namespace tumble {
 
-/// A stretch of one channel: one power-up of it.
+/// One power-up of one channel.
 struct ChannelRun {
   const Channel* channel = nullptr;
   std::string label;  ///< the channel's name, with ".run2" and so on where the name comes again
@@ -53,6 +53,7 @@ EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string
 Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label);
 
 /// What stands in the way of a noise analysis: empty for a usable signal, else the reason (too short, constant, NaN).
+/// Given: rate [Hz].
 std::string unusable(const Extremes& extremes, std::size_t samples, double rate);
 std::string unusable(const EvenSignal& signal);
 
@@ -61,6 +62,7 @@ struct Scatter {
   double count = 0.0, mean = 0.0, sd = 0.0;
   std::size_t first = 0;
 };
+/// Given: values [u]; NaN: missing.
 Scatter scatter_of(std::span<const double> values, std::size_t first);
 
 /// Within 400 equal blocks, of 20 samples and more; what is left at the end is not looked at.
@@ -68,11 +70,12 @@ struct BlockScatter {
   std::size_t size = 0;  ///< of a block [samples]
   std::vector<Scatter> blocks;
 };
+/// Given: values [u]; NaN: missing.
 BlockScatter block_scatter(std::span<const double> values);
 
 /// Parts of the record that are not like the rest: motion, outliers, steps.
 Findings disturbances(const EvenSignal& signal, const std::string& label);
-/// The same from the scatter within blocks of `size` samples of a record that begins at `begin` [s].
+/// Disturbances from the scatter within blocks of `size` samples of a record that begins at `begin` [s].
 Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, double rate, double begin,
                       const std::string& label);
 

@@ -10,8 +10,8 @@ using Kind = Motion::Kind;
 /// The angle of the table counts from the arm; at angle 0 the fixture's x points radially outwards.
 std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   Joint table = end_joint(options, errors);
-  table.fixed = about_x(errors("tilt of the table axis about the arm")) *
-                about_y(errors("tilt of the table axis across the arm"));
+  table.fixed =
+      about_x(errors(error_names::table_tilt_about_arm)) * about_y(errors(error_names::table_tilt_across_arm));
   table.axis = 1;
   return {arm_joint(options), table};
 }
@@ -31,7 +31,7 @@ const Machine& machine() {
            drive_imperfections({"arm", "table"}),
            arm_imperfections(),
            {{quantity("table_tilt_sd", "arcsec", "10 arcsec", "table's axis against the arm's, each of two directions"),
-             {"tilt of the table axis about the arm", "tilt of the table axis across the arm"}}}}),
+             {error_names::table_tilt_about_arm, error_names::table_tilt_across_arm}}}}),
       .joints = joints,
       .check = check_arm};
   return machine;

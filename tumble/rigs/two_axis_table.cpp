@@ -16,7 +16,7 @@ std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   const Rotation base =
       about_y(-options.number("outer_elevation")) * about_z(quarter - options.number("outer_azimuth"));
   return {{.fixed = base, .axis = 0, .about = About::x},
-          {.fixed = about_y(errors("orthogonality of inner to outer")), .axis = 1, .about = About::z}};
+          {.fixed = about_y(errors(error_names::inner_to_outer)), .axis = 1, .about = About::z}};
 }
 
 const Machine& machine() {
@@ -38,7 +38,7 @@ const Machine& machine() {
                   drive_imperfections({"outer", "inner"}),
                   oscillation_imperfections({"outer", "inner"}),
                   {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between the axes less 90 deg"),
-                    {"orthogonality of inner to outer"}}}}),
+                    {error_names::inner_to_outer}}}}),
       .joints = joints,
       .check = nullptr};
   return machine;

@@ -47,7 +47,7 @@ void lose_some(Recording& recording) {
   for (auto& channel : recording.channels) channel.timeline = {0.0, 0.0, shared};
 }
 
-Estimate found(const std::string& file, std::uintmax_t memory, Sets sets = {}) {
+Estimate found(const std::string& file, std::uintmax_t memory, const Sets& sets = {}) {
   return identify(plan_for_method("allan_noise", sets), {file}, sets, memory, {});
 }
 

@@ -18,7 +18,8 @@ std::map<std::string, std::string> annotations_of(const Recording& recording);
 bool annotate(Recording& recording, std::map<std::string, QuantityKind>& kinds, std::string_view key,
               std::string_view json);
 
-/// The same as one JSON object, and back. Keys that are not known are kept in meta; false when it is no JSON object.
+/// All annotations as one JSON object, and back. Keys that are not known are kept in meta; false when it is no JSON
+/// object.
 std::string all_annotations(const Recording& recording);
 bool annotate_all(Recording& recording, std::string_view json);
 

@@ -18,7 +18,7 @@ struct ContrastSums {
   double count = 0.0;  ///< of blocks
 
   void add(const ContrastSums& more);
-  /// Sum of the squares of all orders from 1 to radix - 1.
+  /// Sum of the squares of all orders from 1 to radix - 1 [u^2].
   double square(int radix) const;
 };
 
@@ -28,7 +28,7 @@ class BlockCosines {
   /// radix: 2 to 16
   explicit BlockCosines(int radix);
 
-  /// Given     values  whole blocks. NaN: missing
+  /// Given     values  whole blocks [u]. NaN: missing
   /// Returned  sums over the blocks that are complete; means: one a block, of the rest where half or less is missing
   ContrastSums take(std::span<const double> values, double* means) const;
 
@@ -37,7 +37,7 @@ class BlockCosines {
   double weight_[widest_block][widest_block];
 };
 
-/// Adds the bands of one scale to `result`, from the sums over all its blocks.
+/// Adds the bands of one scale to `result`, from the sums over all its blocks. unit [samples] of a value.
 void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result);
 
 }  // namespace tumble

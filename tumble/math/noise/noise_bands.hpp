@@ -51,10 +51,10 @@ struct NoiseOrdinate {
 /// Gauss-Markov processes.
 class NoiseBands {
  public:
-  /// NaN: missing. A block of which half or less is missing counts with the mean of the rest.
+  /// Given: rate [u]; NaN: missing. A block of which half or less is missing counts with the mean of the rest.
   /// Throws Error::bad_data if no two neighbouring values are left.
   explicit NoiseBands(std::span<const double> rate);
-  /// Bands of fast scales, continued with the means over `unit` samples that they left.
+  /// Bands of fast scales, continued with the means [u] over `unit` [samples] that remain of them.
   NoiseBands(NoiseBands fast, std::span<const double> means, double unit);
   NoiseBands() = default;
 
@@ -67,14 +67,17 @@ class NoiseBands {
   /// there is no fast scale.
   static constexpr std::size_t parts = 16;
   std::vector<double> part_mean_square, part_count;
+  /// Adds a part: number of contrasts [1], sum of their squares [u^2].
   void add_part(double contrasts, double square);
 };
 
 /// Coefficients of the sines of differences of `values` (NaN: missing), in the order of NoiseBands::ordinates.
+/// Given: values [u]. Returned: coefficients [u].
 std::vector<double> slow_sines(std::span<const double> values);
 
 /// Covariance at a lag of h units of means over `unit` samples under a unit power law; generalised (as far as weights
 /// that add up to zero can tell) where there is no variance.
+/// Given: unit [samples], h [units]. Returned: covariance [1], of a squared coefficient of one.
 double unit_covariance(NoiseTerm term, double unit, int h);
 
 /// Expected mean square [u^2] in a band of a Gauss-Markov process of unit variance, and its derivative by ln T_c.

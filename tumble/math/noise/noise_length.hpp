@@ -13,11 +13,11 @@ class RecordLength {
   RecordLength(const NoiseBands& bands, const NoiseFit& fit);
 
   /// Times the length of the record at which the standard uncertainty of a parameter is `sd`; index and units as in
-  /// NoiseFit::covariance. A term that is left out is tried beside the others at zero. At least 1e-3, and infinite
-  /// beyond 1e5.
+  /// NoiseFit::covariance. A term that is not in the model is tried beside the others at zero. At least 1e-3, and
+  /// infinite beyond 1e5. Given: sd [unit of the parameter]. Returned: ratio of lengths [1].
   double times_for(std::size_t parameter, double sd) const;
 
-  /// Standard uncertainty from a record `times` as long.
+  /// Standard uncertainty [unit of the parameter] from a record `times` [1] as long.
   double sd_of(std::size_t parameter, double times) const;
 
  private:

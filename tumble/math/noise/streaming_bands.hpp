@@ -15,7 +15,7 @@ namespace tumble {
 /// between the parts of equal length are those of the pieces that were summed, at most 1/512 of the record off.
 class StreamingNoiseBands {
  public:
-  /// The next samples; NaN: missing. The bands do not depend on how the record is cut into calls.
+  /// The next samples [u]; NaN: missing. The bands do not depend on how the record is cut into calls.
   void push(std::span<const double> rate);
 
   /// Those of what has come so far. Throws as NoiseBands.

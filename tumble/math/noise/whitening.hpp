@@ -17,9 +17,12 @@ class Whitening {
   /// longest       [s] record whose slowest flicker must be told from a constant
   Whitening(const NoiseModel& noise, double interval, double longest);
 
-  /// Replaces every column of `block` (n x c, rows in time) by its innovations divided by their standard deviation, in
-  /// place. `share` (n) is how much of each interval was measured: 1 all, 0 nothing; a row with share 0 becomes zero
-  /// and only lets time pass. Returns the log-determinant of the covariance of the rows with data.
+  /// Replaces every column of a block by its innovations divided by their standard deviation, in place.
+  ///
+  /// Given     block  [n x c] averages [u], rows in time
+  ///           share  [n] how much of each interval was measured: 1 all, 0 nothing; a row with share 0 becomes zero and
+  ///                  only lets time pass
+  /// Returned  log-determinant of the covariance of the rows with data
   double operator()(Matrix& block, std::span<const double> share) const;
 
  private:

@@ -23,10 +23,10 @@ struct JointFit {
 
 /// Generalised least squares of several outputs observed together: each has parameters and noise of its own, and
 /// known effects whose draws have the same name move them together. What one output shows of a disturbance is thereby
-/// taken off the others.
+/// subtracted from the others.
 ///
-/// Given     outputs   as fit_mixed_model or predict_mixed_model took them; observations in all or in none
-///           alone     what these gave: the variances of noise and slow noise are taken from them
+/// Given     outputs   [M] as fit_mixed_model or predict_mixed_model took them; observations in all or in none
+///           alone     [M] what these gave: the variances of noise and slow noise are taken from them
 /// Throws    Error::bad_data as fit_mixed_model
 /// See       Henderson, Biometrics 31 (1975) 423: prediction of random effects
 JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const MixedFit> alone);

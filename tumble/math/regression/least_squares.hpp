@@ -46,11 +46,15 @@ struct LeastSquaresFit {
 LeastSquaresFit least_squares(const Matrix& design, const std::vector<double>& observations,
                               const std::vector<double>& weights, const LeastSquaresOptions& options);
 
-/// The same for correlated observations: whitens by the Cholesky factor of `covariance` (N x N).
+/// Least squares of correlated observations: whitens by the Cholesky factor of the covariance.
+///
+/// Given     design        X [N x p]; observations y [u], N
+///           covariance    of the observations [u^2, N x N]
+/// Returned  as weighted least squares of the whitened rows
 LeastSquaresFit generalised_least_squares(const Matrix& design, const std::vector<double>& observations,
                                           const Matrix& covariance, const LeastSquaresOptions& options);
 
-/// Quantile of Student's t; `degrees_of_freedom` may be infinite. probability in (0, 1).
+/// Quantile [1] of Student's t and of chi-square; degrees_of_freedom [1] may be infinite. probability in (0, 1).
 double student_quantile(double probability, double degrees_of_freedom);
 double chi_square_quantile(double probability, double degrees_of_freedom);
 

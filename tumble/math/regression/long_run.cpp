@@ -227,11 +227,11 @@ LongRun long_run(const std::vector<std::span<const double>>& series, double high
   return out;
 }
 
-double slow_gain(std::span<const WeightedSpan> stretches) {
+double slow_gain(std::span<const WeightedSpan> spans) {
   const auto& second = twice_integrated_log;
   double sum = 0.0;
-  for (const auto& a : stretches)
-    for (const auto& b : stretches) {
+  for (const auto& a : spans)
+    for (const auto& b : spans) {
       const double integral =
           second(a.end - b.begin) + second(a.begin - b.end) - second(a.begin - b.begin) - second(a.end - b.end);
       sum += a.weight * b.weight * integral / ((a.end - a.begin) * (b.end - b.begin));

@@ -28,10 +28,12 @@ struct LongRunVariance {
 
 /// Weights of sum 1 for the mean of n samples that fade in and out as a cosine over `share` of the series each. A plain
 /// mean of band-limited acceleration keeps the velocities at both ends; this one does not. share = 0: 1/n each.
+/// Given: share [1], 0 to 1/2. Returned: n weights [1].
 std::vector<double> faded_weights(std::size_t n, double share);
 
 /// Of sum w_j x_j: white sum w^2 + blue sum (w_j - w_(j-1))^2/(4 pi^2) + slow `slow_gain`, where `slow_gain` is the
 /// variance of the same sum for S = 1/f (see slow_gain). Zero densities are raised to a part of their uncertainty.
+/// Given: density [u^2]; weights w [1]; slow_gain [1]. Returned: variance [u^2].
 LongRunVariance variance_of_sum(const DensityAtZero& density, std::span<const double> weights, double slow_gain = 0.0);
 
 struct LongRun {
@@ -62,6 +64,7 @@ struct WeightedSpan {
 
 /// Variance of the sum of the means over stretches times their weights, for noise of two-sided density 1/f; the weights
 /// add up to 0, and the unit of time does not matter:  -2 sum_ij w_i w_j <ln|t - s|>, t in i, s in j.
-double slow_gain(std::span<const WeightedSpan> stretches);
+/// Given: spans [any unit of time]. Returned: variance [1].
+double slow_gain(std::span<const WeightedSpan> spans);
 
 }  // namespace tumble

@@ -75,10 +75,12 @@ struct MixedFit {
 MixedFit fit_mixed_model(const MixedData& data);
 
 /// The covariance that the same estimator will have, with all variances known (`SlowNoise::variance`) and no data.
+/// Given: white_variance s^2 [u^2 s]. Returned: covariance [p x p].
 MixedFit predict_mixed_model(const MixedData& data, double white_variance);
 
 /// Degrees of freedom of the variance c' Cov c of a linear function of the parameters: nu = 2 v^2/Var(v), with the
 /// variance of v from that of the estimated components (Satterthwaite, Biometrics Bull. 2 (1946) 110).
+/// Given: function c, p coefficients [1/u of each]. Returned: degrees of freedom [1].
 double degrees_of_freedom(const MixedFit& fit, const std::vector<double>& function);
 
 /// A column that the design cannot tell from others: column `dropped` = sum_k weight_k column_k.
@@ -90,8 +92,8 @@ struct Dropped {
 /// Which columns must be left out so that the rest can be told apart: the empty ones, then those that take part in a
 /// null vector, in the order of preference given, until none is left.
 ///
-/// Given     design      X, N x p
-///           weights     N, as in MixedData
+/// Given     design      X [N x p]
+///           weights     [s] N, as in MixedData
 ///           natural     size of each column's entries if the test showed it well (p, or empty): a column whose rms
 ///                       is smaller by more than `limit` is empty
 ///           preference  columns, the one to leave out first in front; those not named follow, the last first

@@ -47,16 +47,17 @@ struct DesignProblem {
 };
 
 /// Rows with the same information, as few as its rank: R of a QR decomposition with column exchange, R'R = X'X.
-/// `relative` is what counts as zero beside the largest.
+/// Given: rows X [k x p]; relative [1], what counts as zero beside the largest. Returned: R [rank x p].
 Matrix compressed(const Matrix& rows, double relative = 1e-10);
 
-/// I(effort) of a point, p x p.
+/// I(effort) of a point [p x p]; effort as of DesignPoint.
 Matrix information(const DesignPoint& point, double effort);
 
-/// Information of the visits together with the prior, p x p.
+/// Information of the visits together with the prior [p x p].
 Matrix information(const DesignProblem& problem, const Design& design);
 
-/// The criterion of a design, the smaller the better; +inf where a parameter of interest is not determined.
+/// The criterion of a design, the smaller the better; +inf where a parameter of interest is not determined
+/// [1 for D, weighted variance for A].
 double criterion_of(const DesignProblem& problem, const Design& design);
 
 /// The design with the smallest criterion that an exchange reaches: from a start that adds the most telling point time
@@ -76,7 +77,7 @@ Design exchange(const DesignProblem& problem, std::uint64_t seed, int starts, co
 ///
 ///   D: effort tr(X C X')/p          A: effort tr(X C W C X')/tr(W C)          C covariance, W weights
 ///
-/// Returned  one value a point; 1/max bounds the efficiency of the design from below
+/// Returned  one value a point [1]; 1/max bounds the efficiency of the design from below
 /// Valid     without disturbances, setups and prior, all weights above zero
 /// See       Kiefer and Wolfowitz, The equivalence of two extremum problems, Canad. J. Math. 12, 1960
 std::vector<double> sensitivity(const DesignProblem& problem, const Design& design);

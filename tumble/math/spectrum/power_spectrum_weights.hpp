@@ -15,7 +15,9 @@ using ByTaper = std::vector<std::vector<double>>;
 /// by iteration from the mean of the first two. Where S is small against what a taper lets in from elsewhere, that
 /// taper counts little.
 ///
-/// Given     leaks  1 - lambda_a; level  s^2: density of white noise of the record's variance
+/// Given     eigenspectra [u^2/Hz]; leaks  1 - lambda_a [1], one a taper
+///           level  s^2 [u^2/Hz]: density of white noise of the record's variance
+/// Returned  weights [1]
 /// See       D. J. Thomson, Proc. IEEE 70 (1982) 1055; D. B. Percival and A. T. Walden, Spectral Analysis for Physical
 ///           Applications, 1993, section 7.4
 ByTaper adaptive_weights(const ByTaper& eigenspectra, const std::vector<double>& leaks, double level);

@@ -42,7 +42,7 @@ struct SineQuality {
 ///      281
 class Sines {
  public:
-  /// NaN: missing.
+  /// Given: values of the record [u]; NaN: missing.
   explicit Sines(std::span<const double> values);
 
   /// Fits the strongest sine within `width` of `frequency` [cycles a sample] beside the others.
@@ -52,7 +52,7 @@ class Sines {
   void refine();
 
   const std::vector<Sine>& all() const { return sines_; }
-  std::span<const double> rest() const { return rest_; }
+  std::span<const double> rest() const { return rest_; }  ///< the record without the sines [u]
 
   /// Given     level  [u^2] of a frequency, where too few frequencies about the sine are free to measure it: below
   ///                  about 20 periods in the record

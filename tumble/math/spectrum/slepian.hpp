@@ -17,7 +17,8 @@ struct SlepianTaper {
 ///
 ///   T_tt = ((N - 1 - 2 t)/2)^2 cos(2 pi W),   T_t,t-1 = t (N - t)/2
 ///
-/// Given     length  N, at least 2; time_bandwidth  N W, 0 < N W < N/2; count, at most N
+/// Given     length  N [samples], at least 2; time_bandwidth  N W [1], 0 < N W < N/2; count, at most N
+/// Returned  `count` tapers of N values
 /// Throws    Error::bad_input outside of that
 /// Accuracy  residual of the kernel's eigenproblem 1e-9 (N up to 65536, tested to 4096)
 /// See       D. Slepian, Prolate spheroidal wave functions, Fourier analysis, and uncertainty V, Bell Syst. Tech. J. 57

@@ -38,8 +38,12 @@ struct AllanOptions {
 std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
                                               const AllanOptions& options);
 
-/// The same at these averaging factors, ascending, of a record of any length; with their noise types where they are
-/// known, one a factor, which are identified otherwise.
+/// Overlapping Allan deviation at given averaging factors, of a record of any length.
+///
+/// Given     rate         signal [u], as above; sample_rate [Hz]
+///           factors      averaging factors m, ascending; confidence [1], two-sided
+///           alphas       noise type of each factor where it is known; empty: identified
+/// Returned  one point a factor: tau [s], deviation and limits [u]
 std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, double sample_rate,
                                               std::span<const std::size_t> factors, double confidence,
                                               std::span<const int> alphas = {});
@@ -47,14 +51,19 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
 /// Distinct averaging factors 1, ..., longest: the same steps in every octave, as many as come nearest to
 /// points_per_decade and at least one (octaves, also for 0). From 16 on they are multiples of powers of two, and the
 /// double of each is one of them, which lag_sums is quick with (docs/decisions/033).
+///
+/// Given     longest [samples], points_per_decade [1]
+/// Returned  averaging factors [samples], ascending
 std::vector<std::size_t> averaging_factors(std::size_t longest, double points_per_decade);
 
 /// Limits of a deviation whose variance has a chi-square distribution: lower = deviation sqrt(edf/chi2((1+p)/2)), upper
 /// the same with (1-p)/2.
 struct Limits {
-  double lower = 0.0;
-  double upper = 0.0;
+  double lower = 0.0;  ///< [u]
+  double upper = 0.0;  ///< [u]
 };
+/// Given     deviation [u]; edf, degrees of freedom of its square [1]; confidence p [1], two-sided
+/// Returned  limits [u]
 Limits deviation_limits(double deviation, double edf, double confidence);
 
 }  // namespace tumble

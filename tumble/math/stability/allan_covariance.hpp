@@ -18,6 +18,8 @@ struct UnitTerm {
 };
 
 /// Expected Allan variance of the unit term at averaging factor m: 3/m^2, 1/m, 2 ln 2/pi, m/3.
+/// Given     factor  m [samples]
+/// Returned  variance [1], of a squared coefficient of one
 double unit_allan_variance(const UnitTerm& term, double factor);
 
 /// Its derivative by the correlation time [samples].
@@ -49,7 +51,7 @@ class AllanCovariance {
 
   const std::vector<UnitTerm>& terms() const { return terms_; }
   const std::vector<std::size_t>& factors() const { return factors_; }
-  /// Expected variances: one row a factor, one column a term.
+  /// Expected variances of the unit terms [factors x terms].
   const Matrix& design() const { return design_; }
 
  private:

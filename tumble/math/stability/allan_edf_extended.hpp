@@ -19,22 +19,32 @@ namespace tumble {
 /// alpha -4 ... 2, outside of what is named set to the nearest. factor m, ratio (N - 1)/m of N phase points.
 
 /// E total variance/E Allan variance. Exact for alpha = 2, linear in m/T as in SP 1065 table 7 for alpha <= 0.
+///
+/// Given     alpha; factor m [samples]; ratio (N - 1)/m [1]
+/// Returned  ratio of the two variances [1]
 double total_bias(int alpha, std::size_t factor, double ratio);
 /// E modified total variance/E modified Allan variance, alpha 2 ... -2.
+/// Returned: ratio of the two variances [1].
 double modified_total_bias(int alpha, std::size_t factor);
 /// E Hadamard total variance/E Hadamard variance, alpha 2 ... -4, m > 1.
+/// Returned: ratio of the two variances [1].
 double hadamard_total_bias(int alpha, std::size_t factor);
 
+/// Equivalent degrees of freedom of the total variances.
+///
+/// Given     alpha; factor m [samples]; ratio (N - 1)/m [1]
+/// Returned  edf [1]
 /// Accuracy  5 %; flicker phase noise and m below 8: 12 %. 0: alpha > 0 and tau beyond half the record
 double total_edf(int alpha, std::size_t factor, double ratio);
 double modified_total_edf(int alpha, std::size_t factor, double ratio);
 double hadamard_total_edf(int alpha, std::size_t factor, double ratio);
 
-/// edf of Theo1 of stride m (tau = 0.75 m t0) in a record of N phase points. Accuracy 12 %.
+/// Equivalent degrees of freedom [1] of Theo1 of stride m (tau = 0.75 m t0) in a record of N phase points.
+/// Accuracy 12 %.
 double theo1_edf(int alpha, std::size_t factor, std::size_t points);
 
-/// The same of ThêoBR at m: what the ratio, known from the same record, adds to the scatter, from 4000 records of 100,
-/// 150 and 300, 3000 of 200 and 600 of 1200 samples (which agree to 10 %).
+/// Equivalent degrees of freedom [1] of ThêoBR at m: what the ratio, known from the same record, adds to the scatter,
+/// from 4000 records of 100, 150 and 300, 3000 of 200 and 600 of 1200 samples (which agree to 10 %).
 double theo_bias_removed_edf(int alpha, std::size_t factor, std::size_t points);
 
 }  // namespace tumble

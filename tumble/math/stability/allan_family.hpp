@@ -74,16 +74,19 @@ struct StabilityOptions {
 std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
                                       std::span<const std::size_t> factors, const StabilityOptions& options);
 
-/// The same of a rate signal [u] in which samples may be missing (NaN). Nothing is put in their place: the runs between
-/// them are measured apart and pooled by their numbers of terms, edf likewise; MTIE is the largest of any run.
+/// A stability measure of a rate signal [u] in which samples may be missing (NaN). Nothing is put in their place: the
+/// runs between them are measured apart and pooled by their numbers of terms, edf likewise; MTIE is the largest of any
+/// run.
 std::vector<DeviationPoint> stability_of_rate(Stability measure, std::span<const double> rate, double interval,
                                               std::span<const std::size_t> factors, const StabilityOptions& options);
 
-/// The same of phase [u s] with runs between gaps.
+/// A stability measure of phase [u s] with runs between gaps; interval t0 [s], factors m [samples].
 std::vector<DeviationPoint> stability_of_runs(Stability measure, const Phase& phase, double interval,
                                               std::span<const std::size_t> factors, const StabilityOptions& options);
 
 /// x_0 = 0, x_{n+1} = x_n + (y_n - mean y) t0, whose stability in all measures but the interval errors is that of y.
+/// Given     rate y [u], N values; interval t0 [s]
+/// Returned  phase x [u s], N + 1 values
 std::vector<double> phase_from_rate(std::span<const double> rate, double interval);
 
 }  // namespace tumble

@@ -67,7 +67,7 @@ struct AllanFit {
 AllanFit fit_allan(const std::vector<AllanObservation>& observations, std::size_t samples,
                    const AllanFitOptions& options);
 
-/// The same with one Gauss-Markov process of free correlation time where the record asks for it: tried if the terms
+/// A fit with one Gauss-Markov process of free correlation time where the record asks for it: tried if the terms
 /// alone fit worse than chance does once in 20 records, over correlation times from 1 sample to 1/20 of the record, and
 /// kept if -2 log likelihood falls by more than 13.8 (0.1 % of a chi-square of the two parameters). The covariance is
 /// linearised in the correlation time.
@@ -80,9 +80,11 @@ std::vector<AllanObservation> thinned(const std::vector<AllanObservation>& obser
 
 /// Degrees of freedom for which value +- t sd holds the truth 95 % of the time, where value = sqrt(c), sd by the delta
 /// method, and c = P - M with P chi-square distributed with `edf` and c = share of P on average.
+/// Given     edf [1]; share [1], between 0 and 1
+/// Returned  degrees of freedom [1]
 double root_interval_degrees_of_freedom(double edf, double share);
 
-/// P(chi2/edf > ratio).
+/// P(chi2/edf > ratio) [1], with chi2 of `edf` degrees of freedom [1].
 double chi_square_tail(double ratio, double edf);
 
 }  // namespace tumble

@@ -20,7 +20,9 @@ namespace tumble {
 /// would give limits that are far too narrow. So phase noise at longer tau than rate noise is believed only where the
 /// exponent lies 2 sd beyond the boundary, and no whiter type at all below 30 points.
 ///
-/// Given     allan_sums  sum_n (x_{n+2m} - 2 x_{n+m} + x_n)^2 over all terms, one a factor, for B1 and R(n)
+/// Given     phase [u samples]; factors m [samples]
+///           allan_sums  [u^2 samples^2] sum_n (x_{n+2m} - 2 x_{n+m} + x_n)^2 over all terms, one a factor, for B1 and
+///           R(n)
 /// See       Riley and Greenhall, "Power law noise identification using the lag 1 autocorrelation", EFTF 2004
 std::vector<int> identify_noise_types(const Phase& phase, std::span<const std::size_t> factors,
                                       std::span<const double> allan_sums);

@@ -31,11 +31,15 @@ struct Phase {
 /// Accuracy  each phase value within one rounding of the exact sum: rounding does not add up along the record
 Phase integrate_rate(std::span<const double> rate, std::size_t fewest);
 
-/// The same, read once: a part of the mean is left where the record is long, which is the mean of a few hundred places
-/// then. For differences of second or higher order, which do not see it.
+/// Running integral of a rate that is read once. Where the record is long the mean of a few hundred places is
+/// subtracted in place of the mean, so that a part of it remains: for differences of second or higher order, which do
+/// not see it.
+///
+/// Given     rate  [u]; NaN: missing; fewest, as for integrate_rate
+/// Returned  phase [u samples]
 Phase integrate_rate_once(std::span<const double> rate, std::size_t fewest);
 
-/// Takes the least-squares quadratic off. Returned: its second-order coefficient, per sample squared.
+/// Subtracts the least-squares quadratic from x [u], in place. Returned: its second-order coefficient [u/sample^2].
 double remove_quadratic(std::span<double> x);
 
 }  // namespace tumble

@@ -35,11 +35,15 @@ EveryTau every_overlapping_allan(std::span<const double> rate);
 ///
 /// less the least-squares cubic; primes: of the series read backwards; R, one, two, half as of `third_products`.
 ///
+/// Given     rate  [u], evenly spaced; NaN: missing samples
+/// Returned  deviation [u] of every m
 /// See       NIST SP 1065 (2008), eq. (20)
 EveryTau every_overlapping_hadamard(std::span<const double> rate);
 
 /// Sums of squared differences of order 2 or 3 of phase without gaps, for m = 1 ... (N-1)/order, and the bounds of
 /// their relative rounding errors.
+/// Given     phase [u samples], N values; order 2 or 3
+/// Returned  sums [u^2 samples^2], element k of factor m = k + 1; rounding [1], likewise
 std::vector<double> every_difference_sum(std::span<const double> phase, std::size_t order,
                                          std::vector<double>& rounding);
 

@@ -33,12 +33,16 @@ struct AllanCorrelation {
 std::vector<AllanCorrelation> allan_correlation(std::span<const double> a, std::span<const double> b, double rate,
                                                 std::span<const std::size_t> factors, double confidence);
 
-/// The same of every pair of signals, (0, 1), (0, 2), ... (1, 2), ...: the variances of a signal are worked out once
-/// for all its partners that miss no sample, as it does not itself.
+/// The correlation of two signals of several.
 struct SignalPair {
   std::size_t a = 0, b = 0;
   std::vector<AllanCorrelation> points;
 };
+/// Correlations of every pair of signals, (0, 1), (0, 2), ... (1, 2), ...: the variances of a signal are worked out
+/// once for all its partners that miss no sample, as it does not itself.
+///
+/// Given     signals  each [any], of equal length; rate [Hz]; factors m [samples], ascending; confidence [1]
+/// Returned  one pair after the other
 std::vector<SignalPair> allan_correlations(std::span<const std::span<const double>> signals, double rate,
                                            std::span<const std::size_t> factors, double confidence);
 

@@ -23,6 +23,9 @@ bool has_lag_sum(std::size_t size, std::size_t lag);
 
 /// One sum a lag, each below the size of the series and with has_lag_sum; on all threads where the series is long. The
 /// result does not depend on their number.
+///
+/// Given     x [u], N values; lags [samples]
+/// Returned  sums [u^2], one a lag
 std::vector<LagSum> lag_sums(std::span<const double> x, std::span<const std::size_t> lags);
 
 }  // namespace tumble

@@ -20,7 +20,7 @@ struct LaggedProducts {
 /// All of them in O(N log^2 N): the plane of (i, lag) is cut into squares of 2M/64 or fewer, each a product of short
 /// Fourier transforms; the triangles that `leading` leaves on the diagonal are cut likewise, down to direct sums.
 ///
-/// Given     x; longest  M, at most N/2
+/// Given     x [u], N values; longest  M, at most N/2
 ///           threads  whether to use all threads, or only the caller's (for calls from within a thread)
 /// Accuracy  absolute, about 2e-16 sum x^2 (tested)
 LaggedProducts lagged_products(std::span<const double> x, std::size_t longest, bool threads);
@@ -38,6 +38,7 @@ struct ThirdProducts {
 };
 
 /// In the same way, the plane being cut along i = 2 lag and i = lag/2 too.
+/// Given: x [u], N values; longest M, at most N/3; threads as above. Returned: sums [u^2].
 ThirdProducts third_products(std::span<const double> x, std::size_t longest, bool threads);
 
 }  // namespace tumble

@@ -23,7 +23,7 @@ class StreamingAllan {
   static constexpr std::size_t exact_to = 1024;
   static constexpr std::size_t decimation = 16;
 
-  /// Given  longest            longest averaging factor wanted; points_per_decade  as in AllanOptions
+  /// Given  longest            longest averaging factor wanted [samples]; points_per_decade [1]  as in AllanOptions
   ///        start              index in the whole record of the first sample that will be pushed
   /// Throws Error::bad_input   for points per decade that are negative, and a start that is no multiple of part_unit()
   StreamingAllan(std::size_t longest, double points_per_decade, std::size_t start = 0);
@@ -31,7 +31,7 @@ class StreamingAllan {
   /// What starts of parts must be multiples of: the step of the last stage, 16^(stages-1).
   std::size_t part_unit() const;
 
-  /// The next samples. The result does not depend on how the record is cut into calls.
+  /// The next samples [u]. The result does not depend on how the record is cut into calls.
   void push(std::span<const double> rate);
 
   /// Joins the part that follows. Throws Error::bad_input where it does not: other options, or other samples between.

@@ -6,6 +6,7 @@
 #include "tumble/methods/accelerometer_centrifuge/report.hpp"
 #include "tumble/methods/accelerometer_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/rigs/capabilities.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_centrifuge {
@@ -42,7 +43,7 @@ Normalised expected(const Plan& plan) {
 Evidence with_radius_to_find(Evidence evidence, double longer) {
   evidence.plan = accelerometer_centrifuge::with_radius_to_find(std::move(evidence.plan), longer);
   for (auto& plan : evidence.plans)
-    if (plan && plan->rig_kind == "centrifuge")
+    if (plan && is_fixed_on_arm(*plan))
       plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*plan, longer));
   return evidence;
 }
@@ -80,8 +81,8 @@ extern const Method accelerometer_centrifuge{
     .name = "accelerometer_centrifuge",
     .summary = "non-linearity of an accelerometer at many g in both senses, and the radius to its effective centre",
     .source =
-        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, eq. (4.19), the form of "
-        "GJB 2504; the idea of both senses on a centrifuge as in IEEE Std 836",
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; the "
+        "idea of both senses on a centrifuge as in IEEE Std 836",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -132,7 +132,7 @@ Trial trial(std::uint64_t seed) {
 extern const Method accelerometer_dynamic{
     .name = "accelerometer_dynamic",
     .summary = "coefficients of a pendulous accelerometer over angular motion, from rates and oscillations",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 42-46, eq. (4.13)-(4.18)",
+    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 42-46",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -96,7 +96,7 @@ extern const Method accelerometer_four_position{
     .summary = "bias, scale factor and their temperature models of an accelerometer, from four positions in gravity",
     .source =
         "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
-        "eq. (3.5)-(3.6)",
+        "eq. (4)-(8)",
     .needs_plan = true,
     .roles = roles,
     .options = options,

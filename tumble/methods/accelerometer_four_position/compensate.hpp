@@ -4,7 +4,7 @@
 
 namespace tumble::accelerometer_four_position {
 
-/// Specific force from the output of the accelerometer, eq. (3.4) for one channel:
+/// Specific force from the output of the accelerometer, docs/equations (3.4) for one channel:
 ///
 ///   A = (1 + dK(T)) N/(K_m H) - nabla(T)
 ///

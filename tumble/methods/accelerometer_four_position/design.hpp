@@ -14,7 +14,7 @@ struct Design {
   std::vector<Polynomial> blocks;   ///< columns of each quantity
   double centre = 0.0, half = 1.0;  ///< T_0, h [K]
 
-  double u(double temperature) const { return (temperature - centre) / half; }
+  double u(double temperature) const { return (temperature - centre) / half; }  ///< [1]; temperature [K]
 };
 
 /// Given  order  highest power of T of the bias and the scale factor error

@@ -41,6 +41,7 @@ struct Expected {
 ///
 /// Given     order     highest power of T
 ///           two       the source's estimator, positions 1 and 3 alone
+///           thermometer_sd [K]
 ///           expected  null: from measurements
 Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermometer_sd, const Expected* expected);
 

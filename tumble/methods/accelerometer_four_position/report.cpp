@@ -176,7 +176,7 @@ Table positions(const Bench& bench) {
     const double number = p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
     const double noise = bench.white / p.seconds + pulses::rounding_variance(bench.pulse, p.seconds);
     table.rows.push_back({p.label, static_cast<double>(p.run), number, p.temperature, p.seconds,
-                          bench.evidence.stretches[p.stretch].step, p.output, std::sqrt(noise)});
+                          bench.evidence.test.stretches[p.stretch].step, p.output, std::sqrt(noise)});
   }
   return table;
 }

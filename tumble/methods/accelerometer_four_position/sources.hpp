@@ -21,7 +21,7 @@ Eigen::MatrixXd sum_of(const std::vector<Source>& sources);
 
 /// White noise (the first), counting and the errors of the rig; these act through the model of the instrument.
 ///
-/// Given  parameters  what it shows as found so far: plain polynomials by the design's blocks
+/// Given  parameters  [SI] what it shows as found so far: plain polynomials by the design's blocks
 std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const Design& design,
                                   const std::vector<double>& parameters);
 

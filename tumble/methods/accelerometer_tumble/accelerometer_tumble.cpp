@@ -29,8 +29,8 @@ extern const Method accelerometer_tumble{
     .name = "accelerometer_tumble",
     .summary = "static model of an accelerometer from positions in gravity: any number of them, one mount or both",
     .source =
-        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, eq. (4.19), the form of "
-        "GJB 2504; Lu Hanjie, Liu Yabin, Zhou Qiang, 2019, eq. (3.1), (3.5)",
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; Lu "
+        "Hanjie, Liu Yabin, Zhou Qiang, 2019, eq. (1), (4)-(6)",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -10,6 +10,7 @@
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/accelerometer/hidden.hpp"
 #include "tumble/reduce/accelerometer/output.hpp"
+#include "tumble/rigs/capabilities.hpp"
 
 namespace tumble::accelerometer_tumble {
 namespace {
@@ -90,7 +91,7 @@ bool reversed(const Plan& plan) {
 
 void say_what_the_head_hides(const Plan& plan, Estimate& estimate) {
   const bool some = find_parameter(estimate, "misalignment_o") || find_parameter(estimate, "misalignment_p");
-  if (plan.rig_kind != "dividing_head" || !some || reversed(plan)) return;
+  if (!has_one_index_axis(plan) || !some || reversed(plan)) return;
   estimate.findings.push_back(
       note("misalignment_o (misalignment_p) holds the zero of the head's angle, + (-) in full: positions with the "
            "accelerometer turned by 180 deg about its input axis (mount_roll) take it out"));

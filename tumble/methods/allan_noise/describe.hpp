@@ -71,7 +71,7 @@ std::string ramp_unit(QuantityKind kind);
 double coefficient(NoiseTerm term, double squared, double rate);
 
 /// Parameters, covariance, budget, tables, curves and findings of all channels together.
-/// wanted_sd: relative, of the advice on the length of record.
+/// wanted_sd: relative [1], of the advice on the length of record.
 Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd);
 
 }  // namespace tumble::allan_noise

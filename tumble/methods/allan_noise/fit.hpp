@@ -20,7 +20,7 @@ namespace tumble::allan_noise {
 void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLine>()>& lines, double begin,
                     const Settings& settings, ChannelNoise& result);
 
-/// The same with sines fitted beside the noise and taken off.
+/// The likelihood fit with sines fitted beside the noise and subtracted.
 void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
 
 /// Noise terms from the Allan variances by generalised least squares. A trend and the noise about it, where the trend

@@ -25,7 +25,8 @@ constexpr std::size_t most_fitted_lines = 16;
 /// stand out of the noise beside it beyond any chance is put back; what departs from a sine by 30 % and more along the
 /// record is left in and its bands are left out.
 ///
-/// Given     bands, fit  of the record as it is
+/// Given     values      [u] of the record; NaN: missing
+///           bands, fit  of the record as it is
 PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& bands, const NoiseFit& fit,
                              const NoiseLikelihoodOptions& options);
 

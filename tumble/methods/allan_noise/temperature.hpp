@@ -25,6 +25,7 @@ struct TemperatureEffect {
 /// noise that `channel` was found to have, a random walk at its limit where none was seen. The effect itself is part of
 /// that noise, so its uncertainty is rather too large. Nothing where the temperature hardly moves. Few averages: noise
 /// of the temperature would make the slope by its rate of change too small.
+/// Given: values [u], temperature [K], of the same samples.
 std::optional<TemperatureEffect> temperature_effect(std::span<const double> values, std::span<const double> temperature,
                                                     const ChannelNoise& channel);
 

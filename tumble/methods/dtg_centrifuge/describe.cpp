@@ -41,7 +41,7 @@ class Levels {
   std::size_t size() const { return outcome_.levels.value.size(); }
   std::size_t parts() const { return outcome_.polynomial.parts; }
 
-  /// K_i, less what noise adds to its square, eq. (1.14).
+  /// K_i, less what noise adds to its square, docs/equations (1.14).
   Function K(std::size_t level) const {
     Function out{0.0, Row(size())};
     double square = 0.0, noise = 0.0;

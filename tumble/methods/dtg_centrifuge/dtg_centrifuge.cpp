@@ -36,7 +36,7 @@ std::vector<Role> roles() {
 
 /// A cell: one level in one sense in one plan, alike in every power-up.
 struct Cells {
-  std::vector<const Stretch*> stretch;
+  std::vector<const Spin*> stretch;
   std::vector<Seen> nominal;
   std::vector<std::size_t> of;  ///< of each measured
 };
@@ -45,9 +45,9 @@ Cells cells_of(const Test& test, const std::vector<Measured>& measured, const Re
   Cells out;
   std::map<std::tuple<const Plan*, std::size_t, double>, std::size_t> known;
   for (std::size_t i = 0; i < measured.size(); ++i) {
-    const Stretch& s = *measured[i].stretch;
+    const Spin& s = *measured[i].stretch;
     const auto [cell, fresh] =
-        known.try_emplace({test.rigs[s.rig].plan, reduction.level_of[i], s.arm_rate}, out.stretch.size());
+        known.try_emplace({test.power_ups[s.power_up].plan, reduction.level_of[i], s.arm_rate}, out.stretch.size());
     out.of.push_back(cell->second);
     if (!fresh) continue;
     out.stretch.push_back(&s);
@@ -67,7 +67,7 @@ Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, cons
                    const Sensitivity& sensitivity, Findings& findings) {
   const bool fourier = settings.word("estimator") == "fourier", phase_known = test.encoders && !fourier;
   Outcome out{.output = output, .take = phase_known ? Take::both_parts : Take::size, .corrected = !fourier};
-  out.power_ups = test.power_ups;
+  out.power_ups = test.starts;
   const auto stated = [&](const char* name) { return settings.has(name) ? settings.number(name) : 0.0; };
   out.relation = fourier ? Relation{0.0, 0.0, stated("reference_gain_sd"), stated("reference_azimuth_sd"), false, 0.0}
                          : relation_of(measured, output, settings, test.encoders, findings);
@@ -116,8 +116,8 @@ void say_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
 }
 
 void say_missing(const Test& test, bool fourier, Findings& findings) {
-  std::vector<bool> rested(test.power_ups, false);
-  for (const Stretch& rest : test.rests) rested[rest.power_up] = true;
+  std::vector<bool> rested(test.starts, false);
+  for (const Spin& rest : test.rests) rested[rest.start] = true;
   const auto without = std::ranges::count(rested, false);
   if (without == 0) return;
   findings.push_back(
@@ -196,7 +196,8 @@ extern const Method dtg_centrifuge{
     .summary =
         "specific-force-sensitive drift of a tuned gyro and its nonlinearity on a centrifuge with a table that "
         "turns against it",
-    .source = "CN102636185A, 2012, eq. (1.1)-(1.16); GUM (JCGM 100:2008); Patterson and Thompson, Biometrika 58, 1971",
+    .source =
+        "CN102636185A, 2012, steps 1-9 of the claim; GUM (JCGM 100:2008); Patterson and Thompson, Biometrika 58, 1971",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -79,7 +79,7 @@ Plan plan_of(const Synthetic& s) {
   return plan;
 }
 
-/// Outputs at one instant: theta, beta, rates, eq. (1.2)-(1.5).
+/// Outputs at one instant: theta, beta, rates, docs/equations (1.2)-(1.5).
 struct Outputs {
   double gyro, reference;
 };
@@ -373,8 +373,8 @@ TEST(DtgCentrifuge, SaysWhatIsWrongWithARecording) {
   EXPECT_TRUE(says(method().identify(evidence, {}).findings, "own mean is taken off"));
 }
 
-// sigma_A = 0.05 deg/h at every level: the sd of zeta at 20 g is 0.77 % by the ratio to the level at 1 g, eq. (1.11),
-// and less than a fifth of it by the polynomial (1.13).
+// sigma_A = 0.05 deg/h at every level: the sd of zeta at 20 g is 0.77 % by the ratio to the level at 1 g,
+// docs/equations (1.11), and less than a fifth of it by the polynomial (1.13).
 TEST(DtgCentrifuge, PolynomialMakesZetaFiveTimesAsGood) {
   Synthetic s;
   for (int k = 1; k <= 20; ++k) s.arm_rates.push_back(std::sqrt(k * g / radius) / si(1.0, "deg/s"));

@@ -31,7 +31,7 @@ struct Circumstances {
 /// the same without.
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
                                 const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
-                                const std::vector<Seen>& nominal, const std::vector<const Stretch*>& cells);
+                                const std::vector<Seen>& nominal, const std::vector<const Spin*>& cells);
 
 /// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag of the loop.
 std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations);

@@ -28,7 +28,7 @@ class Ledger {
 
   void add(Parameter parameter, Gradient gradient);
 
-  /// Variance of a function of the quantities, all sources together.
+  /// Variance [SI^2] of a function of the quantities, all sources together, and its degrees of freedom [1].
   double variance(const Gradient& gradient) const;
   double degrees_of_freedom(const Gradient& gradient) const;
 

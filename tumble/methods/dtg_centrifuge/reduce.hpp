@@ -26,6 +26,7 @@ struct Relation {
   double log_gain_sd = 0.0, azimuth_sd = 0.0;
   bool from_earth = true;  ///< the Earth's rate has a part in it
   double earth_sd = 0.0;   ///< [1] of what the Earth's rate alone says, of both
+  /// E_g/E_f [1], docs/equations (1.12); spin_up [1] is sigma.
   Complex c(double spin_up) const { return std::polar(std::exp(log_gain), -spin_up * azimuth); }
 };
 

@@ -49,7 +49,7 @@ std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>&
 /// Error::bad_data where the stamps of a channel do not increase.
 void refuse_backward(const Channel& channel);
 
-/// One value per sample time, linear between the thermal samples and constant beyond them.
+/// One value per sample time [s], linear between the thermal samples and constant beyond them.
 Felt felt_at(const Thermal& thermal, double time);
 
 /// The constants of the gyro's table of terms that go with these settings.

@@ -130,8 +130,7 @@ Estimate predict(const Plan& plan) {
 extern const Method fog_thermal_bias{
     .name = "fog_thermal_bias",
     .summary = "bias of a fibre-optic gyro over temperature, its gradient and its rate, with start temperature",
-    .source =
-        "Zhou Haiyuan et al., bias stability of a FOG by polynomial fitting, published 2018-04-04, eq. (5.1)-(5.4)",
+    .source = "Zhou Haiyuan et al., bias stability of a FOG by polynomial fitting, published 2018-04-04, eq. (1)-(3)",
     .needs_plan = false,
     .roles = roles,
     .options = options,

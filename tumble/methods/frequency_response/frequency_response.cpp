@@ -120,19 +120,19 @@ void add_common(const std::vector<Point>& points, const Settings& settings, bool
 void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::vector<Source>& sources) {
   const Measured nominal = measured_of(points);
   const std::size_t n = points.size();
-  for (const auto& [index, error] : rig_errors(evidence)) {
-    const RigShift shift{index};
+  for (const auto& error : errors_of_rig(evidence)) {
     Findings unused;
-    const Points moved = points_of(data_of(evidence, &shift), evidence.plan.settings, {});
+    const Points moved = points_of(data_of(evidence, &error), evidence.plan.settings, {});
     const auto others = combined(moved.found, unused);
     if (others.size() != n) continue;
     const Measured there = measured_of(others);
-    Source source{error.name, Matrix(2 * n, error.each_segment ? 2 * n : 1), {}};
+    const bool each = error.error.each_segment;
+    Source source{error.error.name, Matrix(2 * n, each ? 2 * n : 1), {}};
     double greatest = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
       const double gain = there.log_gain[i] - nominal.log_gain[i], phase = there.phase[i] - nominal.phase[i];
-      source.shifts(i, error.each_segment ? i : 0) = gain;
-      source.shifts(n + i, error.each_segment ? n + i : 0) = phase;
+      source.shifts(i, each ? i : 0) = gain;
+      source.shifts(n + i, each ? n + i : 0) = phase;
       greatest = std::max({greatest, std::abs(gain), std::abs(phase)});
     }
     if (greatest > 1e-9) sources.push_back(std::move(source));
@@ -174,8 +174,8 @@ extern const Method frequency_response{
     .name = "frequency_response",
     .summary = "gain and phase over frequency against a reference, bandwidth, natural frequency and damping",
     .source =
-        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of accelerometers by pulse counting, 2019, eq. "
-        "(3.8)-(3.11), (3.15); sine fits of IEEE Std 1057; local polynomial method of Pintelon and Schoukens, 2012",
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "section 2.3; sine fits of IEEE Std 1057; local polynomial method of Pintelon and Schoukens, 2012",
     .needs_plan = false,
     .roles = roles,
     .options = options,

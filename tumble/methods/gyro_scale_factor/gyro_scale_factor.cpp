@@ -343,8 +343,8 @@ extern const Method gyro_scale_factor{
     .name = "gyro_scale_factor",
     .summary = "scale factor of a gyro, its bias, asymmetry, nonlinearity, hysteresis, threshold and resolution",
     .source =
-        "IEEE Std 528 terms; two-sided rates as in Yan Gongmin, lecture on modelling gyros and accelerometers, "
-        "NWPU, 2015, slide 41; whole revolutions as in CN113175941B, eq. (2.1)",
+        "IEEE Std 528 terms; two-sided rates as in Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, "
+        "2015, slide 41; whole revolutions as in CN113175941B, eq. (1)",
     .needs_plan = true,
     .roles = roles,
     .options = options,

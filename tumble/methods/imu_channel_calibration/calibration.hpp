@@ -39,7 +39,7 @@ using imu::reading_of;
 Calibration whole_of(Kind kind, const Evidence& whole);
 
 /// Each channel by itself: accelerometers from four positions, at `temperature` where there are several; gyros from
-/// rates. E is `assembly_sd` from zero.
+/// rates. E is `assembly_sd` from zero. Given: temperature [K].
 Calibration split_of(Kind kind, const Sorted& sorted, double temperature);
 
 }  // namespace tumble::imu_channel_calibration

@@ -92,7 +92,7 @@ extern const Method imu_channel_calibration{
     .summary = "channels of an IMU calibrated alone before assembly, against the calibration of the whole unit",
     .source =
         "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
-        "eq. (3.4)-(3.6), figure 12, table 2",
+        "eq. (3)-(8), figure 12, table 2",
     .needs_plan = true,
     .roles = roles,
     .options = options,

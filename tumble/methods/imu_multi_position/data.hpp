@@ -27,7 +27,7 @@ struct Triad {
   bool counts = false;  ///< raw, LSB; else m/s^2 or rad/s
 
   bool empty() const { return value.empty(); }
-  /// First sample at or after that time.
+  /// First sample at or after that time [s].
   std::size_t index(double at) const;
   /// Any output of that sample at the end of its range.
   bool clipped(std::size_t sample) const;

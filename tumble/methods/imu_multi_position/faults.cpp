@@ -7,6 +7,7 @@
 #include <span>
 
 #include "tumble/math/rotation.hpp"
+#include "tumble/rigs/capabilities.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {
@@ -116,7 +117,7 @@ std::optional<Vector3d> planned_up(const Plan& plan) {
     const int axis = word.back() - 'x';
     return Vector3d((word[0] == '-' ? -1.0 : 1.0) * Vector3d::Unit(axis));
   }
-  if (plan.rig_kind != "by_hand" || plan.schedule.empty()) return {};
+  if (!is_laid_by_hand(plan) || plan.schedule.empty()) return {};
   const auto angle = [&](const char* axis) {
     const auto found = plan.schedule[0].axes.find(axis);
     return found == plan.schedule[0].axes.end() ? 0.0 : found->second.value;

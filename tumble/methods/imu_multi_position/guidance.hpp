@@ -18,7 +18,7 @@ struct Guidance {
   std::string advice;  ///< the three best directions one after the other, the best turn
 };
 
-/// `names` of the parameters in the order of the fit.
+/// `names` of the parameters in the order of the fit. Given: gravity [m/s^2].
 Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, double gravity);
 
 /// Faces, then edges, that no rest shows: "+y, -z, +x -y"; for those who have too few.

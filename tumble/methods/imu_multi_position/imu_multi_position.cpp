@@ -11,6 +11,8 @@
 #include "tumble/methods/imu_multi_position/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/rig_effects.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {
@@ -82,7 +84,7 @@ Surroundings surroundings_of(const Plan& plan) {
     problems.push_back(
         "gravity is what accelerometers are calibrated against: --set gravity=\"9.81 m/s^2\", or [site] in a plan");
   }
-  const double of_rig = plan.rig_kind == "by_hand" ? plan.rig.number("gravity_sd") : si(30.0, "ug");
+  const double of_rig = rig_sd(plan, rigs::error_names::gravity).value_or(si(30.0, "ug"));
   around.gravity_sd = or_else(settings, "gravity_sd", of_rig);
   if (settings.has("latitude"))
     around.latitude = settings.number("latitude");

@@ -46,7 +46,7 @@ inline constexpr std::size_t npos = static_cast<std::size_t>(-1);
 
 /// Reads the channels. Throws Error::bad_input, bad_data with all that is missing.
 Bench bench_of(const Evidence& evidence);
-/// The same of a plan, around its [truth].
+/// The bench of a plan, around its [truth].
 Bench bench_of(const Plan& plan);
 
 const Signal* signal_of(const Bench& bench, Channel channel);

@@ -37,7 +37,7 @@ struct Recorded {
 };
 using Records = std::array<Recorded, channels>;
 
-/// From the channel's unit. Throws Error::bad_data where it is no output of such a sensor.
+/// From the channel's unit. Given: rate [Hz]. Throws Error::bad_data where it is no output of such a sensor.
 Recorded recorded_as(Channel channel, const Unit& unit, double rate);
 
 /// Settings that say what is known of the instrument.

@@ -83,14 +83,15 @@ struct Row {
   bool follows = false;          ///< begins with the reading with which the row before ends
   std::size_t power_up = 0;      ///< in the evidence
   int run = 1;
-  double at = 0.0;  ///< [s] the middle, in the power-up
+  std::size_t start = 0;  ///< see MarkedSegment
+  double at = 0.0;        ///< [s] the middle, in the power-up
 };
 
-/// What the channel should show.
+/// What the channel should show [SI of the channel, counts per second].
 double output_of(const State& state, const Row& row);
-/// The same with other views.
+/// What the channel should show [SI of the channel, counts per second] with other views.
 double output_of(const State& state, const Row& row, const std::vector<View>& views);
-/// Its derivatives.
+/// Its derivatives [quantities].
 std::array<double, quantities> slopes_of(const State& state, const Row& row);
 
 /// (2.12): azimuth from the horizontal parts of the Earth's rate [rad/s] and of up (a unit vector) in the base.

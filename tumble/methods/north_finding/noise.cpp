@@ -82,7 +82,7 @@ std::vector<linear::Interval> intervals_of(const Signal& signal) {
   return out;
 }
 
-double step_of(const Signal& signal) { return signal.evidence.stretches.front().step; }
+double step_of(const Signal& signal) { return signal.evidence.test.stretches.front().step; }
 
 /// What the settings say of the bias instability of a signal, as its output shows it; 0: nothing.
 double stated_for(const Bench& bench, const Signal& signal, const State& state) {

@@ -121,9 +121,8 @@ extern const Method north_finding{
     .name = "north_finding",
     .summary = "azimuth from a gyro at index angles about the vertical: two, four, many positions or turning, any tilt",
     .source =
-        "Chinese patent CN113175941B (Xi'an University of Technology, 2023), north finder with a ring laser gyro and "
-        "two "
-        "accelerometers; eq. (2.8)-(2.18)",
+        "CN113175941B (Xi'an University of Technology, 2023): north finder with a ring laser gyro and two "
+        "accelerometers; the search for north is derived",
     .needs_plan = true,
     .roles = roles,
     .options = options,

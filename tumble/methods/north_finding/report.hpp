@@ -30,7 +30,7 @@ Findings findings_of(const Bench& bench, const Reduction& reduction, bool predic
 /// "four positions", "continuous turning"
 std::string scheme_of(const Bench& bench);
 
-/// From 0 to 360 deg.
+/// An angle [rad] brought to between 0 and 2 pi.
 double wrapped(double angle);
 
 }  // namespace tumble::north_finding

@@ -20,7 +20,7 @@ struct Setup {
 
 /// From the closed forms. Throws Error::bad_data where the azimuth cannot be told.
 Setup set_up(const Bench& bench, const Instrument& instrument);
-/// The same where nothing is measured yet: around the attitude that the rig has.
+/// The set-up where nothing is measured yet: around the attitude that the rig has.
 Setup set_up_prediction(const Bench& bench, const Instrument& instrument);
 
 struct Solution {

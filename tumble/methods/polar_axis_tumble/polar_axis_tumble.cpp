@@ -74,7 +74,8 @@ Trial trial(std::uint64_t seed) {
 extern const Method polar_axis_tumble{
     .name = "polar_axis_tumble",
     .summary = "drift of a single-degree-of-freedom gyro turned about the Earth's axis: harmonics and what they give",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, eq. (4.6) about the polar axis",
+    .source =
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 32-33, about the polar axis",
     .needs_plan = true,
     .roles = roles,
     .options = options,

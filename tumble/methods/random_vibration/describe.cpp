@@ -27,7 +27,8 @@ std::string type_of(const Measured& unit, const std::vector<Type>& types) {
   return "";
 }
 
-/// [m/s^2] of the real motion in the windows: what the reference explains, else what the density says, eq. (3.13).
+/// [m/s^2] of the real motion in the windows: what the reference explains, else what the density says, docs/equations
+/// (3.13).
 double motion_sd(const Exposure& exposure, const Measured& unit) {
   if (!unit.own.empty()) return std::sqrt(std::max(0.0, unit.sd * unit.sd - unit.own_sd * unit.own_sd));
   return std::sqrt(window_variance(exposure.psd, exposure.window)) * exposure.rms / std::sqrt(variance(exposure.psd));

@@ -108,8 +108,8 @@ extern const Method random_vibration{
     .name = "random_vibration",
     .summary = "pulse error of accelerometers in random vibration, rectification, comparison of units and types",
     .source =
-        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of accelerometers by pulse counting, 2019, eq. (3.7), "
-        "(3.12)-(3.14); density at zero frequency after Whittle, 1953",
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "section 2.4; density at zero frequency after Whittle, 1953",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -91,7 +91,7 @@ void name(Statistic& s, std::string name, const char* symbol, const char* unit, 
   s.parameter.description = std::move(description);
 }
 
-/// dMean/g_rms^2 = K_2 + 3 K_3 a_0, eq. (3.12).
+/// dMean/g_rms^2 = K_2 + 3 K_3 a_0, docs/equations (3.12).
 Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
   const double square = exposure.rms * exposure.rms;
   Statistic s = times(mean, 1.0 / square);

@@ -122,7 +122,7 @@ Estimate predict(const Plan& plan) {
 extern const Method rlg_lock_in{
     .name = "rlg_lock_in",
     .summary = "ring laser gyro: lock-in rate and scale factor from a slow rate sweep, random walk left by dither",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 54-56, eq. (4.23)-(4.27)",
+    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 54-56",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -43,7 +43,7 @@ Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<
                double drift, const Settings& rig);
 
 /// The answer of the formulas with its covariance: the noise found in the stays and the errors of the table, carried
-/// through the differences of the formulas.
+/// through the differences of the formulas. Given: gravity [m/s^2].
 Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, double gravity);
 
 }  // namespace tumble::rlg_north_finder

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/core/say.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/reduce/stretches.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {
@@ -28,7 +30,8 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
   for (const auto& recording : evidence.recordings) {
     const Channel& channel = require_channel(evidence, recording, role_of(output));
     const double step = 1.0 / mean_rate(channel);
-    for (const auto& mark : recording.marks) {
+    for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+      const Mark& mark = recording.marks[m];
       const auto found =
           std::find_if(segments.begin() + static_cast<std::ptrdiff_t>(next), segments.end(),
                        [&](const auto& segment) { return segment.label == mark.label && segment.run == mark.run; });
@@ -38,10 +41,8 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
       Counts stay{mark.label, found->predicted * found->duration, step, {}};
       const auto size = static_cast<std::size_t>(std::llround(found->duration / step));
       // what was used lies at the end of the segment
-      const std::size_t mark_next = &mark == &recording.marks.back()
-                                        ? channel.values.size()
-                                        : index_at(channel, (&mark + 1)->begin - 1e-6 * step);
-      for (std::size_t i = mark_next - std::min(size, mark_next); i < mark_next; ++i)
+      const std::size_t end = samples_between(channel, mark.begin, end_of_mark(recording, m) - 1e-6 * step).end;
+      for (std::size_t i = end - std::min(size, end); i < end; ++i)
         if (!std::isnan(channel.values[i])) stay.values.push_back(channel.values[i] * step);
       if (stay.values.size() > 1) stays.push_back(std::move(stay));
     }

@@ -9,7 +9,7 @@ namespace tumble::rlg_north_finder {
 /// predicted alone.
 Table positions_table(const Plan& plan, const Summaries& segments);
 
-/// Table `estimators`: what both say, in the order of wanted().
+/// Table `estimators`: what both say, in the order of wanted() [SI].
 Table estimators_table(const std::vector<double>& least_squares, const std::vector<double>& closed_form,
                        const Estimate& estimate);
 

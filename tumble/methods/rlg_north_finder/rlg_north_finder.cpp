@@ -149,8 +149,8 @@ extern const Method rlg_north_finder{
     .name = "rlg_north_finder",
     .summary = "ring laser gyro and two accelerometers of a north finder from eight positions and three rotations",
     .source =
-        "CN113175941B (Xi'an University of Technology, 2023): the eight-position path; estimators (2.1)-(2.7), tilts "
-        "of the table (2.19)",
+        "CN113175941B (Xi'an University of Technology, 2023): the eight-position path, eq. (1); the other estimators "
+        "are derived",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -13,7 +13,7 @@ namespace tumble::rlg_north_finder {
 Estimate estimate_from(const std::vector<double>& values, const std::vector<double>& freedom,
                        const std::vector<SourceCovariance>& sources);
 
-/// Of coefficient `index` alone.
+/// Degrees of freedom [1] of coefficient `index` alone.
 double freedom_of(const MixedFit& fit, std::size_t index);
 
 /// Scale factors, and the other coefficients over them. Throws Error::bad_data where the test does not show one.

@@ -14,6 +14,7 @@ namespace tumble::rlg_north_finder {
 Schedule path(double stay, int turns);
 
 /// A ring laser gyro with accelerometers along x and y beside it, all counting, and the plan of their test.
+/// Given: stay [s]; turns, whole revolutions.
 Plan trial_plan(double stay, int turns);
 
 /// What the identification of this plan should give, in the order of wanted() [SI].

@@ -125,7 +125,7 @@ Trial trial(std::uint64_t seed) {
 extern const Method sdof_gyro_dynamic{
     .name = "sdof_gyro_dynamic",
     .summary = "coefficients of a single-degree-of-freedom gyro over angular motion, from rates and oscillations",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 35-41, eq. (4.7)-(4.12)",
+    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 35-41",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -27,7 +27,7 @@ std::vector<Option> options() {
   return options;
 }
 
-/// y - w_I = row(f) . D, eq. (4.6); Earth rate along the input axis is the known input.
+/// y - w_I = row(f) . D, docs/equations (4.6); Earth rate along the input axis is the known input.
 Problem problem_of(const Settings& settings, const Channel* channel) {
   Problem problem;
   sdof_gyro_support::set_reading(settings, channel, problem);
@@ -81,7 +81,7 @@ Trial trial(std::uint64_t seed) {
 extern const Method sdof_gyro_static{
     .name = "sdof_gyro_static",
     .summary = "drift coefficients of a single-degree-of-freedom gyro over specific force, from positions",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 28-34, eq. (4.4)-(4.6)",
+    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 28-34",
     .needs_plan = true,
     .roles = roles,
     .options = options,

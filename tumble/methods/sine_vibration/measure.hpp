@@ -60,7 +60,8 @@ std::string objection(double frequency, double window, double interval, double s
 int hidden_harmonic(double frequency, double interval, double span);
 
 /// sd of the window means that a sine of amplitude A gives by the window alone, with the rounding of its counts (3.8):
-/// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H. The same unit for all accelerations.
+/// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H.
+/// Given: amplitude [u]; frequency [Hz]; window H [s]; pulse [u s]. Returned: [u].
 double sd_from_window(double amplitude, double frequency, double window, double pulse);
 
 }  // namespace tumble::sine_vibration

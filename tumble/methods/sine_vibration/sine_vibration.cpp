@@ -98,7 +98,8 @@ extern const Method sine_vibration{
     .name = "sine_vibration",
     .summary = "accelerometers on a shaker, sine by sine: mean, sd and gain of the counts, vibration rectification",
     .source =
-        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of accelerometers by pulse counting, 2019, eq. (3.7)-(3.15)",
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "sections 2.1-2.3",
     .needs_plan = true,
     .roles = roles,
     .options = options,

@@ -18,7 +18,7 @@ std::vector<Option> constants() {
   return options;
 }
 
-/// eq. (1.4) with its cubic terms; `axis` X or Y in symbols, `prefix` before the names
+/// docs/equations (1.4) with its cubic terms; `axis` X or Y in symbols, `prefix` before the names
 std::vector<Term> drift_terms(const std::string& axis, const std::string& prefix) {
   struct Row {
     const char* letters;  ///< one for each factor
@@ -49,7 +49,7 @@ std::vector<Term> drift_terms(const std::string& axis, const std::string& prefix
   return terms;
 }
 
-/// scale factor and misalignments of eq. (1.5); `other` is the second input axis
+/// scale factor and misalignments of docs/equations (1.5); `other` is the second input axis
 void append_input_terms(std::vector<Term>& terms, const std::string& axis, const std::string& prefix, char other,
                         double (*along)(Vector3), double (*across)(Vector3)) {
   const auto rate = [](double (*component)(Vector3)) {
@@ -127,7 +127,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 extern const Model dynamically_tuned_gyro{
     .name = "dynamically_tuned_gyro",
     .summary = "dynamically tuned gyro: drift of both axes over specific force to third order, capture loop",
-    .source = "CN102636185A, 2012, eq. (1.4)-(1.5); symbols as in IEEE Std 813",
+    .source = "CN102636185A, 2012 (the test); drift model with the symbols of IEEE Std 813",
     .constants = constants,
     .outputs = outputs,
     .physics = physics,

@@ -76,7 +76,7 @@ std::vector<Option> coil_options() {
        "1",
        "none",
        {"none", "plain", "dipole", "quadrupole"},
-       "of the coil: heat on its way through it drifts, eq. (4.29); none leaves that out"},
+       "of the coil: heat on its way through it drifts, docs/equations (4.29); none leaves that out"},
       {"fibre_length", Type::quantity, "m", "1000 m", {}, "L"},
       {"coil_diameter", Type::quantity, "mm", "100 mm", {}, "D, mean"},
       {"refractive_index", Type::quantity, "1", "1.45", {}, "n of the core"},

@@ -16,7 +16,7 @@ using namespace given;
 
 constexpr int highest_power = 4;  ///< of T, source test
 constexpr int highest_pair = 2;   ///< of gradient and rate
-constexpr int start_powers = 4;   ///< cubic in the start temperature, eq. (5.3)
+constexpr int start_powers = 4;   ///< cubic in the start temperature, docs/equations (5.3)
 
 std::vector<Option> constants() {
   using Type = Option::Type;
@@ -26,7 +26,7 @@ std::vector<Option> constants() {
        "degC",
        "20 degC",
        {},
-       "the start temperature enters eq. (5.3) as its difference from this"},
+       "the start temperature enters docs/equations (5.3) as its difference from this"},
       {"form",
        Type::word,
        "1",
@@ -144,8 +144,8 @@ extern const Model fiber_optic_gyro{
     .summary =
         "fibre-optic gyro: bias over temperature, its gradient and rate, start-up, heat in the coil, closed loop",
     .source =
-        "Zhou Haiyuan et al., published 2018-04-04, eq. (5.1)-(5.3); Yan Gongmin, lecture on modelling gyros and "
-        "accelerometers, NWPU, 2015, slides 57-58, eq. (4.28)-(4.29); IEEE Std 528 names",
+        "Zhou Haiyuan et al., published 2018-04-04, eq. (1)-(3); Yan Gongmin, lecture on modelling gyros and "
+        "accelerometers, NWPU, 2015, slides 57-58; IEEE Std 528 names",
     .constants = constants,
     .outputs = outputs,
     .physics = nullptr,

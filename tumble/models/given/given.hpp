@@ -11,6 +11,7 @@ namespace tumble::given {
 /// An option without default.
 Option physical(std::string name, std::string unit, std::string description);
 
+/// A constant [SI] of the truth, or `fallback` [SI] where it is not given.
 double number_or(const Settings& truth, std::string_view name, double fallback);
 
 /// Those of the names that have a value.

@@ -49,7 +49,7 @@ std::vector<Term> temperature_terms(double reference) {
        scaled(2, true)}};
 }
 
-/// eq. (4.19), and below the line what GJB 2504 leaves out; a in the axes i, p, o
+/// docs/equations (4.19), and below the line what GJB 2504 leaves out; a in the axes i, p, o
 std::vector<Term> static_terms() {
   const std::string second = "ug/g^2", third = "ug/g^3";
   return {{"bias", "K_0", "mg", "bias", [](const Felt&) { return 1.0; }},
@@ -78,8 +78,8 @@ std::vector<Term> static_terms() {
            [](const Felt& felt) { return felt.specific_force.x * std::abs(felt.specific_force.x); }}};
 }
 
-/// eq. (4.18). The pendulum tilts with f_I + a_c, so K_IP f_I f_P comes with tilt f_P a_c: each regressor of a_c is
-/// taken 1 + tilt f_P times, tilt = m L/(K + C).
+/// docs/equations (4.18). The pendulum tilts with f_I + a_c, so K_IP f_I f_P comes with tilt f_P a_c: each regressor of
+/// a_c is taken 1 + tilt f_P times, tilt = m L/(K + C).
 std::vector<Term> motion_terms(double tilt) {
   struct Row {
     const char* name;
@@ -166,8 +166,8 @@ extern const Model pendulous_accelerometer{
     .summary =
         "pendulous accelerometer: GJB 2504 static model, angular-motion terms, servo loop, current or I/F pulses",
     .source =
-        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 42-48, eq. (4.13)-(4.19);"
-        " Lu Hanjie et al., 2019, eq. (3.3)",
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 42-48; Lu Hanjie et al., 2019, "
+        "section 2.1",
     .constants = constants,
     .outputs = outputs,
     .physics = physics,

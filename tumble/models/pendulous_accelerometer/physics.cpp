@@ -30,7 +30,7 @@ double total_stiffness(const Settings& constants) {
   return constants.number("servo_stiffness") + constants.number("hinge_stiffness");
 }
 
-/// eq. (4.17) over K_I = m L/K_T: every coefficient carries the same K/(K + C), which cancels
+/// docs/equations (4.17) over K_I = m L/K_T: every coefficient carries the same K/(K + C), which cancels
 void static_coefficients(const Settings& truth, double moment, std::map<std::string, double>& of) {
   const auto value = [&](const char* name) { return number_or(truth, name, 0.0); };
   const double m = value("mass"), tilt = tilt_per_specific_force(truth);
@@ -46,7 +46,7 @@ void static_coefficients(const Settings& truth, double moment, std::map<std::str
   of["cross_coupling_po"] = -elastic * value("compliance_IO");  // -K_OP/K_I
 }
 
-/// eq. (4.18), J about the hinge
+/// docs/equations (4.18), J about the hinge
 void dynamic_coefficients(const Settings& truth, double moment, std::map<std::string, double>& of) {
   const auto per_moment = [&](const char* name) { return number_or(truth, name, 0.0) / moment; };
   const double difference = per_moment("pendulum_inertia_I") - per_moment("pendulum_inertia_P");
@@ -76,7 +76,7 @@ std::vector<Option> stiffness_constants() {
            "1",
            "false",
            {},
-           "the loop has an integrator: no steady tilt, 1/(K + C) = 0 in eq. (4.17)-(4.18)"}};
+           "the loop has an integrator: no steady tilt, 1/(K + C) = 0 in docs/equations (4.17)-(4.18)"}};
 }
 
 std::vector<Option> physics() {

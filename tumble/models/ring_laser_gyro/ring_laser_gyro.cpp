@@ -126,7 +126,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 extern const Model ring_laser_gyro{
     .name = "ring_laser_gyro",
     .summary = "ring laser gyro: scale factor from the ring, lock-in, sine and noisy dither, fringe counter",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 49-56, eq. (4.20)-(4.27)",
+    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 49-56",
     .constants = constants,
     .outputs = outputs,
     .physics = nullptr,

@@ -28,7 +28,7 @@ std::vector<Option> constants() {
   return options;
 }
 
-/// eq. (4.6); f in the axes I, O, S
+/// docs/equations (4.6); f in the axes I, O, S
 std::vector<Term> drift_terms() {
   const std::string first = "deg/h/g", second = "deg/h/g^2";
   return {{"D_F", "D_F", "deg/h", "drift independent of specific force", [](const Felt&) { return 1.0; }},
@@ -52,8 +52,8 @@ std::vector<Term> drift_terms() {
            [](const Felt& felt) { return felt.specific_force.z * felt.specific_force.z; }}};
 }
 
-/// eq. (4.11); w in the axes I, O, S. The last term is of the order of K_III: angular acceleration about O tilts the
-/// gimbal by -I_O w_O'/k, and the momentum with it.
+/// docs/equations (4.11); w in the axes I, O, S. The last term is of the order of K_III: angular acceleration about O
+/// tilts the gimbal by -I_O w_O'/k, and the momentum with it.
 std::vector<Term> motion_terms() {
   const std::string acceleration = "s", product = "s/rad", cube = "s^2/rad^2";
   return {{"K_I", "K_I", acceleration, "per angular acceleration about I",
@@ -134,7 +134,7 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
 extern const Model sdof_gyro{
     .name = "sdof_gyro",
     .summary = "single-degree-of-freedom rotor gyro: drift over specific force and over angular motion, rebalance loop",
-    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 26-41, eq. (4.1)-(4.12)",
+    .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 26-41",
     .constants = constants,
     .outputs = outputs,
     .physics = physics,

@@ -25,7 +25,7 @@ struct Output {
 /// From the channel's unit. Throws Error::bad_data where it is no output of an accelerometer.
 Output output_of(const Channel& channel);
 
-/// What a pendulous_accelerometer with this [truth] records.
+/// What a pendulous_accelerometer with this [truth] records. Given: sample_rate [Hz].
 Output output_of(const Settings& truth, double sample_rate);
 /// Its K_1 [SI].
 double scale_factor_of(const Settings& truth);

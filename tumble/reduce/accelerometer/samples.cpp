@@ -6,8 +6,10 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/core/say.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
+#include "tumble/reduce/stretches.hpp"
 
 namespace tumble::accelerometer {
 namespace {
@@ -25,7 +27,7 @@ std::vector<Used> used_of(const Recording& recording, const Channel& channel, co
   const double last = channel.time(channel.values.size() - 1) + 1.0 / std::max(1e-9, mean_rate(channel));
   for (std::size_t m = 0; m < recording.marks.size(); ++m) {
     const auto& mark = recording.marks[m];
-    const double end = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : last;
+    const double end = std::min(end_of_mark(recording, m), last);
     double length = 0.0;
     for (const auto& segment : solution.segments)
       if (segment.label == mark.label && (length == 0.0 || segment.duration < length)) length = segment.duration;
@@ -36,7 +38,8 @@ std::vector<Used> used_of(const Recording& recording, const Channel& channel, co
 
 std::vector<double> values_in(const Channel& channel, double begin, double end) {
   std::vector<double> values;
-  for (std::size_t i = index_at(channel, begin); i < channel.values.size() && channel.time(i) < end; ++i)
+  const SampleRange range = samples_between(channel, begin, end);
+  for (std::size_t i = range.begin; i < range.end; ++i)
     if (std::isfinite(channel.values[i])) values.push_back(channel.values[i]);
   return values;
 }

@@ -28,7 +28,7 @@ using Refine = std::function<void(const linear::Solution& first, linear::Problem
 
 /// `problem` with role, scale and pulse left open. Throws Error::bad_data where no position shows the scale factor.
 Normalised identify(const Evidence& evidence, linear::Problem problem, const Refine& refine);
-/// The same from the plan's [truth].
+/// The normalised coefficients and their uncertainties from the plan's [truth].
 Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refine);
 
 /// A problem without the column `scale_factor_error`: the settings give scale_factor and scale_factor_sd, which is an
@@ -39,6 +39,8 @@ Normalised predict_with_known_scale_factor(const Plan& plan, linear::Problem pro
 /// Puts K_1 = nominal (1 + dK_1) and the coefficients over 1 + dK_1 into the solution, with their covariance:
 ///
 ///   d b_j/(1 + d) = d b_j/(1 + d) - b_j d d/(1 + d)^2
+///
+/// Given     nominal [output per m/s^2]
 void normalise(linear::Solution& solution, double nominal, const Output& output);
 
 /// The evidence with all counts of windows of one length: recordings of one fit may have been counted at other rates.
@@ -46,6 +48,7 @@ Evidence at_one_rate(const Evidence& evidence);
 
 /// Table `local_g`: the coefficients where the unit g is the gravity of the place. With r = gravity/9.80665 m/s^2, K_1
 /// is multiplied by r, K_0 by 1/r, K_2 and the like by r, K_3 by r^2; angles stay (r = 0.9988 at 9.795 m/s^2).
+/// Given: gravity [m/s^2].
 Table in_local_g(const Estimate& estimate, double gravity);
 
 }  // namespace tumble::accelerometer

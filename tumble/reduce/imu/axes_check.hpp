@@ -19,11 +19,12 @@ struct AxesSeen {
   double misfit = 0.0;  ///< 0: nothing else is shown; 1: the outputs have nothing to do with the axes
 };
 
-/// From the response of the outputs, 3 x 3: output i = sum_j response(i, j) felt_j + bias.
+/// From the response of the outputs [3 x 3]: output i = sum_j response(i, j) felt_j + bias.
 AxesSeen axes_seen(const Matrix& response);
 
 /// From means over segments, one after the other: what was felt by the plan, and what the three outputs showed. Robust:
 /// up to a third of the segments may be wrong. An axis that nothing was felt along keeps its name.
+/// Given: felt [SI], shown [SI of the outputs], one a segment.
 AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown);
 
 /// What is wrong with them, each an error with what would mend it: exchanged outputs, reversed ones, a left-handed
@@ -33,6 +34,7 @@ Findings about_axes(Kind kind, const AxesSeen& seen, const std::array<std::strin
 
 /// The whole check of means over segments: about_axes where an exchange of axes explains them, and the segments that
 /// read as others of the plan do: the order, the angles or the labels are then not those of the plan.
+/// Given: felt [SI], shown [SI of the outputs], one a segment.
 Findings about_triad(Kind kind, std::span<const Vector3> felt, std::span<const Vector3> shown,
                      const std::vector<std::string>& labels, const std::array<std::string, 3>& channels = {});
 

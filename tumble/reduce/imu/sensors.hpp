@@ -23,6 +23,7 @@ constexpr const char* prefix_of(Kind kind) { return kind == Kind::gyro ? "gyro_"
 /// "accelerometer_x"
 std::string role_of(Kind kind, std::size_t axis);
 
+/// Component 0, 1 or 2 of a vector [u].
 constexpr double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 /// What sensors of this kind feel.
 constexpr Vector3 field_of(Kind kind, const Felt& felt) { return kind == Kind::gyro ? felt.rate : felt.specific_force; }

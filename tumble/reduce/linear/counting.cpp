@@ -104,8 +104,8 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
   for (std::size_t first = 0, end = 0; first < rows.segment.size(); first = end) {
     const std::size_t g = rows.segment[first];
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
-    const Stretch& stretch = evidence.stretches[g];
-    if (!stretch.steady && !stretch.even && stretch.whole.empty()) continue;
+    const Stretch& stretch = evidence.test.stretches[g];
+    if (!evidence.uniform(g) && evidence.blocking[g].whole.empty()) continue;
     const double sd =
         std::sqrt(pieces_of(stretch) * pulses::rounding_variance(problem.pulse, rows.segments[g].duration));
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),

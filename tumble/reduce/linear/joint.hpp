@@ -21,11 +21,11 @@ struct JointSolution {
   std::vector<FoundEffect> errors;  ///< of the rig, as the outputs show them; empty where predicted
 };
 
-/// Given     problems   one an output, at least one; names of columns unique over all of them
+/// Given     problems   [outputs], at least one; names of columns unique over all of them
 /// Throws    Error::bad_data, bad_input as identify() of one; the errors of all outputs at once
 JointSolution identify(const Evidence& evidence, std::span<const Problem> problems);
 
-/// `truths`: one a problem.
+/// Given: problems, truths [outputs].
 JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::span<const Truth> truths);
 
 /// Table `rig_errors`: what the test itself found of each error of the rig, in units of the uncertainty stated for it.

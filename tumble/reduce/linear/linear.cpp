@@ -47,15 +47,10 @@ std::vector<double> times(const Matrix& design, const std::vector<double>& b) {
 }
 
 /// Every stretch is one segment of the mixed model. Power-ups of different plans are different ones.
-std::vector<Interval> intervals_of(const Evidences& evidence) {
-  std::map<std::pair<std::size_t, int>, std::size_t> numbers;
+std::vector<Interval> intervals_of(const ConductedTest& test) {
   std::vector<Interval> intervals;
-  for (const auto& stretch : evidence.stretches) {
-    const std::pair key{evidence.power_ups[stretch.power_up].plan_number, stretch.run};
-    const std::size_t number = numbers.try_emplace(key, numbers.size()).first->second;
-    const double begin = evidence.power_ups[stretch.power_up].offset + stretch.first;
-    intervals.push_back({number, begin, static_cast<double>(stretch.samples) * stretch.step});
-  }
+  for (const auto& stretch : test.stretches)
+    intervals.push_back({stretch.start, test.power_ups[stretch.power_up].offset + stretch.first, stretch.duration()});
   return intervals;
 }
 
@@ -137,7 +132,7 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   Work work{evidence_of(evidence, problem), {}, {}, {}, {}};
   work.rows = rows_of(work.found, problem);
   Solution& solution = work.solution;
-  solution.findings = work.found.findings;
+  solution.findings = work.found.test.findings;
   work.kept = observable(problem, work.rows, solution);
   refuse_too_few(work.rows.weights.size(), work.kept.size());
   const auto counting = take_out_counting(work.found, problem, work.rows);
@@ -150,9 +145,9 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   const auto look = first_look(data.design, data.observations, data.weights);
   data.effects = effects_of(work.found, problem, work.rows, spread(work.kept, look, problem.columns.size()));
   if (problem.pulse > 0.0) data.effects.push_back(counting);
-  const double step = work.found.stretches.front().step;
+  const double step = work.found.test.stretches.front().step;
   data.slow =
-      unknown_slow_noise(intervals_of(work.found), work.kept.size(), step, stated_for(problem, work.kept, look));
+      unknown_slow_noise(intervals_of(work.found.test), work.kept.size(), step, stated_for(problem, work.kept, look));
   solution.fit = fit_mixed_model(data);
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
@@ -166,7 +161,7 @@ Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
   Work work{evidence_of(plan, problem), {}, {}, {}, {}};
   work.rows = rows_of(work.found, problem);
   Solution& solution = work.solution;
-  solution.findings = work.found.findings;
+  solution.findings = work.found.test.findings;
   work.kept = observable(problem, work.rows, solution);
   refuse_too_few(work.rows.weights.size(), work.kept.size());
   const auto all = coefficients_for(problem, truth);
@@ -175,8 +170,8 @@ Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
       .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
   data.effects = effects_of(work.found, problem, work.rows, all);
   if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(work.found, problem, work.rows));
-  const double step = work.found.stretches.front().step;
-  data.slow = known_slow_noise(intervals_of(work.found), truth.noise, truth.turn_on_sd, step);
+  const double step = work.found.test.stretches.front().step;
+  data.slow = known_slow_noise(intervals_of(work.found.test), truth.noise, truth.turn_on_sd, step);
   solution.fit = predict_mixed_model(data, white_variance(truth.noise));
   for (std::size_t k = 0; k < work.kept.size(); ++k) solution.fit.parameters[k] = all[work.kept[k]];
   for (const auto& dropped : solution.dropped)
@@ -247,19 +242,18 @@ Information information(const Plan& plan, const Problem& problem, const Truth& t
     a.values.insert(a.values.end(), effect.column.begin(), effect.column.end());
     ++a.columns;
   }
-  std::vector<std::vector<std::size_t>> taken(found.stretches.size());
+  std::vector<std::vector<std::size_t>> taken(found.test.stretches.size());
   for (std::size_t i = 0; i < rows.segment.size(); ++i) taken[rows.segment[i]].push_back(i);
   std::map<std::pair<std::size_t, std::size_t>, Matrix> by_place;
-  for (std::size_t g = 0; g < found.stretches.size(); ++g) {
-    const Stretch& stretch = found.stretches[g];
+  for (std::size_t g = 0; g < found.test.stretches.size(); ++g) {
+    const Stretch& stretch = found.test.stretches[g];
     // on its own: as if the segment began with power-on
-    const auto slow = known_slow_noise({{0, 0.0, static_cast<double>(stretch.samples) * stretch.step}}, truth.noise,
-                                       0.0, stretch.step);
+    const auto slow = known_slow_noise({{0, 0.0, stretch.duration()}}, truth.noise, 0.0, stretch.step);
     by_place[{stretch.power_up, stretch.segment}] =
         information_of(a, own, rows.weights, taken[g], white_variance(truth.noise), slow[0].kernel(0, 0));
   }
-  for (std::size_t u = 0; u < found.power_ups.size(); ++u)
-    for (std::size_t s = 0; s < found.power_ups[u].rig.segments.size(); ++s) {
+  for (std::size_t u = 0; u < found.test.power_ups.size(); ++u)
+    for (std::size_t s = 0; s < found.test.power_ups[u].rig.segments.size(); ++s) {
       const auto place = by_place.find({u, s});
       out.of_segment.push_back(place == by_place.end() ? Matrix(a.columns, a.columns) : place->second);
     }

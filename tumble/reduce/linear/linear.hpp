@@ -124,8 +124,9 @@ struct Truth {
 /// Throws Error::bad_input where the plan lacks model or truth.
 Truth truth_of(const Plan& plan, const std::string& channel);
 
-/// The same rows without data, of the plan and of the plans that its recordings name: white noise, slow noise of the
-/// segments (flicker, random walk and Markov noise, correlated between them in closed form), turn-on and rig.
+/// The uncertainties from the rows without data, of the plan and of the plans that its recordings name: white noise,
+/// slow noise of the segments (flicker, random walk and Markov noise, correlated between them in closed form), turn-on
+/// and rig.
 Solution predict(const Plan& plan, const Problem& problem, const Truth& truth);
 
 /// Fisher information of single segments, additive: of the columns and of the errors common to all segments.
@@ -148,9 +149,9 @@ Estimate estimate_of(const Solution& solution);
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit = "");
 
-/// The same with the method's name, the table `positions` and, of an identification, a warning where the segments
-/// differ from the model by 30 times what the white noise within them lets expect: a wrong scale factor or sign,
-/// clipped or exchanged segments hide there. (Slow noise of a sound instrument stays within ten times.)
+/// The solution as an estimate, with the method's name, the table `positions` and, of an identification, a warning
+/// where the segments differ from the model by 30 times what the white noise within them lets expect: a wrong scale
+/// factor or sign, clipped or exchanged segments hide there. (Slow noise of a sound instrument stays within ten times.)
 Estimate answer_of(const Solution& solution, const std::string& method, const std::string& channel_unit,
                    const std::vector<std::string>& axes, const std::string& rate_unit = "");
 

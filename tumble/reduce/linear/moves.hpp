@@ -16,7 +16,7 @@ struct Instants {
   bool empty() const { return time.empty(); }
 };
 
-/// The weighted mean of `value`, called with what is felt at each instant.
+/// The weighted mean of `value`, called with what is felt at each instant. Returned: [unit of value].
 template <class Value>
 double mean_over(const Reference& reference, const Instants& instants, const Value& value) {
   double sum = 0.0;

@@ -15,7 +15,9 @@ bool present(const Stretch& stretch, std::size_t sample) {
   return stretch.values.empty() || !std::isnan(stretch.values[sample]);
 }
 
-std::size_t blocks_of(const Stretch& stretch) { return (stretch.samples + stretch.per_block - 1) / stretch.per_block; }
+std::size_t count_of_blocks(const Stretch& stretch, std::size_t per_block) {
+  return (stretch.samples + per_block - 1) / per_block;
+}
 
 /// The greatest of what is felt, along any axis.
 struct Extent {
@@ -36,14 +38,14 @@ struct Extent {
 
 /// Sums over the samples of each block of one stretch. Series 0 is the input, the others are the columns.
 struct Sums {
-  Sums(const Stretch& stretch, std::size_t columns)
-      : series(blocks_of(stretch), columns + 1),
+  Sums(const Stretch& stretch, std::size_t per_block, std::size_t columns)
+      : series(count_of_blocks(stretch, per_block), columns + 1),
         output(series.rows, 0.0),
         time(series.rows, 0.0),
         count(series.rows, 0.0) {
     for (std::size_t i = 0; i < stretch.samples; ++i) {
       if (!present(stretch, i)) continue;
-      const std::size_t block = i / stretch.per_block;
+      const std::size_t block = i / per_block;
       count[block] += 1.0;
       time[block] += stretch.first + (static_cast<double>(i) + 0.5) * stretch.step;
       if (!stretch.values.empty()) output[block] += stretch.values[i];
@@ -62,7 +64,7 @@ double evaluate(const Problem& problem, std::size_t series, const Felt& felt) {
 }
 
 /// At rest, or turning evenly about the vertical: one look at the rig is enough, but for the time since power-on.
-void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Problem& problem, Sums& sums) {
+void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Blocking&, const Problem& problem, Sums& sums) {
   Felt felt;
   power_up.reference.felt(stretch.first + 0.5 * stretch.step, stretch.step, std::span(&felt, 1));
   sums.felt = felt;
@@ -76,7 +78,8 @@ void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Problem& 
 }
 
 /// The points of a moving stretch, one block of points after the other, through the response where there is one.
-void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Problem& problem, Sums& sums) {
+void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
+                Sums& sums) {
   const auto fine = static_cast<std::size_t>(problem.oversampling);
   std::size_t before = 0;  // samples run through the response before the first that counts
   std::vector<Response> responses(sums.series.columns);
@@ -102,7 +105,7 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Problem& 
         if (!present(stretch, sample)) continue;
         double mean = 0.0;
         for (std::size_t k = 0; k < fine; ++k) mean += block[i * fine + k];
-        sums.series(sample / stretch.per_block, s) += mean / static_cast<double>(fine);
+        sums.series(sample / blocking.per_block, s) += mean / static_cast<double>(fine);
       }
     }
     for (const Felt& point : points) {
@@ -117,12 +120,13 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Problem& 
 }
 
 /// A move used whole: one block.
-void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Problem& problem, Sums& sums) {
+void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
+               Sums& sums) {
   const double count = sums.count.front();
-  for (std::size_t k = 0; k < stretch.whole.time.size(); ++k) {
+  for (std::size_t k = 0; k < blocking.whole.time.size(); ++k) {
     Felt felt;
-    power_up.reference.felt(stretch.whole.time[k], stretch.step, std::span(&felt, 1));
-    const double share = stretch.whole.share[k];
+    power_up.reference.felt(blocking.whole.time[k], stretch.step, std::span(&felt, 1));
+    const double share = blocking.whole.share[k];
     for (std::size_t s = 0; s < sums.series.columns; ++s)
       sums.series(0, s) += count * share * evaluate(problem, s, felt);
     sums.felt.specific_force = sums.felt.specific_force + share * felt.specific_force;
@@ -131,10 +135,13 @@ void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Problem& p
   }
 }
 
-Sums sums_of(const Evidences& evidence, const Stretch& stretch, const Problem& problem) {
-  Sums sums(stretch, problem.columns.size());
-  const PowerUp& power_up = evidence.power_ups[stretch.power_up];
-  (stretch.steady ? sum_steady : stretch.whole.empty() ? sum_moving : sum_whole)(power_up, stretch, problem, sums);
+Sums sums_of(const Evidences& evidence, std::size_t g, const Problem& problem) {
+  const Stretch& stretch = evidence.test.stretches[g];
+  const Blocking& blocking = evidence.blocking[g];
+  Sums sums(stretch, blocking.per_block, problem.columns.size());
+  (stretch.steady           ? sum_steady
+   : blocking.whole.empty() ? sum_moving
+                            : sum_whole)(evidence.test.power_ups[stretch.power_up], stretch, blocking, problem, sums);
   return sums;
 }
 
@@ -165,9 +172,8 @@ std::vector<double> natural_sizes(const Extent& extent, const Felt& typical, con
 }  // namespace
 
 Rows rows_of(const Evidences& evidence, const Problem& problem) {
-  std::vector<std::vector<Sums>> parts(evidence.stretches.size());
-  parallel_for(parts.size(),
-               [&](std::size_t g) { parts[g].push_back(sums_of(evidence, evidence.stretches[g], problem)); });
+  std::vector<std::vector<Sums>> parts(evidence.test.stretches.size());
+  parallel_for(parts.size(), [&](std::size_t g) { parts[g].push_back(sums_of(evidence, g, problem)); });
   Rows rows;
   Extent extent;
   std::size_t count = 0;
@@ -175,7 +181,7 @@ Rows rows_of(const Evidences& evidence, const Problem& problem) {
     count += static_cast<std::size_t>(std::ranges::count_if(part[0].count, [](double c) { return c > 0.0; }));
   rows.design = Matrix(count, problem.columns.size());
   for (std::size_t g = 0; g < parts.size(); ++g) {
-    const Stretch& stretch = evidence.stretches[g];
+    const Stretch& stretch = evidence.test.stretches[g];
     const Sums& sums = parts[g][0];
     extent.add(sums.extent);
     rows.segments.push_back(summary_of(stretch, sums));

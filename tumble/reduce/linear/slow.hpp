@@ -12,7 +12,7 @@ namespace tumble::linear {
 /// Line of the budget for what moves the mean of a segment.
 inline constexpr const char* drift_source = "drift between positions";
 
-/// The same where the user has stated it.
+/// Its name in the budget where the user has stated it.
 inline constexpr const char* stated_source = "bias instability, as stated";
 
 /// When a segment's mean was taken: power-up, and from when to when since then [s].

@@ -24,7 +24,7 @@ struct TermProblem {
 /// The uncertainties at the plan's truth and noise, before a sample is taken; values are the truth.
 Estimate predict_terms(const Plan& plan, const TermProblem& problem);
 
-/// The same terms from recordings.
+/// The terms from recordings.
 Estimate identify_terms(const Evidence& evidence, const TermProblem& problem);
 
 /// Fisher information of each segment of the plan's schedule on its own: of the columns, then of the errors common to

@@ -19,7 +19,7 @@ struct Work {
 Work worked_out(const Evidence& evidence, const Problem& problem);
 Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth);
 
-/// Puts what the columns give on every row (X b) into the solution's segments.
+/// Puts what the columns give on every row, X b [SI], into the solution's segments.
 void set_fitted(Work& work, std::span<const double> fitted);
 
 }  // namespace tumble::linear

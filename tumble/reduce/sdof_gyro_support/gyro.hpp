@@ -29,7 +29,8 @@ std::vector<Term> terms(const std::vector<std::string>& names);
 /// Positions that were taken more than once: how far their residuals scatter. Table `repeats` and a finding.
 void add_repeats(const linear::Solution& solution, Estimate& estimate);
 
-/// A plan for trials: an sdof_gyro of known drift and noise on a rig with all its errors, no schedule.
+/// A plan for trials: an sdof_gyro of known drift and noise on a rig with all its errors, no schedule. Given: rate
+/// [Hz].
 Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& rig, double rate);
 
 /// A position of a two-axis table.
@@ -40,6 +41,7 @@ struct Position {
 
 /// Specific force along the 6 faces, 12 edges and 8 corners of a cube in the instrument, in a mixed order.
 std::vector<Position> cube_positions();
+/// A segment that holds a position. Given: duration [s].
 Segment at(const Position& position, double duration);
 
 }  // namespace tumble::sdof_gyro_support

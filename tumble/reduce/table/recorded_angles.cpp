@@ -9,11 +9,10 @@
 #include <map>
 #include <memory>
 #include <numbers>
-#include <set>
 
 #include "tumble/core/say.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/sim/power_up.hpp"
 
 namespace tumble::table {
 namespace {
@@ -32,34 +31,19 @@ struct Place {
 /// When every segment of a schedule has settled, after its own beginning [s].
 std::vector<double> settled_after(const Plan& plan) {
   std::vector<double> after;
-  for (const auto& run : power_ups(plan.schedule, 1.0)) {
-    const Reference reference = find_rig(plan.rig_kind).reference({run.segments, plan.rig, plan.site});
-    double begin = 0.0;
-    for (std::size_t s = 0; s < run.segments.size(); ++s) {
-      after.push_back(s < reference.settled.size() ? std::max(0.0, reference.settled[s] - begin) : 0.0);
-      begin += run.segments[s].duration;
-    }
-  }
+  for (const auto& power_up : power_ups_of(plan, 1.0))
+    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s)
+      after.push_back(settled_at(power_up, s) - power_up.begins[s]);
   return after;
 }
 
-/// Where the segments of the plan stand in a recording; labels that occur several times are taken in order.
-std::vector<Place> places_of(const Plan& plan, const Recording& recording, const std::vector<double>& settled,
-                             bool alone) {
+/// Where the segments of the plan stand in a recording. A run that the schedule lacks says nothing of where it stood.
+std::vector<Place> places_of(const std::vector<MarkedSegment>& marks, const std::vector<double>& settled, bool alone) {
   std::vector<Place> places;
-  std::set<std::size_t> taken;
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const Mark& mark = recording.marks[m];
-    for (std::size_t s = 0; s < plan.schedule.size(); ++s) {
-      const Segment& segment = plan.schedule[s];
-      if (segment.label != mark.label || segment.run != mark.run || taken.contains(s)) continue;
-      taken.insert(s);
-      double end = mark.begin + segment.duration;
-      if (m + 1 < recording.marks.size()) end = std::min(end, recording.marks[m + 1].begin);
-      places.push_back({s, mark.begin, mark.begin + (alone ? 0.0 : settled[s]), end});
-      break;
-    }
-  }
+  for (const auto& marked : marks)
+    if (marked.planned != nullptr && marked.planned->run == marked.run)
+      places.push_back({marked.index, marked.begin, marked.begin + (alone ? 0.0 : settled[marked.index]),
+                        std::min(marked.end, marked.begin + marked.planned->duration)});
   return places;
 }
 
@@ -277,11 +261,12 @@ RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, d
   RecordedAngles out{evidence, {}, {}, {}};
   std::map<const Plan*, std::vector<Stand>> by_plan;
   std::map<const Plan*, std::vector<double>> settled;
+  const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
     if (plan.rig_kind.empty() || plan.schedule.empty()) continue;
     if (!settled.contains(&plan)) settled[&plan] = settled_after(plan);
-    const auto places = places_of(plan, evidence.recordings[r], settled[&plan], recorded_alone(evidence, r));
+    const auto places = places_of(marks[r], settled[&plan], recorded_alone(evidence, r));
     for (const auto& encoder : encoders_of(evidence, r)) {
       if (std::ranges::find(out.axes, encoder.axis) == out.axes.end()) out.axes.push_back(encoder.axis);
       judge_times(plan, encoder, places, out.findings);

@@ -23,9 +23,9 @@ struct Stand {
 };
 
 struct RecordedAngles {
-  /// The same recordings; each plan has the recorded angles in its `hold` and `slew` motions. Where every axis that the
-  /// schedule moves was recorded, the plan's `repeatability_sd` is that of the means of the readings; `index_zero_sd`
-  /// and the errors of the scales stay, since an encoder cannot show them.
+  /// The recordings, unchanged; each plan has the recorded angles in its `hold` and `slew` motions. Where every axis
+  /// that the schedule moves was recorded, the plan's `repeatability_sd` is that of the means of the readings;
+  /// `index_zero_sd` and the errors of the scales stay, since an encoder cannot show them.
   Evidence evidence;
   std::vector<Stand> stands;      ///< empty: no angles were recorded
   std::vector<std::string> axes;  ///< whose angles were recorded

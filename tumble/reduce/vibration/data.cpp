@@ -3,25 +3,24 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <span>
 #include <tuple>
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/reduce/vibration/scale.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/reduce/vibration/windows.hpp"
-#include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::vibration {
 namespace {
 
 using Severity = Finding::Severity;
-constexpr double forever = std::numeric_limits<double>::infinity();
 const std::string role = "accelerometer";
 
 /// What is said of several segments alike is said once.
@@ -43,39 +42,56 @@ std::vector<const Channel*> units_in(const Evidence& evidence, const Recording& 
   return found;
 }
 
+bool vibrates(const Motion& motion) {
+  return motion.kind == Motion::Kind::sine || motion.kind == Motion::Kind::sweep || motion.kind == Motion::Kind::random;
+}
+
 /// What the fixture does in a segment: its first axis that vibrates.
 Motion shake_of(const Segment& segment) {
   for (const auto& [axis, motion] : segment.axes)
-    if (motion.kind == Motion::Kind::sine || motion.kind == Motion::Kind::sweep || motion.kind == Motion::Kind::random)
-      return motion;
+    if (vibrates(motion)) return motion;
   return {};
 }
 
-/// Specific force along the input axis with nothing vibrating, of each segment of a power-up.
-std::map<std::string, double> rest_of(const Plan& plan, int run, double rate) {
-  std::map<std::string, double> rest;
-  if (plan.rig_kind.empty()) return rest;
-  const Rig& rig = find_rig(plan.rig_kind);
-  RigRun still{{}, plan.rig, plan.site, rate, {}, RandomStream{0}};
-  for (Segment segment : plan.schedule) {
-    if (segment.run != run) continue;
-    std::erase_if(segment.axes, [](const auto& axis) {
-      return axis.second.kind == Motion::Kind::sine || axis.second.kind == Motion::Kind::sweep ||
-             axis.second.kind == Motion::Kind::random;
-    });
-    still.segments.push_back(std::move(segment));
+/// The power-ups of a plan with nothing vibrating.
+class StillPowerUps {
+ public:
+  explicit StillPowerUps(const Evidence& evidence) : evidence_(evidence) {}
+
+  /// Specific force along the input axis in the middle of a segment; NaN: the plan has no rig.
+  double rest(const MarkedSegment& marked, double window) {
+    const Plan& plan = plan_of(evidence_, marked.recording);
+    if (plan.rig_kind.empty()) return std::nan("");
+    auto& forces = of_[{&plan, window}];
+    if (forces.empty()) forces = forces_of(plan, window);
+    return forces[marked.index];
   }
-  if (still.segments.empty()) return rest;
-  still.errors = Matrix(rig.errors ? rig.errors(plan.rig).size() : 0, still.segments.size());
-  const Reference told = rig.reference(still);
+
+ private:
+  static std::vector<double> forces_of(Plan plan, double window) {
+    for (Segment& segment : plan.schedule)
+      std::erase_if(segment.axes, [](const auto& axis) { return vibrates(axis.second); });
+    std::vector<double> forces;
+    Felt felt;
+    for (const PowerUp& power_up : power_ups_of(plan, 1.0 / window))
+      for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) {
+        power_up.reference.felt(power_up.begins[s] + 0.5 * power_up.rig.segments[s].duration, window,
+                                std::span(&felt, 1));
+        forces.push_back(felt.specific_force.x);
+      }
+    return forces;
+  }
+
+  const Evidence& evidence_;
+  std::map<std::pair<const Plan*, double>, std::vector<double>> of_;
+};
+
+/// When a segment begins in its run, by the schedule [s].
+double planned_begin(const Plan& plan, const MarkedSegment& marked) {
   double begin = 0.0;
-  std::vector<Felt> felt(1);
-  for (const Segment& segment : still.segments) {
-    told.felt(begin + 0.5 * segment.duration, 1.0 / rate, felt);
-    rest[segment.label] = felt[0].specific_force.x;
-    begin += segment.duration;
-  }
-  return rest;
+  for (std::size_t s = 0; s < marked.index; ++s)
+    if (plan.schedule[s].run == marked.planned->run) begin += plan.schedule[s].duration;
+  return begin;
 }
 
 std::size_t unit_index(const std::string& channel, Data& data) {
@@ -112,45 +128,41 @@ void cut(const Draft& draft, double begin, double end, const Settings& settings,
   series.end = w.begin[first + series.time.size() - 1] + w.length[first + series.time.size() - 1];
 }
 
-const Segment* segment_of(const Plan& plan, const Mark& mark) {
-  for (const Segment& segment : plan.schedule)
-    if (segment.run == mark.run && segment.label == mark.label) return &segment;
-  return nullptr;
-}
+/// What all recordings share.
+struct Test {
+  const Evidence& evidence;
+  std::vector<std::vector<MarkedSegment>> marks = marked_segments(evidence);
+  StillPowerUps still{evidence};
+};
 
-void add_segments(const Evidence& evidence, std::size_t r, std::size_t unit, Draft& draft, Data& data) {
-  const Plan& plan = plan_of(evidence, r);
-  const Recording& recording = evidence.recordings[r];
-  std::map<int, std::map<std::string, double>> rest;
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const Mark& mark = recording.marks[m];
-    const Segment* segment = segment_of(plan, mark);
-    if (segment == nullptr) {
+void add_segments(Test& test, std::size_t r, std::size_t unit, Draft& draft, Data& data) {
+  for (const auto& marked : test.marks[r]) {
+    if (marked.planned == nullptr) {
       if (unit == 0)
-        data.findings.push_back({Severity::warning, "left out: the schedule has no segment of that name", mark.label});
+        data.findings.push_back(
+            {Severity::warning, "left out: the schedule has no segment of that name", marked.label});
       continue;
     }
-    if (!rest.contains(mark.run)) rest[mark.run] = rest_of(plan, mark.run, 1.0 / draft.windows.window);
-    Series series{.unit = unit, .recording = r, .run = mark.run, .label = mark.label, .shake = shake_of(*segment)};
-    const auto known = rest[mark.run].find(mark.label);
-    for (const Segment& earlier : plan.schedule) {
-      if (&earlier == segment) break;
-      if (earlier.run == segment->run) series.planned_begin += earlier.duration;
-    }
-    series.rest = known == rest[mark.run].end() ? std::nan("") : known->second;
-    const double next = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : forever;
+    Series series{.unit = unit,
+                  .recording = r,
+                  .run = marked.run,
+                  .planned_begin = planned_begin(plan_of(test.evidence, r), marked),
+                  .label = marked.label,
+                  .shake = shake_of(*marked.planned),
+                  .rest = test.still.rest(marked, draft.windows.window)};
     std::size_t first = 0;
-    cut(draft, mark.begin, std::min(next, mark.begin + segment->duration), evidence.plan.settings, series, first);
+    cut(draft, marked.begin, std::min(marked.end, marked.begin + marked.planned->duration), test.evidence.plan.settings,
+        series, first);
     const auto there = std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); });
-    if (series.time.empty() && mark.begin >= draft.channel->time(draft.channel->values.size() - 1)) {
-      add_once({Severity::warning, "left out: the recording ends before it begins", mark.label}, data.findings);
+    if (series.time.empty() && marked.begin >= draft.channel->time(draft.channel->values.size() - 1)) {
+      add_once({Severity::warning, "left out: the recording ends before it begins", marked.label}, data.findings);
       continue;
     }
     if (there < 16) {
       data.findings.push_back({Severity::warning,
                                fmt::format("left out: {} behind the settling time, 16 are needed",
                                            say_count(static_cast<std::size_t>(there), "window")),
-                               data.units[unit].prefix + mark.label});
+                               data.units[unit].prefix + marked.label});
       continue;
     }
     draft.series.push_back(data.series.size());
@@ -160,22 +172,19 @@ void add_segments(const Evidence& evidence, std::size_t r, std::size_t unit, Dra
 }
 
 /// At rest, counts that go with the time between stamps are those of windows that long.
-Windows windows_of(const Evidence& evidence, std::size_t r, const Channel& channel, Data& data) {
+Windows windows_of(const Settings& settings, const std::vector<MarkedSegment>& marks, const Channel& channel,
+                   Data& data) {
   Windows even = even_windows(channel, data.findings);
-  const std::string& how = evidence.plan.settings.word("windows");
+  const std::string& how = settings.word("windows");
   if (channel.timeline.uniform() || how == "even") return even;
   if (how == "stamps") return stamped_windows(channel, even);
   const Reading reading = reading_of(channel);
   if (reading != Reading::pulses && reading != Reading::velocity) return even;
   if (even.scatter < 1e-4 * even.window) return even;
   std::vector<std::pair<double, double>> rests;
-  const Recording& recording = evidence.recordings[r];
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const Segment* segment = segment_of(plan_of(evidence, r), recording.marks[m]);
-    if (segment == nullptr || shake_of(*segment).kind != Motion::Kind::hold) continue;
-    const double begin = recording.marks[m].begin;
-    rests.emplace_back(begin, m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : forever);
-  }
+  for (const auto& marked : marks)
+    if (marked.planned != nullptr && shake_of(*marked.planned).kind == Motion::Kind::hold)
+      rests.emplace_back(marked.begin, marked.end);
   const double slope = slope_with_interval(channel, rests);
   const double percent = 100.0 * even.scatter / even.window;
   if (slope > 0.5) {
@@ -346,6 +355,7 @@ Data data_of(const Evidence& evidence) {
   check_scales(evidence, data, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   std::map<std::size_t, std::vector<Draft>> drafts;
+  Test test{evidence};
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Recording& recording = evidence.recordings[r];
     if (recording.marks.empty())
@@ -357,8 +367,8 @@ Data data_of(const Evidence& evidence) {
       attempt(problems, [&] {
         reading_of(*channel);
         const std::size_t unit = unit_index(channel->name, data);
-        Draft draft{channel, windows_of(evidence, r, *channel, data), {}, {}};
-        add_segments(evidence, r, unit, draft, data);
+        Draft draft{channel, windows_of(settings, test.marks[r], *channel, data), {}, {}};
+        add_segments(test, r, unit, draft, data);
         refuse_totals(draft, data, problems);
         unwrap_counts(settings, draft, data, problems);
         per_second(draft, data);

@@ -30,8 +30,9 @@ std::vector<std::string> twice_in_scale(const Settings& settings);
 /// 0.2 g along the input axis.
 struct RestScale {
   double scale = 0.0;
-  double relative_sd = 0.0;
+  double relative_sd = 0.0;  ///< [1]
 };
+/// Given: bias_sd [m/s^2].
 std::optional<RestScale> scale_at_rest(const std::vector<const Series*>& at_rest, double bias_sd);
 
 }  // namespace tumble::vibration

@@ -15,7 +15,7 @@
 ///
 ///   N_j/(K_1 H) = mean of a over window j                                                              (3.3), (3.8)
 ///
-/// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019, eq. (3.3)-(3.15).
+/// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019; docs/equations (3.3)-(3.15).
 namespace tumble::vibration {
 
 /// One accelerometer on the fixture.
@@ -51,7 +51,7 @@ struct Series {
   double rest = 0.0;  ///< a_0 [m/s^2]: along the input axis with the shaker at rest, by the plan's rig
 
   bool at_rest() const { return shake.kind == Motion::Kind::hold; }
-  double middle() const { return 0.5 * (begin + end); }
+  double middle() const { return 0.5 * (begin + end); }  ///< [s]
 };
 
 struct Data {
@@ -97,10 +97,10 @@ struct Mean {
 
 /// Plain mean over the windows. The rounding to pulses adds up to one pulse at most however long the series, so that
 /// its variance is 1/6 pulse^2 over the time squared (3.14); that of everything else is taken from means over 16
-/// blocks, with the rounding of these taken off.
+/// blocks, with the rounding of these subtracted. Given: pulse [m/s].
 Mean mean_of(const Series& series, double pulse);
 
-/// sin(pi x)/(pi x)
+/// sin(pi x)/(pi x) [1]
 double sinc(double x);
 
 }  // namespace tumble::vibration

@@ -25,9 +25,9 @@ Windows even_windows(const Channel& channel, Findings& findings);
 /// Windows that last from stamp to stamp; the last one, and those beside a gap, are not usable.
 Windows stamped_windows(const Channel& channel, const Windows& even);
 
-/// Whether counts taken at a constant input go with the time between the stamps (1) or not (0): the slope of count over
-/// mean count against interval over mean interval. NaN: the
-/// stamps do not scatter, or too little against the counts to tell by a tenth.
+/// Whether counts taken at a constant input go with the time between the stamps (1) or not (0) [1]: the slope of count
+/// over mean count against interval over mean interval. NaN: the stamps do not scatter, or too little against the
+/// counts to tell by a tenth.
 double slope_with_interval(const Channel& channel, const std::vector<std::pair<double, double>>& at_rest);
 
 /// Counts of a register of n bits that ran over: each is put within half of 2^n of `expected`.
@@ -41,6 +41,7 @@ struct Unwrapped {
   int bits = 0;
   std::size_t windows = 0;  ///< moved
 };
+/// Given: counts [pulse], repaired in place; expected, reach [pulse].
 Unwrapped unwrap(std::vector<double>& counts, double expected, double reach);
 
 }  // namespace tumble::vibration

@@ -23,6 +23,7 @@ Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quan
 
 /// Adds to readings at first, first + step, ... noise of this standard deviation that depends on the time alone: one
 /// number for each interval 1/rate.
+/// Given: sd and readings [rad, or unit of the reading]; rate [Hz]; first, step [s].
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
                        std::span<double> readings);
 

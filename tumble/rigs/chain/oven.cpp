@@ -137,8 +137,8 @@ std::vector<Option> oven_options() {
 
 std::vector<Imperfection> oven_imperfections() {
   return {{quantity("thermometer_offset_sd", "K", "0.1 K", "offset of the thermometer, which regulates the oven"),
-           {"thermometer offset"}},
-          {quantity("thermometer_scale_sd", "%", "0.1 %", "its scale, from 0 degC"), {"thermometer scale"}}};
+           {error_names::thermometer_offset}},
+          {quantity("thermometer_scale_sd", "%", "0.1 %", "its scale, from 0 degC"), {error_names::thermometer_scale}}};
 }
 
 void check_oven(const Settings& options, std::vector<std::string>& problems) {
@@ -157,7 +157,11 @@ void check_oven_schedule(const Schedule& schedule, const Settings& options, std:
 }
 
 Oven oven_of(const Schedule& run, const Settings& options, const ErrorValues& errors) {
-  Oven oven{options.number("oven_time"), errors("thermometer offset"), errors("thermometer scale"), {}, {}};
+  Oven oven{options.number("oven_time"),
+            errors(error_names::thermometer_offset),
+            errors(error_names::thermometer_scale),
+            {},
+            {}};
   if (!used(run)) return oven;
   const auto air = air_of(run, options);
   for (std::size_t k = 0; k < air.size(); ++k)

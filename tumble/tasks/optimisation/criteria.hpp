@@ -18,11 +18,14 @@ struct Criteria {
   double worst = 0.0;        ///< largest of them
 };
 
+/// Standard uncertainty [SI] of each term; +inf where the estimate does not have it.
 std::vector<double> sds_of(const Estimate& estimate, const std::vector<std::string>& terms);
+/// Given: reference sd of each term [SI].
 Criteria criteria_of(const Estimate& estimate, const std::vector<std::string>& terms,
                      const std::vector<double>& reference);
 
-/// From the plan's limits: half the width, or the distance of one bound from the true value; 0 without a limit.
+/// A reference sd [SI] of each term from the plan's limits: half the width, or the distance of one bound from the true
+/// value; 0 without a limit.
 std::vector<double> limit_widths(const Plan& plan, const Estimate& truth, const std::vector<std::string>& terms);
 
 }  // namespace tumble::optimisation

@@ -23,7 +23,7 @@ struct DesignSpace {
 DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candidate>& all,
                          const std::vector<prediction::OutputProblem>& outputs, double time, double dwell);
 
-/// The point with I(dwell) = at_once and I(2 dwell) = at_twice.
+/// The point with I(dwell) = at_once and I(2 dwell) = at_twice, both [p x p]; dwell [s].
 DesignPoint point_of(const Matrix& at_once, const Matrix& at_twice, double dwell);
 
 }  // namespace tumble::optimisation

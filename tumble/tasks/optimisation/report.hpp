@@ -18,7 +18,7 @@ struct ScheduleRow {
 };
 
 /// The estimate of the schedule chosen, with tables: `schedules` (criteria of every row), `schedule_sd` (sd of every
-/// term), `schedule` (the segments chosen).
+/// term), `schedule` (the segments chosen). Given: reference sd of each term [SI].
 Estimate described(const Plan& plan, const ScheduleRow& chosen, const std::vector<ScheduleRow>& rows,
                    const std::vector<std::string>& terms, const std::vector<double>& reference);
 

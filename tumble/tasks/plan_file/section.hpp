@@ -37,7 +37,7 @@ class Section {
   /// One text or a list of them.
   std::vector<std::string> texts(std::string_view key);
   std::optional<int> integer(std::string_view key);
-  /// In SI, of the dimension of `expected`.
+  /// A quantity, or a list of them [SI], of the dimension of `expected`.
   std::optional<double> quantity(std::string_view key, const Unit& expected);
   std::vector<double> quantities(std::string_view key, const Unit& expected);
   /// One integer or a list of them.

@@ -30,7 +30,7 @@ struct CandidateRange {
   bool corners = true;  ///< and the angles that put the corners of a cube up
 };
 
-/// The axes that the plan's schedule moves, and the kinds of motion in it.
+/// The axes that the plan's schedule moves, and the kinds of motion in it. Given: step of the positions [rad].
 CandidateRange range_of(const Plan& plan, double step);
 
 /// Positions on the grid, rates of both senses at several levels up to the rig's highest, oscillations of several

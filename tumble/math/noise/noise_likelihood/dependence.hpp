@@ -25,7 +25,7 @@ Eigen::MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, co
 /// all sines.
 Eigen::VectorXd variance_of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms);
 
-/// Covariance of means over `unit` samples at a lag of `lag` units, up to what contrasts do not see.
+/// Covariance [u^2] of means over `unit` [samples] at a lag of `lag` [units], up to what contrasts do not see.
 double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit, int lag);
 
 }  // namespace tumble

@@ -19,6 +19,7 @@ struct BandData {
   Eigen::MatrixXd design;  ///< of power_law_terms
   std::vector<NoiseBand> bands;
 
+  /// Expected mean squares [bands] of a process of unit variance with this correlation time [samples].
   Eigen::VectorXd markov(double time) const;
 };
 

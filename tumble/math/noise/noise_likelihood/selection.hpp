@@ -21,24 +21,27 @@ Eigen::MatrixXd columns(const BandData& data, const NoiseTerms& terms);
 struct TriedTerms {
   NoiseTerms terms;
   ScoringFit fit;
-  double value() const { return fit.minus_twice_log_likelihood; }
+  double value() const { return fit.minus_twice_log_likelihood; }  ///< -2 ln L [1]
 };
 
 TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const Eigen::VectorXd& start);
 
-/// The same with the correlation time of process `which` set to its best between `low` and `high`, by golden section.
+/// The model with the correlation time of process `which` set to its best between `low` and `high` [samples], by golden
+/// section.
 TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const Eigen::VectorXd& start, std::size_t which,
                      double low, double high);
 
-/// One process more beside the terms of `before`, where it lowers -2 ln L enough.
+/// One process more beside the terms of `before`, where it lowers -2 ln L enough. Given: longest correlation time
+/// [samples]. Returned: whether it does.
 bool add_process(const BandData& data, bool ramp, double longest, TriedTerms& before);
 
 int size_of(const NoiseTerms& terms);
 
-/// Probability of so great a fall of -2 ln L by a coefficient that is zero: half a chi-square, as none is below zero.
+/// Probability [1] of so great a fall of -2 ln L [1] by a coefficient that is zero: half a chi-square, as none is below
+/// zero.
 double chance_of(double fall);
 
-/// Probability that chance alone makes a term of the power laws look as needed as it does.
+/// Probability [1] that chance alone makes a term of the power laws look as needed as it does.
 double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term);
 
 struct TermSelection {
@@ -48,7 +51,7 @@ struct TermSelection {
   std::size_t chosen = 0;
 };
 
-/// Every subset of the power laws beside the processes.
+/// Every subset of the power laws beside the processes. Given: significance [1] of a term that remains.
 TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, double significance);
 
 }  // namespace tumble

@@ -33,16 +33,23 @@ NoiseSpread spread(const BandData& data, const Eigen::VectorXd& statistical_coun
 
 /// Degrees of freedom for which value +- t sd holds the coefficient with 95 %: so that the chances of an estimate as
 /// low from the upper end and as high from the lower end add up to 5 %.
+///
+/// Given     x        [bands x columns] of the model; s [bands] expected mean squares
+///           squared  coefficient [u^2]; value, sd  of its root [u]; widening [1] of the sd
+/// Returned  degrees of freedom [1]
 double interval_freedom(const BandData& data, const Eigen::MatrixXd& x, const Eigen::VectorXd& s, Eigen::Index column,
                         double squared, double value, double sd, double widening);
 
-/// The same for a correlation time, whose logarithm is nearly normal and whose sd grows as its power 3/2: an estimate
-/// that is low states too small a sd.
+/// Degrees of freedom [1] for a correlation time, whose logarithm is nearly normal and whose sd grows as its power 3/2:
+/// an estimate that is low states too small a sd.
 ///
-/// Given     sd  of the logarithm
+/// Given     sd  of the logarithm [1]
 double time_freedom(double sd);
 
 /// Where -2 ln L rises by 2.71 (95 % one-sided) above its least as the coefficient of `column` grows.
+///
+/// Given     others [bands x columns], column [bands] of the terms; value, sd of the root of the coefficient [u]
+/// Returned  upper limit of the root [u]
 double upper_limit(const BandData& data, const Eigen::MatrixXd& others, const Eigen::VectorXd& column, bool ramp,
                    const ScoringFit& free, double value, double sd);
 

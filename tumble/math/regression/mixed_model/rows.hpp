@@ -25,10 +25,11 @@ struct Compressed {
   double within_freedom = 0.0;
 };
 
-/// Least scatter about the mean of any segment, per unit weight: white noise, where a segment is at rest.
+/// Least scatter about the mean of any segment, per unit weight: white noise, where a segment is at rest. Returned:
+/// variance [u^2 s].
 double scatter_within(const MixedData& data);
 
-/// `white`: sd of unit weight, at least roughly.
+/// The sufficient statistics. Given: white, sd of unit weight [u sqrt(s)], at least roughly.
 Compressed compress(const MixedData& data, double white);
 
 /// Ordinary least squares and its residuals: where the estimate starts.

@@ -34,10 +34,11 @@ class Worth {
   explicit Worth(const DesignProblem& problem);
 
   State state(const Visits& visits) const;
+  /// The criterion of the visits [1].
   double value(const Visits& visits) const { return state(visits).value; }
   /// Square root of the information of a visit.
   MatrixXd root(std::size_t point, long quanta) const;
-  /// By how much a visit with that root lowers the criterion.
+  /// Decrease of the criterion [1] by a visit whose information is u u'; u [p x k].
   double gain(const State& state, const MatrixXd& u) const;
   /// Parameters of interest.
   std::size_t interest() const { return problem_.parameters - nuisance_.size(); }
