@@ -250,7 +250,7 @@ TEST(NoiseLikelihood, QuantizationAloneIsNotMistakenForWhiteNoise) {
   EXPECT_LE(false_terms, 26);
 }
 
-TEST(NoiseLikelihood, FalseTermsAreAsRareAsAsked) {
+TEST(NoiseLikelihoodCoverage, FalseTermsAreAsRareAsAsked) {
   // Beside white noise, and beside a walk: 400 records, three or two terms of 1 % at most, 4 sigma.
   EXPECT_LE(times({.angle_random_walk = 1.0}, 1000, 400,
                   [](const NoiseFit& fit) { return fit.terms[0].kept || fit.terms[2].kept || fit.terms[3].kept; }),
@@ -277,7 +277,7 @@ TEST(NoiseLikelihood, DistinguishesARampInWhiteNoiseFromAWalk) {
         << walk;
 }
 
-TEST(NoiseLikelihood, IntervalsOfAProcessHold) {
+TEST(NoiseLikelihoodCoverage, IntervalsOfAProcessHold) {
   // 80 correlation times: the time is known to 20 %, and its sd is smaller where the estimate is low. 200 records, of
   // which 95 % are 190 +- 3.1; the interval is made for a normal logarithm, which it is not quite.
   int found = 0, held = 0;

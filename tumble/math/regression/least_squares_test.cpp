@@ -101,7 +101,7 @@ TEST(LeastSquares, GeneralisedEqualsWeightedForADiagonal) {
   EXPECT_NEAR(a.covariance(0, 1), b.covariance(0, 1), 1e-13);
 }
 
-TEST(LeastSquares, IntervalsCover) {
+TEST(LeastSquaresCoverage, IntervalsHoldTheTruth) {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal;
   const Matrix x = polynomial(12, 2);
@@ -117,7 +117,7 @@ TEST(LeastSquares, IntervalsCover) {
   EXPECT_NEAR(inside / static_cast<double>(trials), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / trials));
 }
 
-TEST(LeastSquares, RobustIntervalsCoverToo) {
+TEST(LeastSquaresCoverage, RobustIntervalsHoldTheTruthToo) {
   std::mt19937_64 random(13);
   std::normal_distribution<double> normal;
   const Matrix x = polynomial(60, 2);
@@ -152,7 +152,7 @@ TEST(Quantiles, AgreeWithPublishedTables) {
   EXPECT_NEAR(chi_square_quantile(0.05, 10), 3.940, 5e-4);
 }
 
-TEST(Quantiles, IntervalOfAStandardDeviationCovers) {
+TEST(QuantilesCoverage, IntervalOfAStandardDeviationHoldsTheTruth) {
   std::mt19937_64 random(17);
   const int trials = 20000;
   for (const int nu : {2, 7, 50}) {

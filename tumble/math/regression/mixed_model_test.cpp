@@ -201,7 +201,7 @@ std::array<double, 2> coverage(double slow, bool effects, bool moving) {
   return inside;
 }
 
-TEST(MixedModel, IntervalsHoldTheTruth) {
+TEST(MixedModelCoverage, IntervalsHoldTheTruth) {
   // 4 sigma of 1000 draws: 4 sqrt(0.95 0.05/1000) = 0.028. Where there is no slow noise its variance is still never
   // found below zero, so that the intervals are a little wide, but not beyond 0.99.
   for (const double slow : {0.0, 0.1, 0.5})

@@ -68,13 +68,13 @@ void expect_coverage(const NoiseModel& noise, std::size_t samples) {
   }
 }
 
-TEST(AllanFit, IntervalsHoldWhiteAndRandomWalk) {
+TEST(AllanFitCoverage, IntervalsHoldWhiteAndRandomWalk) {
   expect_coverage({.angle_random_walk = 1.0, .rate_random_walk = 0.006}, 30000);
 }
-TEST(AllanFit, IntervalsHoldWhiteFlickerAndRandomWalk) {
+TEST(AllanFitCoverage, IntervalsHoldWhiteFlickerAndRandomWalk) {
   expect_coverage({.angle_random_walk = 1.0, .bias_instability = 0.25, .rate_random_walk = 0.02}, 40000);
 }
-TEST(AllanFit, IntervalsHoldQuantizationAndFlicker) {
+TEST(AllanFitCoverage, IntervalsHoldQuantizationAndFlicker) {
   expect_coverage({.quantization_noise = 3.0, .angle_random_walk = 1.0, .bias_instability = 0.3}, 40000);
 }
 
@@ -93,7 +93,7 @@ TEST(AllanFit, CurveOfTheModelGivesTheModel) {
   }
 }
 
-TEST(AllanFit, LimitOfASkippedTermHolds) {
+TEST(AllanFitCoverage, LimitOfASkippedTermHolds) {
   // K = 0.0006 with N = 1 over 20 000 samples is too weak to be seen in most records; its 95 % limit must hold in 95 %
   // of those where it is left out or more (4 sigma: 0.95 - 4 sqrt(0.95 0.05/200) = 0.888).
   const NoiseModel noise{.angle_random_walk = 1.0, .rate_random_walk = 0.0006};

@@ -59,7 +59,7 @@ TEST(FogThermalBias, TwoStagesAgreeWithOneOnQuietData) {
     EXPECT_NEAR(find_parameter(two, name)->value / find_parameter(one, name)->value, 1.0, 0.01) << name;
 }
 
-TEST(FogThermalBias, TwoStageIntervalsCover) {
+TEST(FogThermalBiasCoverage, TwoStageIntervalsHoldTheTruth) {
   int inside = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     Trial trial = method().trial(seed);

@@ -64,7 +64,7 @@ Scatter scatter(double random_walk, const Problem& problem) {
 // 10 ug/sqrt(Hz) leave 1.3 ug on a minute, rounding 83/sqrt(6) = 34 ug; 1 mg/sqrt(Hz) leaves 129 ug. The rms of 200
 // deviations is known to 1/20: below 1.2 the intervals hold. They may be too wide, by half where rounding prevails: a
 // noise that hides in it can only be bounded, and a constant input makes rounding a line of its own in the spectrum.
-TEST(CountingMethods, StandardUncertaintiesHoldWhetherRoundingOrNoisePrevails) {
+TEST(CountingMethodsCoverage, StandardUncertaintiesHoldWhetherRoundingOrNoisePrevails) {
   for (const double random_walk : {10.0, 1000.0}) {
     const Scatter found = scatter(random_walk, problem_of());
     EXPECT_LT(found.rms_deviation, 1.2) << random_walk;
