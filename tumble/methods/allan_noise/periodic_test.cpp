@@ -46,7 +46,7 @@ struct Tally {
   }
 };
 
-TEST(FitBesideLines, NoiseAndLinesAreHeldBesideEachOther) {
+TEST(FitBesideLinesCoverage, NoiseAndLinesAreHeldBesideEachOther) {
   // White noise and walk with mains of 30 sd of a sample, a harmonic that it hides, and a thermal cycle of 12.3 periods
   // in the walk. As often held as without lines, within 4 sigma.
   constexpr int records = 200;
