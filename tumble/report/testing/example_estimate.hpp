@@ -71,6 +71,7 @@ inline void add_parameters(Estimate& e) {
   }
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
 inline void add_tables(Estimate& e) {
   const auto rate = Unit::parse("deg/h");
   Table models{"models",
@@ -163,6 +164,7 @@ inline void add_allan(Estimate& e) {
   e.curves.push_back(data);
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
 inline void add_curves(Estimate& e) {
   e.curves.push_back(drift("before", 1.0, 7200));
   e.curves.push_back(drift("after compensation", 0.0, 7200));
