@@ -235,12 +235,13 @@ def main():
         return self_test()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=pathlib.Path)
-    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("folder", type=pathlib.Path, help="or one transcript of it")
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--only", default="", help="run the files whose name holds this word")
     options = parser.parse_args()
     source = pathlib.Path(__file__).resolve().parent.parent
-    files = [f for f in sorted(options.folder.glob("*.txt")) if options.only in f.name]
+    folder = options.folder
+    files = [folder] if folder.is_file() else [f for f in sorted(folder.glob("*.txt")) if options.only in f.name]
     if not files or not options.program.exists():
         sys.exit(f"nothing to run: {len(files)} transcripts in {options.folder}, program {options.program}")
     passed = failed = 0

@@ -20,7 +20,7 @@ std::vector<double> coarse(std::size_t count, std::uint64_t seed, std::size_t ga
   return values;
 }
 
-TEST(extremes, are_those_of_a_plain_loop) {
+TEST(Extremes, AreThoseOfAPlainLoop) {
   for (const std::size_t count : {0, 1, 7, 8, 9, 1023, 1024, 1025, 5000})
     for (const std::size_t gap : {3, 100000}) {
       const auto values = coarse(count, 31 + count, gap);
@@ -39,7 +39,7 @@ TEST(extremes, are_those_of_a_plain_loop) {
     }
 }
 
-TEST(extremes, of_parts_add_up) {
+TEST(Extremes, OfPartsAddUp) {
   const auto values = coarse(3000, 5, 70);
   const Extremes whole = extremes_of(values);
   for (const std::size_t cut : {0, 1, 1000, 3000}) {
@@ -53,7 +53,7 @@ TEST(extremes, of_parts_add_up) {
   }
 }
 
-TEST(extremes, infinite_samples_are_the_extremes) {
+TEST(Extremes, InfiniteSamplesAreTheExtremes) {
   const Extremes found = extremes_of(std::vector<double>{1.0, INFINITY, NAN, -INFINITY, INFINITY});
   EXPECT_EQ(found.present, 4u);
   EXPECT_EQ(found.highest, INFINITY);
@@ -62,7 +62,7 @@ TEST(extremes, infinite_samples_are_the_extremes) {
   EXPECT_EQ(found.at_lowest, 1u);
 }
 
-TEST(extremes, greatest_spike_is_that_of_a_plain_loop) {
+TEST(Extremes, GreatestSpikeIsThatOfAPlainLoop) {
   std::vector<double> values(2000);
   RandomStream(77).normal(0, values);
   for (std::size_t i = 0; i < values.size(); i += 130) values[i] = NAN;

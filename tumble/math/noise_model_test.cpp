@@ -60,10 +60,10 @@ void expect_as_stated(const NoiseModel& noise, double model_error = 0.0) {
   }
 }
 
-TEST(noise_model, quantization) { expect_as_stated({.quantization_noise = 2.0}); }
-TEST(noise_model, angle_random_walk) { expect_as_stated({.angle_random_walk = 3.0}); }
-TEST(noise_model, rate_random_walk) { expect_as_stated({.rate_random_walk = 0.2}); }
-TEST(noise_model, markov) {
+TEST(NoiseModel, Quantization) { expect_as_stated({.quantization_noise = 2.0}); }
+TEST(NoiseModel, AngleRandomWalk) { expect_as_stated({.angle_random_walk = 3.0}); }
+TEST(NoiseModel, RateRandomWalk) { expect_as_stated({.rate_random_walk = 0.2}); }
+TEST(NoiseModel, Markov) {
   expect_as_stated({.markov_sd = 1.5, .markov_time = 0.1});  // faster than the sampling
   expect_as_stated({.markov_sd = 1.5, .markov_time = 12.0});
   expect_as_stated({.markov_sd = 1.5, .markov_time = 1e5});  // slower than the record
@@ -71,9 +71,9 @@ TEST(noise_model, markov) {
 
 // Cutting the bank at 4 to 16 records loses up to 1 % of the variance at a quarter of the record. How true B itself is:
 // test of fit_noise.
-TEST(noise_model, bias_instability) { expect_as_stated({.bias_instability = 0.7}, 0.018); }
+TEST(NoiseModel, BiasInstability) { expect_as_stated({.bias_instability = 0.7}, 0.018); }
 
-TEST(noise_model, rate_ramp_is_deterministic) {
+TEST(NoiseModel, RateRampIsDeterministic) {
   const NoiseModel noise{.rate_ramp = 0.3};
   std::vector<double> signal(1000, 0.0);
   add_noise(noise, 4.0, RandomStream(1), signal);
@@ -81,7 +81,7 @@ TEST(noise_model, rate_ramp_is_deterministic) {
   EXPECT_DOUBLE_EQ(signal[10], 0.3 * 10.5 * 0.25);
 }
 
-TEST(noise_model, sum_of_all_terms) {
+TEST(NoiseModel, SumOfAllTerms) {
   expect_as_stated({.quantization_noise = 1.0,
                     .angle_random_walk = 1.0,
                     .bias_instability = 0.3,
@@ -92,7 +92,7 @@ TEST(noise_model, sum_of_all_terms) {
                    0.004);
 }
 
-TEST(noise_model, a_term_does_not_change_what_the_others_draw) {
+TEST(NoiseModel, ATermDoesNotChangeWhatTheOthersDraw) {
   std::vector<double> white(100, 0.0), walk(100, 0.0), both(100, 0.0);
   add_noise({.angle_random_walk = 1.0}, 1.0, RandomStream(7), white);
   add_noise({.rate_random_walk = 1.0}, 1.0, RandomStream(7), walk);
@@ -100,7 +100,7 @@ TEST(noise_model, a_term_does_not_change_what_the_others_draw) {
   for (std::size_t i = 0; i < both.size(); ++i) EXPECT_NEAR(both[i], white[i] + walk[i], 1e-12);
 }
 
-TEST(noise_model, markov_allan_variance_joins_its_series) {
+TEST(NoiseModel, MarkovAllanVarianceJoinsItsSeries) {
   const auto at = [](double r) { return expected_allan_variance({.markov_sd = 1.0, .markov_time = 1.0}, r); };
   // About r = 0.01 the shape is 2 r/3 (1 - 3 r/4): 1.5e-8 of curvature, 1e-9 of rounding.
   EXPECT_NEAR(at(0.999999e-2) / at(1.000001e-2), 0.999999 / 1.000001, 2e-8);
@@ -110,7 +110,7 @@ TEST(noise_model, markov_allan_variance_joins_its_series) {
   EXPECT_LT(at(1.99), at(1.89));
 }
 
-TEST(noise_model, flicker_bank_has_the_power_law_between_its_times) {
+TEST(NoiseModel, FlickerBankHasThePowerLawBetweenItsTimes) {
   using std::numbers::pi;
   const auto bank = flicker_bank(2.0, 1e-3, 1e5);
   EXPECT_DOUBLE_EQ(bank.front().time, 1e-3);
@@ -122,7 +122,7 @@ TEST(noise_model, flicker_bank_has_the_power_law_between_its_times) {
   }
 }
 
-TEST(noise_model, nothing_asked_nothing_done) {
+TEST(NoiseModel, DoesNothingWhenNothingIsAsked) {
   std::vector<double> none;
   add_noise({.angle_random_walk = 1.0}, 1.0, RandomStream(1), none);
   std::vector<double> signal(10, 3.0);

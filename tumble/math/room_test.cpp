@@ -12,12 +12,12 @@ using tumble::borrow_room;
 
 constexpr std::size_t record = 4000000;  // 32 MB
 
-TEST(room, begins_with_a_line_of_the_cache) {
+TEST(Room, BeginsWithALineOfTheCache) {
   for (const std::size_t count : {std::size_t{1}, std::size_t{1000}, record})
     EXPECT_EQ(reinterpret_cast<std::uintptr_t>(borrow_room(count).get()) % 64, 0u) << count;
 }
 
-TEST(room, of_a_record_is_lent_again) {
+TEST(Room, OfARecordIsLentAgain) {
   double* const first = borrow_room(record).get();  // given back at once
   auto again = borrow_room(record - 1000);
   EXPECT_EQ(again.get(), first);
@@ -28,7 +28,7 @@ TEST(room, of_a_record_is_lent_again) {
   EXPECT_GE(borrow_room(record + 1).get_deleter().count, record + 1);
 }
 
-TEST(room, belongs_to_one_thread_at_a_time) {
+TEST(Room, BelongsToOneThreadAtATime) {
   std::vector<int> torn(64, 0);
   tumble::parallel_for(torn.size(), [&](std::size_t i) {
     const auto room = borrow_room(record);

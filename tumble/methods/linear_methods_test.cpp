@@ -39,7 +39,7 @@ double value_of(const Estimate& estimate, const std::string& name) {
   return parameter ? parameter->value : std::nan("");
 }
 
-TEST(linear, noise_free_tests_give_the_truth_to_rounding) {
+TEST(Linear, NoiseFreeTestsGiveTheTruthToRounding) {
   for (const char* method : {"sdof_gyro_static", "polar_axis_tumble", "accelerometer_dynamic", "sdof_gyro_dynamic"}) {
     const Trial trial = clean(method);
     const Estimate estimate = find_method(method).identify(trial.evidence, {});
@@ -54,7 +54,7 @@ TEST(linear, noise_free_tests_give_the_truth_to_rounding) {
   }
 }
 
-TEST(linear, says_which_terms_a_field_of_one_g_cannot_tell_apart) {
+TEST(Linear, SaysWhichTermsAFieldOfOneGCannotDistinguish) {
   const auto estimate = find_method("sdof_gyro_static").identify(clean("sdof_gyro_static").evidence, {});
   EXPECT_EQ(find_parameter(estimate, "D_OO"), nullptr);
   ASSERT_FALSE(estimate.findings.empty());
@@ -80,7 +80,7 @@ Plan on_a_centrifuge(const Plan& table) {
   return plan;
 }
 
-TEST(linear, a_centrifuge_recording_makes_the_tenth_term_observable) {
+TEST(Linear, ACentrifugeRecordingMakesTheTenthTermObservable) {
   Trial trial = find_method("sdof_gyro_static").trial(3);
   Plan& plan = trial.evidence.plan;
   const double truth = si(0.03, "deg/h/g^2");
@@ -101,7 +101,7 @@ TEST(linear, a_centrifuge_recording_makes_the_tenth_term_observable) {
   EXPECT_EQ(before.parameters.size(), estimate.parameters.size());
 }
 
-TEST(linear, a_plan_without_a_site_is_refused) {
+TEST(Linear, APlanWithoutASiteIsRefused) {
   for (const char* method : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic",
                              "gyro_scale_factor", "rlg_lock_in"}) {
     Trial trial = find_method(method).trial(1);
@@ -111,7 +111,7 @@ TEST(linear, a_plan_without_a_site_is_refused) {
   }
 }
 
-TEST(linear, a_rate_and_a_current_in_one_fit_are_refused) {
+TEST(Linear, ARateAndACurrentInOneFitAreRefused) {
   Trial trial = find_method("sdof_gyro_static").trial(3);
   auto other = trial.evidence.recordings.front();
   other.channels[0].unit = Unit::parse("mA");
@@ -124,14 +124,14 @@ TEST(linear, a_rate_and_a_current_in_one_fit_are_refused) {
   }
 }
 
-TEST(linear, a_negative_uncertainty_of_the_torquer_is_refused) {
+TEST(Linear, ANegativeUncertaintyOfTheTorquerIsRefused) {
   Trial trial = find_method("sdof_gyro_static").trial(3);
   trial.evidence.plan.settings.set_number("torquer_scale_factor_sd", -1e-4, Unit::parse("ppm"));
   EXPECT_NE(refusal(find_method("sdof_gyro_static"), trial.evidence).find("torquer_scale_factor_sd"),
             std::string::npos);
 }
 
-TEST(linear, a_recording_that_ends_early_is_told_from_one_too_short_to_settle) {
+TEST(Linear, ARecordingThatEndsEarlyIsDistinguishedFromOneTooShortToSettle) {
   Trial trial = find_method("sdof_gyro_static").trial(3);
   auto& channel = trial.evidence.recordings[0].channels[0];
   channel.values.resize(1903);  // 19 of the 27 positions of 100 s, and 3 s of the next
@@ -145,7 +145,7 @@ TEST(linear, a_recording_that_ends_early_is_told_from_one_too_short_to_settle) {
   EXPECT_EQ(short_of_settling, 1);
 }
 
-TEST(linear, one_sense_of_the_polar_axis_gives_five_combinations) {
+TEST(Linear, OneSenseOfThePolarAxisGivesFiveCombinations) {
   Trial trial = clean("polar_axis_tumble");
   trial.evidence.plan.schedule.resize(16);
   trial.evidence.recordings = {simulate(trial.evidence.plan, 1, {})};
@@ -156,7 +156,7 @@ TEST(linear, one_sense_of_the_polar_axis_gives_five_combinations) {
                                              "C1", "S2", "C2"}));
 }
 
-TEST(linear, harmonics_are_those_of_the_coefficients) {
+TEST(Linear, HarmonicsAreThoseOfTheCoefficients) {
   const Trial trial = clean("polar_axis_tumble");
   const auto& plan = trial.evidence.plan;
   const auto estimate = find_method("polar_axis_tumble").identify(trial.evidence, {});
@@ -174,7 +174,7 @@ TEST(linear, harmonics_are_those_of_the_coefficients) {
               rounding);
 }
 
-TEST(linear, an_unknown_loop_leaves_its_lag_in_K_I) {
+TEST(Linear, AnUnknownLoopLeavesItsLagInKI) {
   Trial trial = clean("sdof_gyro_dynamic");
   trial.evidence.plan.settings = defaults(find_method("sdof_gyro_dynamic").options());
   const auto estimate = find_method("sdof_gyro_dynamic").identify(trial.evidence, {});
@@ -185,7 +185,7 @@ TEST(linear, an_unknown_loop_leaves_its_lag_in_K_I) {
   EXPECT_TRUE(said);
 }
 
-TEST(linear, a_current_needs_its_scale_factor) {
+TEST(Linear, ACurrentNeedsItsScaleFactor) {
   Trial trial = find_method("sdof_gyro_static").trial(1);
   const auto rate = find_method("sdof_gyro_static").identify(trial.evidence, {});
   auto& channel = trial.evidence.recordings[0].channels[0];
@@ -211,7 +211,7 @@ TEST(linear, a_current_needs_its_scale_factor) {
   EXPECT_NEAR(current.parameters[1].value, rate.parameters[1].value, standard_uncertainty(rate, 1));
 }
 
-TEST(linear, missing_samples_and_a_late_clock_change_nothing) {
+TEST(Linear, MissingSamplesAndALateClockChangeNothing) {
   Trial trial = clean("sdof_gyro_dynamic");
   Recording& recording = trial.evidence.recordings[0];
   for (auto& mark : recording.marks) mark.begin += 1000.0;
@@ -223,7 +223,7 @@ TEST(linear, missing_samples_and_a_late_clock_change_nothing) {
   for (const auto& [name, truth] : trial.truth) EXPECT_NEAR(value_of(estimate, name), truth, 1e-10) << name;
 }
 
-TEST(linear, prediction_agrees_with_the_scatter_of_tests) {
+TEST(Linear, PredictionAgreesWithTheScatterOfTests) {
   const Method& method = find_method("sdof_gyro_static");
   const Plan plan = method.trial(1).evidence.plan;
   const auto predicted = method.predict(plan);
@@ -240,7 +240,7 @@ TEST(linear, prediction_agrees_with_the_scatter_of_tests) {
     EXPECT_NEAR(squares[j] / predicted.covariance(j, j), 1.0, 0.6) << predicted.parameters[j].name;
 }
 
-TEST(linear, information_of_segments_adds_up_to_the_prediction) {
+TEST(Linear, InformationOfSegmentsAddsUpToThePrediction) {
   const Method& method = find_method("sdof_gyro_static");
   Plan plan = method.trial(1).evidence.plan;
   plan.truth.set_number("bias_instability", 0.0, Unit());
@@ -266,7 +266,7 @@ TEST(linear, information_of_segments_adds_up_to_the_prediction) {
                 1e-6);
 }
 
-TEST(linear, slow_noise_of_means_agrees_with_simulation) {
+TEST(Linear, SlowNoiseOfMeansAgreesWithSimulation) {
   const NoiseModel noise{.bias_instability = 1.0, .rate_random_walk = 0.02, .markov_sd = 0.7, .markov_time = 60.0};
   const std::vector<linear::Interval> intervals{{0, 0.0, 100.0}, {0, 150.0, 50.0}, {0, 300.0, 100.0}};
   const auto slow = linear::known_slow_noise(intervals, noise, 0.0, 1.0);
@@ -296,7 +296,7 @@ std::ptrdiff_t misfits(const Estimate& estimate) {
   });
 }
 
-TEST(linear, a_stated_bias_instability_is_a_line_of_the_budget) {
+TEST(Linear, AStatedBiasInstabilityIsALineOfTheBudget) {
   Trial trial = find_method("sdof_gyro_static").trial(3);
   const double without = standard_uncertainty(find_method("sdof_gyro_static").identify(trial.evidence, {}), 0);
   const double stated = 50.0 * trial.evidence.plan.truth.number("bias_instability");
@@ -310,7 +310,7 @@ TEST(linear, a_stated_bias_instability_is_a_line_of_the_budget) {
   EXPECT_LT(std::sqrt(line->variance(0)), 5.0 * stated);
 }
 
-TEST(linear, a_stated_bias_instability_far_too_small_is_said) {
+TEST(Linear, AStatedBiasInstabilityFarTooSmallIsSaid) {
   Trial trial = find_method("accelerometer_tumble").trial(4);
   Plan& plan = trial.evidence.plan;
   plan.truth.set_number("bias_instability", Unit::parse("ug").to_si(300.0), Unit::parse("ug"));
@@ -325,13 +325,13 @@ TEST(linear, a_stated_bias_instability_far_too_small_is_said) {
   EXPECT_FALSE(says_so(300.0));
 }
 
-TEST(linear, a_bias_instability_of_nothing_is_refused) {
+TEST(Linear, ABiasInstabilityOfNothingIsRefused) {
   Trial trial = find_method("sdof_gyro_static").trial(3);
   trial.evidence.plan.settings.set_number("bias_instability", 0.0, Unit::parse("deg/h"));
   EXPECT_THROW(find_method("sdof_gyro_static").identify(trial.evidence, {}), Error);
 }
 
-TEST(linear, a_ripple_of_the_rate_averages_out_over_the_turns) {
+TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {
   Plan plan = find_method("gyro_scale_factor").trial(1).evidence.plan;
   const Segment one = plan.schedule.front();
   plan.schedule = {one};
@@ -356,7 +356,7 @@ TEST(linear, a_ripple_of_the_rate_averages_out_over_the_turns) {
   EXPECT_GT(ripples, 0u);
 }
 
-TEST(linear, a_sound_test_has_no_misfit) {
+TEST(Linear, ASoundTestHasNoMisfit) {
   for (const char* name : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic"})
     for (std::uint64_t seed = 1; seed <= 5; ++seed)
       EXPECT_EQ(misfits(find_method(name).identify(find_method(name).trial(seed).evidence, {})), 0)
@@ -365,7 +365,7 @@ TEST(linear, a_sound_test_has_no_misfit) {
 
 // Elsewhere the wrong sign is no misfit: the dynamic methods find it as scale_factor_error, and about the Earth's axis,
 // where the input is zero, it turns all coefficients round.
-TEST(linear, a_scale_factor_of_the_wrong_sign_is_a_misfit_of_the_static_test) {
+TEST(Linear, AScaleFactorOfTheWrongSignIsAMisfitOfTheStaticTest) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Evidence evidence = find_method("sdof_gyro_static").trial(seed).evidence;
     for (double& value : evidence.recordings[0].channels[0].values) value = -value;

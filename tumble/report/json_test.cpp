@@ -140,7 +140,7 @@ std::vector<std::string> problems_of(const std::string& text) {
   return {};
 }
 
-TEST(result_json, reads_back_what_was_written) {
+TEST(ResultJson, ReadsBackWhatWasWritten) {
   const auto before = testing::estimate();
   const auto after = estimate_from_json(to_json(before), "result.json");
   expect_same_parameters(before, after);
@@ -149,12 +149,12 @@ TEST(result_json, reads_back_what_was_written) {
   expect_same_rest(before, after);
 }
 
-TEST(result_json, is_the_same_text_after_reading) {
+TEST(ResultJson, IsTheSameTextAfterReading) {
   const auto text = to_json(testing::estimate());
   EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
 }
 
-TEST(result_json, values_of_every_size_and_unit_keep_their_place) {
+TEST(ResultJson, ValuesOfEverySizeAndUnitKeepTheirPlace) {
   Estimate before;
   Table table{"values", "", {}, {}};
   for (const char* unit : {"1", "deg/h", "deg/sqrt(h)", "ug/g^2", "arcsec", "ppm", "degC", "pulse/(m/s)", "deg/h/g"}) {
@@ -185,7 +185,7 @@ TEST(result_json, values_of_every_size_and_unit_keep_their_place) {
   RecordProperty("exact", static_cast<int>(exact));
 }
 
-TEST(result_json, shows_the_displayed_units) {
+TEST(ResultJson, ShowsTheDisplayedUnits) {
   const auto json = nlohmann::json::parse(to_json(testing::estimate()));
   EXPECT_EQ(json["tumble"], version);
   const auto& bias = json["parameters"][7];
@@ -203,7 +203,7 @@ TEST(result_json, shows_the_displayed_units) {
   EXPECT_EQ(json["provenance"]["seed"], 18446744073709551615ull);
 }
 
-TEST(result_json, keeps_every_key_of_the_contract_in_its_order) {
+TEST(ResultJson, KeepsEveryKeyOfTheContractInItsOrder) {
   const auto json = nlohmann::ordered_json::parse(to_json(testing::estimate()));
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
@@ -221,7 +221,7 @@ void collect_keys(const nlohmann::json& json, std::set<std::string>& keys) {
   }
 }
 
-TEST(result_json, the_page_of_the_manual_shows_every_key) {
+TEST(ResultJson, ThePageOfTheManualShowsEveryKey) {
   std::ifstream file(TUMBLE_SOURCE_DIR "/docs/report.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   const auto start = page.find("```json\n") + 8;
@@ -235,7 +235,7 @@ TEST(result_json, the_page_of_the_manual_shows_every_key) {
   EXPECT_NO_THROW(estimate_from_json(example.dump(), "docs/report.md"));
 }
 
-TEST(result_json, writes_null_for_what_json_has_no_number_for) {
+TEST(ResultJson, WritesNullForWhatJsonHasNoNumberFor) {
   auto estimate = testing::estimate();
   estimate.parameters[0].value = NAN;
   estimate.covariance(1, 1) = INFINITY;
@@ -251,18 +251,18 @@ TEST(result_json, writes_null_for_what_json_has_no_number_for) {
   EXPECT_EQ(to_json(read), text);
 }
 
-TEST(result_json, an_empty_estimate_is_a_result_too) {
+TEST(ResultJson, AnEmptyEstimateIsAResultToo) {
   const auto text = to_json(Estimate{});
   EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
 }
 
-TEST(result_json, survives_text_that_is_not_utf8) {
+TEST(ResultJson, SurvivesTextThatIsNotUtf8) {
   auto estimate = testing::estimate();
   estimate.title = "caf\xE9";
   EXPECT_EQ(estimate_from_json(to_json(estimate), "result.json").title, "caf\uFFFD");
 }
 
-TEST(result_json, names_every_problem_with_its_path) {
+TEST(ResultJson, NamesEveryProblemWithItsPath) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["parameters"][0]["value"] = "six";
   json["parameters"][1].erase("unit");
@@ -292,14 +292,14 @@ TEST(result_json, names_every_problem_with_its_path) {
   EXPECT_EQ(problems.size(), 11u) << ::testing::PrintToString(problems);
 }
 
-TEST(result_json, refuses_a_covariance_of_the_wrong_size) {
+TEST(ResultJson, RefusesACovarianceOfTheWrongSize) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["covariance"].erase(11);
   EXPECT_EQ(problems_of(json.dump()),
             std::vector<std::string>{"result.json: covariance: 12 values are expected (one row a parameter), not 11"});
 }
 
-TEST(result_json, refuses_an_sd_that_the_covariance_contradicts) {
+TEST(ResultJson, RefusesAnSdThatTheCovarianceContradicts) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["parameters"][7]["sd"] = 0.001;
   const auto problems = problems_of(json.dump());
@@ -307,7 +307,7 @@ TEST(result_json, refuses_an_sd_that_the_covariance_contradicts) {
   EXPECT_TRUE(problems[0].starts_with("result.json: parameters[7].sd: is 0.001, but covariance[7][7] gives 0.018"));
 }
 
-TEST(result_json, says_where_the_text_stops_being_json) {
+TEST(ResultJson, SaysWhereTheTextStopsBeingJson) {
   for (const std::string text : {"", "{\"tumble\": ", "{\n  \"a\": 1,\n  b\n}", "\xFF\xFE"}) {
     const auto problems = problems_of(text);
     ASSERT_EQ(problems.size(), 1u) << text;
@@ -317,11 +317,11 @@ TEST(result_json, says_where_the_text_stops_being_json) {
   EXPECT_TRUE(problems_of("{\"a\": 1e999}")[0].starts_with("result.json"));
 }
 
-TEST(result_json, refuses_any_other_json) {
+TEST(ResultJson, RefusesAnyOtherJson) {
   for (const std::string text : {"null", "3", "[]", "\"text\"", "{}"}) EXPECT_FALSE(problems_of(text).empty()) << text;
 }
 
-TEST(result_json, every_truncation_is_refused_and_none_crashes) {
+TEST(ResultJson, EveryTruncationIsRefusedAndNoneCrashes) {
   const auto text = to_json(testing::estimate());
   for (std::size_t length = 0; length + 2 < text.size(); length += 19997) {
     EXPECT_EQ(problems_of(text.substr(0, length)).size(), 1u) << length;
@@ -329,7 +329,7 @@ TEST(result_json, every_truncation_is_refused_and_none_crashes) {
 }
 
 TEST(ResultJson, ABudgetWithoutFactorsIsReadAndSaid) {
-  const Estimate estimate = example::estimate();
+  const Estimate estimate = testing::estimate();
   auto json = nlohmann::json::parse(to_json(estimate));
   for (auto& line : json["budget"]) {
     line.erase("factor");
@@ -346,7 +346,7 @@ TEST(ResultJson, ABudgetWithoutFactorsIsReadAndSaid) {
 }
 
 TEST(ResultJson, FactorsThatDoNotAddUpToTheCovarianceAreRefused) {
-  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  auto json = nlohmann::json::parse(to_json(testing::estimate()));
   auto& element = json["budget"][0]["factor"][1][0];
   element = 1.001 * element.get<double>();
   const auto problems = problems_of(json.dump());
@@ -356,7 +356,7 @@ TEST(ResultJson, FactorsThatDoNotAddUpToTheCovarianceAreRefused) {
   EXPECT_FALSE(problems_of(json.dump()).empty());
 }
 
-TEST(result_json, a_result_that_does_not_fit_together_is_a_defect) {
+TEST(ResultJson, AResultThatDoesNotFitTogetherIsADefect) {
   auto estimate = testing::estimate();
   estimate.covariance = Matrix(3, 3);
   estimate.budget[0].factor.rows -= 1;

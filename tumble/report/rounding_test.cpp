@@ -10,7 +10,7 @@
 namespace tumble {
 namespace {
 
-TEST(with_uncertainty, two_digits_of_sd_decide) {
+TEST(WithUncertainty, TwoDigitsOfSdDecide) {
   EXPECT_EQ(with_uncertainty(6.66, 0.011), "6.660 ± 0.011");
   EXPECT_EQ(with_uncertainty(-132.7, 23.456), "-133 ± 23");
   EXPECT_EQ(with_uncertainty(0.0052, 0.0011), "0.0052 ± 0.0011");
@@ -18,13 +18,13 @@ TEST(with_uncertainty, two_digits_of_sd_decide) {
   EXPECT_EQ(with_uncertainty(123456.0, 1234.0), "123500 ± 1200");
 }
 
-TEST(with_uncertainty, sd_that_rounds_up_to_the_next_power_of_ten) {
+TEST(WithUncertainty, SdThatRoundsUpToTheNextPowerOfTen) {
   EXPECT_EQ(with_uncertainty(1234.0, 99.6), "1230 ± 100");
   EXPECT_EQ(with_uncertainty(1.0, 0.0996), "1.00 ± 0.10");
   EXPECT_EQ(with_uncertainty(9.99996, 0.00099), "9.99996 ± 0.00099");
 }
 
-TEST(with_uncertainty, very_large_and_very_small) {
+TEST(WithUncertainty, VeryLargeAndVerySmall) {
   EXPECT_EQ(with_uncertainty(6.66e-5, 1.1e-7), "(6.660 ± 0.011)e-5");
   EXPECT_EQ(with_uncertainty(-6.66e12, 1.1e10), "(-6.660 ± 0.011)e12");
   EXPECT_EQ(with_uncertainty(1.5e-300, 2.0e-302), "(1.500 ± 0.020)e-300");
@@ -32,14 +32,14 @@ TEST(with_uncertainty, very_large_and_very_small) {
   EXPECT_EQ(with_uncertainty(3.3e-310, 1.0e-310), "(3.3 ± 1.0)e-310");
 }
 
-TEST(with_uncertainty, value_lost_in_its_uncertainty) {
+TEST(WithUncertainty, ValueLostInItsUncertainty) {
   EXPECT_EQ(with_uncertainty(0.0012, 50.0), "0 ± 50");
   EXPECT_EQ(with_uncertainty(-0.0012, 50.0), "0 ± 50");
   EXPECT_EQ(with_uncertainty(0.0, 0.5), "0.00 ± 0.50");
   EXPECT_EQ(with_uncertainty(1e-9, 2e7), "(0.0 ± 2.0)e7");
 }
 
-TEST(with_uncertainty, no_sd_to_round_by) {
+TEST(WithUncertainty, NoSdToRoundBy) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(with_uncertainty(6.66, 0.0), "6.66 ± 0");
   EXPECT_EQ(with_uncertainty(6.66, nan), "6.66 ± unknown");
@@ -49,17 +49,17 @@ TEST(with_uncertainty, no_sd_to_round_by) {
   EXPECT_EQ(with_uncertainty(inf, 0.1), "inf ± 0.1");
 }
 
-TEST(with_uncertainty, never_shows_digits_that_a_double_does_not_have) {
+TEST(WithUncertainty, NeverShowsDigitsThatADoubleDoesNotHave) {
   EXPECT_EQ(with_uncertainty(1e6, 1e-11), "1000000 ± 1e-11");
 }
 
-TEST(lined_up, points_stand_below_each_other) {
+TEST(LinedUp, PointsStandBelowEachOther) {
   EXPECT_EQ(lined_up({10.0, 20.5, -500.25, NAN}, " ", "."),
             (std::vector<std::string>{"10.  ", "20.5 ", "-500.25", "–.  "}));
   EXPECT_EQ(lined_up({1.0, 2.0}, " ", " "), (std::vector<std::string>{"1", "2"}));
 }
 
-TEST(interval95, uses_the_degrees_of_freedom) {
+TEST(Interval95, UsesTheDegreesOfFreedom) {
   // Student's t at 0.975: 1.959964 for the normal distribution, 3.182446 for 3 degrees of freedom (printed tables).
   const auto normal = interval95(1.0, 0.1, std::numeric_limits<double>::infinity());
   EXPECT_NEAR(normal.lower, 1.0 - 0.1959964, 1e-7);

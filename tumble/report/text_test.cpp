@@ -15,7 +15,7 @@ using Align = TextColumn::Align;
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-TEST(text_report, says_everything_that_a_reader_needs) {
+TEST(TextReport, SaysEverythingThatAReaderNeeds) {
   const auto text = to_text(testing::estimate());
   for (const std::string part :
        {"Thermal bias of a fibre-optic gyro, eight start temperatures\n", "serial FOG-0117", "0.451 ± 0.018",
@@ -25,18 +25,18 @@ TEST(text_report, says_everything_that_a_reader_needs) {
   }
 }
 
-TEST(text_report, no_line_is_wider_than_a_hundred_columns) {
+TEST(TextReport, NoLineIsWiderThanAHundredColumns) {
   std::istringstream lines(to_text(testing::estimate()));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 100u) << line;
 }
 
-TEST(text_report, the_worst_finding_comes_first) {
+TEST(TextReport, TheWorstFindingComesFirst) {
   const auto text = to_text(testing::estimate());
   EXPECT_LT(text.find("  error "), text.find("  warning "));
   EXPECT_LT(text.find("  warning "), text.find("  info "));
 }
 
-TEST(text_report, foreign_text_cannot_steer_the_terminal) {
+TEST(TextReport, ForeignTextCannotSteerTheTerminal) {
   auto estimate = testing::estimate();
   estimate.title = "a\x1b[2Jb\nc";
   estimate.tables[2].rows[0][1] = std::string("\x1b]0;x\x07");
@@ -45,13 +45,13 @@ TEST(text_report, foreign_text_cannot_steer_the_terminal) {
   EXPECT_FALSE(has(text, "\x1b"));
 }
 
-TEST(text_report, an_empty_estimate_is_only_a_heading) {
+TEST(TextReport, AnEmptyEstimateIsOnlyAHeading) {
   Estimate estimate;
   estimate.method = "static_bias";
   EXPECT_EQ(to_text(estimate), "static_bias\n");
 }
 
-TEST(text_table, lines_up_wide_and_combining_characters) {
+TEST(TextTable, LinesUpWideAndCombiningCharacters) {
   const auto text = text_table({{"a", "", {"陀螺", "e\u0301", "abcd"}, Align::left}, {"b", "", {"1", "2", "3"}}});
   EXPECT_EQ(text,
             "  a     b\n"
@@ -61,7 +61,7 @@ TEST(text_table, lines_up_wide_and_combining_characters) {
             "  abcd  3\n");
 }
 
-TEST(text_table, continues_below_with_the_first_column_repeated) {
+TEST(TextTable, ContinuesBelowWithTheFirstColumnRepeated) {
   const auto text =
       text_table({{"k", "", {"x"}, Align::left}, {"aaaaaaaaaa", "", {"1"}}, {"bbbbbbbbbb", "", {"2"}}}, 20);
   EXPECT_EQ(text,
@@ -74,13 +74,13 @@ TEST(text_table, continues_below_with_the_first_column_repeated) {
             "  x           2\n");
 }
 
-TEST(wrapped, breaks_at_blanks_and_keeps_long_words) {
+TEST(Wrapped, BreaksAtBlanksAndKeepsLongWords) {
   EXPECT_EQ(wrapped("- ", "aa bb cc", 7), "- aa bb\n  cc\n");
   EXPECT_EQ(wrapped("", "aaaaaaaaaa b", 4), "aaaaaaaaaa\nb\n");
   EXPECT_EQ(wrapped("x: ", "", 4), "x: \n");
 }
 
-TEST(printable, replaces_what_is_no_text) {
+TEST(Printable, ReplacesWhatIsNoText) {
   EXPECT_EQ(printable("δ_o ok"), "δ_o ok");
   EXPECT_EQ(printable("a\xC0\xAF"
                       "b"),

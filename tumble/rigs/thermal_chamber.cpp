@@ -37,6 +37,7 @@ std::vector<Option> options() {
           quantity("sensor_quantum", "K", "0.0625 K", "step of the readings; 0: none")};
 }
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
   std::vector<std::string> problems;
   for (const char* name : {"ramp_limit", "top_time", "side_time", "draught_time"})

@@ -28,7 +28,7 @@ Plan plan_with_noise() {
   return plan;
 }
 
-TEST(Simulate, gives_the_same_samples_in_blocks_as_at_once) {
+TEST(Simulate, GivesTheSameSamplesInBlocksAsAtOnce) {
   const Plan plan = plan_with_noise();
   const Recording whole = simulate(plan, 5, {});
   Recording joined;
@@ -75,7 +75,7 @@ std::vector<double> drift_in_a_ramp(const std::string& winding) {
   return simulate(plan, 1, {}).channels[0].values;
 }
 
-TEST(Simulate, heat_on_its_way_through_the_coil_drifts_with_the_ramp_and_then_goes) {
+TEST(Simulate, HeatOnItsWayThroughTheCoilDriftsWithTheRampAndThenGoes) {
   const auto none = drift_in_a_ramp("none"), plain = drift_in_a_ramp("plain"),
              quadrupole = drift_in_a_ramp("quadrupole");
   ASSERT_EQ(plain.size(), 9600u);
@@ -109,7 +109,7 @@ Plan counted() {
   return plan;
 }
 
-TEST(Simulate, instruments_beside_feel_the_same_and_have_noise_of_their_own) {
+TEST(Simulate, InstrumentsBesideFeelTheSameAndHaveNoiseOfTheirOwn) {
   const Plan alone = counted();
   Plan three = alone;
   three.beside = {{"S2", alone.instrument_model, alone.truth},
@@ -133,7 +133,7 @@ TEST(Simulate, instruments_beside_feel_the_same_and_have_noise_of_their_own) {
   EXPECT_EQ(simulated_size(three), 600 * sizeof(double) * all.channels.size());
 }
 
-TEST(Simulate, an_instrument_beside_may_be_mounted_at_right_angles) {
+TEST(Simulate, AnInstrumentBesideMayBeMountedAtRightAngles) {
   Plan plan = counted();  // the head is at 90 deg: x up
   plan.beside = {{"y", plan.instrument_model, plan.truth}};
   plan.beside[0].mount_yaw = si(90.0, "deg");
@@ -149,7 +149,7 @@ TEST(Simulate, an_instrument_beside_may_be_mounted_at_right_angles) {
   EXPECT_NEAR(std::abs(y), std::sqrt(0.75), 2e-3);
 }
 
-TEST(Simulate, what_is_wrong_with_an_instrument_beside_is_said_with_its_name) {
+TEST(Simulate, WhatIsWrongWithAnInstrumentBesideIsSaidWithItsName) {
   Plan plan = counted();
   plan.beside = {{"S2", plan.instrument_model, plan.truth}};
   plan.beside[0].truth.set_number("angle_random_walk", -1.0, Unit());

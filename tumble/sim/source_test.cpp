@@ -10,7 +10,7 @@
 namespace tumble {
 namespace {
 
-TEST(Source, makes_the_same_portions_whatever_is_asked_for) {
+TEST(Source, MakesTheSamePortionsWhateverIsAskedFor) {
   std::vector<std::pair<std::size_t, std::size_t>> made;
   Source source({Channel{}, Channel{}}, 23, 8, [&](std::size_t first, const Samples& out) {
     made.emplace_back(first, out.front().size());
@@ -50,7 +50,7 @@ Plan moving_plan() {
   return plan;
 }
 
-TEST(Simulate, moving_samples_do_not_depend_on_the_blocks) {
+TEST(Simulate, MovingSamplesDoNotDependOnTheBlocks) {
   const Plan plan = moving_plan();
   const Recording whole = simulate(plan, 5, {});
   for (const std::size_t size : {777, 5461, 8192}) {
@@ -76,7 +76,7 @@ std::vector<std::string> problems_of(const Plan& plan) {
   return {};
 }
 
-TEST(Simulate, refuses_all_at_once) {
+TEST(Simulate, RefusesAllAtOnce) {
   Plan plan = moving_plan();
   plan.truth.set_number("gyro_range", -1.0, Unit{});
   plan.truth.set_number("accelerometer_resolution", 0.0, Unit{});
@@ -97,7 +97,7 @@ TEST(Simulate, refuses_all_at_once) {
   EXPECT_EQ(problems.size(), starts.size());
 }
 
-TEST(Simulate, refuses_more_samples_than_can_be) {
+TEST(Simulate, RefusesMoreSamplesThanCanBe) {
   Plan plan = moving_plan();
   for (auto& segment : plan.schedule) segment.duration = 1e300;
   EXPECT_EQ(problems_of(plan).size(), 1u);

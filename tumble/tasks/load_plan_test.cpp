@@ -275,7 +275,7 @@ TEST_F(LoadPlan, SaysThatAPlanCannotBeRead) {
   }
 }
 
-TEST(read_options, takes_only_what_speaks_of_reading) {
+TEST(ReadOptions, TakesOnlyWhatSpeaksOfReading) {
   const auto options = read_options({{"rate", "100"}, {"unit.gyro.x", "deg/h"}, {"missing", "NA"}});
   EXPECT_EQ(options.rate, 100.0);
   EXPECT_EQ(options.units.at("gyro.x").text(), "deg/h");
@@ -294,7 +294,7 @@ Estimate estimate_of(double value_deg_h, double sd_deg_h) {
   return estimate;
 }
 
-TEST(judge, decides_by_the_95_percent_interval) {
+TEST(Judge, DecidesByThe95PercentInterval) {
   Findings none;
   using Outcome = Verdict::Outcome;
   const Limit below{"bias", std::nullopt, parse_quantity("0.02 deg/h"), ""};
@@ -309,7 +309,7 @@ TEST(judge, decides_by_the_95_percent_interval) {
   EXPECT_EQ(judge({both}, estimate_of(-0.04, 0.005), none)[0].outcome, Outcome::fail);
 }
 
-TEST(judge, refuses_limits_in_the_wrong_unit) {
+TEST(Judge, RefusesLimitsInTheWrongUnit) {
   Findings none;
   const std::vector<Limit> limits{{"bias", parse_quantity("1 deg"), std::nullopt, "plan.toml:6"},
                                   {"bias", parse_quantity("1"), std::nullopt, "plan.toml:9"}};
@@ -323,7 +323,7 @@ TEST(judge, refuses_limits_in_the_wrong_unit) {
   }
 }
 
-TEST(judge, leaves_open_what_the_result_does_not_give) {
+TEST(Judge, LeavesOpenWhatTheResultDoesNotGive) {
   Findings findings;
   const auto verdicts =
       judge({{"bais", std::nullopt, parse_quantity("0.02 deg/h"), "plan.toml:3"}}, estimate_of(0, 1), findings);

@@ -47,7 +47,7 @@ void lose_some(Recording& recording) {
   for (auto& channel : recording.channels) channel.timeline = {0.0, 0.0, shared};
 }
 
-Estimate found(const std::string& file, std::uintmax_t memory, Sets sets = {}) {
+Estimate found(const std::string& file, std::uintmax_t memory, const Sets& sets = {}) {
   return identify(plan_for_method("allan_noise", sets), {file}, sets, memory, {});
 }
 
@@ -75,9 +75,9 @@ void expect_same_parameters(const Estimate& whole, const Estimate& streamed) {
   }
 }
 
-class streamed_identify : public testing::TestWithParam<const char*> {};
+class StreamedIdentify : public testing::TestWithParam<const char*> {};
 
-TEST_P(streamed_identify, gives_what_the_whole_recording_gives) {
+TEST_P(StreamedIdentify, GivesWhatTheWholeRecordingGives) {
   const Folder folder;
   const auto file = folder.file(GetParam());
   write_recording(noise(), file);
@@ -100,7 +100,7 @@ TEST_P(streamed_identify, gives_what_the_whole_recording_gives) {
   EXPECT_NEAR(b->x.values.back(), a->x.values.back(), 0.3 * a->x.values.back());
 }
 
-TEST_P(streamed_identify, puts_lost_samples_in) {
+TEST_P(StreamedIdentify, PutsLostSamplesIn) {
   const Folder folder;
   const auto file = folder.file(GetParam());
   auto recording = noise();
@@ -115,7 +115,7 @@ TEST_P(streamed_identify, puts_lost_samples_in) {
     EXPECT_NEAR(whole.parameters[i].value, streamed.parameters[i].value, 1e-7 * std::abs(whole.parameters[i].value));
 }
 
-INSTANTIATE_TEST_SUITE_P(formats, streamed_identify, testing::Values("noise.h5", "noise.csv"),
+INSTANTIATE_TEST_SUITE_P(formats, StreamedIdentify, testing::Values("noise.h5", "noise.csv"),
                          [](const auto& each) { return std::string(each.index == 0 ? "hdf5" : "csv"); });
 
 std::vector<std::string> refused(const std::string& file, Error::Kind kind, const Sets& sets = {}) {
@@ -128,7 +128,7 @@ std::vector<std::string> refused(const std::string& file, Error::Kind kind, cons
   return {};
 }
 
-TEST(streamed_recording, says_what_needs_all_samples_at_once) {
+TEST(StreamedRecording, SaysWhatNeedsAllSamplesAtOnce) {
   const Folder folder;
   const auto file = folder.file("noise.h5");
   auto recording = noise();
@@ -142,7 +142,7 @@ TEST(streamed_recording, says_what_needs_all_samples_at_once) {
   EXPECT_NE(problems[0].find("2 power-ups"), std::string::npos) << problems[0];
 }
 
-TEST(streamed_recording, refuses_a_backward_clock_and_names_file_and_time) {
+TEST(StreamedRecording, RefusesABackwardClockAndNamesFileAndTime) {
   const Folder folder;
   const auto file = folder.file("backward.h5");
   auto recording = noise();
@@ -159,7 +159,7 @@ TEST(streamed_recording, refuses_a_backward_clock_and_names_file_and_time) {
   EXPECT_NO_THROW(found(file, nothing, {{"rate", "100"}}));
 }
 
-TEST(streamed_recording, finds_lines_and_motion) {
+TEST(StreamedRecording, FindsLinesAndMotion) {
   const Folder folder;
   const auto file = folder.file("disturbed.h5");
   auto recording = noise();

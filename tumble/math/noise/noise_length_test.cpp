@@ -53,7 +53,7 @@ double relative_scatter(const NoiseModel& model, std::size_t samples, std::size_
   return std::sqrt((squares - records * mean * mean) / (records - 1));
 }
 
-TEST(noise_length, is_that_of_the_bound_for_a_walk) {
+TEST(NoiseLength, IsThatOfTheBoundForAWalk) {
   // sd of K at least sqrt(2 N/(K T)) of it: 8 % take T = 2/(0.05 0.08^2) = 6250. The bound leaves out N, and that there
   // is no sine below the first: 2 % of the length.
   const Known known(walk, 3, 0.05 * 0.05);
@@ -63,7 +63,7 @@ TEST(noise_length, is_that_of_the_bound_for_a_walk) {
   EXPECT_NEAR(length.sd_of(3, times) / (2.0 * 0.08 * 0.05 * 0.05), 1.0, 0.01);
 }
 
-TEST(noise_length, gives_the_scatter_that_was_wanted) {
+TEST(NoiseLength, GivesTheScatterThatWasWanted) {
   // Records of the length advised scatter as wanted: 60 records tell a sd to 1/sqrt(118), 4 of these are 37 %.
   const Known k(walk, 3, 0.05 * 0.05), b(flicker, 2, 0.09);
   const double of_k = RecordLength(k.bands, k.fit).times_for(3, 2.0 * 0.08 * 0.05 * 0.05),
@@ -74,7 +74,7 @@ TEST(noise_length, gives_the_scatter_that_was_wanted) {
   EXPECT_NEAR(relative_scatter(flicker, static_cast<std::size_t>(of_b * short_record), 2, 0.3, 60) / 0.10, 1.0, 0.37);
 }
 
-TEST(noise_length, at_its_own_length_repeats_the_fit) {
+TEST(NoiseLength, AtItsOwnLengthRepeatsTheFit) {
   const NoiseBands bands(simulated(walk, short_record, 2));
   const NoiseFit fit = fit_noise(bands, only({NoiseTerm::white, NoiseTerm::random_walk}));
   const RecordLength length(bands, fit);
@@ -85,7 +85,7 @@ TEST(noise_length, at_its_own_length_repeats_the_fit) {
   EXPECT_NEAR(length.sd_of(1, 100.0) / length.sd_of(1, 1.0), 0.1, 0.005);
 }
 
-TEST(noise_length, of_a_term_that_is_not_there_and_of_what_no_record_gives) {
+TEST(NoiseLength, OfATermThatIsNotThereAndOfWhatNoRecordGives) {
   const NoiseBands bands(simulated({.angle_random_walk = 1.0}, short_record, 3));
   const NoiseFit fit = fit_noise(bands, {});
   ASSERT_FALSE(fit.terms[3].kept);

@@ -73,7 +73,7 @@ double direct_markov(const NoiseBand& band, double time) {
   return sum;
 }
 
-TEST(noise_bands, expectations_are_those_of_the_covariance) {
+TEST(NoiseBands, ExpectationsAreThoseOfTheCovariance) {
   // Double sums of up to 40 000 terms of either sign: 1e-7 is above their rounding.
   std::vector<NoiseBand> bands;
   const auto white = simulated({.angle_random_walk = 1.0}, 1.0, 300000, 1);
@@ -91,7 +91,7 @@ TEST(noise_bands, expectations_are_those_of_the_covariance) {
   }
 }
 
-TEST(noise_bands, contrasts_keep_the_sum_of_squares) {
+TEST(NoiseBands, ContrastsKeepTheSumOfSquares) {
   // The cosines and the means of their blocks are an orthonormal basis; the sines are one of the differences.
   const auto values = simulated({.angle_random_walk = 1.0}, 1.0, 32768, 2);
   const NoiseBands bands(values);
@@ -123,7 +123,7 @@ double dense_likelihood(const std::vector<double>& values, double white, double 
   return cholesky.matrixL().solve(d).squaredNorm() + 2.0 * MatrixXd(cholesky.matrixL()).diagonal().array().log().sum();
 }
 
-TEST(noise_likelihood, of_white_noise_and_walk_is_exact) {
+TEST(NoiseLikelihood, OfWhiteNoiseAndWalkIsExact) {
   // 33 values have 32 sines, none gathered: the sum over bands is the dense Gaussian likelihood, whatever the terms.
   const auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.3}, 1.0, 33, 3);
   const NoiseBands bands(values);
@@ -139,7 +139,7 @@ TEST(noise_likelihood, of_white_noise_and_walk_is_exact) {
   }
 }
 
-TEST(noise_likelihood, lies_at_the_maximum) {
+TEST(NoiseLikelihood, LiesAtTheMaximum) {
   const auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.3}, 1.0, 400, 3);
   NoiseLikelihoodOptions options;
   options.terms = {NoiseTerm::white, NoiseTerm::random_walk};
@@ -161,7 +161,7 @@ TEST(noise_likelihood, lies_at_the_maximum) {
   EXPECT_NEAR(at(0, 0.05) - at(0, -0.05), 0.0, 0.02 * expected);
 }
 
-TEST(noise_likelihood, missing_samples_and_mean_do_not_matter) {
+TEST(NoiseLikelihood, MissingSamplesAndMeanDoNotMatter) {
   auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.01}, 1.0, 60000, 4);
   const NoiseFit whole = fit_noise(NoiseBands(values), {});
   for (double& value : values) value += 1e6;
@@ -199,7 +199,7 @@ Scatter scatter(const NoiseModel& model, std::size_t samples, std::size_t term, 
   return result;
 }
 
-TEST(noise_likelihood, reaches_the_bound_for_the_walk_without_bias) {
+TEST(NoiseLikelihood, ReachesTheBoundForTheWalkWithoutBias) {
   // Information of ln K^2 in white noise and walk of K T/N = 150: T K/(8 N) = 18.75, so sd of K at least 11.5 %. Over
   // 60 records the mean stays within 4 sd and the scatter within 4 of its own, 1/sqrt(120).
   const Scatter k =
@@ -209,7 +209,7 @@ TEST(noise_likelihood, reaches_the_bound_for_the_walk_without_bias) {
   EXPECT_LT(k.sd, 0.115 * (1.0 + 4.0 / std::sqrt(120.0)));
 }
 
-TEST(noise_likelihood, finds_a_gauss_markov_process_and_only_one_that_is_there) {
+TEST(NoiseLikelihood, FindsAGaussMarkovProcessAndOnlyOneThatIsThere) {
   const NoiseModel model{.angle_random_walk = 1.0, .markov_sd = 1.0, .markov_time = 100.0};
   const NoiseFit fit = fit_noise(NoiseBands(simulated(model, 1.0, 40000, 5)), {});
   ASSERT_EQ(fit.terms.size(), 5u);
@@ -220,7 +220,7 @@ TEST(noise_likelihood, finds_a_gauss_markov_process_and_only_one_that_is_there) 
   EXPECT_EQ(fit_noise(NoiseBands(simulated({.angle_random_walk = 1.0}, 1.0, 40000, 5)), {}).terms.size(), 4u);
 }
 
-TEST(noise_likelihood, tells_two_processes_apart) {
+TEST(NoiseLikelihood, DistinguishesTwoProcesses) {
   const NoiseModel model{.angle_random_walk = 1.0, .markov_sd = 1.0, .markov_time = 20.0};
   auto values = simulated(model, 1.0, 200000, 6);
   add_noise({.markov_sd = 2.0, .markov_time = 2000.0}, 1.0, RandomStream(7), values);
@@ -241,7 +241,7 @@ int times(const NoiseModel& model, std::size_t samples, int records, Happened ha
   return sum;
 }
 
-TEST(noise_likelihood, quantization_alone_is_not_taken_for_white_noise) {
+TEST(NoiseLikelihood, QuantizationAloneIsNotMistakenForWhiteNoise) {
   // The two ends of quantization are shared by all slow sines, which once gave a false term in 18 % of records. At the
   // 1 % of each of the three other terms 400 records have 12 +- 3.5 at most: 4 sigma are 26.
   const int false_terms = times({.quantization_noise = 1.0}, 2000, 400, [](const NoiseFit& fit) {
@@ -250,7 +250,7 @@ TEST(noise_likelihood, quantization_alone_is_not_taken_for_white_noise) {
   EXPECT_LE(false_terms, 26);
 }
 
-TEST(noise_likelihood, false_terms_are_as_rare_as_asked) {
+TEST(NoiseLikelihoodCoverage, FalseTermsAreAsRareAsAsked) {
   // Beside white noise, and beside a walk: 400 records, three or two terms of 1 % at most, 4 sigma.
   EXPECT_LE(times({.angle_random_walk = 1.0}, 1000, 400,
                   [](const NoiseFit& fit) { return fit.terms[0].kept || fit.terms[2].kept || fit.terms[3].kept; }),
@@ -260,7 +260,7 @@ TEST(noise_likelihood, false_terms_are_as_rare_as_asked) {
             20);
 }
 
-TEST(noise_likelihood, tells_a_ramp_in_white_noise_from_a_walk) {
+TEST(NoiseLikelihood, DistinguishesARampInWhiteNoiseFromAWalk) {
   // 2e-4 a sample over 4000 is 14.6 sd of the slope in white noise alone. A walk explains it nearly as well, and once
   // took it in 97 % of records. Found in two of three (200 records: 67 %); 60 records have 40 +- 3.7.
   const NoiseModel ramp{.angle_random_walk = 1.0, .rate_ramp = 2e-4};
@@ -277,7 +277,7 @@ TEST(noise_likelihood, tells_a_ramp_in_white_noise_from_a_walk) {
         << walk;
 }
 
-TEST(noise_likelihood, intervals_of_a_process_hold) {
+TEST(NoiseLikelihoodCoverage, IntervalsOfAProcessHold) {
   // 80 correlation times: the time is known to 20 %, and its sd is smaller where the estimate is low. 200 records, of
   // which 95 % are 190 +- 3.1; the interval is made for a normal logarithm, which it is not quite.
   int found = 0, held = 0;
@@ -293,13 +293,13 @@ TEST(noise_likelihood, intervals_of_a_process_hold) {
   EXPECT_GE(held, 0.95 * found - 4.0 * std::sqrt(0.95 * 0.05 * found));
 }
 
-TEST(noise_likelihood, refuses_what_does_not_change) {
+TEST(NoiseLikelihood, RefusesWhatDoesNotChange) {
   EXPECT_THROW(fit_noise(NoiseBands(std::vector<double>(100, 1.0)), {}), Error);
   EXPECT_THROW(NoiseBands(std::vector<double>(100, std::nan(""))), Error);
 }
 
 // The bank of processes that simulates flicker must not show: neither in B nor as terms that are not there.
-TEST(noise_likelihood, simulated_flicker_is_flicker) {
+TEST(NoiseLikelihood, SimulatedFlickerIsFlicker) {
   constexpr int records = 24;
   double sum = 0.0, variance = 0.0;
   int alone = 0;

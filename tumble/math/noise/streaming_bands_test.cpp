@@ -40,7 +40,7 @@ void expect_same(const NoiseBands& a, const NoiseBands& b) {
     EXPECT_NEAR(a.ordinates[i].square, b.ordinates[i].square, 1e-12 * a.ordinates[i].square);
 }
 
-TEST(streaming_bands, are_those_of_the_whole_record) {
+TEST(StreamingBands, AreThoseOfTheWholeRecord) {
   // Below and above the lengths at which a first and a second scale of the widest blocks begin.
   for (const std::size_t samples : {100u, 20'000u, 131'071u, 131'072u, 131'081u, 2'097'151u, 2'097'152u, 2'500'011u}) {
     const auto values = record(samples);
@@ -49,14 +49,14 @@ TEST(streaming_bands, are_those_of_the_whole_record) {
   }
 }
 
-TEST(streaming_bands, do_not_depend_on_the_pieces_and_take_gaps) {
+TEST(StreamingBands, DoNotDependOnThePiecesAndTakeGaps) {
   auto values = record(300'000);
   for (std::size_t i = 150'003; i < 150'100; ++i) values[i] = std::nan("");
   const NoiseBands whole(values);
   for (const std::size_t piece : {1u, 17u, 65'536u, 300'000u}) expect_same(whole, streamed(values, piece));
 }
 
-TEST(streaming_bands, parts_are_equal_to_a_five_hundredth_of_the_record) {
+TEST(StreamingBands, PartsAreEqualToAFiveHundredthOfTheRecord) {
   auto values = record(3'000'000);
   for (std::size_t i = 0; i < 3'000'000 / 16; ++i) values[i] = 1.5 + 2.0 * (values[i] - 1.5);
   const NoiseBands whole(values), pieces = streamed(values, 65'536);

@@ -30,7 +30,7 @@ MatrixXd covariance_by_fine_sums(const NoiseModel& noise, double interval, doubl
   return v;
 }
 
-TEST(Whitening, is_the_inverse_cholesky_factor_of_the_covariance) {
+TEST(Whitening, IsTheInverseCholeskyFactorOfTheCovariance) {
   NoiseModel noise;
   noise.angle_random_walk = 2.0;
   noise.bias_instability = 0.5;
@@ -48,7 +48,7 @@ TEST(Whitening, is_the_inverse_cholesky_factor_of_the_covariance) {
   EXPECT_NEAR(log_determinant, v.llt().matrixL().toDenseMatrix().diagonal().array().log().sum() * 2.0, 1e-3);
 }
 
-TEST(Whitening, a_missing_row_only_lets_time_pass) {
+TEST(Whitening, AMissingRowOnlyLetsTimePass) {
   NoiseModel noise;
   noise.angle_random_walk = 1.0;
   noise.rate_random_walk = 0.2;
@@ -65,7 +65,7 @@ TEST(Whitening, a_missing_row_only_lets_time_pass) {
   EXPECT_EQ(w.col(2).cwiseAbs().maxCoeff(), 0.0);
 }
 
-TEST(Whitening, series_and_closed_form_of_slow_processes_meet) {
+TEST(Whitening, SeriesAndClosedFormOfSlowProcessesMeet) {
   // Times just either side of the switch (ratio 1e-2): the whitened result may not jump.
   const auto last = [](double time) {
     NoiseModel noise;

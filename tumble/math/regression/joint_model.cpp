@@ -170,6 +170,7 @@ std::vector<FoundEffect> found(const Draws& draws, const MatrixXd& columns, cons
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
 JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const MixedFit> alone) {
   if (outputs.empty() || outputs.size() != alone.size())
     throw Error(Error::Kind::internal, "joint model: every output needs the fit of its own");

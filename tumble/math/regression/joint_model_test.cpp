@@ -56,7 +56,7 @@ Pair pair_of(std::uint64_t seed) {
   return pair;
 }
 
-TEST(joint_model, of_one_output_is_the_mixed_model) {
+TEST(JointModel, OfOneOutputIsTheMixedModel) {
   const Pair pair = pair_of(3);
   const auto joint = fit_joint_model(std::span(pair.outputs).first(1), std::span(pair.alone).first(1)).fit;
   const MixedFit& alone = pair.alone[0];
@@ -71,7 +71,7 @@ TEST(joint_model, of_one_output_is_the_mixed_model) {
 }
 
 /// Dense generalised least squares of all rows at once.
-TEST(joint_model, is_generalised_least_squares_of_all_rows) {
+TEST(JointModel, IsGeneralisedLeastSquaresOfAllRows) {
   const Pair pair = pair_of(4);
   const auto n = static_cast<Eigen::Index>(segments * rows_each);
   MatrixXd x = MatrixXd::Zero(2 * n, 4), d = MatrixXd::Zero(2 * n, static_cast<Eigen::Index>(segments + 1));
@@ -109,7 +109,7 @@ TEST(joint_model, is_generalised_least_squares_of_all_rows) {
 }
 
 /// What one output shows of the tilt is taken off the other: smaller uncertainties, and they hold.
-TEST(joint_model, its_covariance_holds_and_is_smaller_than_of_the_outputs_alone) {
+TEST(JointModel, ItsCovarianceHoldsAndIsSmallerThanOfTheOutputsAlone) {
   constexpr int trials = 400;
   int inside = 0, of_draws = 0;
   for (int t = 0; t < trials; ++t) {

@@ -139,6 +139,7 @@ double huber_variance(const VectorXd& whitened_residuals, const VectorXd& robust
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 50 lines; to be split when it changes
 LeastSquaresFit least_squares(const Matrix& design, const std::vector<double>& observations,
                               const std::vector<double>& weights, const LeastSquaresOptions& options) {
   const auto priors =

@@ -18,7 +18,7 @@ Matrix polynomial(std::size_t n, std::size_t columns) {
   return x;
 }
 
-TEST(LeastSquares, recovers_exact_parameters_to_rounding) {
+TEST(LeastSquares, RecoversExactParametersToRounding) {
   const Matrix x = polynomial(20, 3);
   std::vector<double> y(20);
   for (std::size_t i = 0; i < 20; ++i) y[i] = 2.0 - 3.0 * x(i, 1) + 0.5 * x(i, 2);
@@ -30,7 +30,7 @@ TEST(LeastSquares, recovers_exact_parameters_to_rounding) {
   EXPECT_TRUE(fit.unobservable.empty());
 }
 
-TEST(LeastSquares, mean_has_the_textbook_variance) {
+TEST(LeastSquares, MeanHasTheTextbookVariance) {
   const Matrix x(5, 1, 1.0);
   const auto fit = least_squares(x, {1, 2, 3, 4, 5}, {}, {});
   EXPECT_DOUBLE_EQ(fit.parameters[0], 3.0);
@@ -41,7 +41,7 @@ TEST(LeastSquares, mean_has_the_textbook_variance) {
   EXPECT_NEAR(fit.aicc, 5 * std::log(2.0) + 4.0 + 12.0 / 2.0, 1e-12);
 }
 
-TEST(LeastSquares, names_what_is_unobservable) {
+TEST(LeastSquares, NamesWhatIsUnobservable) {
   // Three squares that sum to one beside a constant: the ten-term model's problem in a 1 g field.
   Matrix x(12, 4);
   for (std::size_t i = 0; i < 12; ++i) {
@@ -59,7 +59,7 @@ TEST(LeastSquares, names_what_is_unobservable) {
   EXPECT_GT(fit.condition, 1e6);
 }
 
-TEST(LeastSquares, random_effect_is_drawn_to_its_prior) {
+TEST(LeastSquares, RandomEffectIsDrawnToItsPrior) {
   // One observation of variance 1 of a parameter with prior 0 +- 1: the mean lies half way, the variance is 1/2.
   Matrix x(1, 1, 1.0);
   LeastSquaresOptions options;
@@ -70,7 +70,7 @@ TEST(LeastSquares, random_effect_is_drawn_to_its_prior) {
   EXPECT_DOUBLE_EQ(fit.covariance(0, 0), 0.5);
 }
 
-TEST(LeastSquares, huber_withstands_an_outlier) {
+TEST(LeastSquares, HuberWithstandsAnOutlier) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   Matrix x(200, 1, 1.0);
@@ -86,7 +86,7 @@ TEST(LeastSquares, huber_withstands_an_outlier) {
   EXPECT_LT(fit.weights[0], 0.05);
 }
 
-TEST(LeastSquares, generalised_equals_weighted_for_a_diagonal) {
+TEST(LeastSquares, GeneralisedEqualsWeightedForADiagonal) {
   const Matrix x = polynomial(8, 2);
   const std::vector<double> y{1, 3, 2, 5, 4, 6, 8, 7};
   std::vector<double> weights(8);
@@ -101,7 +101,7 @@ TEST(LeastSquares, generalised_equals_weighted_for_a_diagonal) {
   EXPECT_NEAR(a.covariance(0, 1), b.covariance(0, 1), 1e-13);
 }
 
-TEST(LeastSquares, intervals_cover) {
+TEST(LeastSquaresCoverage, IntervalsHoldTheTruth) {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal;
   const Matrix x = polynomial(12, 2);
@@ -117,7 +117,7 @@ TEST(LeastSquares, intervals_cover) {
   EXPECT_NEAR(inside / static_cast<double>(trials), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / trials));
 }
 
-TEST(LeastSquares, robust_intervals_cover_too) {
+TEST(LeastSquaresCoverage, RobustIntervalsHoldTheTruthToo) {
   std::mt19937_64 random(13);
   std::normal_distribution<double> normal;
   const Matrix x = polynomial(60, 2);
@@ -136,14 +136,14 @@ TEST(LeastSquares, robust_intervals_cover_too) {
   EXPECT_NEAR(inside / static_cast<double>(trials), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / trials) + 1.0 / 60.0);
 }
 
-TEST(LeastSquares, refuses_what_it_cannot_use) {
+TEST(LeastSquares, RefusesWhatItCannotUse) {
   EXPECT_THROW(least_squares(polynomial(2, 3), {1, 2}, {}, {}), Error);
   EXPECT_THROW(least_squares(polynomial(3, 1), {1, std::nan(""), 2}, {}, {}), Error);
   Matrix not_definite(2, 2, 1.0);
   EXPECT_THROW(generalised_least_squares(polynomial(2, 1), {1, 2}, not_definite, {}), Error);
 }
 
-TEST(Quantiles, agree_with_published_tables) {
+TEST(Quantiles, AgreeWithPublishedTables) {
   // Student's t and chi-square tables, as printed to 3 and 4 digits after the point.
   EXPECT_NEAR(student_quantile(0.975, 1), 12.706, 5e-4);
   EXPECT_NEAR(student_quantile(0.975, 10), 2.228, 5e-4);
@@ -152,7 +152,7 @@ TEST(Quantiles, agree_with_published_tables) {
   EXPECT_NEAR(chi_square_quantile(0.05, 10), 3.940, 5e-4);
 }
 
-TEST(Quantiles, interval_of_a_standard_deviation_covers) {
+TEST(QuantilesCoverage, IntervalOfAStandardDeviationHoldsTheTruth) {
   std::mt19937_64 random(17);
   const int trials = 20000;
   for (const int nu : {2, 7, 50}) {

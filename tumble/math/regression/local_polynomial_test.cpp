@@ -49,7 +49,7 @@ TEST(LocalPolynomialResponse, NoiseFreeSweepThroughAKnownFilter) {
   }
 }
 
-TEST(LocalPolynomialResponse, UncertaintiesHold) {
+TEST(LocalPolynomialResponseCoverage, UncertaintiesHold) {
   constexpr int seeds = 100;
   const auto x = sweep(15000), clean = filtered(x);
   std::vector<double> gain(frequencies.size(), 0.0), phase(frequencies.size(), 0.0);

@@ -85,7 +85,7 @@ MatrixXd dense(const MixedData& data, double white, double slow) {
   return v;
 }
 
-TEST(mixed_model, observations_without_noise_give_the_parameters_to_rounding) {
+TEST(MixedModel, ObservationsWithoutNoiseGiveTheParametersToRounding) {
   for (const bool moving : {false, true}) {
     auto data = line(12, 20, moving);
     add_effects(data);
@@ -98,7 +98,7 @@ TEST(mixed_model, observations_without_noise_give_the_parameters_to_rounding) {
   }
 }
 
-TEST(mixed_model, is_the_analysis_of_variance_where_that_is_exact) {
+TEST(MixedModel, IsTheAnalysisOfVarianceWhereThatIsExact) {
   // Equal numbers in every position: within and between mean squares (with n - p freedom) give s^2 and t^2 in closed
   // form, and the line fitted to the position means its covariance.
   const std::size_t positions = 9, blocks = 15;
@@ -130,7 +130,7 @@ TEST(mixed_model, is_the_analysis_of_variance_where_that_is_exact) {
   EXPECT_NEAR(degrees_of_freedom(fit, {0.5, 2.0}), 7.0, 1e-3);
 }
 
-TEST(mixed_model, agrees_with_least_squares_on_the_full_covariance) {
+TEST(MixedModel, AgreesWithLeastSquaresOnTheFullCovariance) {
   for (const bool moving : {false, true}) {
     auto data = line(10, 8, moving);
     add_effects(data);
@@ -148,7 +148,7 @@ TEST(mixed_model, agrees_with_least_squares_on_the_full_covariance) {
   }
 }
 
-TEST(mixed_model, restricted_likelihood_is_at_its_top) {
+TEST(MixedModel, RestrictedLikelihoodIsAtItsTop) {
   auto data = line(14, 6, true);
   add_effects(data);
   data.observations = drawn(data, {1.0, 2.0}, 0.5, 0.4, RandomStream(21));
@@ -169,7 +169,7 @@ TEST(mixed_model, restricted_likelihood_is_at_its_top) {
   }
 }
 
-TEST(mixed_model, sources_sum_to_the_covariance) {
+TEST(MixedModel, SourcesSumToTheCovariance) {
   auto data = line(8, 5, true);
   add_effects(data);
   data.observations = drawn(data, {1.0, 2.0}, 0.5, 0.4, RandomStream(2));
@@ -201,7 +201,7 @@ std::array<double, 2> coverage(double slow, bool effects, bool moving) {
   return inside;
 }
 
-TEST(mixed_model, intervals_hold_the_truth) {
+TEST(MixedModelCoverage, IntervalsHoldTheTruth) {
   // 4 sigma of 1000 draws: 4 sqrt(0.95 0.05/1000) = 0.028. Where there is no slow noise its variance is still never
   // found below zero, so that the intervals are a little wide, but not beyond 0.99.
   for (const double slow : {0.0, 0.1, 0.5})
@@ -213,7 +213,7 @@ TEST(mixed_model, intervals_hold_the_truth) {
         }
 }
 
-TEST(mixed_model, prediction_is_the_covariance_of_the_fit) {
+TEST(MixedModel, PredictionIsTheCovarianceOfTheFit) {
   auto data = line(40, 30, true);
   add_effects(data);
   data.observations = drawn(data, {1.0, 2.0}, 0.5, 0.3, RandomStream(31));
@@ -226,7 +226,7 @@ TEST(mixed_model, prediction_is_the_covariance_of_the_fit) {
   EXPECT_TRUE(std::isinf(degrees_of_freedom(before, {1.0, 0.0})));
 }
 
-TEST(mixed_model, slow_noise_of_known_size_is_part_of_the_fit) {
+TEST(MixedModel, SlowNoiseOfKnownSizeIsPartOfTheFit) {
   // Seven segments that share a level of sd 2 besides shifts of 0.4: their differences show nothing of the level.
   MixedData data = line(7, 4);
   Matrix kernel(7, 7);
@@ -256,7 +256,7 @@ TEST(mixed_model, slow_noise_of_known_size_is_part_of_the_fit) {
   EXPECT_LT(found, 0.16 / 3.0);
 }
 
-TEST(mixed_model, shifts_beyond_the_known_size_are_found) {
+TEST(MixedModel, ShiftsBeyondTheKnownSizeAreFound) {
   MixedData data = line(25, 4);
   data.slow.push_back({"stated", identity(25), 0.01, true});
   const RandomStream random(5);
@@ -270,7 +270,7 @@ TEST(mixed_model, shifts_beyond_the_known_size_are_found) {
   EXPECT_NEAR(found, 0.99, 4.0 * std::sqrt(2.0 / 23.0 / tests));
 }
 
-TEST(mixed_model, refuses_what_it_cannot_fit) {
+TEST(MixedModel, RefusesWhatItCannotFit) {
   auto data = line(6, 4);
   data.observations = predicted(data, {1.0, 2.0});
   data.observations[3] = std::nan("");
@@ -284,7 +284,7 @@ TEST(mixed_model, refuses_what_it_cannot_fit) {
   EXPECT_THROW(fit_mixed_model(data), Error);  // two constants
 }
 
-TEST(unobservable_columns, are_left_out_in_the_order_preferred) {
+TEST(UnobservableColumns, AreSkippedInTheOrderPreferred) {
   // a, b^2, c^2 with b^2 + c^2 = 4: a stands for 1, so 4 a = b^2 + c^2. The last column is empty.
   Matrix design(20, 4);
   for (std::size_t i = 0; i < 20; ++i) {

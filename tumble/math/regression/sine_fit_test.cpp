@@ -68,7 +68,7 @@ TEST(SineFit, AFrequencyErrorTakesSincOfTheAmplitude) {
 }
 
 /// Mean of z^2 over many seeds, z the error in standard uncertainties: nu/(nu - 2) where the intervals hold.
-TEST(SineFit, UncertaintiesHoldInWhiteAndInColouredNoise) {
+TEST(SineFitCoverage, UncertaintiesHoldInWhiteAndInColouredNoise) {
   constexpr int seeds = 1500;
   for (const double memory : {0.0, 0.97}) {
     double gain = 0.0, phase = 0.0, expected = 0.0;

@@ -31,23 +31,23 @@ void expect_exact(const Parabola& p, const Smoothed& s) {
   }
 }
 
-TEST(LocalQuadratic, reproduces_a_parabola_to_the_ends) {
+TEST(LocalQuadratic, ReproducesAParabolaToTheEnds) {
   const auto p = parabola(300, 0.0);
   expect_exact(p, local_quadratic(p.time, p.signal, 30.0));
 }
 
-TEST(LocalQuadratic, does_not_need_even_stamps) {
+TEST(LocalQuadratic, DoesNotNeedEvenStamps) {
   const auto p = parabola(300, 0.2);
   expect_exact(p, local_quadratic(p.time, p.signal, 30.0));
 }
 
-TEST(LocalQuadratic, bridges_missing_samples) {
+TEST(LocalQuadratic, BridgesMissingSamples) {
   auto p = parabola(300, 0.0);
   for (std::size_t k = 100; k < 110; ++k) p.signal[k] = std::numeric_limits<double>::quiet_NaN();
   expect_exact(p, local_quadratic(p.time, p.signal, 30.0));
 }
 
-TEST(LocalQuadratic, even_and_general_path_agree) {
+TEST(LocalQuadratic, EvenAndGeneralPathAgree) {
   auto p = parabola(200, 0.0);
   for (std::size_t k = 0; k < 200; ++k) p.signal[k] += std::sin(static_cast<double>(k) / 9.0);
   const auto fast = local_quadratic(p.time, p.signal, 20.0);
@@ -57,7 +57,7 @@ TEST(LocalQuadratic, even_and_general_path_agree) {
   for (std::size_t k = 0; k < 170; ++k) EXPECT_NEAR(fast.slope[k], slow.slope[k], 1e-12) << k;
 }
 
-TEST(LocalQuadratic, has_no_answer_for_fewer_than_three_samples) {
+TEST(LocalQuadratic, HasNoAnswerForFewerThanThreeSamples) {
   const std::vector<double> time{0, 1}, signal{5, 6};
   EXPECT_TRUE(std::isnan(local_quadratic(time, signal, 10.0).slope[0]));
 }

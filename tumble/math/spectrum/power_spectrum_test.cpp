@@ -56,7 +56,7 @@ void expect_honest(const Tally& tally) {
   EXPECT_NEAR(tally.covered, 0.95, 4.0 * std::sqrt(0.95 * 0.05 / (8.0 * 250.0)));
 }
 
-TEST(PowerSpectrum, WelchHasTheWhiteLevelAndLimitsThatHold) {
+TEST(PowerSpectrumCoverage, WelchHasTheWhiteLevelAndLimitsThatHold) {
   const auto plain = tally(SpectrumEstimator::welch, {.length = 256}, 0);
   expect_honest(plain);
   EXPECT_NEAR(plain.edf, 36.0 * 225.0 / (19.0 * 15.0 - 1.0), 0.01);  // Percival and Walden (1993), of 15 segments
@@ -65,7 +65,7 @@ TEST(PowerSpectrum, WelchHasTheWhiteLevelAndLimitsThatHold) {
   expect_honest(tally(SpectrumEstimator::welch, {.length = 128, .points_per_decade = 5.0}, 20));
 }
 
-TEST(PowerSpectrum, MultitaperHasTheWhiteLevelAndLimitsThatHold) {
+TEST(PowerSpectrumCoverage, MultitaperHasTheWhiteLevelAndLimitsThatHold) {
   const auto plain = tally(SpectrumEstimator::multitaper, {.adaptive = false}, 0);
   expect_honest(plain);
   EXPECT_NEAR(plain.edf, 14.0, 1e-6);  // 2 K, K = 2 NW - 1

@@ -301,6 +301,7 @@ void Sines::refine() {
   }
 }
 
+// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
 SineQuality Sines::quality(std::size_t which, const std::function<double(double)>& level) const {
   constexpr double nearest = 3.0, farthest = 40.0, fewest = 20.0;
   const Sine& sine = sines_[which];

@@ -25,7 +25,7 @@ void put(double amplitude, double frequency, double phase, std::vector<double>& 
 
 double unit_level(double) { return 1.0; }
 
-TEST(Sines, has_the_scatter_of_the_bound_and_intervals_that_hold) {
+TEST(Sines, HasTheScatterOfTheBoundAndIntervalsThatHold) {
   // 200 records of 8000 samples, anywhere between two frequencies of a transform, with 5 % missing in the middle of
   // some. Of 95 % of 200, 4 sigma are 6.2 %; a standard deviation is known to 1/sqrt(400) of itself.
   constexpr double amplitude = 0.3, samples = 8000.0;
@@ -56,7 +56,7 @@ TEST(Sines, has_the_scatter_of_the_bound_and_intervals_that_hold) {
   EXPECT_LT(std::abs(off_f), 4.0 / std::sqrt(1.0 * records));
 }
 
-TEST(Sines, several_of_very_different_size_beside_drift_and_gaps) {
+TEST(Sines, SeveralOfVeryDifferentSizeBesideDriftAndGaps) {
   // Without noise: what is left is the leakage of drift and of the others, 1e-6 of the strongest.
   std::vector<double> values(20000, 9.8);
   const double frequencies[] = {0.05003, 0.10006, 0.2301, 12.3 / 20000}, amplitudes[] = {100.0, 1.0, 0.01, 0.1};
@@ -78,7 +78,7 @@ TEST(Sines, several_of_very_different_size_beside_drift_and_gaps) {
   EXPECT_NEAR(std::abs(alone.all()[0].amplitude), 1.0, 1e-3);
 }
 
-TEST(Sines, tells_a_steady_sine_from_one_that_wanders) {
+TEST(Sines, DistinguishesASteadySineFromOneThatWanders) {
   // Mean square of 8 parts over what noise makes: chi-square of 13 degrees of freedom over 13, above 3.2 once in 1e4.
   // One that is a quarter of a turn off at either end, one whose amplitude doubles, one that is there half the time.
   for (unsigned seed = 1; seed <= 20; ++seed) {
@@ -105,7 +105,7 @@ TEST(Sines, tells_a_steady_sine_from_one_that_wanders) {
   }
 }
 
-TEST(Sines, no_power_where_there_is_none) {
+TEST(Sines, NoPowerWhereThereIsNone) {
   // The largest of frequencies over 8 bins: exponential of mean 1, above 12 once in 1e4 times 16.
   for (unsigned seed = 1; seed <= 60; ++seed) {
     Sines sines(white(8192, seed));
@@ -114,7 +114,7 @@ TEST(Sines, no_power_where_there_is_none) {
   }
 }
 
-TEST(Sines, gives_back_what_it_took_of_the_noise) {
+TEST(Sines, ReturnsWhatItTookOfTheNoise) {
   // A sine of 8.3 periods in white noise: half the taper is Hann's. Within a period of it the mean square of the sines
   // of the bands is below the noise without, as it is with what was taken given back: 200 records of 4 sines and more,
   // 5 % and 4 sigma. About three degrees of freedom are gone.

@@ -64,18 +64,18 @@ void expect_covariance(const NoiseModel& noise, std::size_t samples, double mode
     }
 }
 
-TEST(allan_covariance, quantization) { expect_covariance({.quantization_noise = 1.0}, 1000); }
-TEST(allan_covariance, white) { expect_covariance({.angle_random_walk = 1.0}, 1000); }
+TEST(AllanCovariance, Quantization) { expect_covariance({.quantization_noise = 1.0}, 1000); }
+TEST(AllanCovariance, White) { expect_covariance({.angle_random_walk = 1.0}, 1000); }
 // The simulated bank is within 1 % of the power law over these factors (noise_model_test), twice that in its square.
-TEST(allan_covariance, flicker) { expect_covariance({.bias_instability = 1.0}, 1000, 0.02); }
-TEST(allan_covariance, random_walk) { expect_covariance({.rate_random_walk = 1.0}, 1000); }
-TEST(allan_covariance, mix) {
+TEST(AllanCovariance, Flicker) { expect_covariance({.bias_instability = 1.0}, 1000, 0.02); }
+TEST(AllanCovariance, RandomWalk) { expect_covariance({.rate_random_walk = 1.0}, 1000); }
+TEST(AllanCovariance, Mix) {
   expect_covariance(
       {.quantization_noise = 1.0, .angle_random_walk = 1.0, .bias_instability = 0.2, .rate_random_walk = 0.02}, 1000,
       0.01);
 }
 
-TEST(allan_covariance, white_noise_has_the_known_degrees_of_freedom) {
+TEST(AllanCovariance, WhiteNoiseHasTheKnownDegreesOfFreedom) {
   // m = 1: differences of neighbours; sum of C^2 = 4 N - 4 + 2 (N - 2) over N - 1 terms, exactly 2 N^2 sum/...:
   // edf = (N-1)^2 4 / (4 (N-1) + 2 (N-2)).
   const double n = 500.0;
@@ -84,7 +84,7 @@ TEST(allan_covariance, white_noise_has_the_known_degrees_of_freedom) {
               1e-9);
 }
 
-TEST(allan_covariance, integrals_agree_with_sums) {
+TEST(AllanCovariance, IntegralsAgreeWithSums) {
   // The same factors scaled: long records are integrated, and must approach what short ones sum.
   const std::vector<UnitTerm> terms{{NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
   const AllanCovariance small(terms, {24, 48, 200}, 1000), large(terms, {2400, 4800, 20000}, 100000);

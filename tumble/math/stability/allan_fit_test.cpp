@@ -68,17 +68,17 @@ void expect_coverage(const NoiseModel& noise, std::size_t samples) {
   }
 }
 
-TEST(allan_fit, intervals_hold_white_and_random_walk) {
+TEST(AllanFitCoverage, IntervalsHoldWhiteAndRandomWalk) {
   expect_coverage({.angle_random_walk = 1.0, .rate_random_walk = 0.006}, 30000);
 }
-TEST(allan_fit, intervals_hold_white_flicker_and_random_walk) {
+TEST(AllanFitCoverage, IntervalsHoldWhiteFlickerAndRandomWalk) {
   expect_coverage({.angle_random_walk = 1.0, .bias_instability = 0.25, .rate_random_walk = 0.02}, 40000);
 }
-TEST(allan_fit, intervals_hold_quantization_and_flicker) {
+TEST(AllanFitCoverage, IntervalsHoldQuantizationAndFlicker) {
   expect_coverage({.quantization_noise = 3.0, .angle_random_walk = 1.0, .bias_instability = 0.3}, 40000);
 }
 
-TEST(allan_fit, curve_of_the_model_gives_the_model) {
+TEST(AllanFit, CurveOfTheModelGivesTheModel) {
   // Exact expectations in: exact coefficients out, chi-square zero.
   const NoiseModel noise{2.0, 1.0, 0.3, 0.01};
   std::vector<AllanObservation> exact;
@@ -93,7 +93,7 @@ TEST(allan_fit, curve_of_the_model_gives_the_model) {
   }
 }
 
-TEST(allan_fit, limit_of_a_term_left_out_holds) {
+TEST(AllanFitCoverage, LimitOfASkippedTermHolds) {
   // K = 0.0006 with N = 1 over 20 000 samples is too weak to be seen in most records; its 95 % limit must hold in 95 %
   // of those where it is left out or more (4 sigma: 0.95 - 4 sqrt(0.95 0.05/200) = 0.888).
   const NoiseModel noise{.angle_random_walk = 1.0, .rate_random_walk = 0.0006};
@@ -110,7 +110,7 @@ TEST(allan_fit, limit_of_a_term_left_out_holds) {
   EXPECT_GE(held, 0.888 * left_out);
 }
 
-TEST(allan_fit, what_the_terms_cannot_follow_widens_the_intervals) {
+TEST(AllanFit, WhatTheTermsCannotFollowWidensTheIntervals) {
   // White noise and a vibration of the same size at 1/20 of the sampling rate.
   auto rate = drawn({.angle_random_walk = 1.0}, 40000, 5);
   const auto clean = fit_allan(observed(rate), 40000, {});
@@ -123,7 +123,7 @@ TEST(allan_fit, what_the_terms_cannot_follow_widens_the_intervals) {
   EXPECT_GT(shaken.model_error_variance[1], 0.5 * shaken.covariance(1, 1));
 }
 
-TEST(allan_fit, long_record_gives_white_noise_as_well_as_its_samples) {
+TEST(AllanFit, LongRecordGivesWhiteNoiseAsWellAsItsSamples) {
   // N and K of a tactical gyro at 400 Hz. The best that can be known of N is the mean square of the white samples
   // themselves, relative sd of the root sqrt(1/(2 n)); what another unbiased estimate differs from the best is not
   // correlated with it, so its variance is the difference of the two. Octaves lose a few percent.
@@ -144,7 +144,7 @@ TEST(allan_fit, long_record_gives_white_noise_as_well_as_its_samples) {
   }
 }
 
-TEST(allan_fit, weights_of_a_wrong_model_do_not_end_the_fit) {
+TEST(AllanFit, WeightsOfAWrongModelDoNotEndTheFit) {
   // Random walk alone, tried on what is mostly white noise, once left no positive coefficient for its own weights.
   const std::size_t samples = 200000;
   AllanFitOptions options;
@@ -154,12 +154,12 @@ TEST(allan_fit, weights_of_a_wrong_model_do_not_end_the_fit) {
   EXPECT_TRUE(fit.terms[0].kept);
 }
 
-TEST(allan_fit, refuses_what_it_cannot_fit) {
+TEST(AllanFit, RefusesWhatItCannotFit) {
   EXPECT_THROW(fit_allan({{1, 1.0, 0}}, 100, {}), Error);
   EXPECT_THROW(fit_allan({{1, 1.0, 0}, {2, 0.0, 0}}, 100, {}), Error);
 }
 
-TEST(allan_fit, root_interval_holds_a_chi_square_variance) {
+TEST(AllanFit, RootIntervalHoldsAChiSquareVariance) {
   // One variance with nu degrees of freedom: sd of the root is root/sqrt(2 nu). 20000 draws: 4 sigma are 0.006; the
   // Wilson-Hilferty nodes add 0.002.
   const RandomStream random(12);
@@ -177,7 +177,7 @@ TEST(allan_fit, root_interval_holds_a_chi_square_variance) {
   }
 }
 
-TEST(allan_fit, thins_to_octaves_and_keeps_the_ends) {
+TEST(AllanFit, ThinsToOctavesAndKeepsTheEnds) {
   std::vector<AllanObservation> all;
   for (const std::size_t m : averaging_factors(1000, 10.0)) all.push_back({m, 1.0, 0});
   const auto few = thinned(all);

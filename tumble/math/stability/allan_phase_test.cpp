@@ -26,7 +26,7 @@ std::vector<double> recording(std::size_t samples, const std::vector<std::size_t
 
 // What lies between them is a straight line in the number of samples that are there: both are rounded to an epsilon of
 // the greater, which is some thousands. The longest record is one that is written past the caches.
-TEST(allan_phase, read_once_is_the_phase_but_for_a_slope) {
+TEST(AllanPhase, ReadOnceIsThePhaseButForASlope) {
   for (const std::size_t samples : {5u, 1024u, 1500u, 65536u, 400001u, (1u << 22) + 77u}) {
     const auto rate = recording(
         samples, samples > 1000 ? std::vector<std::size_t>{0, 700, 701, samples - 2} : std::vector<std::size_t>{});
@@ -50,7 +50,7 @@ TEST(allan_phase, read_once_is_the_phase_but_for_a_slope) {
   }
 }
 
-TEST(allan_phase, refuses_what_cannot_be_integrated) {
+TEST(AllanPhase, RefusesWhatCannotBeIntegrated) {
   for (const auto integrate : {&integrate_rate, &integrate_rate_once}) {
     auto rate = recording(3000, {});
     EXPECT_THROW(integrate(rate, 3001), tumble::Error);

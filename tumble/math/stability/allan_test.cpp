@@ -134,7 +134,7 @@ TEST(AveragingFactors, AreDistinctAndReachTheLongest) {
   EXPECT_EQ(averaging_factors(1, 10.0), (std::vector<std::size_t>{1}));
 }
 
-TEST(OverlappingAllan, refuses_values_whose_squares_overflow) {
+TEST(OverlappingAllan, RefusesValuesWhoseSquaresOverflow) {
   std::vector<double> rate(100);
   for (std::size_t k = 0; k < rate.size(); ++k) rate[k] = (k % 3 == 0 ? 1.0 : -2.0) * 1e200;
   EXPECT_THROW(overlapping_allan(rate, 1.0, {}), Error);

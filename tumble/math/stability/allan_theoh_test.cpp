@@ -46,7 +46,7 @@ TEST(Stability, TheoHGoesOnWhereAllanEnds) {
 }
 
 /// Limits to 4 sd of the binomial about what the simulated edf and chi-square promise, which its shape keeps to 3 %.
-TEST(Stability, TheoHLimitsHoldTheAllanDeviation) {
+TEST(StabilityCoverage, TheoHLimitsHoldTheAllanDeviation) {
   constexpr int records = 150;
   const std::vector<std::size_t> factors{30, 60, 120, 180, 225};
   const struct {

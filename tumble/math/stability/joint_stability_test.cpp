@@ -39,7 +39,7 @@ void expect_limits_hold(const NoiseModel& model, double correlation) {
   for (const int count : held) EXPECT_NEAR(count, 0.95 * records, 4.0 * std::sqrt(0.95 * 0.05 * records));
 }
 
-TEST(AllanCorrelation, LimitsHoldTheTruth) {
+TEST(AllanCorrelationCoverage, LimitsHoldTheTruth) {
   expect_limits_hold({.angle_random_walk = 1.0}, 0.0);
   expect_limits_hold({.angle_random_walk = 1.0}, 0.5);
   expect_limits_hold({.rate_random_walk = 1.0}, 0.5);
@@ -107,7 +107,7 @@ Held hats(const std::vector<double>& noises, std::size_t factor, std::uint64_t r
 
 // Limits to 4 sd of the binomial; the mean to 4 sd of sqrt((A B + C^2)/(nu records)), A and B the variances of the two
 // differences and C the instrument's own: nu 186 at m = 8 and 21 at m = 64.
-TEST(ThreeCorneredHat, FindsEachInstrumentWithLimitsThatHold) {
+TEST(ThreeCorneredHatCoverage, FindsEachInstrumentWithLimitsThatHold) {
   constexpr int records = 100;
   const double reach = 4.0 * std::sqrt(0.95 * 0.05 * records);
   for (const std::size_t factor : {8u, 64u}) {

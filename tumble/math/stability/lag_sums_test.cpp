@@ -45,7 +45,7 @@ long double direct_second(const std::vector<double>& x, std::size_t m) {
 
 // Sizes with one block, with levels of which the last takes all rows, with a last row that is short by 1, 5 or 13
 // values or not at all, so that the columns end in whole lines or do not.
-TEST(lag_sums, are_those_of_the_definition) {
+TEST(LagSums, AreThoseOfTheDefinition) {
   for (const std::size_t size :
        {2u, 3u, 40u, 2048u, 5000u, 65536u, 65537u, 131072u, 300007u, 524301u, 2097152u + 13u}) {
     const auto x = walk(size);
@@ -60,7 +60,7 @@ TEST(lag_sums, are_those_of_the_definition) {
   }
 }
 
-TEST(lag_sums, take_the_factors_of_any_number_a_decade_and_their_doubles) {
+TEST(LagSums, TakeTheFactorsOfAnyNumberADecadeAndTheirDoubles) {
   for (const double points_per_decade : {0.0, 4.0, 10.0, 16.6, 30.0, 53.0})
     for (const std::size_t size : {std::size_t{1000}, std::size_t{70001}, std::size_t{10000001}, std::size_t{1} << 30})
       for (const std::size_t m : averaging_factors(size / 2, points_per_decade))
@@ -68,7 +68,7 @@ TEST(lag_sums, take_the_factors_of_any_number_a_decade_and_their_doubles) {
 }
 
 // Where a drift exceeds the noise the sums over lags lose digits, and odd factors have none: both are summed directly.
-TEST(lag_sums, leave_to_the_direct_sum_what_they_cannot_tell) {
+TEST(LagSums, LeaveToTheDirectSumWhatTheyCannotResolve) {
   constexpr std::size_t size = 150001;
   for (const double drift : {0.0, 1e-7, 1e-3}) {
     auto x = walk(size);

@@ -40,7 +40,7 @@ void leave_the_arm_alone(Evidence& evidence) {
 
 // Exact to rounding but for how the radius' term is taken: the Earth's rate turns the axis of rotation by 1e-5 rad from
 // the arm's, and the fit stops when the radius moves by less than 1e-7 m. 2e-4 of a coefficient is far below any noise.
-TEST(accelerometer_centrifuge, noise_free_tests_give_the_truth_also_of_a_radius_far_off) {
+TEST(AccelerometerCentrifuge, NoiseFreeTestsGiveTheTruthAlsoOfARadiusFarOff) {
   for (const double lever : {0.0, 1.3, 40.0}) {
     const Trial trial = clean(lever);
     const auto estimate = method().identify(trial.evidence, {});
@@ -55,7 +55,7 @@ TEST(accelerometer_centrifuge, noise_free_tests_give_the_truth_also_of_a_radius_
 }
 
 // Annex of the closed forms: even part K_0' + K_2 a^2, odd part a + K_3 a^3 + K_oq a^2, K_0' with what 1 g across adds.
-TEST(accelerometer_centrifuge, even_and_odd_parts_of_the_levels_are_the_model) {
+TEST(AccelerometerCentrifuge, EvenAndOddPartsOfTheLevelsAreTheModel) {
   const Trial trial = clean(0.0);
   const auto estimate = method().identify(trial.evidence, {});
   const Table* levels = find_table(estimate, "levels");
@@ -76,7 +76,7 @@ TEST(accelerometer_centrifuge, even_and_odd_parts_of_the_levels_are_the_model) {
   }
 }
 
-TEST(accelerometer_centrifuge, the_arm_alone_does_not_tell_radius_from_scale_factor) {
+TEST(AccelerometerCentrifuge, TheArmAloneDoesNotDistinguishRadiusFromScaleFactor) {
   Trial trial = clean(1.3);
   leave_the_arm_alone(trial.evidence);
   const auto estimate = method().identify(trial.evidence, {});
@@ -87,7 +87,7 @@ TEST(accelerometer_centrifuge, the_arm_alone_does_not_tell_radius_from_scale_fac
   EXPECT_NEAR(value(estimate, "scale_factor") / si(0.5, "V/g"), (1.0 + 1.3 / 1200.0) * (1.0 - 14e-6), 1e-6);
 }
 
-TEST(accelerometer_centrifuge, a_known_scale_factor_shows_the_radius) {
+TEST(AccelerometerCentrifuge, AKnownScaleFactorShowsTheRadius) {
   Trial trial = clean(1.3);
   leave_the_arm_alone(trial.evidence);
   auto& settings = trial.evidence.plan.settings;
@@ -103,7 +103,7 @@ TEST(accelerometer_centrifuge, a_known_scale_factor_shows_the_radius) {
   EXPECT_NE(refusal(method(), trial.evidence).find("give both, or neither"), std::string::npos);
 }
 
-TEST(accelerometer_centrifuge, an_effective_centre_off_the_mounting_is_told_from_the_radius) {
+TEST(AccelerometerCentrifuge, AnEffectiveCentreOffTheMountingIsDistinguishedFromTheRadius) {
   Trial trial = clean(0.0);
   // the instrument is turned about its mounting's centre: 0.2 mm further out in one sense, further in in the other
   const auto sense = [&](double lever, std::size_t from, std::size_t to) {
@@ -125,7 +125,7 @@ TEST(accelerometer_centrifuge, an_effective_centre_off_the_mounting_is_told_from
 }
 
 // Both go with w^4: s w^4 = K_oq (w^2 R)^2, K_oq = s/R^2.
-TEST(accelerometer_centrifuge, a_stretch_of_the_radius_is_in_the_budget_of_the_odd_quadratic_term) {
+TEST(AccelerometerCentrifuge, AStretchOfTheRadiusIsInTheBudgetOfTheOddQuadraticTerm) {
   const auto estimate = method().identify(method().trial(3).evidence, {});
   const auto* odd = find_parameter(estimate, "odd_quadratic_coefficient");
   const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
@@ -138,7 +138,7 @@ TEST(accelerometer_centrifuge, a_stretch_of_the_radius_is_in_the_budget_of_the_o
 
 // Bad input
 
-TEST(accelerometer_centrifuge, one_sense_alone_is_named) {
+TEST(AccelerometerCentrifuge, OneSenseAloneIsNamed) {
   Trial trial = clean(0.0);
   trial.evidence.recordings[0].marks.resize(8);
   trial.evidence.recordings[0].channels[0].values.resize(880);
@@ -147,21 +147,21 @@ TEST(accelerometer_centrifuge, one_sense_alone_is_named) {
   EXPECT_TRUE(says(estimate.findings, "the input axis points outwards at all levels"));
 }
 
-TEST(accelerometer_centrifuge, a_level_that_clips_is_refused) {
+TEST(AccelerometerCentrifuge, ALevelThatClipsIsRefused) {
   Trial trial = clean(0.0);
   const double most = 0.5 * 15.5;  // V: the levels at 20 g are beyond
   for (auto& v : trial.evidence.recordings[0].channels[0].values) v = std::clamp(v, -most, most);
   EXPECT_NE(refusal(method(), trial.evidence).find("clipped"), std::string::npos);
 }
 
-TEST(accelerometer_centrifuge, an_arm_that_does_not_settle_is_named) {
+TEST(AccelerometerCentrifuge, AnArmThatDoesNotSettleIsNamed) {
   Trial trial = clean(0.0);
   auto& values = trial.evidence.recordings[0].channels[0].values;
   for (std::size_t i = 460; i < 580; ++i) values[i] *= 1.0 - 0.02 * std::exp(-static_cast<double>(i - 460) / 60.0);
   EXPECT_TRUE(says(method().identify(trial.evidence, {}).findings, "'517 deg/s, yaw 0' still changes"));
 }
 
-TEST(accelerometer_centrifuge, an_arm_that_stands_is_refused) {
+TEST(AccelerometerCentrifuge, AnArmThatStandsIsRefused) {
   Trial trial = clean(0.0);
   trial.evidence.plan = *trial.evidence.plans[1];
   trial.evidence.plan.method = "accelerometer_centrifuge";

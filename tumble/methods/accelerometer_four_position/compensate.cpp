@@ -113,6 +113,7 @@ Finding extrapolation(std::size_t outside, std::size_t samples, double low, doub
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Coefficients c = coefficients_of(estimate);
   const bool over = c.bias.size() > 1 || c.scale.size() > 1;

@@ -68,7 +68,7 @@ Harmonics harmonics(int n, const Coefficients& unit, bool second) {
   return h;
 }
 
-TEST(accelerometer_tumble, many_positions_give_the_closed_form_in_either_mount) {
+TEST(AccelerometerTumble, ManyPositionsGiveTheClosedFormInEitherMount) {
   for (const int n : {7, 8, 9, 12, 24})
     for (const bool second : {false, true}) {
       const auto h = harmonics(n, unit, second);
@@ -91,7 +91,7 @@ TEST(accelerometer_tumble, many_positions_give_the_closed_form_in_either_mount) 
 
 // (3.5): K = (E_1 - E_3)/2, nabla = (E_1 + E_3)/(2 K), K_0 = (E_2 + E_4)/(2 K), K_2 = (E_1 + E_3 - E_2 - E_4)/(2 K),
 // theta_t = (E_2 - E_4)/(2 K) with p up in position 2, in units of the local g.
-TEST(accelerometer_tumble, four_positions_are_the_four_position_formulas) {
+TEST(AccelerometerTumble, FourPositionsAreTheFourPositionFormulas) {
   const auto found = answer({{90, 0}, {0, 0}, {270, 0}, {180, 0}});
   const double e1 = unit(1, 0, 0), e2 = unit(0, 1, 0), e3 = unit(-1, 0, 0), e4 = unit(0, -1, 0);
   const double k = (e1 - e3) / 2.0;
@@ -108,7 +108,7 @@ TEST(accelerometer_tumble, four_positions_are_the_four_position_formulas) {
   EXPECT_TRUE(says(found.estimate.findings, "leave nothing over"));
 }
 
-TEST(accelerometer_tumble, five_positions_withhold_the_cross_coupling) {
+TEST(AccelerometerTumble, FivePositionsWithholdTheCrossCoupling) {
   const auto found = answer(turn(5));
   EXPECT_EQ(find_parameter(found.estimate, "cross_coupling_ip"), nullptr);
   EXPECT_TRUE(
@@ -117,7 +117,7 @@ TEST(accelerometer_tumble, five_positions_withhold_the_cross_coupling) {
   EXPECT_EQ(found.estimate.covariance.rows, found.estimate.parameters.size());
 }
 
-TEST(accelerometer_tumble, six_positions_hide_the_third_order_in_the_scale_factor) {
+TEST(AccelerometerTumble, SixPositionsHideTheThirdOrderInTheScaleFactor) {
   const auto found = answer(turn(6));
   EXPECT_NEAR(found("cross_coupling_ip"), unit.k_ip / (1.0 + 0.75 * unit.k_3), rounding);
   EXPECT_NEAR(found("scale_factor"), unit.k_1 * (1.0 + 0.75 * unit.k_3), rounding);
@@ -125,7 +125,7 @@ TEST(accelerometer_tumble, six_positions_hide_the_third_order_in_the_scale_facto
   EXPECT_TRUE(says(found.estimate.findings, "scale_factor stands for K_1 (1 + 0.75 K_3)"));
 }
 
-TEST(accelerometer_tumble, irregular_positions_in_both_mounts_give_all) {
+TEST(AccelerometerTumble, IrregularPositionsInBothMountsGiveAll) {
   std::vector<Position> positions;
   for (const double angle : {3.0, 41.0, 87.0, 111.0, 158.0, 204.0, 260.0, 305.0, 340.0}) {
     positions.push_back({angle, 0.0});
@@ -140,7 +140,7 @@ TEST(accelerometer_tumble, irregular_positions_in_both_mounts_give_all) {
   EXPECT_NEAR(found("third_order_coefficient"), unit.k_3, 10.0 * rounding);
 }
 
-TEST(accelerometer_tumble, what_one_g_hides) {
+TEST(AccelerometerTumble, WhatOneGHides) {
   Coefficients hinge = unit;
   hinge.k_pp = -hinge.k_2;  // an elastic hinge: K_2 comes out twice
   hinge.k_oo = 7e-6;
@@ -168,7 +168,7 @@ TEST(accelerometer_tumble, what_one_g_hides) {
 
 // sin|sin| = (8/pi)(sin/3 - sin3/15 - ...): on 24 positions 0.34 of it goes into K_1, 0.68 into K_3. The sums over 24
 // positions differ from the integrals by the aliases of its harmonics 21 and beyond, below 0.005.
-TEST(accelerometer_tumble, an_odd_quadratic_term_shows_as_third_order_and_scale_factor) {
+TEST(AccelerometerTumble, AnOddQuadraticTermShowsAsThirdOrderAndScaleFactor) {
   Coefficients odd = unit;
   odd.k_oq = 100e-6;
   const auto found = even_answer(turn(24), odd);
@@ -187,7 +187,7 @@ struct HeadError {
   double k_0, k_1, k_2, k_3, k_ip, delta_o;     ///< shifts per d; of K_1 relative
 };
 
-TEST(accelerometer_tumble, errors_of_the_head_go_where_their_harmonics_say) {
+TEST(AccelerometerTumble, ErrorsOfTheHeadGoWhereTheirHarmonicsSay) {
   const HeadError errors[] = {{"constant", [](double d, double) { return d; }, 0, 0, 0, 0, 0, 1},
                               {"1c", [](double d, double th) { return d * std::cos(th); }, 1, 0, -1, 0, 0, 0},
                               {"1s", [](double d, double th) { return d * std::sin(th); }, 0, 0, 0, 0, 1, 0},
@@ -209,7 +209,7 @@ TEST(accelerometer_tumble, errors_of_the_head_go_where_their_harmonics_say) {
   }
 }
 
-TEST(accelerometer_tumble, four_positions_take_the_harmonics_of_the_head_otherwise) {
+TEST(AccelerometerTumble, FourPositionsTakeTheHarmonicsOfTheHeadOtherwise) {
   const double d = 20.0 * arcsec;
   const auto d_2s = answer(turn(4), unit, [&](double th) { return d * std::sin(2 * th); });
   EXPECT_NEAR(d_2s("scale_factor") / unit.k_1, 1.0 + unit.k_3, 1e-8);
@@ -243,7 +243,7 @@ Estimate with_error(const char* option) {
 
 // The same from the rig's own errors, through the budget: 1 arcsec twice per turn is 2 x 4.848e-6 = 9.7 ppm of K_1 and
 // 9.7 ug/g^3 of K_3. The positions are weighted nearly alike, so that the harmonics hold to 2 %.
-TEST(accelerometer_tumble, an_arcsec_twice_per_turn_is_9_7_ppm_and_9_7_micro_g) {
+TEST(AccelerometerTumble, AnArcsecTwicePerTurnIs97PpmAnd97MicroG) {
   const double g = gravity(*method().trial(1).evidence.plan.site);
   const auto twice = with_error("angle_twice_sd"), once = with_error("angle_once_sd");
   const std::string c = ", cosine", s = ", sine", at = "angle error of head ";
@@ -253,7 +253,7 @@ TEST(accelerometer_tumble, an_arcsec_twice_per_turn_is_9_7_ppm_and_9_7_micro_g) 
   EXPECT_NEAR(budget(once, at + "once per turn" + c, "second_order_coefficient") * g, arcsec, 0.02 * arcsec);
 }
 
-TEST(accelerometer_tumble, the_zero_of_the_head_is_in_the_misalignment_unless_the_unit_is_turned) {
+TEST(AccelerometerTumble, TheZeroOfTheHeadIsInTheMisalignmentUnlessTheUnitIsTurned) {
   const double d = 20.0 * arcsec;
   const auto zero = [d](double) { return d; };
   const auto alone = answer(turn(8), unit, zero);
@@ -272,7 +272,7 @@ TEST(accelerometer_tumble, the_zero_of_the_head_is_in_the_misalignment_unless_th
 }
 
 // K_1 pulse/s/g is per standard g; where g is G, K_1 G/g0 per local g, K_0 g0/G, K_2 G/g0, K_3 (G/g0)^2.
-TEST(accelerometer_tumble, states_the_coefficients_per_local_g_too) {
+TEST(AccelerometerTumble, StatesTheCoefficientsPerLocalGToo) {
   const auto found = answer(turn(12));
   const Table* table = find_table(found.estimate, "local_g");
   ASSERT_NE(table, nullptr);
@@ -289,7 +289,7 @@ TEST(accelerometer_tumble, states_the_coefficients_per_local_g_too) {
 }
 
 // b_j/(1 + d) and K_1 = nominal (1 + d): the covariance is that of the differential.
-TEST(accelerometer_tumble, the_covariance_is_that_of_the_normalised_coefficients) {
+TEST(AccelerometerTumble, TheCovarianceIsThatOfTheNormalisedCoefficients) {
   linear::Solution solution;
   solution.columns =
       linear::terms_of("pendulous_accelerometer", defaults(find_model("pendulous_accelerometer").constants()),
@@ -312,14 +312,14 @@ TEST(accelerometer_tumble, the_covariance_is_that_of_the_normalised_coefficients
 
 // Bad input
 
-TEST(accelerometer_tumble, a_position_under_two_labels_is_a_repeat) {
+TEST(AccelerometerTumble, APositionUnderTwoLabelsIsARepeat) {
   auto positions = turn(8);
   positions.push_back({45.0 + 360.0, 0.0});  // the label differs, the place does not
   const auto found = answer(positions);
   EXPECT_TRUE(says(found.estimate.findings, "are one position by the plan: they count as repeats"));
 }
 
-TEST(accelerometer_tumble, a_label_of_two_positions_is_doubtful) {
+TEST(AccelerometerTumble, ALabelOfTwoPositionsIsDoubtful) {
   Evidence evidence = evidence_of(turn(8), unit);
   for (const std::size_t k : {1u, 2u}) {
     evidence.plan.schedule[k].label = "same";
@@ -328,7 +328,7 @@ TEST(accelerometer_tumble, a_label_of_two_positions_is_doubtful) {
   EXPECT_TRUE(says(method().identify(evidence, {}).findings, "'same' is the label of different positions"));
 }
 
-TEST(accelerometer_tumble, a_unit_that_clips_is_refused) {
+TEST(AccelerometerTumble, AUnitThatClipsIsRefused) {
   Evidence evidence = evidence_of(turn(12), unit);
   for (auto& v : evidence.recordings[0].channels[0].values) v = std::min(v, 0.75 * unit.k_1);
   const auto said = refusal(method(), evidence);
@@ -337,7 +337,7 @@ TEST(accelerometer_tumble, a_unit_that_clips_is_refused) {
 }
 
 // only the positions at +-1 g are clipped: nothing else shows the same
-TEST(accelerometer_tumble, a_unit_that_clips_at_its_greatest_alone_is_refused) {
+TEST(AccelerometerTumble, AUnitThatClipsAtItsGreatestAloneIsRefused) {
   Evidence evidence = evidence_of(turn(12), unit);
   for (auto& v : evidence.recordings[0].channels[0].values) v = std::clamp(v, -0.95 * unit.k_1, 0.95 * unit.k_1);
   const auto said = refusal(method(), evidence);
@@ -362,7 +362,7 @@ Evidence counted(double pulses_per_g) {
   return evidence;
 }
 
-TEST(accelerometer_tumble, a_counter_that_overflows_is_refused) {
+TEST(AccelerometerTumble, ACounterThatOverflowsIsRefused) {
   Evidence whole = counted(40000.0);
   EXPECT_NO_THROW(method().identify(whole, {}));
   Evidence evidence = whole;
@@ -376,13 +376,13 @@ TEST(accelerometer_tumble, a_counter_that_overflows_is_refused) {
   EXPECT_NE(refusal(method(), evidence).find("1 count off the others by 65536"), std::string::npos);
 }
 
-TEST(accelerometer_tumble, a_head_that_counts_the_other_way_is_named) {
+TEST(AccelerometerTumble, AHeadThatCountsTheOtherWayIsNamed) {
   const auto found = answer(turn(12), unit, [](double th) { return -2.0 * th; });
   EXPECT_NEAR(found("scale_factor"), -unit.k_1, 1e-3);
   EXPECT_TRUE(says(found.estimate.findings, "enter -th for th"));
 }
 
-TEST(accelerometer_tumble, a_position_that_was_not_gone_to_is_named) {
+TEST(AccelerometerTumble, APositionThatWasNotGoneToIsNamed) {
   Evidence evidence = method().trial(1).evidence;
   auto& values = evidence.recordings[0].channels[0].values;
   std::copy_n(values.begin() + 640, 60, values.begin() + 740);  // at 0 deg, the head long at rest
@@ -392,7 +392,7 @@ TEST(accelerometer_tumble, a_position_that_was_not_gone_to_is_named) {
   EXPECT_TRUE(says(estimate.findings, "It reads as 'roll -90 at 0' does"));
 }
 
-TEST(accelerometer_tumble, two_positions_that_are_exchanged_are_named) {
+TEST(AccelerometerTumble, TwoPositionsThatAreExchangedAreNamed) {
   Evidence evidence = method().trial(1).evidence;
   auto& values = evidence.recordings[0].channels[0].values;
   std::swap_ranges(values.begin() + 700, values.begin() + 800, values.begin() + 1000);  // 60 deg and 240 deg
@@ -401,7 +401,7 @@ TEST(accelerometer_tumble, two_positions_that_are_exchanged_are_named) {
 }
 
 // Three degrees of freedom: the best of nine positions to leave out improves the rest several times by luck alone.
-TEST(accelerometer_tumble, few_positions_that_agree_are_not_accused) {
+TEST(AccelerometerTumble, FewPositionsThatAgreeAreNotAccused) {
   Plan plan = method().trial(1).evidence.plan;
   plan.schedule.erase(plan.schedule.begin() + 9, plan.schedule.end());
   for (std::size_t k = 0; k < 9; ++k) {
@@ -417,12 +417,12 @@ TEST(accelerometer_tumble, few_positions_that_agree_are_not_accused) {
   EXPECT_LE(accused, 1);  // one in ten thousand is meant, of normal residuals
 }
 
-TEST(accelerometer_tumble, a_scale_factor_that_the_angle_of_the_head_spoils_is_doubted) {
+TEST(AccelerometerTumble, AScaleFactorThatTheAngleOfTheHeadSpoilsIsDoubted) {
   const auto found = answer(turn(12), unit, [](double) { return si(1.0, "deg"); });
   EXPECT_TRUE(says(found.estimate.findings, "correct the angles of the plan"));
 }
 
-TEST(accelerometer_tumble, positions_too_few_are_refused) {
+TEST(AccelerometerTumble, PositionsTooFewAreRefused) {
   EXPECT_NE(refusal(method(), evidence_of({{0, 0}, {180, 0}}, unit)).find("with it up and down"), std::string::npos);
 }
 

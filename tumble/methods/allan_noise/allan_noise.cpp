@@ -28,6 +28,7 @@ std::vector<Role> roles() {
            "the one channel to analyse, angular rate or specific force; without it all such channels are"}};
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
 std::vector<Option> options() {
   using Type = Option::Type;
   return {

@@ -48,7 +48,7 @@ void expect_white(const Estimate& estimate, const std::string& channel) {
   EXPECT_LT(sd, 0.02 * n->value);
 }
 
-TEST(allan_noise, takes_every_inertial_channel_or_the_signal) {
+TEST(AllanNoise, TakesEveryInertialChannelOrTheSignal) {
   Channel temperature{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, 1.0, nullptr}, {300, 301}};
   auto evidence = noise_evidence({noisy("gyro.x", 1), temperature, noisy("gyro.y", 2)});
   const auto both = identify_noise(evidence);
@@ -60,7 +60,7 @@ TEST(allan_noise, takes_every_inertial_channel_or_the_signal) {
   expect_white(one, "gyro.y");
 }
 
-TEST(allan_noise, leaves_out_a_stuck_channel_and_says_so) {
+TEST(AllanNoise, SkipsAStuckChannelAndSaysSo) {
   Channel stuck = noisy("gyro.z", 3);
   stuck.values.assign(stuck.values.size(), 0.25);
   const auto estimate = identify_noise(noise_evidence({noisy("gyro.x", 1), stuck}));
@@ -68,7 +68,7 @@ TEST(allan_noise, leaves_out_a_stuck_channel_and_says_so) {
   EXPECT_NE(said(estimate.findings).find("gyro.z: does not change"), std::string::npos) << said(estimate.findings);
 }
 
-TEST(allan_noise, lost_samples_become_missing_samples) {
+TEST(AllanNoise, LostSamplesBecomeMissingSamples) {
   Channel gapped = noisy("gyro.x", 4);
   Stamps stamps = even_stamps(gapped.values.size());
   for (std::size_t i = 7000; i < stamps.size(); ++i) stamps[i] += 12.3;
@@ -82,7 +82,7 @@ TEST(allan_noise, lost_samples_become_missing_samples) {
   EXPECT_NE(said(estimate.findings).find("1 gap"), std::string::npos) << said(estimate.findings);
 }
 
-TEST(allan_noise, refuses_a_backward_clock_and_names_the_time) {
+TEST(AllanNoise, RefusesABackwardClockAndNamesTheTime) {
   Channel backward = noisy("gyro.x", 5);
   Stamps stamps = even_stamps(backward.values.size());
   for (std::size_t i = 5000; i < stamps.size(); ++i) stamps[i] -= 100.0;
@@ -99,7 +99,7 @@ TEST(allan_noise, refuses_a_backward_clock_and_names_the_time) {
   expect_white(identify_noise(evidence), "gyro.x");
 }
 
-TEST(allan_noise, stamps_on_a_grid_average_what_falls_together) {
+TEST(AllanNoise, StampsOnAGridAverageWhatFallsTogether) {
   Channel channel{"g", QuantityKind::angular_rate, Unit::parse("rad/s"), {}, {}};
   Stamps stamps;
   for (int i = 0; i < 40; ++i) {
@@ -114,7 +114,7 @@ TEST(allan_noise, stamps_on_a_grid_average_what_falls_together) {
   EXPECT_GT(sum, 30.0);
 }
 
-TEST(allan_noise, several_power_ups_are_several_records) {
+TEST(AllanNoise, SeveralPowerUpsAreSeveralRecords) {
   auto evidence = noise_evidence({noisy("gyro.x", 6)});
   evidence.recordings[0].marks = {{"first", 0.0, 1}, {"second", 900.0, 2}};
   const auto estimate = identify_noise(evidence);
@@ -122,7 +122,7 @@ TEST(allan_noise, several_power_ups_are_several_records) {
   EXPECT_NE(find_parameter(estimate, "gyro.x.run2.angle_random_walk"), nullptr);
 }
 
-TEST(allan_noise, tells_a_ramp_from_noise) {
+TEST(AllanNoise, DistinguishesARampFromNoise) {
   // White noise over T = 2000 s: sd of the slope sqrt(12/T^3) N = 0.84 deg/h/h, and more for the random walk that may
   // hide. A clear ramp stays and leaves N and nothing else, none is seen without. 5 sd: 1 in 10^6.
   Channel ramped = noisy("gyro.x", 8);
@@ -140,7 +140,7 @@ TEST(allan_noise, tells_a_ramp_from_noise) {
   EXPECT_NEAR(ramp->value, slope, 5.0 * sd);
 }
 
-TEST(allan_noise, points_at_motion_and_settings_out_of_range) {
+TEST(AllanNoise, PointsAtMotionAndSettingsOutOfRange) {
   Channel moved = noisy("gyro.x", 7);
   for (std::size_t i = 9000; i < 9040; ++i) moved.values[i] += si(100.0, "deg/s");
   EXPECT_NE(said(identify_noise(noise_evidence({moved})).findings).find("motion"), std::string::npos);
@@ -162,7 +162,7 @@ const Curve* curve_named(const Estimate& estimate, const std::string& name) {
   return nullptr;
 }
 
-TEST(allan_noise, shows_the_spectrum_and_every_averaging_time_where_asked) {
+TEST(AllanNoise, ShowsTheSpectrumAndEveryAveragingTimeWhereAsked) {
   auto evidence = noise_evidence({noisy("gyro.x", 11, 4000)});
   EXPECT_EQ(curve_named(identify_noise(evidence), "gyro.x power_spectrum"), nullptr);
   evidence.plan.settings.set_word("spectrum", "welch");
@@ -188,7 +188,7 @@ TEST(allan_noise, shows_the_spectrum_and_every_averaging_time_where_asked) {
   EXPECT_EQ(said(estimate.findings).find("not the same all along"), std::string::npos);
 }
 
-TEST(allan_noise, tells_instruments_apart_that_measure_the_same) {
+TEST(AllanNoise, DistinguishesInstrumentsThatMeasureTheSame) {
   // Three gyros of N = 0.1 deg/sqrt(h) on a moving base. What two have in common is found, the third keeps out of it.
   std::vector<Channel> gyros{noisy("a", 21), noisy("b", 22), noisy("c", 23)};
   std::vector<double> motion(gyros[0].values.size(), 0.0);
@@ -213,7 +213,7 @@ TEST(allan_noise, tells_instruments_apart_that_measure_the_same) {
   EXPECT_EQ(text.find("with c"), std::string::npos);
 }
 
-TEST(allan_noise, says_how_channels_follow_the_temperature) {
+TEST(AllanNoise, SaysHowChannelsFollowTheTemperature) {
   // Two cycles of 3 K over 2000 s; 5 deg/h/K on one gyro, none on the other. Nothing is said where it does not move.
   std::vector<Channel> channels{noisy("gyro.x", 31), noisy("gyro.y", 32)};
   Channel temperature{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, 10.0, nullptr}, {}};

@@ -47,7 +47,7 @@ std::string said(const Estimate& estimate) {
   return text;
 }
 
-TEST(disturbed_parts, none_in_noise_whatever_its_colour) {
+TEST(DisturbedParts, NoneInNoiseWhateverItsColour) {
   // White: never (a block of 900 samples is known to 2.4 %). A walk's scatter within a block reaches 4 times the
   // median in 1 of 12 000 blocks, that about the block's line in less than 1 of 10^7.
   const NoiseModel models[] = {{.angle_random_walk = 1e-4},
@@ -61,7 +61,7 @@ TEST(disturbed_parts, none_in_noise_whatever_its_colour) {
         EXPECT_TRUE(parts_of(simulated(model, samples, seed)).empty()) << seed << " of " << samples;
 }
 
-TEST(disturbed_parts, are_the_touched_blocks_and_one_more_either_way) {
+TEST(DisturbedParts, AreTheTouchedBlocksAndOneMoreEitherWay) {
   EvenSignal signal = simulated({.angle_random_walk = 1e-4}, hour, 1);
   touch(1803.0, 5.0, 0.05, 1.0, signal.made);  // within the block from 1800 to 1809 s
   touch(3598.0, 2.0, 0.05, 1.0, signal.made);  // at the very end
@@ -76,13 +76,13 @@ TEST(disturbed_parts, are_the_touched_blocks_and_one_more_either_way) {
   EXPECT_TRUE(parts_of(signal).empty());
 }
 
-TEST(disturbed_parts, a_record_that_is_disturbed_throughout_is_left_as_it_is) {
+TEST(DisturbedParts, ARecordThatIsDisturbedThroughoutRemainsAsItIs) {
   EvenSignal signal = simulated({.angle_random_walk = 1e-4}, hour, 2);
   for (double begin = 50.0; begin < 3600.0; begin += 200.0) touch(begin, 5.0, 0.05, 1.0, signal.made);  // 18 x 27 s
   EXPECT_TRUE(parts_of(signal).empty());
 }
 
-TEST(disturbed_parts, hold_the_noise_of_touched_records) {
+TEST(DisturbedParts, HoldTheNoiseOfTouchedRecords) {
   // 3 to 10 s of motion of 50 sd of a sample in an hour. Of 42 intervals of 95 %, 4 sigma fewer than expected: 34. The
   // mean of 42 known to their sd/sqrt(42): 4 sigma.
   constexpr double n = 1e-4;
@@ -105,7 +105,7 @@ TEST(disturbed_parts, hold_the_noise_of_touched_records) {
   EXPECT_LT(std::abs(sum / records), 4.0 * sd / std::sqrt(1.0 * records));
 }
 
-TEST(disturbed_parts, are_said_and_listed_and_can_be_kept) {
+TEST(DisturbedParts, AreSaidAndListedAndCanBeKept) {
   auto values = simulated({.angle_random_walk = 1e-4}, hour, 3).made;
   touch(1803.0, 5.0, 0.05, 1.0, values);
   const Estimate cut = identified(values, "cut");

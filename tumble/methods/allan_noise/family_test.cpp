@@ -26,7 +26,7 @@ Evidence gyro(const std::string& deviations, double gap_share) {
   return evidence;
 }
 
-TEST(noise_family, gives_what_is_asked_for_and_no_more) {
+TEST(NoiseFamily, GivesWhatIsAskedForAndNoMore) {
   EXPECT_EQ(find_table(identify_noise(gyro("", 0.0)), "family"), nullptr);
   const auto estimate = identify_noise(gyro("[mdev, \"htotdev\"]", 0.0));
   const Table* table = find_table(estimate, "family");
@@ -42,7 +42,7 @@ TEST(noise_family, gives_what_is_asked_for_and_no_more) {
 // White noise has the deviation 1/sqrt(m) deg/h at m = 4, edf above 400: 4 sd of the deviation are 0.14 of it. Its
 // modified Allan variance is (m^2 + 1/2)/(m^2) of half that, the time deviation tau/sqrt(3) times the modified one:
 // 0.4 s * 0.359 deg/h / sqrt(3) in arcsec is the same number.
-TEST(noise_family, has_the_units_of_each) {
+TEST(NoiseFamily, HasTheUnitsOfEach) {
   const auto estimate = identify_noise(gyro("all", 0.0));
   const Table* table = find_table(estimate, "family");
   ASSERT_NE(table, nullptr);
@@ -72,7 +72,7 @@ TEST(noise_family, has_the_units_of_each) {
   EXPECT_EQ(names.size(), 15u);
 }
 
-TEST(noise_family, says_where_gaps_leave_nothing) {
+TEST(NoiseFamily, SaysWhereGapsLeaveNothing) {
   std::string said;
   for (const auto& finding : identify_noise(gyro("theo1", 0.45)).findings) said += finding.message;
   EXPECT_EQ(said.find("no theo1"), std::string::npos);
@@ -83,7 +83,7 @@ TEST(noise_family, says_where_gaps_leave_nothing) {
   EXPECT_NE(said.find("no theo1 (Theo1): no averaging time of it fits between the gaps"), std::string::npos);
 }
 
-TEST(noise_family, names_every_word_it_does_not_know) {
+TEST(NoiseFamily, NamesEveryWordItDoesNotKnow) {
   try {
     identify_noise(gyro("ohdve, totdev, sigma", 0.0));
     FAIL();

@@ -22,7 +22,7 @@ void add_sine(double amplitude, double frequency, std::vector<double>& values) {
     values[i] += amplitude * std::sin(2.0 * std::numbers::pi * frequency * static_cast<double>(i) + 1.0);
 }
 
-TEST(spectral_lines, finds_a_sine_with_its_frequency_and_amplitude) {
+TEST(SpectralLines, FindsASineWithItsFrequencyAndAmplitude) {
   // 16 segments of 4096, white noise of sd 1. An amplitude is known to sqrt(2/n) at best, 0.0055; a Hann window without
   // overlap uses two thirds of the record: 0.007. 4 sd for each of 40, and 4 of the mean's.
   constexpr std::size_t samples = 65536;
@@ -43,7 +43,7 @@ TEST(spectral_lines, finds_a_sine_with_its_frequency_and_amplitude) {
   EXPECT_NEAR(sum / 40.0, amplitude, 4.0 * 0.007 / std::sqrt(40.0));
 }
 
-TEST(spectral_lines, strongest_first_and_several) {
+TEST(SpectralLines, StrongestFirstAndSeveral) {
   auto values = simulated({.angle_random_walk = 1.0}, 65536, 7);
   add_sine(0.3, 0.2, values);
   add_sine(0.6, 0.05, values);
@@ -53,7 +53,7 @@ TEST(spectral_lines, strongest_first_and_several) {
   EXPECT_NEAR(lines[1].frequency, 0.2, 1.0 / 4096.0);
 }
 
-TEST(spectral_lines, none_in_noise) {
+TEST(SpectralLines, NoneInNoise) {
   // 10 sd above the median: of an average of 8 segments and more, once in 1e7 frequencies and less. 60 records of white
   // noise, of a walk and of flicker, and short ones.
   for (unsigned seed = 1; seed <= 60; ++seed) {
@@ -66,7 +66,7 @@ TEST(spectral_lines, none_in_noise) {
   EXPECT_TRUE(spectral_lines(simulated({.angle_random_walk = 1.0}, 100, 1)).empty());  // too short to tell
 }
 
-TEST(spectral_lines, bands_that_a_line_falls_into_are_left_out) {
+TEST(SpectralLines, BandsThatALineFallsIntoAreSkipped) {
   constexpr double frequency = 0.11;
   auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.01}, 65536, 8);
   add_sine(0.5, frequency, values);
@@ -88,7 +88,7 @@ TEST(spectral_lines, bands_that_a_line_falls_into_are_left_out) {
   EXPECT_NEAR(without.terms[3].squared, 1e-4, 4.0 * without.terms[3].squared_sd);
 }
 
-TEST(changes_along, none_in_steady_noise_and_one_where_it_grows) {
+TEST(ChangesAlong, NoneInSteadyNoiseAndOneWhereItGrows) {
   // 5 sd in one of 16 parts: once in 1e5 records.
   for (unsigned seed = 1; seed <= 60; ++seed)
     EXPECT_TRUE(changes_along(NoiseBands(simulated({.angle_random_walk = 1.0}, 32768, seed)), 0.0, 1.0, "x").empty());

@@ -46,7 +46,7 @@ struct Tally {
   }
 };
 
-TEST(fit_beside_lines, noise_and_lines_are_held_beside_each_other) {
+TEST(FitBesideLinesCoverage, NoiseAndLinesAreHeldBesideEachOther) {
   // White noise and walk with mains of 30 sd of a sample, a harmonic that it hides, and a thermal cycle of 12.3 periods
   // in the walk. As often held as without lines, within 4 sigma.
   constexpr int records = 200;
@@ -82,7 +82,7 @@ TEST(fit_beside_lines, noise_and_lines_are_held_beside_each_other) {
   walk.expect_honest("K", records);
 }
 
-TEST(fit_beside_lines, none_in_noise) {
+TEST(FitBesideLines, NoneInNoise) {
   // A false one takes a fit that fails at 0.1 % or a slow sine that chance gives in 1 %, and then 1 in 10^4.
   for (unsigned seed = 1; seed <= 25; ++seed)
     for (const NoiseModel& model :
@@ -92,7 +92,7 @@ TEST(fit_beside_lines, none_in_noise) {
       EXPECT_TRUE(fitted(simulated(model, 6000, seed)).lines.empty()) << seed;
 }
 
-TEST(fit_beside_lines, what_wanders_is_not_taken_for_a_sine) {
+TEST(FitBesideLines, WhatWandersIsNotMistakenForASine) {
   // A vibration whose phase walks by a turn within some hundred samples, and one that drifts over 100 resolutions.
   for (unsigned seed = 1; seed <= 5; ++seed) {
     auto walking = simulated({.angle_random_walk = 1.0}, 32768, seed), drifting = walking;
@@ -112,7 +112,7 @@ TEST(fit_beside_lines, what_wanders_is_not_taken_for_a_sine) {
   }
 }
 
-TEST(fit_beside_lines, finds_lines_slower_than_the_periodogram_sees) {
+TEST(FitBesideLines, FindsLinesSlowerThanThePeriodogramSees) {
   // 262144 samples: the periodogram sees 8/4096 and up, of means over 16 samples 8/65536; below, the sines do.
   for (const double frequency : {30.3 / 262144, 70.7 / 262144, 1.0 / 1000.3, 0.31}) {
     auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.003}, 262144, 5);
@@ -127,7 +127,7 @@ TEST(fit_beside_lines, finds_lines_slower_than_the_periodogram_sees) {
   }
 }
 
-TEST(fit_beside_lines, allan_variance_is_that_of_a_sampled_sine) {
+TEST(FitBesideLines, AllanVarianceIsThatOfASampledSine) {
   // Mean over a record of 1000 periods.
   FittedLine line;
   line.frequency = 0.0625;
@@ -153,7 +153,7 @@ Estimate identified(std::vector<double> values, const char* lines) {
   return identify_noise(evidence);
 }
 
-TEST(fit_beside_lines, are_listed_and_can_be_avoided_instead) {
+TEST(FitBesideLines, AreListedAndCanBeAvoidedInstead) {
   auto values = simulated({.angle_random_walk = 1e-5}, 30000, 6);
   put(2e-5, 0.12345, 1.0, values);
   const Estimate fit = identified(values, "fit");

@@ -48,7 +48,7 @@ ChannelNoise gyro(double n, double b, double k) {
   return channel;
 }
 
-TEST(noise_tables, a_line_reads_a_term_alone_exactly_and_others_with_it) {
+TEST(NoiseTables, ALineReadsATermAloneExactlyAndOthersWithIt) {
   const double n = si(0.1, "deg/sqrt(h)"), b = si(2.0, "deg/h"), k = si(30.0, "deg/h/sqrt(h)");
   const Table alone = readings_table({gyro(n, 0.0, 0.0)});
   ASSERT_EQ(alone.rows.size(), 1u);
@@ -66,7 +66,7 @@ TEST(noise_tables, a_line_reads_a_term_alone_exactly_and_others_with_it) {
   EXPECT_GT(number(all, 1, 3), 1.1 * number(all, 1, 2));
 }
 
-TEST(noise_tables, densities_are_in_the_units_of_their_names) {
+TEST(NoiseTables, DensitiesAreInTheUnitsOfTheirNames) {
   const double n = 1.888e-4, k = 2.557e-6;
   const Table table = densities_table({gyro(n, 0.0, k)});
   ASSERT_EQ(table.rows.size(), 2u);
@@ -89,7 +89,7 @@ TEST(noise_tables, densities_are_in_the_units_of_their_names) {
   EXPECT_EQ(text(limit, 1, 4), "m/s^3/sqrt(Hz)");
 }
 
-TEST(noise_tables, composites_name_their_terms) {
+TEST(NoiseTables, CompositesNameTheirTerms) {
   ChannelNoise channel = gyro(1e-4, 0.0, 1e-6);
   for (int i = 0; i < 9; ++i) {
     NoiseComposite one;
@@ -108,7 +108,7 @@ TEST(noise_tables, composites_name_their_terms) {
   EXPECT_EQ(text(table, 2, 4), "no");
 }
 
-TEST(noise_tables, advice_says_lengths_in_the_unit_one_would) {
+TEST(NoiseTables, AdviceSaysLengthsInTheUnitOneWould) {
   ChannelNoise channel = gyro(1e-4, 0.0, 0.0);
   channel.advice = {{"a", "1 %", "5 %", 5000.4},
                     {"b", "1 %", "5 %", 7.25},

@@ -77,6 +77,7 @@ void correlate(const Group& group, const std::vector<EvenSignal>& signals, const
   }
 }
 
+// NOLINTNEXTLINE(readability-function-size): 51 lines; to be split when it changes
 void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
                     Estimate& estimate) {
   Table table{"correlation",
@@ -131,6 +132,7 @@ void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoi
          ""});
 }
 
+// NOLINTNEXTLINE(readability-function-size): 53 lines; to be split when it changes
 void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, const std::vector<ChannelNoise>& channels,
                   const std::vector<std::size_t>& factors, double confidence, Estimate& estimate, Table& table) {
   const QuantityKind kind = channels[group[0]].kind;

@@ -28,6 +28,7 @@ bool same_clock(const Channel& channel, std::size_t first, std::size_t count, co
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 Angles::Axis Angles::axis_of(const Channel& channel, bool in_middle, double begin, double end) {
   Axis axis;
   axis.channel = &channel;

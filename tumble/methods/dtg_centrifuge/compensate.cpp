@@ -205,6 +205,7 @@ void say_outside(const Outcome& outcome, const Range& range, const std::string& 
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Range range = range_of(estimate);
   if (find_parameter(estimate, "D_x") == nullptr || find_parameter(estimate, "D_y") == nullptr)

@@ -161,6 +161,7 @@ struct Coefficients {
   }
 };
 
+// NOLINTNEXTLINE(readability-function-size): 50 lines; to be split when it changes
 void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
   const Polynomial& p = c.outcome.polynomial;
   const bool both = p.both_orientations;

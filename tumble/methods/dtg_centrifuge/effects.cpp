@@ -79,6 +79,7 @@ bool negligible(const std::vector<Complex>& shift, const std::vector<Observation
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
                                 const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
                                 const std::vector<Seen>& nominal, const std::vector<const Spin*>& cells) {
@@ -127,6 +128,7 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
   return effects;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 45 lines; to be split when it changes
 std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations) {
   std::vector<Effect> effects;
   /// `shift(observation, sigma)` of y = p - i sigma q

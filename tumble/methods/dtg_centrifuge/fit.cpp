@@ -47,6 +47,7 @@ Scatter scatter_of(const std::vector<Complex>& part, const std::vector<double>& 
 }
 
 /// Factor for the weights of each level: 1 where the noise is the same in all within chance.
+// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 std::vector<double> noise_weights(const std::vector<Observation>& observations, std::size_t levels,
                                   Findings& findings) {
   std::vector<Scatter> of(levels);
@@ -214,6 +215,7 @@ std::vector<double> Polynomial::row(const Level& level) const {
   return out;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 47 lines; to be split when it changes
 Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
                          double observations) {
   const std::size_t parts = take == Take::both_parts ? 2 : 1;

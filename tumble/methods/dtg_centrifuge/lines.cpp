@@ -134,6 +134,7 @@ Columns inflation_of(const Group& group, const Solver& solver) {
 }
 
 /// Least squares over all parts, and what each part adds: b_m = b + (n/n_m) N^-1 (g_m - N_m b).
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 void solve(const Group& group, const Instruments& instruments, Measured& measured, const Channels& channels) {
   Sums all;
   for (const Sums& sums : group.sums) all += sums;

@@ -8,6 +8,7 @@
 
 namespace tumble::dtg_centrifuge {
 
+// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
 std::vector<Option> options() {
   using Type = Option::Type;
   return {

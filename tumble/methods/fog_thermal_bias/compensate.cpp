@@ -183,6 +183,7 @@ double sd_of_averages(const std::vector<double>& values, std::size_t first, std:
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 76 lines; to be split when it changes
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Settings settings = settings_of(estimate);
   const Drift drift = drift_of(estimate, settings);

@@ -90,6 +90,7 @@ Role roles_of(const Evidence& evidence, const Recording& recording) {
 }
 
 /// Means over intervals of `interval` [s] counted from power-on.
+// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std::vector<Term>& terms, double begin,
              double interval) {
   const double last = gyro.time.empty() ? begin : gyro.time.back();

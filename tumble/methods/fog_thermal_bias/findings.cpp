@@ -174,6 +174,7 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candi
   return {before, after};
 }
 
+// NOLINTNEXTLINE(readability-function-size): 49 lines; to be split when it changes
 Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candidate>& candidates, std::size_t chosen,
                      const LinearFit& fit, const NoiseModel& noise, const Settings& settings,
                      const std::vector<std::size_t>& not_used, const std::vector<Term>&) {

@@ -201,6 +201,7 @@ LinearFit joint(const Factors& factors, const std::vector<std::size_t>& columns,
   return out;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 69 lines; to be split when it changes
 LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& columns, int powers,
                     const std::vector<double>& start_difference, std::vector<std::size_t>& unused) {
   // Stage one: columns come in groups of `powers`; within a run they are one column times a constant, so the first of
@@ -288,6 +289,7 @@ Residual residual_of(const RunData& run, const std::vector<std::size_t>& columns
   return {count > 0.0 ? std::max(0.0, squares - sum * sum / count) : 0.0, count};
 }
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 void score(Candidate& candidate, const Factors& factors, const std::vector<std::size_t>& factorised,
            const std::vector<RunData>& runs, const std::vector<std::string>& names) {
   std::vector<std::size_t> positions;

@@ -37,7 +37,7 @@ Trial quiet_trial() {
   return trial;
 }
 
-TEST(FogThermalBias, recovers_the_truth_without_noise) {
+TEST(FogThermalBias, RecoversTheTruthWithoutNoise) {
   Trial trial = quiet_trial();
   set(trial.evidence.plan.settings, "smoothing", 10.0, "s");
   const Estimate estimate = method().identify(trial.evidence, {});
@@ -49,7 +49,7 @@ TEST(FogThermalBias, recovers_the_truth_without_noise) {
   }
 }
 
-TEST(FogThermalBias, two_stages_agree_with_one_on_quiet_data) {
+TEST(FogThermalBias, TwoStagesAgreeWithOneOnQuietData) {
   Trial trial = quiet_trial();
   trial.evidence.plan.settings.set_word("estimator", "two_stage");
   const Estimate two = method().identify(trial.evidence, {});
@@ -59,7 +59,7 @@ TEST(FogThermalBias, two_stages_agree_with_one_on_quiet_data) {
     EXPECT_NEAR(find_parameter(two, name)->value / find_parameter(one, name)->value, 1.0, 0.01) << name;
 }
 
-TEST(FogThermalBias, two_stage_intervals_cover) {
+TEST(FogThermalBiasCoverage, TwoStageIntervalsHoldTheTruth) {
   int inside = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     Trial trial = method().trial(seed);
@@ -79,7 +79,7 @@ TEST(FogThermalBias, two_stage_intervals_cover) {
   EXPECT_NEAR(inside / static_cast<double>(all), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 60.0));
 }
 
-TEST(FogThermalBias, chooses_the_true_orders_on_held_out_runs) {
+TEST(FogThermalBias, ChoosesTheTrueOrdersOnHeldOutRuns) {
   Trial trial = method().trial(3);
   for (const char* name : {"order", "gradient_order", "rate_order"})
     trial.evidence.plan.settings.set_word(name, "auto");
@@ -95,7 +95,7 @@ TEST(FogThermalBias, chooses_the_true_orders_on_held_out_runs) {
     }
 }
 
-TEST(FogThermalBias, says_that_a_single_soak_cannot_separate_temperature_from_its_rate) {
+TEST(FogThermalBias, SaysThatASingleSoakCannotSeparateTemperatureFromItsRate) {
   Trial trial = quiet_trial();
   Plan& plan = trial.evidence.plan;
   // Every run: nothing but the instrument's own warming, one exponential.
@@ -115,7 +115,7 @@ TEST(FogThermalBias, says_that_a_single_soak_cannot_separate_temperature_from_it
   }));
 }
 
-TEST(FogThermalBias, refuses_fewer_start_temperatures_than_terms) {
+TEST(FogThermalBias, RefusesFewerStartTemperaturesThanTerms) {
   Trial trial = method().trial(1);
   trial.evidence.plan.settings.set_integer("start_temperature_power", 3);
   trial.evidence.plan.settings.set_integers("hold_out", {1, 2, 3, 6, 7, 8});
@@ -128,13 +128,13 @@ TEST(FogThermalBias, refuses_fewer_start_temperatures_than_terms) {
   }
 }
 
-TEST(FogThermalBias, refuses_runs_shorter_than_an_average) {
+TEST(FogThermalBias, RefusesRunsShorterThanAnAverage) {
   Trial trial = method().trial(1);
   set(trial.evidence.plan.settings, "averaging", 2.0, "h");
   EXPECT_THROW(method().identify(trial.evidence, {}), Error);
 }
 
-TEST(FogThermalBias, refuses_options_that_cannot_be_meant_all_at_once) {
+TEST(FogThermalBias, RefusesOptionsThatCannotBeMeantAllAtOnce) {
   Trial trial = method().trial(1);
   Settings& settings = trial.evidence.plan.settings;
   set(settings, "averaging", 20.0, "s");
@@ -155,7 +155,7 @@ Estimate with_provenance(const Trial& trial) {
   return estimate;
 }
 
-TEST(FogThermalBias, compensates_another_session_to_its_noise) {
+TEST(FogThermalBias, CompensatesAnotherSessionToItsNoise) {
   const Trial trial = method().trial(1), later = method().trial(2);
   const Compensation out = method().compensate(with_provenance(trial), later.evidence.recordings[0], nullptr);
   const Table& table = out.tables.at(0);
@@ -165,7 +165,7 @@ TEST(FogThermalBias, compensates_another_session_to_its_noise) {
   EXPECT_EQ(out.recording.channels.size(), 5u);
 }
 
-TEST(FogThermalBias, compensates_only_with_a_sound_result_and_only_once) {
+TEST(FogThermalBias, CompensatesOnlyWithASoundResultAndOnlyOnce) {
   const Trial trial = method().trial(1);
   const Recording& recording = trial.evidence.recordings[0];
   const Estimate sound = with_provenance(trial);
@@ -196,7 +196,7 @@ TEST(FogThermalBias, compensates_only_with_a_sound_result_and_only_once) {
   EXPECT_TRUE(refused(sound, method().compensate(sound, recording, nullptr).recording));
 }
 
-TEST(FogThermalBias, leaves_blank_what_has_no_temperature) {
+TEST(FogThermalBias, LeavesBlankWhatHasNoTemperature) {
   const Trial trial = method().trial(1);
   Recording recording = trial.evidence.recordings[0];
   for (auto& channel : recording.channels)
@@ -208,7 +208,7 @@ TEST(FogThermalBias, leaves_blank_what_has_no_temperature) {
   EXPECT_FALSE(out.findings.empty());
 }
 
-TEST(FogThermalBias, flags_samples_outside_of_the_calibrated_range) {
+TEST(FogThermalBias, FlagsSamplesOutsideOfTheCalibratedRange) {
   const Trial trial = method().trial(1);
   Trial hot = method().trial(2);
   for (auto& segment : hot.evidence.plan.schedule)
@@ -225,7 +225,7 @@ TEST(FogThermalBias, flags_samples_outside_of_the_calibrated_range) {
   for (std::size_t k = begin; k < begin + 100; ++k) EXPECT_EQ(flag.values[k], 1.0);
 }
 
-TEST(ThermalChamber, temperature_rate_is_the_derivative_of_temperature) {
+TEST(ThermalChamber, TemperatureRateIsTheDerivativeOfTemperature) {
   const Trial trial = quiet_trial();
   const Plan& plan = trial.evidence.plan;
   Schedule run;
@@ -242,21 +242,21 @@ TEST(ThermalChamber, temperature_rate_is_the_derivative_of_temperature) {
   }
 }
 
-TEST(ThermalChamber, refuses_all_it_cannot_do_at_once) {
+TEST(ThermalChamber, RefusesAllItCannotDoAtOnce) {
   Plan plan = method().trial(1).evidence.plan;
   plan.schedule[0].axes["chamber"].value = si(120.0, "degC");
   plan.schedule[6].axes["chamber"].value = si(40.0, "K/min");
   EXPECT_EQ(find_rig("thermal_chamber").refusals(plan.schedule, plan.rig).size(), 2u);
 }
 
-TEST(Simulate, the_same_seed_gives_the_same_bytes_and_another_other_ones) {
+TEST(Simulate, TheSameSeedGivesTheSameBytesAndAnotherOtherOnes) {
   const Plan plan = method().trial(1).evidence.plan;
   const Recording a = simulate(plan, 7, {}), b = simulate(plan, 7, {}), c = simulate(plan, 8, {});
   for (std::size_t k = 0; k < a.channels.size(); ++k) EXPECT_EQ(a.channels[k].values, b.channels[k].values);
   EXPECT_NE(a.channels[0].values, c.channels[0].values);
 }
 
-TEST(Simulate, lists_all_that_a_plan_lacks) {
+TEST(Simulate, ListsAllThatAPlanLacks) {
   try {
     simulate(Plan{}, 1, {});
     FAIL();

@@ -169,6 +169,7 @@ std::vector<PlanError> errors_of_rig(const Evidence& evidence) {
   return rig_errors({power_ups_of(evidence.plan, 1.0)});
 }
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 Data data_of(const Evidence& evidence, const PlanError* error) {
   Data data;
   if (evidence.recordings.empty())

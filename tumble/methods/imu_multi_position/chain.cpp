@@ -14,6 +14,7 @@ Chain::Chain(Eigen::Index parameters, std::size_t pairs)
       border(pairs, Eigen::Matrix<double, Eigen::Dynamic, 2>::Zero(parameters, 2)),
       own_right(pairs, Eigen::Vector2d::Zero()) {}
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 ChainSolution solve(Chain chain, bool whole) {
   ChainSolution out;
   const std::size_t n = chain.own.size();

@@ -2,9 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "tumble/methods/method.hpp"
@@ -69,7 +67,7 @@ Trial exact() {
 // A sample is what is felt at its middle. Over a turn of 180 deg in 1.4 s, from rest to rest, the sum of 140 such
 // values is the integral to 1e-9, and increments of up to 2 deg about an axis that the Earth's rotation moves by 1e-6
 // of the rate leave cones of 1e-9. Relative tolerance 1e-7; biases of gyros 1e-7 of a radian over a second.
-TEST(ImuMultiPosition, exact_without_noise) {
+TEST(ImuMultiPosition, ExactWithoutNoise) {
   const Trial trial = exact();
   const Estimate estimate = method().identify(trial.evidence, {});
   for (const auto& [name, truth] : trial.truth) {
@@ -79,7 +77,7 @@ TEST(ImuMultiPosition, exact_without_noise) {
   }
 }
 
-TEST(ImuMultiPosition, finds_every_rest_of_a_trembling_hand_and_not_the_moves) {
+TEST(ImuMultiPosition, FindsEveryRestOfATremblingHandAndNotTheMoves) {
   const Trial trial = method().trial(3);
   const Estimate estimate = method().identify(trial.evidence, {});
   const Table& rests = *find_table(estimate, "rests");
@@ -97,7 +95,7 @@ TEST(ImuMultiPosition, finds_every_rest_of_a_trembling_hand_and_not_the_moves) {
   }
 }
 
-TEST(ImuMultiPosition, gyros_may_stand_in_a_recording_of_their_own) {
+TEST(ImuMultiPosition, GyrosMayStandInARecordingOfTheirOwn) {
   Evidence evidence = method().trial(2).evidence;
   const Estimate whole = method().identify(evidence, {});
   Recording gyros = evidence.recordings[0];
@@ -113,7 +111,7 @@ TEST(ImuMultiPosition, gyros_may_stand_in_a_recording_of_their_own) {
     EXPECT_EQ(apart.parameters[i].value, whole.parameters[i].value) << whole.parameters[i].name;
 }
 
-TEST(ImuMultiPosition, raw_counts_need_nothing_to_be_known_of_them) {
+TEST(ImuMultiPosition, RawCountsNeedNothingToBeKnownOfThem) {
   Trial trial = method().trial(4);
   const Estimate plain = method().identify(trial.evidence, {});
   for (auto& c : trial.evidence.recordings[0].channels) {
@@ -133,7 +131,7 @@ TEST(ImuMultiPosition, raw_counts_need_nothing_to_be_known_of_them) {
   }
 }
 
-TEST(ImuMultiPosition, a_moved_gravity_moves_all_scale_factors_together) {
+TEST(ImuMultiPosition, AMovedGravityMovesAllScaleFactorsTogether) {
   Trial trial = method().trial(5);
   const Estimate before = method().identify(trial.evidence, {});
   trial.evidence.plan.settings.set_number("gravity", 9.797 * 1.001, Unit::parse("m/s^2"));
@@ -145,7 +143,7 @@ TEST(ImuMultiPosition, a_moved_gravity_moves_all_scale_factors_together) {
   EXPECT_NEAR(value(before, "gyro_z_scale_factor_error"), value(after, "gyro_z_scale_factor_error"), 1e-6);
 }
 
-TEST(ImuMultiPosition, a_stated_bias_instability_is_in_the_biases_alone) {
+TEST(ImuMultiPosition, AStatedBiasInstabilityIsInTheBiasesAlone) {
   Trial trial = method().trial(11);
   const auto with = [&](double times) {
     for (const char* name : {"gyro_bias_instability", "accelerometer_bias_instability"})
@@ -169,7 +167,7 @@ TEST(ImuMultiPosition, a_stated_bias_instability_is_in_the_biases_alone) {
   }
 }
 
-TEST(ImuMultiPosition, names_exchanged_and_reversed_axes) {
+TEST(ImuMultiPosition, NamesExchangedAndReversedAxes) {
   const auto with = [](const std::function<void(Evidence&)>& change) {
     Evidence evidence = method().trial(6).evidence;
     change(evidence);
@@ -195,7 +193,7 @@ TEST(ImuMultiPosition, names_exchanged_and_reversed_axes) {
   EXPECT_NE(said.find("reverse their signs"), std::string::npos) << said;
 }
 
-TEST(ImuMultiPosition, names_units_taken_for_others) {
+TEST(ImuMultiPosition, NamesUnitsMistakenForOthers) {
   Evidence in_g = method().trial(7).evidence, in_degrees = in_g;
   for (const char* a : {"accelerometer_x", "accelerometer_y", "accelerometer_z"}) scale(in_g, a, 1.0 / 9.80665);
   EXPECT_NE(refusal(in_g).find("g taken for m/s^2"), std::string::npos) << refusal(in_g);
@@ -204,7 +202,7 @@ TEST(ImuMultiPosition, names_units_taken_for_others) {
 }
 
 // 100 Hz: a factor of 100 either way.
-TEST(ImuMultiPosition, names_increments_taken_for_rates_and_a_silent_accelerometer) {
+TEST(ImuMultiPosition, NamesIncrementsMistakenForRatesAndASilentAccelerometer) {
   Evidence increments = method().trial(7).evidence, rates = increments, silent = increments;
   for (const char* a : {"gyro_x", "gyro_y", "gyro_z"}) scale(increments, a, 0.01), scale(rates, a, 100.0);
   EXPECT_NE(refusal(increments).find("increments taken for rates"), std::string::npos) << refusal(increments);
@@ -214,7 +212,7 @@ TEST(ImuMultiPosition, names_increments_taken_for_rates_and_a_silent_acceleromet
       << refusal(silent);
 }
 
-TEST(ImuMultiPosition, leaves_out_a_bad_rest_and_a_bad_move_and_says_so) {
+TEST(ImuMultiPosition, SkipsABadRestAndABadMoveAndSaysSo) {
   Trial trial = method().trial(8);
   Evidence& evidence = trial.evidence;
   const auto at = [&](double time) { return index_at(channel(evidence, "gyro_x"), time); };
@@ -231,14 +229,14 @@ TEST(ImuMultiPosition, leaves_out_a_bad_rest_and_a_bad_move_and_says_so) {
     EXPECT_NEAR(value(estimate, name), truth, 4.5 * sd(estimate, name)) << name;
 }
 
-TEST(ImuMultiPosition, leaves_out_moves_beyond_the_range_of_the_gyros) {
+TEST(ImuMultiPosition, SkipsMovesBeyondTheRangeOfTheGyros) {
   Evidence evidence = method().trial(9).evidence;
   for (double& v : channel(evidence, "gyro_y").values) v = std::clamp(v, -1.5, 1.5);
   const Estimate estimate = method().identify(evidence, {});
   EXPECT_TRUE(found(estimate, "gyros at the end of their range"));
 }
 
-TEST(ImuMultiPosition, says_which_poses_are_missing) {
+TEST(ImuMultiPosition, SaysWhichPosesAreMissing) {
   Evidence evidence = method().trial(10).evidence;
   for (auto& recording : evidence.recordings)
     for (auto& c : recording.channels) c.values.resize(8 * 440);
@@ -250,116 +248,10 @@ TEST(ImuMultiPosition, says_which_poses_are_missing) {
   EXPECT_TRUE(found(estimate, "three more rests would do most with"));
 }
 
-TEST(ImuMultiPosition, needs_gravity_from_somewhere) {
+TEST(ImuMultiPosition, NeedsGravityFromSomewhere) {
   Evidence evidence = method().trial(11).evidence;
   evidence.plan.site.reset();
   EXPECT_NE(refusal(evidence).find("--set gravity="), std::string::npos);
-}
-
-// Public recordings, where they are at hand.
-
-const std::string data = TUMBLE_SOURCE_DIR "/../shared/data/";
-
-/// Rows of a table of numbers; empty where it is not there.
-std::vector<std::vector<double>> read(const std::string& file, std::size_t columns) {
-  std::ifstream in(data + file);
-  std::vector<std::vector<double>> rows;
-  std::vector<double> row(columns);
-  while (in) {
-    for (double& v : row) in >> v;
-    if (in) rows.push_back(row);
-  }
-  return rows;
-}
-
-void add(Recording& recording, const std::vector<std::vector<double>>& rows, std::size_t first, const char* kind,
-         const char* unit) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    Channel c{
-        fmt::format("{}_{}", kind, "xyz"[i]), kind_of(Unit::parse(unit)), Unit::parse(unit), {0.0, 100.0, nullptr}, {}};
-    for (const auto& row : rows) c.values.push_back(c.unit.to_si(row[first + i]));
-    recording.channels.push_back(std::move(c));
-  }
-}
-
-Estimate reduce(Recording recording, double gravity) {
-  Evidence evidence;
-  evidence.plan.settings = defaults(method().options());
-  evidence.plan.settings.set_number("gravity", gravity, Unit::parse("m/s^2"));
-  evidence.recordings.push_back(std::move(recording));
-  return method().identify(evidence, {});
-}
-
-// Xsens MTi of Tedaldi, Pretto and Menegatti (2014), 9.81744 m/s^2. The factory's scale factors are printed as whole
-// LSB, and are years older than the recording: 0.3 % of it. The biases of accelerometers are 10 mg at most since then:
-// 40 LSB.
-TEST(ImuMultiPositionRealData, XsensByHand) {
-  const auto forces = read("imu_tk_xsens/xsens_acc.mat", 4), rates = read("imu_tk_xsens/xsens_gyro.mat", 4);
-  if (forces.empty() || rates.empty()) GTEST_SKIP() << "data not here";
-  Recording recording;
-  add(recording, forces, 1, "accelerometer", "LSB");
-  add(recording, rates, 1, "gyro", "LSB");
-  const Estimate estimate = reduce(std::move(recording), 9.81744);
-  const double scale[] = {415, 413, 415}, bias[] = {33123, 33276, 32360}, turn[] = {4778, 4758, 4766};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const char axis = "xyz"[i];
-    EXPECT_NEAR(value(estimate, fmt::format("accelerometer_{}_scale_factor", axis)), scale[i], 0.003 * 415);
-    EXPECT_NEAR(value(estimate, fmt::format("accelerometer_{}_bias", axis)), bias[i], 40.0);
-    EXPECT_NEAR(value(estimate, fmt::format("gyro_{}_scale_factor", axis)), turn[i], 0.003 * 4770);
-    EXPECT_LT(sd(estimate, fmt::format("accelerometer_{}_scale_factor", axis)), 0.05);  // 120 ppm
-    EXPECT_LT(sd(estimate, fmt::format("gyro_{}_scale_factor", axis)), 1.5);            // 300 ppm
-  }
-}
-
-// Two MPU-9150 of Mikov, Reginya and Moschevikin (ICINS 2020): the published table, and what the authors' program
-// gives. Their matrices are upper triangular, those of the gyros in a frame of their own: sizes of rows and angles
-// between axes are compared. Tolerances of the table: of accelerometers 0.05 %, 0.05 deg and 0.02 m/s^2, of gyros 0.1
-// %, 0.1 deg. The biases of gyros are printed to 0.001 rad/s, so those of the program are taken, within the 0.032 deg/s
-// by which the two differ. Of the second unit the program leaves seven times the misfit of the first in the gyros: not
-// compared.
-TEST(ImuMultiPositionRealData, MikovTwoUnits) {
-  std::ifstream in(data + "mikoff_mpu9150/published_table.json");
-  if (!in) GTEST_SKIP() << "data not here";
-  const auto published = nlohmann::json::parse(in)["imus"];
-  const double degree = std::numbers::pi / 180.0;
-  for (std::size_t unit = 0; unit < 2; ++unit) {
-    const auto rows = read(fmt::format("mikoff_mpu9150/imu{}.log", unit), 6);
-    Recording recording;
-    add(recording, rows, 0, "accelerometer", "m/s^2");
-    add(recording, rows, 3, "gyro", "rad/s");
-    const Estimate estimate = reduce(std::move(recording), 9.81);
-    const auto& acc = published[unit]["acc"];
-    std::ifstream again(data + fmt::format("mikoff_mpu9150/reproduced_imu{}.json", unit));
-    const auto gyro = nlohmann::json::parse(again)["theta_gyr"];
-    const auto number = [](const auto& of, const std::string& name) { return of[name].template get<double>(); };
-    for (const char axis : {'x', 'y', 'z'}) {
-      const std::string a = fmt::format("accelerometer_{}", axis), g = fmt::format("gyro_{}", axis);
-      EXPECT_NEAR(value(estimate, a + "_bias"), number(acc, fmt::format("b_{}", axis)), 0.02) << unit;
-      EXPECT_NEAR(value(estimate, a + "_scale_factor_error"), 0.01 * number(acc, fmt::format("s_{}_pct", axis)), 5e-4)
-          << unit;
-      const char capital = static_cast<char>(axis - 'a' + 'A');
-      EXPECT_NEAR(value(estimate, g + "_bias"), number(gyro, fmt::format("B_{}", capital)), 0.032 * degree) << unit;
-      if (unit == 0) {
-        EXPECT_NEAR(value(estimate, g + "_scale_factor_error"), number(gyro, fmt::format("S_{}", capital)),
-                    1e-3 + 2.0 * sd(estimate, g + "_scale_factor_error"));
-      }
-    }
-    const auto between = [&](char a, char b) {
-      return value(estimate, fmt::format("gyro_{}_misalignment_{}", a, b)) +
-             value(estimate, fmt::format("gyro_{}_misalignment_{}", b, a));
-    };
-    if (unit == 0) {
-      EXPECT_NEAR(between('x', 'y'), number(gyro, "NO_Y"), 0.1 * degree);
-      EXPECT_NEAR(between('x', 'z'), number(gyro, "NO_Z"), 0.1 * degree);
-      EXPECT_NEAR(between('y', 'z'), number(gyro, "NO_X"), 0.1 * degree);
-    }
-    const auto lean = [&](const char* row, const char* other) {
-      return value(estimate, fmt::format("accelerometer_{}_misalignment_{}", row, other));
-    };
-    EXPECT_NEAR(lean("y", "x"), degree * acc["m_xy_deg"].get<double>(), 0.05 * degree) << unit;
-    EXPECT_NEAR(lean("z", "x"), degree * acc["m_xz_deg"].get<double>(), 0.05 * degree) << unit;
-    EXPECT_NEAR(lean("z", "y"), degree * acc["m_yz_deg"].get<double>(), 0.05 * degree) << unit;
-  }
 }
 
 }  // namespace

@@ -115,6 +115,7 @@ Turn turn_of(const Triad& gyro, const Move& move, const Calibration& calibration
   return turn;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 std::optional<Matrix3d> start_of_gyro(const std::vector<Session>& sessions, const Rests& rests,
                                       const std::vector<Move>& moves, const Calibration& calibration) {
   const Matrix3d inverse = calibration.accelerometer.matrix.inverse();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <numbers>
 
@@ -336,45 +335,6 @@ TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {
   plan = table_at(37.0 * degree, 0.0, 0.0, palindrome);
   plan.settings.set_number("averaging", 0.0, Unit::parse("s"));
   EXPECT_NE(refusal(plan, recording).find("averaging must be above zero"), std::string::npos);
-}
-
-/// Ten readings at each angle of a table whose zero, sense and azimuth are unknown, of a gyro with unknown scale
-/// factor; see docs/methods/north_finding.md.
-TEST(NorthFinding, RealFibreOpticGyro) {
-  for (const auto& [name, angles] : {std::pair{"res_15deg.csv", 25}, {"res_45deg.csv", 9}}) {
-    std::ifstream file(std::string(TUMBLE_SOURCE_DIR "/../shared/data/alice_fog_north/") + name);
-    if (!file) GTEST_SKIP() << "the public recording is not here";
-    Plan plan = trial_plan("north_finding", method().options(), "imu", "rate_table", 0.152);
-    plan.site->latitude = 38.0 * degree;
-    plan.settings.set_number("settling", 0.0, Unit::parse("s"));
-    plan.settings.set_number("averaging", 6.6, Unit::parse("s"));
-    Recording recording;
-    Channel gyro{"gyro", QuantityKind::other, Unit::parse("V"), {}, {}};
-    auto stamps = std::make_shared<std::vector<double>>();
-    std::string angle, volts, counter, time;
-    while (std::getline(file, angle, ',') && std::getline(file, volts, ',') && std::getline(file, counter, ',') &&
-           std::getline(file, time)) {
-      const double at = std::stod(angle);
-      const std::string label = std::to_string(at);
-      if (recording.marks.empty() || recording.marks.back().label != label) {
-        recording.marks.push_back({label, std::stod(time), 1});
-        const Motion motion{.kind = Motion::Kind::slew, .value = si(30.0, "deg/s"), .to = at * degree};
-        plan.schedule.push_back({label, 75.0, 1, {{"table", motion}}});
-      }
-      gyro.values.push_back(std::stod(volts));
-      stamps->push_back(std::stod(time));
-    }
-    gyro.timeline.stamps = stamps;
-    recording.channels = {gyro};
-    EXPECT_EQ(recording.marks.size(), static_cast<std::size_t>(angles));
-    const auto estimate = identified(plan, recording);
-    const auto* azimuth = find_parameter(estimate, "azimuth");
-    // Both are what plain least squares on cos, sin, 1 and t of the means gives: 173.5 and 190.0 deg; its own standard
-    // uncertainty is 12 and 7 deg, as if the residuals were independent of each other.
-    EXPECT_NEAR(azimuth->value / degree, angles == 25 ? 173.5 : 190.0, 5.0);
-    EXPECT_GT(sd(estimate, "azimuth") / degree, 6.0);
-    EXPECT_LT(sd(estimate, "azimuth") / degree, 25.0);
-  }
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ struct Level {
   std::vector<Quantity> biases;  ///< found with the tilt
 };
 
+// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
 Level level_of(const Bench& bench, const Instrument& instrument, Findings& findings) {
   std::vector<const Signal*> signals;
   std::size_t rows = 0;

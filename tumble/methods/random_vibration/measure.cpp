@@ -51,6 +51,7 @@ std::vector<WeightedSpan> spans_of(const Data& data, const vibration::AtRest& pa
   return out;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest& parts) {
   Rest rest;
   rest.before = rest.after = std::nan("");
@@ -231,6 +232,7 @@ std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size
   return out;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 50 lines; to be split when it changes
 std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, Findings& findings) {
   // By recording, power-up and label: units read at stamps of their own do not begin at the same instant.
   std::map<std::tuple<std::size_t, std::size_t, std::string>, std::vector<std::size_t>> groups;

@@ -50,6 +50,7 @@ std::array<Tilt, 3> list_of(const Tilts& tilts, const Settings& rig) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 Table positions_table(const Plan& plan, const Summaries& segments) {
   const Unit pulse = Unit::parse("pulse"), deg = Unit::parse("deg");
   const bool measured = std::ranges::none_of(segments[gyro], [](const auto& s) { return std::isnan(s.measured); });

@@ -106,7 +106,7 @@ Estimate trial_with(const std::function<void(Plan& recorded)>& before, const std
 }
 
 // The table of positions (z_b and x_b, y_b in the laboratory: X horizontal at azimuth A, Y along the outer axis, Z up).
-TEST(RlgNorthFinder, every_position_of_the_path_feels_what_the_source_says) {
+TEST(RlgNorthFinder, EveryPositionOfThePathFeelsWhatTheSourceSays) {
   const Plan plan = perfect();
   const double azimuth = si(53.0, "deg"), g = gravity(*plan.site);
   const Vector3 level = earth_rate_in_level(*plan.site);  // east, north, up
@@ -143,7 +143,7 @@ TEST(RlgNorthFinder, every_position_of_the_path_feels_what_the_source_says) {
   EXPECT_EQ(seen, 8u);
 }
 
-TEST(RlgNorthFinder, forward_is_a_positive_rotation_about_the_body_axis_named) {
+TEST(RlgNorthFinder, ForwardIsAPositiveRotationAboutTheBodyAxisNamed) {
   const Plan plan = perfect();
   const Reference reference = find_rig(plan.rig_kind).reference({plan.schedule, plan.rig, plan.site, 1.0});
   double begin = 0.0;
@@ -161,7 +161,7 @@ TEST(RlgNorthFinder, forward_is_a_positive_rotation_about_the_body_axis_named) {
 
 // Midpoints of 40 instants a sample leave 1e-3^2 of what changes within one: the Earth's rate during rotations, 1e-9 of
 // the angle.
-TEST(RlgNorthFinder, both_estimators_give_the_truth_of_a_test_without_noise) {
+TEST(RlgNorthFinder, BothEstimatorsGiveTheTruthOfATestWithoutNoise) {
   const Evidence evidence = unrounded(perfect());
   const auto truth = truth_of(evidence.plan);
   for (const char* estimator : {"least_squares", "closed_form"}) {
@@ -175,7 +175,8 @@ TEST(RlgNorthFinder, both_estimators_give_the_truth_of_a_test_without_noise) {
 
 // 20 arcsec about X, about Y, and between the axes; the formulas take the table as perfect, and least squares takes off
 // what the eighth position shows. rho_X about X (azimuth A): east sin A, north cos A.
-TEST(RlgNorthFinder, tilts_enter_the_formulas_one_to_one_and_least_squares_takes_them_off) {
+// NOLINTNEXTLINE(readability-function-size): 43 lines; to be split when it changes
+TEST(RlgNorthFinder, TiltsEnterTheFormulasOneToOneAndLeastSquaresSubtractsThem) {
   Plan plan = perfect(300.0, 2);
   const Estimate sound = answer(unrounded(plan), "closed_form");
   plan.rig.set_flag("ideal", false);
@@ -221,7 +222,7 @@ TEST(RlgNorthFinder, tilts_enter_the_formulas_one_to_one_and_least_squares_takes
 }
 
 // b + K_2 g^2/2 over the four positions: 4.80e-4 m/s^2 for K_2 = 1e-5 s^2/m.
-TEST(RlgNorthFinder, a_second_order_term_shifts_the_bias) {
+TEST(RlgNorthFinder, ASecondOrderTermShiftsTheBias) {
   const Plan plan = perfect(300.0, 2);
   const double g = gravity(*plan.site), k2 = 1e-5;
   const double shift = value(answer(unrounded(plan, {}, k2), "closed_form"), "accelerometer_x.bias") -
@@ -231,7 +232,7 @@ TEST(RlgNorthFinder, a_second_order_term_shifts_the_bias) {
 
 // N per sqrt(s) of white noise: u(K)/K = N sqrt(T_r/2)/Theta, the same for the misalignments; u(eps) = N/sqrt(4 T) of
 // the four positions, to which the others add a little.
-TEST(RlgNorthFinder, uncertainties_are_those_of_the_formulas_of_the_source) {
+TEST(RlgNorthFinder, UncertaintiesAreThoseOfTheFormulasOfTheSource) {
   Plan plan = trial_plan(420.0, 10);
   plan.rig.set_flag("ideal", true);
   plan.truth.set_number("bias_instability", 0.0, Unit());
@@ -257,7 +258,7 @@ TEST(RlgNorthFinder, uncertainties_are_those_of_the_formulas_of_the_source) {
 }
 
 // No scale factor of the accelerometers is left then, so that nothing can be answered; but why is said.
-TEST(RlgNorthFinder, exchanged_positions_are_named) {
+TEST(RlgNorthFinder, ExchangedPositionsAreNamed) {
   for (const auto& [one, other] : {std::pair{"3", "4"}, {"5", "6"}}) {
     try {
       trial_with([&](Plan& plan) { std::swap(segment(plan, one).axes, segment(plan, other).axes); });
@@ -292,7 +293,7 @@ std::function<void(Evidence&)> reversed(const std::vector<std::string>& channels
 
 // The accelerometers see the same where they are reversed and where positions are taken the other way round: what the
 // gyro shows of the Earth's rate decides.
-TEST(RlgNorthFinder, what_the_accelerometers_leave_open_the_gyro_decides) {
+TEST(RlgNorthFinder, WhatTheAccelerometersLeaveOpenTheGyroDecides) {
   const std::vector<std::string> upright{"2", "3", "4", "5"};
   const auto error = Finding::Severity::error;
   const auto exchanged = [](const char* one, const char* other) {
@@ -313,7 +314,7 @@ TEST(RlgNorthFinder, what_the_accelerometers_leave_open_the_gyro_decides) {
 }
 
 // At the equator the stays with x up and down show no Earth's rate to tell the two cases apart: both are named.
-TEST(RlgNorthFinder, at_the_equator_both_readings_are_named) {
+TEST(RlgNorthFinder, AtTheEquatorBothReadingsAreNamed) {
   const auto at_equator = [](Plan& plan) { plan.site->latitude = 0.0; };
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);
@@ -324,7 +325,7 @@ TEST(RlgNorthFinder, at_the_equator_both_readings_are_named) {
 }
 
 // Forward and reverse exchanged reverse the sign of a misalignment, which no total of counts shows.
-TEST(RlgNorthFinder, rotations_about_another_axis_or_the_other_way_are_named) {
+TEST(RlgNorthFinder, RotationsAboutAnotherAxisOrTheOtherWayAreNamed) {
   const auto error = Finding::Severity::error;
   const auto exchanged = [](const std::string& axis) {
     return [=](Evidence& evidence) {
@@ -358,7 +359,7 @@ TEST(RlgNorthFinder, rotations_about_another_axis_or_the_other_way_are_named) {
 }
 
 // A dither of which 20 deg/s is the 80th multiple over the scale factor, and one where it lies between two of them.
-TEST(RlgNorthFinder, rotations_near_a_multiple_of_dither_over_scale_are_named) {
+TEST(RlgNorthFinder, RotationsNearAMultipleOfDitherOverScaleAreNamed) {
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);
   const double scale = truth_of(evidence.plan)[0];  // [pulse/rad]
@@ -373,7 +374,7 @@ TEST(RlgNorthFinder, rotations_near_a_multiple_of_dither_over_scale_are_named) {
 }
 
 // Before, the tilt went into the drift between positions, in which it was then lost. Stated as it is, all is well.
-TEST(RlgNorthFinder, a_table_tilted_far_beyond_what_the_plan_says_is_named) {
+TEST(RlgNorthFinder, ATableTiltedFarBeyondWhatThePlanSaysIsNamed) {
   Plan plan = trial_plan(60.0, 2);
   const auto level = [](Plan& of, double sd) {
     of.rig.set_number("level_sd", si(sd, "arcsec"), Unit::parse("arcsec"));
@@ -388,7 +389,7 @@ TEST(RlgNorthFinder, a_table_tilted_far_beyond_what_the_plan_says_is_named) {
   }
 }
 
-TEST(RlgNorthFinder, exchanged_and_reversed_accelerometers_are_named_apart) {
+TEST(RlgNorthFinder, ExchangedAndReversedAccelerometersAreNamedSeparately) {
   const auto exchanged = [](Evidence& e) {
     std::swap(e.plan.channels["accelerometer_x"], e.plan.channels["accelerometer_y"]);
   };
@@ -397,7 +398,7 @@ TEST(RlgNorthFinder, exchanged_and_reversed_accelerometers_are_named_apart) {
                    "sign of accelerometer_x is inverted"));
 }
 
-TEST(RlgNorthFinder, a_missing_rotation_says_which_term_is_lost) {
+TEST(RlgNorthFinder, AMissingRotationSaysWhichTermIsLost) {
   const auto without = [](const char* label, const char* estimator) {
     Evidence evidence;
     evidence.plan = trial_plan(60.0, 2);
@@ -419,7 +420,7 @@ TEST(RlgNorthFinder, a_missing_rotation_says_which_term_is_lost) {
               !without("7", "least_squares").parameters.empty());
 }
 
-TEST(RlgNorthFinder, turns_that_are_not_whole_are_named) {
+TEST(RlgNorthFinder, TurnsThatAreNotWholeAreNamed) {
   // by the plan
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);
@@ -437,7 +438,7 @@ TEST(RlgNorthFinder, turns_that_are_not_whole_are_named) {
   EXPECT_TRUE(says(trial_with(short_of), Finding::Severity::error, "do not fit the Earth's rate seen at rest"));
 }
 
-TEST(RlgNorthFinder, rotations_the_other_way_are_seen_against_the_earth) {
+TEST(RlgNorthFinder, RotationsTheOtherWayAreSeenAgainstTheEarth) {
   const auto swapped = [](Plan& plan) {
     const double from = si(180.0, "deg"), angle = si(720.0, "deg");
     segment(plan, "about x, forward").axes.at("outer").to = from - angle;
@@ -445,7 +446,7 @@ TEST(RlgNorthFinder, rotations_the_other_way_are_seen_against_the_earth) {
   EXPECT_TRUE(says(trial_with(swapped), Finding::Severity::error, "ran in the other sense"));
 }
 
-TEST(RlgNorthFinder, recorded_angles_replace_the_plan) {
+TEST(RlgNorthFinder, RecordedAnglesReplaceThePlan) {
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);
   Plan recorded = evidence.plan;
@@ -461,12 +462,12 @@ TEST(RlgNorthFinder, recorded_angles_replace_the_plan) {
         << estimate.parameters[p].name;
 }
 
-TEST(RlgNorthFinder, a_locked_gyro_is_named) {
+TEST(RlgNorthFinder, ALockedGyroIsNamed) {
   const auto locked = [](Plan& plan) { plan.truth.set_number("lock_in_rate", si(0.1, "deg/s"), Unit::parse("deg/s")); };
   EXPECT_TRUE(says(trial_with(locked), Finding::Severity::error, "is locked in"));
 }
 
-TEST(RlgNorthFinder, dither_that_is_cut_off_is_named_with_its_size) {
+TEST(RlgNorthFinder, DitherThatIsCutOffIsNamedWithItsSize) {
   const auto swinging = [](Evidence& e) {
     auto& values = e.recordings[0].channels[0].values;
     const double scale = truth_of(e.plan)[0] * 143.0 * arcsec;
@@ -478,7 +479,7 @@ TEST(RlgNorthFinder, dither_that_is_cut_off_is_named_with_its_size) {
   EXPECT_FALSE(says(trial_with({}), Finding::Severity::warning, "as the dither does"));
 }
 
-TEST(RlgNorthFinder, a_table_that_keeps_moving_is_named) {
+TEST(RlgNorthFinder, ATableThatKeepsMovingIsNamed) {
   const auto creeping = [](Evidence& e) {
     const auto& marks = e.recordings[0].marks;
     for (auto& channel : e.recordings[0].channels)
@@ -489,7 +490,7 @@ TEST(RlgNorthFinder, a_table_that_keeps_moving_is_named) {
   EXPECT_TRUE(says(trial_with({}, creeping), Finding::Severity::error, "did not come to rest in '5'"));
 }
 
-TEST(RlgNorthFinder, unequal_times_are_said_and_taken_into_account) {
+TEST(RlgNorthFinder, UnequalTimesAreSaidAndTakenIntoAccount) {
   Evidence evidence = unrounded(perfect(60.0, 2));
   Plan plan = perfect(60.0, 2);
   segment(plan, "about x, reverse").duration += 20.0;
@@ -502,7 +503,7 @@ TEST(RlgNorthFinder, unequal_times_are_said_and_taken_into_account) {
   EXPECT_GT(std::abs(formulas.parameters[0].value / truth[0] - 1.0), 1e-6);
 }
 
-TEST(RlgNorthFinder, outputs_that_do_not_count_are_refused) {
+TEST(RlgNorthFinder, OutputsThatDoNotCountAreRefused) {
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);
   evidence.plan.truth.set_word("output", "rate");

@@ -1,78 +1,24 @@
-// Recordings and calibrations of others, where they are at hand.
+// Calibrations of others that script/data brings.
+
+#include "tumble/methods/testing/real_data.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 #include <fstream>
 #include <map>
-#include <memory>
 #include <numbers>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/loop.hpp"
-#include "tumble/methods/sine_vibration/line.hpp"
-#include "tumble/methods/testing/answer.hpp"
 
 namespace tumble {
 namespace {
-
-const std::string data = TUMBLE_SOURCE_DIR "/../shared/data/";
-
-/// Axis y of the dwell of 100 Hz on a shaker (MideTechnology, SSX70065): at rest to 1 s and from 11 s, steady 4 s to 9
-/// s.
-Channel dwell() {
-  Channel channel{"accelerometer", QuantityKind::specific_force, Unit::parse("g"), {0.0, 0.0, nullptr}, {}};
-  const std::string file = data + "endaq_vibration/SSX70065.csv.gz";
-  if (!std::ifstream(file)) return channel;
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(("gzip -dc '" + file + "'").c_str(), "r"), pclose);
-  std::vector<double> stamps;
-  char line[256];
-  double t, x, y, z;
-  while (std::fgets(line, sizeof line, pipe.get()) != nullptr)
-    if (std::sscanf(line, "%lf,%lf,%lf,%lf", &t, &x, &y, &z) == 4) {
-      stamps.push_back(t);
-      channel.values.push_back(si(y, "g"));
-    }
-  channel.timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
-  return channel;
-}
-
-// As published: 10.196 g at 99.998 Hz by a four-parameter fit; both to half a unit of their last digit.
-TEST(SineVibrationRealData, DwellOnAShaker) {
-  Channel channel = dwell();
-  if (channel.values.empty()) GTEST_SKIP() << "data not here";
-  const Method& method = find_method("sine_vibration");
-  Plan plan;
-  plan.method = method.name;
-  plan.settings = defaults(method.options());
-  plan.settings.set_word("samples", "instant");
-  const auto add = [&](const char* label, double seconds, bool shaken) {
-    Segment segment{label, seconds, 1, {}};
-    if (shaken) segment.axes["shake"] = {.kind = Motion::Kind::sine, .amplitude = si(10.0, "g"), .frequency = 100.0};
-    plan.schedule.push_back(segment);
-  };
-  add("before", 1.0, false), add("dwell", 5.0, true), add("after", 1.0, false);
-  Recording recording;
-  recording.channels.push_back(std::move(channel));
-  recording.marks = {{"before", 0.0, 1}, {"dwell", 4.0, 1}, {"after", 11.0, 1}};
-  const auto e = method.identify({plan, {recording}}, {});
-  const Table* table = find_table(e, "response");
-  ASSERT_EQ(table->rows.size(), 1u);
-  const auto cell = [&](const char* name) {
-    for (std::size_t c = 0; c < table->columns.size(); ++c)
-      if (table->columns[c].name == name) return std::get<double>(table->rows[0][c]);
-    return std::nan("");
-  };
-  const double amplitude = value(e, "gain_100Hz") * 10.0;
-  EXPECT_NEAR(cell("frequency"), 99.998, 0.0006);
-  EXPECT_NEAR(amplitude, 10.196, 0.0015);
-  EXPECT_NEAR(cell("sd"), si(10.196 / std::sqrt(2.0), "g"), si(0.005, "g"));
-  EXPECT_NEAR(cell("mean_shift"), si(0.015, "g"), si(0.002, "g"));
-}
 
 /// Standard deviations by which gain and phase of each frequency are off the fit.
 std::vector<double> deviations(const frequency_response::Measured& m, const frequency_response::LoopFit& fit) {
@@ -120,8 +66,9 @@ std::vector<double> by_reciprocals(const frequency_response::Measured& m) {
 // Reference accelerometer of the shock calibration example of PyDynamic: 49 frequencies, standard uncertainties 0.5 %
 // to 5 kHz, 0.15 % to 10, 0.25 % to 15, 0.5 % to 20 kHz; 0.25 deg to 5 kHz, 0.5 deg above.
 TEST(SineVibrationRealData, ShockAccelerometerIsOfSecondOrder) {
-  std::ifstream file(data + "ptb_shock_accelerometer/sinusoidal_calibration_values.txt");
-  if (!file) GTEST_SKIP() << "data not here";
+  const std::string name = "ptb_shock_accelerometer/sinusoidal_calibration_values.txt";
+  if (const auto sentence = absent({name}); !sentence.empty()) GTEST_SKIP() << sentence;
+  std::ifstream file(real_data(name));
   frequency_response::Measured m;
   double f, gain, degrees;
   while (file >> f >> gain >> degrees) {
@@ -152,9 +99,10 @@ TEST(SineVibrationRealData, ShockAccelerometerIsOfSecondOrder) {
 }
 
 // Primary calibration of an MPU-9250 at PTB, ten loops: second order with a delay.
-TEST(SineVibrationRealData, Mpu9250) {
-  std::ifstream file(data + "ptb_cem_mpu9250_sine_cal/MPU9250_PTB.csv");
-  if (!file) GTEST_SKIP() << "data not here";
+TEST(SineVibrationRealData, Mpu9250IsOfHigherOrderAndADelay) {
+  const std::string name = "ptb_cem_mpu9250_sine_cal/MPU9250_PTB.csv";
+  if (const auto sentence = absent({name}); !sentence.empty()) GTEST_SKIP() << sentence;
+  std::ifstream file(real_data(name));
   std::map<double, std::vector<double>> sums;
   std::string line;
   std::getline(file, line);

@@ -117,6 +117,7 @@ Curve curve(const std::string& name, const std::string& figure, const char* quan
   return c;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 void add_curves(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
                 Estimate& estimate) {
   double low = INFINITY, high = 0.0, level = 0.0;

@@ -25,7 +25,7 @@ Evidence at_rest(const NoiseModel& noise, double bias, std::size_t samples, std:
   return evidence;
 }
 
-TEST(static_bias, expected_scatter_of_averages_agrees_with_simulation) {
+TEST(StaticBias, ExpectedScatterOfAveragesAgreesWithSimulation) {
   const NoiseModel noise{.angle_random_walk = 1.0, .bias_instability = 0.2, .rate_random_walk = 0.02};
   const std::size_t samples = 3000, records = 800;
   const auto expected = expected_scatter(terms, {1.0, 0.04, 4e-4}, samples, 10, 10);
@@ -58,7 +58,7 @@ TEST(static_bias, expected_scatter_of_averages_agrees_with_simulation) {
   near(products(s, l), expected.covariance);
 }
 
-TEST(static_bias, variance_of_the_mean_agrees_with_simulation) {
+TEST(StaticBias, VarianceOfTheMeanAgreesWithSimulation) {
   for (const NoiseModel& noise : {NoiseModel{.quantization_noise = 1.0}, NoiseModel{.angle_random_walk = 1.0},
                                   NoiseModel{.bias_instability = 1.0}, NoiseModel{.rate_random_walk = 1.0}}) {
     const UnitTerm term{noise.quantization_noise > 0.0  ? NoiseTerm::quantization
@@ -79,7 +79,7 @@ TEST(static_bias, variance_of_the_mean_agrees_with_simulation) {
   }
 }
 
-TEST(static_bias, one_run_holds_the_constant_at_power_on) {
+TEST(StaticBias, OneRunHoldsTheConstantAtPowerOn) {
   // Flicker and random walk since power-on outweigh the white noise in the mean by far: N/sqrt(T) = 0.022, the two
   // others 0.43 together. 300 seeds: 0.95 +- 4 sqrt(0.95 0.05/300).
   const NoiseModel noise{.angle_random_walk = 1.0, .bias_instability = 0.3, .rate_random_walk = 0.01};
@@ -97,7 +97,7 @@ TEST(static_bias, one_run_holds_the_constant_at_power_on) {
   EXPECT_NEAR(mean_z, 0.0, 4.0 / std::sqrt(seeds));
 }
 
-TEST(static_bias, takes_the_earth_off) {
+TEST(StaticBias, SubtractsTheRateOfTheEarth) {
   auto evidence = at_rest({.angle_random_walk = si(0.001, "deg/sqrt(h)")}, 0.0, 2000, 1);
   const double latitude = 0.6;
   for (double& value : evidence.recordings[0].channels[0].values) value += 7.292115e-5 * std::sin(latitude);
@@ -110,7 +110,7 @@ TEST(static_bias, takes_the_earth_off) {
   EXPECT_NEAR(down.parameters[0].value, 2.0 * 7.292115e-5 * std::sin(latitude), 5.0 * standard_uncertainty(down, 0));
 }
 
-TEST(static_bias, asks_which_of_several_channels_is_meant) {
+TEST(StaticBias, AsksWhichOfSeveralChannelsIsMeant) {
   auto evidence = at_rest({.angle_random_walk = 1.0}, 0.0, 2000, 1);
   evidence.recordings[0].channels.push_back(evidence.recordings[0].channels[0]);
   evidence.recordings[0].channels[1].name = "other";

@@ -17,7 +17,7 @@ double shown(const Output& output, const std::string& term, const Felt& felt) {
   return 0.0;
 }
 
-TEST(Axes, lever_arm_is_the_second_derivative_of_a_point_on_a_turning_body) {
+TEST(Axes, LeverArmIsTheSecondDerivativeOfAPointOnATurningBody) {
   // A body turns about a fixed axis n by p(t); the point r has the acceleration p'' n x r + p'^2 n x (n x r).
   const Vector3 n = (1.0 / 3.0) * Vector3{1.0, 2.0, 2.0}, r{0.03, -0.01, 0.02};
   const double speed = 2.0, acceleration = -5.0;
@@ -36,7 +36,7 @@ TEST(Axes, lever_arm_is_the_second_derivative_of_a_point_on_a_turning_body) {
   }
 }
 
-TEST(Axes, every_axis_sees_its_own_component_and_leans_toward_the_others) {
+TEST(Axes, EveryAxisSeesItsOwnComponentAndLeansTowardTheOthers) {
   Felt felt;
   felt.rate = {1.0, 2.0, 3.0};
   felt.specific_force = {-4.0, 5.0, 6.0};
@@ -49,7 +49,7 @@ TEST(Axes, every_axis_sees_its_own_component_and_leans_toward_the_others) {
   EXPECT_EQ(shown(accelerometers[1], "accelerometer_y_misalignment_x", felt), -4.0);
 }
 
-TEST(Axes, increments_are_what_is_gained_in_a_step) {
+TEST(Axes, IncrementsAreWhatIsGainedInAStep) {
   auto truth = defaults(truth_options(find_model("imu")));
   truth.set_word("output", "increments");
   const Recorded recorded = axes::record(axes::gyros()[0], truth, 0.01, RandomStream(1));
@@ -60,7 +60,7 @@ TEST(Axes, increments_are_what_is_gained_in_a_step) {
   EXPECT_DOUBLE_EQ(samples[2], 0.02);
 }
 
-TEST(Axes, counts_add_up_to_the_integral_within_a_pulse) {
+TEST(Axes, CountsAddUpToTheIntegralWithinAPulse) {
   auto truth = defaults(truth_options(find_model("imu")));
   truth.set_word("gyro_output", "count");
   truth.set_number("gyro_pulse_scale_factor", si(0.5, "pulse/arcsec"), Unit::parse("pulse/arcsec"));
@@ -77,13 +77,13 @@ TEST(Axes, counts_add_up_to_the_integral_within_a_pulse) {
   EXPECT_LT(std::abs(total - 36.5), 1.0);
 }
 
-TEST(Axes, counts_need_the_pulses_per_angle) {
+TEST(Axes, CountsNeedThePulsesPerAngle) {
   auto truth = defaults(truth_options(find_model("imu")));
   truth.set_word("accelerometer_output", "count");
   EXPECT_THROW(axes::record(axes::accelerometers()[0], truth, 0.01, RandomStream(1)), Error);
 }
 
-TEST(Axes, a_triad_accepts_the_terms_of_either_kind) {
+TEST(Axes, ATriadAcceptsTheTermsOfEitherKind) {
   std::size_t gyro = 0, accelerometer = 0;
   for (const auto& option : truth_options(find_model("triad"))) {
     gyro += option.name == "gyro_x_bias";

@@ -64,7 +64,7 @@ Scatter scatter(double random_walk, const Problem& problem) {
 // 10 ug/sqrt(Hz) leave 1.3 ug on a minute, rounding 83/sqrt(6) = 34 ug; 1 mg/sqrt(Hz) leaves 129 ug. The rms of 200
 // deviations is known to 1/20: below 1.2 the intervals hold. They may be too wide, by half where rounding prevails: a
 // noise that hides in it can only be bounded, and a constant input makes rounding a line of its own in the spectrum.
-TEST(counting, standard_uncertainties_hold_whether_rounding_or_noise_prevails) {
+TEST(CountingMethodsCoverage, StandardUncertaintiesHoldWhetherRoundingOrNoisePrevails) {
   for (const double random_walk : {10.0, 1000.0}) {
     const Scatter found = scatter(random_walk, problem_of());
     EXPECT_LT(found.rms_deviation, 1.2) << random_walk;
@@ -72,7 +72,7 @@ TEST(counting, standard_uncertainties_hold_whether_rounding_or_noise_prevails) {
   }
 }
 
-TEST(counting, rounding_is_not_taken_for_white_noise) {
+TEST(CountingMethods, RoundingIsNotMistakenForWhiteNoise) {
   const double least = si(83.3, "ug") / std::sqrt(6.0 * 12.0);  // of the mean of twelve positions
   Problem blind = problem_of();
   blind.pulse = 0.0;
@@ -83,7 +83,7 @@ TEST(counting, rounding_is_not_taken_for_white_noise) {
   EXPECT_NEAR(scatter(1000.0, problem_of()).white, 1.0, 0.15);
 }
 
-TEST(counting, a_prediction_has_the_same_line) {
+TEST(CountingMethods, APredictionHasTheSameLine) {
   const Plan plan = plan_of(10.0);
   const Solution found = predict(plan, problem_of(), truth_of(plan, "accelerometer"));
   const Estimate estimate = estimate_of(found);

@@ -37,7 +37,7 @@ const Stand& stand(const RecordedAngles& angles, const char* label, const char* 
   throw std::runtime_error(label);
 }
 
-TEST(RecordedAngles, replace_what_the_plan_commands) {
+TEST(RecordedAngles, ReplaceWhatThePlanCommands) {
   const auto angles = with_recorded_angles(recorded(60.0 * arcsec), 2.0, si(0.1, "deg"));
   ASSERT_EQ(angles.axes.size(), 2u);
   const auto& schedule = angles.evidence.plan.schedule;
@@ -52,7 +52,7 @@ TEST(RecordedAngles, replace_what_the_plan_commands) {
   EXPECT_EQ(angles_table(angles).rows.size(), angles.stands.size());
 }
 
-TEST(RecordedAngles, readings_within_one_turn_are_taken_nearest_to_the_plan) {
+TEST(RecordedAngles, ReadingsWithinOneTurnAreTakenNearestToThePlan) {
   Evidence evidence = recorded(0.0);
   for (auto& channel : evidence.recordings[0].channels)
     if (channel.name == "inner_angle")
@@ -62,7 +62,7 @@ TEST(RecordedAngles, readings_within_one_turn_are_taken_nearest_to_the_plan) {
   EXPECT_NEAR(stand(angles, "a", "inner").recorded, 0.0, 0.5 * arcsec);
 }
 
-TEST(RecordedAngles, far_from_the_plan_and_not_at_rest_are_said) {
+TEST(RecordedAngles, FarFromThePlanAndNotAtRestAreSaid) {
   Evidence evidence = recorded(0.0);
   for (auto& channel : evidence.recordings[0].channels)
     if (channel.name == "outer_angle")
@@ -73,7 +73,7 @@ TEST(RecordedAngles, far_from_the_plan_and_not_at_rest_are_said) {
   EXPECT_NE(angles.findings[1].message.find("'b' (outer at 91.0"), std::string::npos) << angles.findings[1].message;
 }
 
-TEST(RecordedAngles, a_turn_at_another_time_is_said) {
+TEST(RecordedAngles, ATurnAtAnotherTimeIsSaid) {
   Evidence evidence = recorded(0.0);
   for (auto& segment : evidence.plan.schedule)
     if (segment.label == "turns") segment.axes.at("inner").value = si(18.5, "deg/s");
@@ -84,7 +84,7 @@ TEST(RecordedAngles, a_turn_at_another_time_is_said) {
 }
 
 // Before, the last reading of a recording cut short stood for every slew that follows.
-TEST(RecordedAngles, nothing_is_said_of_what_a_recording_cut_short_lacks) {
+TEST(RecordedAngles, NothingIsSaidOfWhatARecordingCutShortLacks) {
   Evidence evidence = recorded(0.0);
   for (auto& channel : evidence.recordings[0].channels) channel.values.resize(100);  // in b
   const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
@@ -92,7 +92,7 @@ TEST(RecordedAngles, nothing_is_said_of_what_a_recording_cut_short_lacks) {
   for (const auto& one : angles.stands) EXPECT_TRUE(one.label == "a" || one.label == "b") << one.label;
 }
 
-TEST(RecordedAngles, without_encoders_nothing_changes) {
+TEST(RecordedAngles, WithoutEncodersNothingChanges) {
   Evidence evidence = recorded(0.0);
   std::erase_if(evidence.recordings[0].channels, [](const Channel& c) { return c.kind == QuantityKind::angle; });
   const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));

@@ -341,6 +341,7 @@ void check_scales(const Evidence& evidence, const Data& data, std::vector<std::s
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): 62 lines; to be split when it changes
 Data data_of(const Evidence& evidence) {
   const Settings& settings = evidence.plan.settings;
   std::vector<std::string> problems;

@@ -65,7 +65,7 @@ Estimate hostile_estimate() {
   return e;
 }
 
-TEST(html_report, says_everything_that_a_reader_needs) {
+TEST(HtmlReport, SaysEverythingThatAReaderNeeds) {
   const auto page = to_html(testing::estimate());
   for (const std::string part :
        {"<h1>Thermal bias of a fibre-optic gyro, eight start temperatures</h1>", "FOG-0117", "1 failed", "<sub>0</sub>",
@@ -78,11 +78,9 @@ TEST(html_report, says_everything_that_a_reader_needs) {
   EXPECT_TRUE(has(page, "<td class=\"n value\">0.451</td><td class=\"sd\">± 0.018</td>"));
 }
 
-TEST(html_report, is_the_same_bytes_every_time) {
-  EXPECT_EQ(to_html(testing::estimate()), to_html(testing::estimate()));
-}
+TEST(HtmlReport, IsTheSameBytesEveryTime) { EXPECT_EQ(to_html(testing::estimate()), to_html(testing::estimate())); }
 
-TEST(html_report, needs_nothing_from_outside_and_may_load_nothing) {
+TEST(HtmlReport, NeedsNothingFromOutsideAndMayLoadNothing) {
   auto estimate = testing::estimate();
   EXPECT_TRUE(has(to_html(estimate), "Content-Security-Policy\" content=\"default-src 'none'"));
   EXPECT_TRUE(has(to_html(estimate), "showSendToCloud: false, plotlyServerURL: \"\""));
@@ -93,7 +91,7 @@ TEST(html_report, needs_nothing_from_outside_and_may_load_nothing) {
   }
 }
 
-TEST(html_report, carries_the_plotting_library_only_for_curves) {
+TEST(HtmlReport, CarriesThePlottingLibraryOnlyForCurves) {
   auto estimate = testing::estimate();
   EXPECT_TRUE(has(to_html(estimate), "plotly.js (basic - minified)"));
   estimate.curves.clear();
@@ -102,7 +100,7 @@ TEST(html_report, carries_the_plotting_library_only_for_curves) {
   EXPECT_LT(page.size(), 100000u);
 }
 
-TEST(html_report, hostile_text_stays_text) {
+TEST(HtmlReport, HostileTextStaysText) {
   const auto page = to_html(hostile_estimate());
   // The three elements that we write: data, library, drawing.
   EXPECT_EQ(count_of(page, "<script"), 3u);
@@ -112,13 +110,13 @@ TEST(html_report, hostile_text_stays_text) {
   EXPECT_EQ(drawings_of(page)[0]["traces"][0]["name"], html::escaped(hostile));
 }
 
-TEST(html_report, the_library_cannot_end_its_own_element) {
+TEST(HtmlReport, TheLibraryCannotEndItsOwnElement) {
   EXPECT_FALSE(has(assets::plotly_basic_min_js, "</script"));
   EXPECT_FALSE(has(assets::plotly_basic_min_js, "<!--"));
   EXPECT_GT(assets::plotly_basic_min_js.size(), 1000000u);
 }
 
-TEST(html_report, the_library_is_the_one_whose_origin_is_written_down) {
+TEST(HtmlReport, TheLibraryIsTheOneWhoseOriginIsWrittenDown) {
   // SHA-256 by the system's own program; the file is embedded as it stands.
   const std::string folder = TUMBLE_SOURCE_DIR "/third_party/plotly/";
   const auto sum = output_of("sha256sum " + folder + "plotly-basic.min.js").substr(0, 64);
@@ -128,7 +126,7 @@ TEST(html_report, the_library_is_the_one_whose_origin_is_written_down) {
   EXPECT_TRUE(has(page, sum));
 }
 
-TEST(html_report, an_empty_estimate_is_a_page_too) {
+TEST(HtmlReport, AnEmptyEstimateIsAPageToo) {
   Estimate estimate;
   estimate.method = "static_bias";
   const auto page = to_html(estimate);
@@ -136,7 +134,7 @@ TEST(html_report, an_empty_estimate_is_a_page_too) {
   EXPECT_TRUE(page.ends_with("</html>\n"));
 }
 
-TEST(html_figures, curves_of_a_figure_stand_together_in_the_unit_of_the_first) {
+TEST(HtmlFigures, CurvesOfAFigureStandTogetherInTheUnitOfTheFirst) {
   Estimate e;
   Curve a{"a",
           "f",
@@ -161,7 +159,7 @@ TEST(html_figures, curves_of_a_figure_stand_together_in_the_unit_of_the_first) {
   EXPECT_EQ(drawings[1]["traces"][0]["y"], nlohmann::json({20.0, 30.0}));
 }
 
-TEST(html_figures, logarithmic_axes_say_what_they_cannot_show) {
+TEST(HtmlFigures, LogarithmicAxesSayWhatTheyCannotShow) {
   Estimate e;
   e.curves = {{"a",
                "f",
@@ -179,12 +177,12 @@ TEST(html_figures, logarithmic_axes_say_what_they_cannot_show) {
   EXPECT_TRUE(has(page, "“a” 2 values"));
 }
 
-TEST(points_to_draw, keeps_short_curves_whole) {
+TEST(PointsToDraw, KeepsShortCurvesWhole) {
   const std::vector<double> x{1, 2, 3}, y{4, 5, 6};
   EXPECT_EQ(points_to_draw(x, y, {}, {}, false), (std::vector<std::size_t>{0, 1, 2}));
 }
 
-TEST(points_to_draw, keeps_ends_peaks_and_gaps_of_long_ones) {
+TEST(PointsToDraw, KeepsEndsPeaksAndGapsOfLongOnes) {
   for (const bool logarithmic : {false, true}) {
     std::vector<double> x, y, lower, upper;
     for (int i = 0; i < 100000; ++i) {
@@ -207,7 +205,7 @@ TEST(points_to_draw, keeps_ends_peaks_and_gaps_of_long_ones) {
   }
 }
 
-TEST(points_to_draw, curves_that_run_back_keep_their_order) {
+TEST(PointsToDraw, CurvesThatRunBackKeepTheirOrder) {
   std::vector<double> x, y;
   for (int i = 0; i < 20000; ++i) {
     x.push_back(std::sin(0.001 * i));
@@ -219,7 +217,7 @@ TEST(points_to_draw, curves_that_run_back_keep_their_order) {
   EXPECT_TRUE(std::is_sorted(indices.begin(), indices.end()));
 }
 
-TEST(html_report, is_drawn_by_a_real_browser) {
+TEST(HtmlReport, IsDrawnByARealBrowser) {
   if (output_of("command -v chromium").empty()) GTEST_SKIP() << "no chromium here";
   const auto folder = std::filesystem::temp_directory_path() / ("tumble_report_test_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder / "profile");

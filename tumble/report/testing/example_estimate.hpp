@@ -67,6 +67,7 @@ inline void add_parameters(Estimate& e) {
   e.covariance = covariance_of(e.budget, count);
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
 inline void add_tables(Estimate& e) {
   const auto rate = Unit::parse("deg/h");
   Table models{"models",
@@ -159,6 +160,7 @@ inline void add_allan(Estimate& e) {
   e.curves.push_back(data);
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
 inline void add_curves(Estimate& e) {
   e.curves.push_back(drift("before", 1.0, 7200));
   e.curves.push_back(drift("after compensation", 0.0, 7200));

@@ -53,6 +53,7 @@ double scatter_within(const MixedData& data) {
   return std::isfinite(least) ? std::sqrt(least) : 0.0;
 }
 
+// NOLINTNEXTLINE(readability-function-size): 43 lines; to be split when it changes
 Compressed compress(const MixedData& data, double white) {
   const Index n = at(data.design.rows), p = at(data.design.columns), q = at(data.effects.size());
   MatrixXd model(n, p + q + 1);
