@@ -7,7 +7,7 @@ function(tumble_catalogue folder result)
   string(TOUPPER ${first} first)
   string(SUBSTRING ${noun} 1 -1 rest)
   set(type ${first}${rest})
-  file(GLOB entries CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tumble/${folder}/*.cpp)
+  file(GLOB entries CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tumble/${folder}/*.cpp)
   list(FILTER entries EXCLUDE REGEX "_test\\.cpp$")
   set(declarations "")
   set(addresses "")
@@ -16,7 +16,7 @@ function(tumble_catalogue folder result)
     string(APPEND declarations "extern const ${type} ${stem};\n")
     string(APPEND addresses "      &${stem},\n")
   endforeach()
-  set(output ${CMAKE_BINARY_DIR}/generated/tumble/${folder}/catalogue.cpp)
+  set(output ${PROJECT_BINARY_DIR}/generated/tumble/${folder}/catalogue.cpp)
   file(CONFIGURE OUTPUT ${output} CONTENT [[// Generated from the files of tumble/@folder@.
 #include "tumble/@folder@/@noun@.hpp"
 
