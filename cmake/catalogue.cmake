@@ -1,18 +1,25 @@
-# A catalogue folder holds one header with the descriptor struct (method.hpp in methods/) and one .cpp an entry;
-# the .cpp defines `extern const <Descriptor> <file stem>`. This writes the function that lists them all, so that
-# adding one thing is adding one file, and so that a static library cannot drop an entry nobody names.
+# An entry of a catalogue module is `<module>/<name>.cpp` or `<module>/<name>/<name>.cpp` that defines
+# `extern const <Descriptor> <name>`. This writes the function that lists them all, so that adding one thing is adding
+# one file, and so that a static library cannot drop an entry nobody names.
 function(tumble_catalogue folder result)
   string(REGEX REPLACE "s$" "" noun ${folder})
   string(SUBSTRING ${noun} 0 1 first)
   string(TOUPPER ${first} first)
   string(SUBSTRING ${noun} 1 -1 rest)
   set(type ${first}${rest})
-  file(GLOB entries CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tumble/${folder}/*.cpp)
-  list(FILTER entries EXCLUDE REGEX "_test\\.cpp$")
+  set(module ${PROJECT_SOURCE_DIR}/tumble/${folder})
+  file(GLOB candidates CONFIGURE_DEPENDS RELATIVE ${module} ${module}/*.cpp ${module}/*/*.cpp)
   set(declarations "")
   set(addresses "")
-  foreach(entry ${entries})
-    get_filename_component(stem ${entry} NAME_WE)
+  foreach(candidate ${candidates})
+    get_filename_component(stem ${candidate} NAME_WE)
+    if(NOT candidate MATCHES "^(${stem}/)?${stem}\\.cpp$")
+      continue()
+    endif()
+    file(STRINGS ${module}/${candidate} definition LIMIT_COUNT 1 REGEX "^extern const ${type} ${stem}( =|{|;)")
+    if(definition STREQUAL "")
+      continue()
+    endif()
     string(APPEND declarations "extern const ${type} ${stem};\n")
     string(APPEND addresses "      &${stem},\n")
   endforeach()

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"

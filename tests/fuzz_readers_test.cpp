@@ -5,7 +5,7 @@
 
 #include "fuzz/readers.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/scratch_folder.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/formats/format.hpp"
 
 namespace tumble {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "tumble/math/shaped_noise.hpp"
+#include "tumble/math/noise/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 
 namespace tumble::rigs {

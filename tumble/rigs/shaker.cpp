@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-#include "tumble/math/shaped_noise.hpp"
+#include "tumble/math/noise/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/rigs/chain/encoder.hpp"
 

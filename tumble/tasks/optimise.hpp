@@ -7,7 +7,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/plan.hpp"
 #include "tumble/core/progress.hpp"
-#include "tumble/math/optimal_design.hpp"
+#include "tumble/math/regression/optimal_design.hpp"
 
 namespace tumble::tasks {
 

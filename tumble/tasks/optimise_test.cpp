@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/methods/terms.hpp"
+#include "tumble/reduce/linear/terms.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/tasks/optimise/points.hpp"
+#include "tumble/tasks/optimisation/points.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"

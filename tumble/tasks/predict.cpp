@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "tumble/tasks/calibration.hpp"
-#include "tumble/tasks/predict/advice.hpp"
-#include "tumble/tasks/predict/problem.hpp"
+#include "tumble/tasks/prediction/advice.hpp"
+#include "tumble/tasks/prediction/problem.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"

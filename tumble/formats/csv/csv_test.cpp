@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/scratch_folder.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 

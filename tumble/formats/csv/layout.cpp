@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/formats/catalogue/annotations.hpp"
+#include "tumble/formats/file/annotations.hpp"
 #include "tumble/formats/csv/number.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/file/input_file.hpp"
 
 namespace tumble::csv {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/formats/catalogue/clock.hpp"
+#include "tumble/formats/file/even_clock.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/annotations.hpp"
-#include "tumble/formats/catalogue/plain_value.hpp"
+#include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/plain_value.hpp"
 #include "tumble/formats/csv/read.hpp"
 #include "tumble/units/error.hpp"
 

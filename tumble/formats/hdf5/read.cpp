@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/formats/catalogue/annotations.hpp"
-#include "tumble/formats/catalogue/clock.hpp"
-#include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/hdf5/values.hpp"
 #include "tumble/math/room.hpp"

@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/annotations.hpp"
-#include "tumble/formats/catalogue/plain_value.hpp"
+#include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/plain_value.hpp"
 #include "tumble/formats/hdf5/handle.hpp"
 #include "tumble/formats/hdf5/read.hpp"
 #include "tumble/units/error.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tumble/methods/accelerometer/scale_factor.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
 
 /// The test of an accelerometer at many g, with what it shows in gravity beside it.
 namespace tumble::methods::arm {

@@ -8,7 +8,7 @@
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble {

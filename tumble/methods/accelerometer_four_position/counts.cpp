@@ -7,7 +7,7 @@
 #include <map>
 
 #include "tumble/math/median.hpp"
-#include "tumble/methods/vibration/windows.hpp"
+#include "tumble/reduce/vibration/windows.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::four {

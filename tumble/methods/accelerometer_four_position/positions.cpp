@@ -9,7 +9,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::four {

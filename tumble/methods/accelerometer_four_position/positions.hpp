@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 /// Four positions of an accelerometer in gravity, at one or several temperatures.
 ///

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/findings.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::four {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::methods::four {
 namespace {

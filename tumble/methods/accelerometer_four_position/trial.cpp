@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/sim/simulate.hpp"
 

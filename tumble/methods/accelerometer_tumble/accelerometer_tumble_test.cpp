@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tumble/methods/accelerometer/scale_factor.hpp"
-#include "tumble/methods/accelerometer/testing/positions.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
+#include "tumble/reduce/accelerometer/testing/positions.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"

@@ -7,9 +7,9 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/methods/accelerometer/faults.hpp"
-#include "tumble/methods/accelerometer/hidden.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
+#include "tumble/reduce/accelerometer/faults.hpp"
+#include "tumble/reduce/accelerometer/hidden.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
 
 namespace tumble::methods::multi_position {
 namespace {

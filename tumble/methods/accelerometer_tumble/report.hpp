@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tumble/methods/accelerometer/scale_factor.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
 
 /// The multi-position test of an accelerometer in gravity.
 namespace tumble::methods::multi_position {

@@ -4,7 +4,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/accelerometer_tumble/report.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::methods::multi_position {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tumble/math/noise_model.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal/even_signal.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
 #include "tumble/units/error.hpp"
 

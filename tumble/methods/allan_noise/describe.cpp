@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
 

@@ -6,13 +6,13 @@
 
 #include "tumble/core/channel.hpp"
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/allan.hpp"
-#include "tumble/math/allan_family.hpp"
-#include "tumble/math/dynamic_stability.hpp"
-#include "tumble/math/every_tau.hpp"
-#include "tumble/math/noise_likelihood.hpp"
-#include "tumble/math/power_spectrum.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/stability/allan_family.hpp"
+#include "tumble/math/stability/dynamic_stability.hpp"
+#include "tumble/math/stability/every_tau.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
+#include "tumble/math/spectrum/power_spectrum.hpp"
+#include "tumble/reduce/even_signal/even_signal.hpp"
 
 namespace tumble {
 

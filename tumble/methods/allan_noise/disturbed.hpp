@@ -6,7 +6,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal/even_signal.hpp"
 
 namespace tumble {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/allan_family_curve.hpp"
+#include "tumble/math/stability/allan_family_curve.hpp"
 #include "tumble/units/nearest.hpp"
 
 namespace tumble {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/math/noise_length.hpp"
+#include "tumble/math/noise/noise_length.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "tumble/core/settings.hpp"
-#include "tumble/math/allan.hpp"
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal/even_signal.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 
 namespace tumble {

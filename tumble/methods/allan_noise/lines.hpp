@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/math/noise_bands.hpp"
+#include "tumble/math/noise/noise_bands.hpp"
 
 namespace tumble {
 

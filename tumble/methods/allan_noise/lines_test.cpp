@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/math/noise_model.hpp"
 
 namespace tumble {

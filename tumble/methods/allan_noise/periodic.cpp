@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/sines.hpp"
+#include "tumble/math/spectrum/sines.hpp"
 
 namespace tumble {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 

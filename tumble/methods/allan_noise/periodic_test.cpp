@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
 

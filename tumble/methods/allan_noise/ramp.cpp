@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/noise_model.hpp"
-#include "tumble/math/whitening.hpp"
+#include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 
 namespace tumble {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "tumble/math/allan_fit.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
 

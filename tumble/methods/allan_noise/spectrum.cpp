@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/spectral_conversion.hpp"
+#include "tumble/math/spectrum/spectral_conversion.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

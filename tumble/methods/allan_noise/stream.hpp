@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal/even_signal.hpp"
 #include "tumble/methods/method.hpp"
 
 namespace tumble {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/whitening.hpp"
+#include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/joint_stability.hpp"
+#include "tumble/math/stability/joint_stability.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/allan_fit.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::dtg {
 namespace {

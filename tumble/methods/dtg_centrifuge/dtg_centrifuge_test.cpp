@@ -9,7 +9,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"

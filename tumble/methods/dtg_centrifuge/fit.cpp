@@ -6,10 +6,10 @@
 #include <cmath>
 #include <set>
 
-#include "tumble/math/allan_fit.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::dtg {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/dtg_centrifuge/effects.hpp"
 
 /// From observations to levels, and across the levels, eq. (1.13).

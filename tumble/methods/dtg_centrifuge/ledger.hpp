@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 
 /// Parameters as functions of quantities that were found in groups, with covariance and budget from the groups'.
 namespace tumble::dtg {

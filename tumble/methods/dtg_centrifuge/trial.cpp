@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/smoothing.hpp"
+#include "tumble/math/regression/smoothing.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::fog {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::methods::fog {
 namespace {

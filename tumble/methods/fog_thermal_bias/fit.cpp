@@ -10,9 +10,9 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/whitening.hpp"
+#include "tumble/math/noise/whitening.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::fog {

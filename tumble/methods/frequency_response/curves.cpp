@@ -4,7 +4,7 @@
 #include <complex>
 #include <numbers>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 
 namespace tumble::response {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
 
 namespace tumble::response {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::response {
 namespace {

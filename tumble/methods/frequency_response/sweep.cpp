@@ -6,7 +6,7 @@
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
-#include "tumble/math/local_polynomial.hpp"
+#include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 

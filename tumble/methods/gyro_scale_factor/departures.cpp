@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/random.hpp"
 
 namespace tumble::scale {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 namespace tumble::scale {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::scale {

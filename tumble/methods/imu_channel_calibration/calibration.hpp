@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tumble/methods/imu_channel_calibration/evidence.hpp"
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 /// Three channels of one kind in the form of the whole-unit model
 ///

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 namespace tumble::methods::channels {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 
 /// Which recordings are of the whole unit and which of a channel alone.
 namespace tumble::methods::channels {

@@ -7,7 +7,7 @@
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/sim/simulate.hpp"
 

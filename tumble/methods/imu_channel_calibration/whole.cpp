@@ -6,7 +6,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
-#include "tumble/methods/linear/joint.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::channels {

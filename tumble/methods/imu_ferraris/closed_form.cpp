@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::ferraris {

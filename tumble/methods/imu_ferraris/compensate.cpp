@@ -7,7 +7,7 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
 #include "tumble/units/error.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/methods/imu/axes_check.hpp"
+#include "tumble/reduce/imu/axes_check.hpp"
 
 namespace tumble::methods::ferraris {
 namespace {

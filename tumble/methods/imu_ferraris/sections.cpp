@@ -10,7 +10,7 @@
 #include <set>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::ferraris {

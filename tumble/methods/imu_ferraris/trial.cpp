@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::methods::ferraris {

@@ -9,8 +9,8 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/least_squares.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::ferraris {

@@ -8,7 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
-#include "tumble/methods/linear/slow.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 
 namespace tumble::methods::multi_position {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::methods::multi_position {

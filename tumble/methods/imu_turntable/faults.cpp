@@ -7,10 +7,10 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/methods/accelerometer/samples.hpp"
-#include "tumble/methods/imu/axes_check.hpp"
+#include "tumble/reduce/accelerometer/samples.hpp"
+#include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 namespace tumble::methods::turntable {
 namespace {

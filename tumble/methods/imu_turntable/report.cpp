@@ -7,7 +7,7 @@
 
 #include "tumble/core/budget.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/words.hpp"
+#include "tumble/reduce/linear/words.hpp"
 
 namespace tumble::methods::turntable {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::turntable {

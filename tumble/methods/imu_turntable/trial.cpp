@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::methods::turntable {

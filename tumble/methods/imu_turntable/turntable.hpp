@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tumble/methods/imu/sensors.hpp"
-#include "tumble/methods/linear/joint.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/methods/method.hpp"
 
 /// Three gyros and three accelerometers on a table, from any schedule.

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/methods/north_finding/model.hpp"
 
 /// Where the body stands, as the rig says it with its errors and whatever world it stands in: the azimuth of the rig is

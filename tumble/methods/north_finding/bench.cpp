@@ -10,8 +10,8 @@
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/clock.hpp"
-#include "tumble/methods/linear/linear.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 

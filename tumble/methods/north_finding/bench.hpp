@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/linear/rows.hpp"
-#include "tumble/methods/linear/slow.hpp"
+#include "tumble/reduce/linear/rows.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 #include "tumble/methods/north_finding/attitude.hpp"
 #include "tumble/methods/north_finding/instrument.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "tumble/math/mixed_model.hpp"
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
 
 namespace tumble::methods::north {

@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 

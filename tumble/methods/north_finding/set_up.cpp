@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/north_finding/solve.hpp"
 #include "tumble/units/error.hpp"
 

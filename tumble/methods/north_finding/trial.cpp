@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::methods::north {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 namespace tumble::methods::polar {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 
 namespace tumble::random_vibration {

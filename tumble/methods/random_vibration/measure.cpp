@@ -10,7 +10,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/math/long_run.hpp"
-#include "tumble/math/shaped_noise.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/math/regression/long_run.hpp"
+#include "tumble/math/noise/shaped_noise.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 
 namespace tumble::random_vibration {
 

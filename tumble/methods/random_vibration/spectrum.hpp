@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tumble/math/shaped_noise.hpp"
+#include "tumble/math/noise/shaped_noise.hpp"
 
 /// What the density of a random vibration says before a sample is taken. All of one-sided densities, Gaussian motion.
 namespace tumble::random_vibration {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 
 namespace tumble::random_vibration {

@@ -5,8 +5,8 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
-#include "tumble/methods/trial/plan.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::random_vibration {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/least_squares.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/units/error.hpp"
 

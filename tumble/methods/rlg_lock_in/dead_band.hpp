@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/rlg_lock_in/sweep.hpp"
 
 namespace tumble::methods::rlg {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/allan.hpp"
-#include "tumble/math/allan_fit.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::rlg {

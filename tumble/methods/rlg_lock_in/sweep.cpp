@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::methods::rlg {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/models/sagnac.hpp"

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "tumble/methods/linear/work.hpp"
+#include "tumble/reduce/linear/work.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/methods/rlg_north_finder/path.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 
 namespace tumble::north_finder {

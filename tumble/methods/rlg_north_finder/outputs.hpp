@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/linear/joint.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/methods/method.hpp"
-#include "tumble/methods/table/recorded_angles.hpp"
+#include "tumble/reduce/table/recorded_angles.hpp"
 
 /// A north finder on a two-axis table: one ring laser gyro along x and accelerometers along x and y, all of which
 /// count.

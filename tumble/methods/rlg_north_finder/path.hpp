@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 /// Which segment of the test is which position and rotation of the path, by what the plan says was felt there.
 namespace tumble::north_finder {

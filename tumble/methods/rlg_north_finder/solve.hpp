@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "tumble/methods/linear/joint.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 
 /// From the coefficients of the linear models to the parameters of the north finder.

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sagnac.hpp"
 #include "tumble/sim/simulate.hpp"

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/sine_vibration/measure.hpp"
 
 namespace tumble {

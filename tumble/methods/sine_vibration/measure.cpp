@@ -9,8 +9,8 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/sine_fit.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine {

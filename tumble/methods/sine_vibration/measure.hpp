@@ -5,7 +5,7 @@
 
 #include "tumble/core/finding.hpp"
 #include "tumble/methods/sine_vibration/line.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 
 namespace tumble::sine {
 

@@ -12,7 +12,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/loop.hpp"
 #include "tumble/methods/sine_vibration/line.hpp"
 #include "tumble/methods/testing/answer.hpp"

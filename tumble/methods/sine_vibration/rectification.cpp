@@ -7,8 +7,8 @@
 #include <map>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/linear/slow.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/linear/slow.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine {

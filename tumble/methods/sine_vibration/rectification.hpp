@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/sine_vibration/measure.hpp"
 
 namespace tumble::sine {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
 
 namespace tumble::sine {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::sine {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "tumble/math/allan_covariance.hpp"
+#include "tumble/math/stability/allan_covariance.hpp"
 
 namespace tumble {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"

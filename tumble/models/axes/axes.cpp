@@ -5,7 +5,7 @@
 #include <array>
 
 #include "tumble/models/electronics/response.hpp"
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
 namespace tumble::axes {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
 namespace tumble::electronics {
 namespace {

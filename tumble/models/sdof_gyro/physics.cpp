@@ -1,6 +1,6 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
 namespace tumble::models::sdof {
 namespace {

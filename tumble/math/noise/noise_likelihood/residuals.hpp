@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "tumble/math/noise/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood/selection.hpp"
+
+namespace tumble {
+
+/// Measured over expected power, in ranges of 30 contrasts and more.
+std::vector<NoiseResidual> residuals_of(const BandData& data, const ScoringFit& fit);
+
+/// Of residuals with a relative error beside their statistical sd.
+double chi_square(const std::vector<NoiseResidual>& residuals, double error);
+
+double residual_freedom(const std::vector<NoiseResidual>& residuals, const TriedTerms& one, bool ramp);
+
+/// With an independent relative error of the power in each range of frequencies.
+Eigen::VectorXd counts_with(const Eigen::VectorXd& count, double error);
+
+/// The relative error that makes chi-square of the model with all terms equal its degrees of freedom.
+double model_error(const BandData& whole, bool ramp, const TriedTerms& full);
+
+}  // namespace tumble
