@@ -1,19 +1,34 @@
 # What `cmake --install` installs: the program, the libraries that were built, the public headers, and a package so that
-# find_package(tumble) gives tumble::tumble. Headers in rooms that are not listed here are internal.
+# find_package(tumble) gives tumble::tumble.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tumble)
-set(public_rooms math/stability math/noise math/spectrum math/regression)
 
-file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} tumble/*.hpp tumble/*/*.hpp)
-foreach(room ${public_rooms})
-  file(GLOB headers_in_room CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} tumble/${room}/*.hpp)
-  list(APPEND headers ${headers_in_room})
-endforeach()
+# The public headers are what tumble/tumble.hpp includes, and what these include.
+function(tumble_public_headers result)
+  set(todo tumble/tumble.hpp)
+  set(headers "")
+  while(todo)
+    list(POP_FRONT todo header)
+    if(header IN_LIST headers OR header STREQUAL "tumble/version.hpp")
+      continue()
+    endif()
+    list(APPEND headers ${header})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${header})
+    file(STRINGS ${PROJECT_SOURCE_DIR}/${header} lines REGEX "^#include \"tumble/")
+    foreach(line ${lines})
+      string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included ${line})
+      list(APPEND todo ${included})
+    endforeach()
+  endwhile()
+  set(${result} ${headers} PARENT_SCOPE)
+endfunction()
+
+tumble_public_headers(headers)
 foreach(header ${headers})
   get_filename_component(folder ${header} DIRECTORY)
-  install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
 endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/generated/tumble/version.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tumble)
 
