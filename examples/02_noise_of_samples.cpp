@@ -25,8 +25,8 @@ void print_curve(const std::vector<double>& rate) {
   const auto unit = tumble::Unit::parse("deg/h");
   std::printf("   tau [s]   deviation [deg/h]   95 %% confidence\n");
   for (const auto& point : tumble::overlapping_allan(rate, sample_rate, {.points_per_decade = 2.0}))
-    std::printf("%10.2f   %17.4f   %.4f to %.4f\n", point.tau, unit.from_si(point.deviation),
-                unit.from_si(point.lower), unit.from_si(point.upper));
+    std::printf("%10.2f   %17.4f   %.4f to %.4f\n", point.tau, unit.from_si(point.deviation), unit.from_si(point.lower),
+                unit.from_si(point.upper));
 }
 
 /// A method takes a plan and recordings. A plan of allan_noise is no more than its name and its settings.

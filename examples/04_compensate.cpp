@@ -10,18 +10,19 @@
 
 namespace {
 
-/// Root mean square of a channel [SI], missing samples skipped.
-double rms(const tumble::Recording& recording, const char* name) {
+/// Standard deviation of a channel about its mean [SI]; a missing sample is NaN and is skipped.
+double scatter(const tumble::Recording& recording, const char* name) {
   const auto* channel = tumble::find_channel(recording, name);
   if (channel == nullptr) return std::nan("");
-  double squares = 0.0;
-  std::size_t count = 0;
+  double count = 0.0, mean = 0.0, squares = 0.0;
   for (const double value : channel->values) {
     if (std::isnan(value)) continue;
-    squares += value * value;
-    ++count;
+    count += 1.0;
+    const double step = value - mean;
+    mean += step / count;
+    squares += step * (value - mean);
   }
-  return std::sqrt(squares / static_cast<double>(count));
+  return std::sqrt(squares / (count - 1.0));
 }
 
 }  // namespace
@@ -38,8 +39,8 @@ int main(int argc, char** argv) {
     const auto session = tumble::tasks::simulate(plan, 2, {});
     const auto compensated = tumble::tasks::compensate(estimate, session);
     const auto unit = tumble::Unit::parse("deg/h");
-    std::printf("root mean square of the gyro before %.4f deg/h\n", unit.from_si(rms(session, "gyro")));
-    std::printf("root mean square of the gyro after  %.4f deg/h\n", unit.from_si(rms(compensated.recording, "gyro")));
+    std::printf("scatter of the gyro before %.4f deg/h\n", unit.from_si(scatter(session, "gyro")));
+    std::printf("scatter of the gyro after  %.4f deg/h\n", unit.from_si(scatter(compensated.recording, "gyro")));
     for (const auto& channel : compensated.recording.channels) std::printf("channel %s\n", channel.name.c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -43,8 +43,8 @@ tumble::Trial trial(const tumble::Plan& plan, std::uint64_t seed) {
 /// Is the truth inside the 95 % interval? The quantile is of Student's t where few data told the uncertainty.
 bool holds(const tumble::Estimate& estimate, std::size_t index, double truth) {
   const auto& parameter = estimate.parameters[index];
-  const double half_width = tumble::student_quantile(0.975, parameter.degrees_of_freedom) *
-                            tumble::standard_uncertainty(estimate, index);
+  const double half_width =
+      tumble::student_quantile(0.975, parameter.degrees_of_freedom) * tumble::standard_uncertainty(estimate, index);
   return std::abs(parameter.value - truth) <= half_width;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// All that Tumble promises to those who use it as a library: the headers named here keep their meaning between releases
-/// of one minor version, and docs/library.md says how to begin. Headers that are not named here may change at any time.
+/// All that Tumble promises to those who use it as a library: the headers named here keep their meaning between
+/// releases of one minor version, and docs/library.md says how to begin. Headers that are not named here may change at
+/// any time.
 
 // One function per user intent, and the values that they take and give.
 #include "tumble/core/channel.hpp"
