@@ -8,8 +8,8 @@ function(tumble_embed result)
     get_filename_component(name ${asset} NAME)
     string(MAKE_C_IDENTIFIER ${name} id)
     string(APPEND content "
-asm(\".section .rodata\\n.global tumble_asset_${id}\\ntumble_asset_${id}:\\n.incbin \\\"${asset}\\\"\\n\"
-    \".global tumble_asset_${id}_end\\ntumble_asset_${id}_end:\\n.byte 0\\n.text\\n\");
+asm(\".pushsection .rodata\\n.global tumble_asset_${id}\\ntumble_asset_${id}:\\n.incbin \\\"${asset}\\\"\\n\"
+    \".global tumble_asset_${id}_end\\ntumble_asset_${id}_end:\\n.byte 0\\n.popsection\\n\");
 extern \"C\" const char tumble_asset_${id}[];
 extern \"C\" const char tumble_asset_${id}_end[];
 namespace tumble::assets {
