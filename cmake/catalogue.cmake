@@ -7,7 +7,7 @@ function(tumble_catalogue folder result)
   string(TOUPPER ${first} first)
   string(SUBSTRING ${noun} 1 -1 rest)
   set(type ${first}${rest})
-  set(module ${CMAKE_SOURCE_DIR}/tumble/${folder})
+  set(module ${PROJECT_SOURCE_DIR}/tumble/${folder})
   file(GLOB candidates CONFIGURE_DEPENDS RELATIVE ${module} ${module}/*.cpp ${module}/*/*.cpp)
   set(declarations "")
   set(addresses "")
@@ -27,7 +27,7 @@ function(tumble_catalogue folder result)
     string(APPEND declarations "namespace ${space} {\nextern const ${type} ${stem};\n}\n")
     string(APPEND addresses "      &${space}::${stem},\n")
   endforeach()
-  set(output ${CMAKE_BINARY_DIR}/generated/tumble/${folder}/catalogue.cpp)
+  set(output ${PROJECT_BINARY_DIR}/generated/tumble/${folder}/catalogue.cpp)
   file(CONFIGURE OUTPUT ${output} CONTENT [[// Generated from the files of tumble/@folder@.
 #include "tumble/@folder@/@noun@.hpp"
 

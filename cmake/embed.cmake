@@ -2,14 +2,14 @@
 # and third_party/*.js becomes `extern const std::string_view <name with _ for every other character>` through the
 # assembler's .incbin, which costs no compile time.
 function(tumble_embed result)
-  file(GLOB assets CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tumble/report/assets/* ${CMAKE_SOURCE_DIR}/third_party/*/*.js)
+  file(GLOB assets CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tumble/report/assets/* ${PROJECT_SOURCE_DIR}/third_party/*/*.js)
   set(content "// Generated: files embedded in the program.\n#include <string_view>\n")
   foreach(asset ${assets})
     get_filename_component(name ${asset} NAME)
     string(MAKE_C_IDENTIFIER ${name} id)
     string(APPEND content "
-asm(\".section .rodata\\n.global tumble_asset_${id}\\ntumble_asset_${id}:\\n.incbin \\\"${asset}\\\"\\n\"
-    \".global tumble_asset_${id}_end\\ntumble_asset_${id}_end:\\n.byte 0\\n.text\\n\");
+asm(\".pushsection .rodata\\n.global tumble_asset_${id}\\ntumble_asset_${id}:\\n.incbin \\\"${asset}\\\"\\n\"
+    \".global tumble_asset_${id}_end\\ntumble_asset_${id}_end:\\n.byte 0\\n.popsection\\n\");
 extern \"C\" const char tumble_asset_${id}[];
 extern \"C\" const char tumble_asset_${id}_end[];
 namespace tumble::assets {
@@ -18,7 +18,7 @@ const std::string_view ${id}{tumble_asset_${id}, static_cast<std::size_t>(tumble
 }
 ")
   endforeach()
-  set(output ${CMAKE_BINARY_DIR}/generated/tumble/assets.cpp)
+  set(output ${PROJECT_BINARY_DIR}/generated/tumble/assets.cpp)
   file(CONFIGURE OUTPUT ${output} CONTENT "${content}" @ONLY)
   set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets}")
   set(${result} ${output} PARENT_SCOPE)

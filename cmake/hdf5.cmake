@@ -1,0 +1,18 @@
+# tumble::hdf5: the HDF5 that find_package finds, for the shared library and for those who use ours. It is linked alone:
+# the loader finds what it needs in its turn. This file is also part of the installed package.
+if(TARGET tumble::hdf5)
+  return()
+endif()
+find_package(HDF5 QUIET COMPONENTS C)
+if(NOT HDF5_FOUND)
+  return()
+endif()
+add_library(tumble::hdf5 INTERFACE IMPORTED)
+set(tumble_hdf5_libraries ${HDF5_C_LIBRARIES})
+if(NOT HDF5_USE_STATIC_LIBRARIES)
+  list(FILTER tumble_hdf5_libraries INCLUDE REGEX "hdf5")
+endif()
+target_link_libraries(tumble::hdf5 INTERFACE ${tumble_hdf5_libraries})
+target_include_directories(tumble::hdf5 SYSTEM INTERFACE ${HDF5_C_INCLUDE_DIRS})
+target_compile_definitions(tumble::hdf5 INTERFACE ${HDF5_C_DEFINITIONS})
+unset(tumble_hdf5_libraries)
