@@ -4,11 +4,11 @@
     run_docs.py --self-test
 
 The pages are the .md files at the root of the repository and in docs/ (except docs/decisions and docs/equations). The
-examples of one page run in the order of the page, in one bash, in an empty folder with links to plans/ and examples/. A
+examples of one page run in the order of the page, in one bash, in an empty folder with copies of plans/ and examples/. A
 later example sees the files that an earlier one made.
 
     ```console    lines `$ command` and what they print, compared as in a transcript (run_transcripts.py)
-    ```sh         commands, one a line; each must succeed, its output is not compared
+    ```sh         commands, one a line; each must succeed, or end as it says (# exit 1); its output is not compared
     ```toml       a plan; it is written to a file and simulated
 
 A comment before the block says more:
@@ -175,13 +175,14 @@ def steps_of(text, source):
     return steps
 
 
-def holds(expected, actual):
-    """Whether a command did what the page says. Three dots never stand for a failure."""
+def holds(step, actual):
+    """Whether a command did what the page says. Three dots never replace a failure."""
     if actual is None:
         return False
+    expected = step.expected
     failure = [line for line in actual[-1:] if re.fullmatch(r"\[exit \d+\]|\[the shell ended here\]", line)]
     if expected is None:
-        return not failure
+        return failure == [f"[{status}]" for status in re.findall(r"# .*\b(exit [1-9])\b", step.command)]
     return run_transcripts.matches(expected, actual) and failure == [line for line in expected[-1:] if line in failure]
 
 
@@ -195,10 +196,10 @@ def run_page(path, program, source):
         return 1, failures + [f"{path}: {problem}"]
     if not steps:
         return 0, failures
-    link = step_of('ln -s "$TUMBLE_SOURCE"/plans "$TUMBLE_SOURCE"/examples .', 1, None)
-    results = run_transcripts.run([link] + steps, program, source)[1:]
+    copy = step_of('cp -r "$TUMBLE_SOURCE"/plans "$TUMBLE_SOURCE"/examples .', 1, None)
+    results = run_transcripts.run([copy] + steps, program, source)[1:]
     for step, actual in zip(steps, results):
-        if not holds(step.expected, actual):
+        if not holds(step, actual):
             shown = "not reached" if actual is None else run_transcripts.difference(step.expected or [], actual)
             failures.append(f"{path}:{step.first + 1}: $ {step.command}\n{shown}")
     return len(steps), failures
@@ -262,8 +263,12 @@ def self_test():
     plan = tomllib.loads(plan_of(blocks_of(PAGE)[3], None))
     assert plan == {"title": "base", "rig": {"kind": "z", "sd": "1 m"},
                     "schedule": [{"label": "new", "arm": {"rate": "1 deg/s"}}]}, plan
-    assert holds(None, ["x"]) and not holds(None, ["[exit 2]"]) and not holds(None, None)
-    assert holds(["a", "..."], ["a", "b"]) and not holds(["a", "..."], ["a", "[exit 2]"]) and holds(["[exit 2]"], ["[exit 2]"])
+    for command, expected, actual, is_so in (
+            ("c", None, ["x"], True), ("c", None, ["[exit 2]"], False), ("c", None, None, False), ("c", [], ["x"], False),
+            ("c  # a limit fails: exit 1", None, ["x", "[exit 1]"], True), ("c  # exit 1", None, ["x"], False),
+            ("c", ["a", "..."], ["a", "b"], True), ("c", ["a", "..."], ["a", "[exit 2]"], False),
+            ("c", ["[exit 2]"], ["[exit 2]"], True)):
+        assert holds(step_of(command, 1, expected), actual) == is_so, (command, expected, actual)
     assert not faults_of_layout("p", PAGE.splitlines())
     for tampered in ("    tumble list\n", "```\ntumble list\n```\n", "    [[recording]]\n", "```\n$ ls\n```\n"):
         assert len(faults_of_layout("p", tampered.splitlines())) == 1, tampered
