@@ -17,6 +17,8 @@ PAGE_OF_WORDS = "docs/english.md"
 NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 CLEAN = ("apps/", "tumble/units/", "tumble/core/", "tumble/earth/", "tumble/models/", "tumble/rigs/", "tumble/sim/",
          "tumble/checks/", "tumble/formats/", "tumble/report/", "tumble/tasks/")
+# Names in the result JSON do not change.
+FIXED = {"tumble/tasks/optimise/report.cpp": ("told", "told apart")}
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
 
 
@@ -78,6 +80,7 @@ def check(root):
     for path in sources(root):
         relative = path.relative_to(root).as_posix()
         lines = faults_of_text(relative, text_of_source(path.read_text(encoding="utf-8")), pattern)
+        lines = [line for line in lines if not line.endswith(tuple(f"'{name}'" for name in FIXED.get(relative, ())))]
         (faults if relative.startswith(CLEAN) else counted).extend(lines)
     return [f"{fault}: {PAGE_OF_WORDS} says what we write instead" for fault in faults], counted
 
@@ -90,6 +93,7 @@ SOUND = {
     "apps/cli/a.cpp": '// left out\n#include "left out"\n/* told */ auto told = "skipped";  // "told"\nchar c = \'"\';\n',
     "tumble/core/a_test.cpp": 'auto s = "told";\n',
     "tumble/methods/a.cpp": 'auto s = "told";\n',
+    "tumble/tasks/optimise/report.cpp": 'column("told");\n',
 }
 TAMPERED = {  # file, its new text, words of the fault
     "page": ("docs/a/b.md", "A sample\nis Told so.\n", "docs/a/b.md:2: 'Told'"),

@@ -34,15 +34,15 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb add_compensate(CLI::App& program) {
-  auto* app = program.add_subcommand("compensate", "Take an identified error model off a recording");
+  auto* app = program.add_subcommand("compensate", "Subtract the identified error from a recording");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RESULT", arguments->result, "result (.json) of identify")->required();
   app->add_option("RECORDING", arguments->recording, "recording to compensate")->required();
   app->add_option("-o,--output", arguments->output, "recording to write")->required();
   add_sets(*app, arguments->sets,
-           "what the file does not say itself:\n"
+           "information that the file does not contain:\n"
            "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
            "segment_column=COLUMN with labels; repeatable");
   app->footer("Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n");
   return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};

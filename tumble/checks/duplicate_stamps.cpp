@@ -30,6 +30,6 @@ Findings run(const Recording& recording, const Plan*) {
 }  // namespace
 
 extern const Check duplicate_stamps;
-const Check duplicate_stamps{"duplicate_stamps", "samples with the same stamp as the one before", run};
+const Check duplicate_stamps{"duplicate_stamps", "samples with the stamp of the sample before", run};
 
 }  // namespace tumble::checks
