@@ -101,7 +101,7 @@ TEST(Checks, Jitter) {
   const Findings even = findings_of("jitter", stamped(late));
   ASSERT_EQ(even.size(), 1u);
   EXPECT_EQ(even[0].severity, Finding::Severity::info);
-  EXPECT_NE(even[0].message.find("taken as evenly sampled"), std::string::npos);
+  EXPECT_NE(even[0].message.find("treated as evenly sampled"), std::string::npos);
   double t = 0.0;
   const RandomStream random(3);
   const auto irregular = series(5000, [&](std::size_t i) { return t -= 0.01 * std::log(random.uniform(i)); });
@@ -208,7 +208,7 @@ TEST(Checks, Outliers) {
   values[1234] += 40.0;
   values[15'000] -= 25.0;
   const std::string found = only("outliers", recording({channel("gyro", "deg/h", values)}));
-  EXPECT_NE(found.find("gyro: 2 samples stand apart"), std::string::npos) << found;
+  EXPECT_NE(found.find("gyro: 2 samples are far from"), std::string::npos) << found;
   EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
 }
 
@@ -250,7 +250,7 @@ TEST(Checks, ScheduleMismatch) {
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
   EXPECT_TRUE(findings_of("schedule_mismatch", made, nullptr).empty());
   made.marks[1].begin = 50.0;
-  EXPECT_EQ(only("schedule_mismatch", made, &plan), "0 s: segment 'soak' of run 1 lasts 50 s, planned were 60 s");
+  EXPECT_EQ(only("schedule_mismatch", made, &plan), "0 s: segment 'soak' of run 1 lasts 50 s, but the plan says 60 s");
   made.marks[1].begin = 60.0;
   made.marks[3].label = "slope";
   EXPECT_EQ(
@@ -296,7 +296,7 @@ TEST(Checks, CounterThatRunsOver) {
   ASSERT_EQ(found.size(), 1u) << said(found);
   EXPECT_EQ(found[0].severity, Finding::Severity::error);
   EXPECT_NE(found[0].message.find("ran over its 16 bits"), std::string::npos) << found[0].message;
-  EXPECT_NE(found[0].message.find("add or take off 65536"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("add or subtract 65536"), std::string::npos) << found[0].message;
   // With sign, and a total that runs on.
   for (const int bits : {16, 24, 32}) {
     const double size = std::ldexp(1.0, bits), step = size / 500.0;
@@ -470,7 +470,7 @@ TEST(ChecksStaySilent, OnARealStaticRecord) {
   const Findings findings = run_checks(made, nullptr);
   ASSERT_EQ(findings.size(), 1u) << said(findings);
   EXPECT_EQ(findings[0].severity, Finding::Severity::info);
-  EXPECT_NE(findings[0].message.find("taken as evenly sampled"), std::string::npos) << said(findings);
+  EXPECT_NE(findings[0].message.find("treated as evenly sampled"), std::string::npos) << said(findings);
 }
 
 }  // namespace
