@@ -1,6 +1,6 @@
 // How long the Allan family takes. bench/allan_vs_allantools.py runs this beside allantools.
 
-#include "tumble/math/allan.hpp"
+#include "tumble/math/stability/allan.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -10,12 +10,12 @@
 #include <random>
 #include <vector>
 
-#include "tumble/math/allan_differences.hpp"
-#include "tumble/math/allan_family.hpp"
-#include "tumble/math/allan_phase.hpp"
-#include "tumble/math/every_tau.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/streaming_allan.hpp"
+#include "tumble/math/stability/allan_differences.hpp"
+#include "tumble/math/stability/allan_family.hpp"
+#include "tumble/math/stability/allan_phase.hpp"
+#include "tumble/math/stability/every_tau.hpp"
+#include "tumble/math/stability/streaming_allan.hpp"
 
 namespace {
 

@@ -24,7 +24,7 @@ ALL_PROCESSORS = os.sched_getaffinity(0)
 
 
 def factors_up_to(longest, per_decade):
-    """As averaging_factors of tumble/math/allan.hpp, up to 53 a decade; octaves for 0."""
+    """As averaging_factors of tumble/math/stability/allan.hpp, up to 53 a decade; octaves for 0."""
     steps, factors, octave = max(1, round(per_decade * math.log10(2.0))), [], 1
     while octave <= longest:
         rounded = min(octave, 16)

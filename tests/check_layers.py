@@ -1,8 +1,10 @@
-"""The layer check: every include in tumble/ goes to the left in tumble/layers.txt.
+"""The layer check: every include in tumble/ goes to the left in tumble/layers.txt, and every name has one home.
 
-Headers that stand directly in a module are its face: they name no heavy library. Headers in a subfolder of a module are
-its own business: nothing outside of the module, and no header of its face, includes them. Only those that help with a
-heavy library (math/eigen/) serve the .cpp files and subfolders of all modules to the right.
+A line of tumble/layers.txt is a module; a room of math/ is a module too. Headers that stand directly in a module are its
+face: they name no heavy library, and what they declare is in namespace tumble. Headers in a folder below a module are in
+namespace tumble::<folder>, and are internal to the module. Two kinds serve all modules to the right: those that help
+with a heavy library (math/eigen/, for .cpp files and folders), and the rooms of reduce/, which several methods share.
+Helpers of tests (testing/) serve all tests. No method includes a header of another method. No two headers define a type of one name in one namespace.
 
     check_layers.py REPOSITORY      exit 1 and one line a fault
     check_layers.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
@@ -15,9 +17,22 @@ import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 GENERATED = {"tumble/version.hpp"}
-SHARED = ("tumble/math/eigen/",)  # between our types and a heavy library
+EIGEN = "tumble/math/eigen/"  # between our types and a heavy library
+ROOMS = "tumble/reduce/"  # what several methods share
+NAMESPACE = re.compile(r"^(?:inline )?namespace ([a-z][\w:]*) \{")
+DEFINITION = re.compile(r"^(?:struct|class|enum class|enum) (\w+)[^;]*$")
+METHODS_THAT_BUILD_ON = {("imu_channel_calibration", "accelerometer_four_position")}  # the split test is that method
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
 HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "nlopt", "CLI/")
+
+
+def module_of(parts, layers):
+    """The module of a path below tumble/, given as its parts: the longest one that layers.txt names; None without one."""
+    for length in (2, 1):
+        name = "/".join(parts[:length])
+        if len(parts) > length and name in layers:
+            return name
+    return None
 
 
 def fault_of_include(layer, layers, quoted, target, is_face):
@@ -30,14 +45,49 @@ def fault_of_include(layer, layers, quoted, target, is_face):
         return f'includes "{target}": write our own headers from the root ("tumble/...")' if quoted else None
     if target in GENERATED:
         return None
-    other, internal = target.split("/")[1], target.count("/") > 2
-    if other not in layers:
-        return f'includes "{target}": {other} is not in tumble/layers.txt'
+    parts = target.split("/")[1:]
+    other = module_of(parts, layers)
+    if other is None:
+        return f'includes "{target}": {parts[0]} is not in tumble/layers.txt'
     if layers.index(other) > layers.index(layer):
         return f'includes "{target}": {layer} stands before {other} in tumble/layers.txt'
-    if internal and (is_face or (other != layer and not target.startswith(SHARED))):
+    internal = len(parts) > other.count("/") + 2
+    if not internal or "testing" in parts or target.startswith(ROOMS):
+        return None
+    if is_face or (other != layer and not target.startswith(EIGEN)):
         return f'includes "{target}": headers in a subfolder are internal to {other}'
     return None
+
+
+def fault_between_methods(relative, target):
+    """What is wrong with one include of a file of a method, or None."""
+    mine, other = relative.parts[2], target.split("/")
+    if relative.name.endswith("_test.cpp"):
+        return None
+    if relative.parts[1] != "methods" or len(relative.parts) < 4 or mine == "testing" or len(other) < 4:
+        return None
+    if other[1] != "methods" or other[2] in (mine, "testing") or (mine, other[2]) in METHODS_THAT_BUILD_ON:
+        return None
+    return f'includes "{target}": what two methods share stands in reduce/'
+
+
+def faults_of_namespace(relative, lines, layer, types):
+    """Faults of the namespaces of one header; adds the types that it defines to `types`, with where."""
+    depth = layer.count("/") + 2
+    folder = relative.parts[-2] if len(relative.parts) > depth + 1 else ""
+    wanted = "tumble" + (f"::{folder}" if folder else "")
+    faults, current = [], None
+    for number, line in enumerate(lines, 1):
+        opened = NAMESPACE.match(line)
+        if opened and not (current and opened[1] == "detail"):
+            current = opened[1]
+            forward = current == "tumble" and folder  # forward declarations of types of other modules
+            if current != wanted and not forward and current not in ("std", "Eigen"):
+                faults.append(f"{relative}:{number}: is in namespace {current}, by its folder it belongs in {wanted}")
+        defined = DEFINITION.match(line)
+        if defined and current:
+            types.setdefault((current, defined[1]), []).append(f"{relative}:{number}")
+    return faults
 
 
 def check(root):
@@ -45,25 +95,37 @@ def check(root):
     layers = (root / "tumble/layers.txt").read_text().split()
     files = sorted(p for p in (root / "tumble").rglob("*") if p.suffix in (".hpp", ".cpp"))
     faults = [] if files else [f"{root}/tumble: no source file found"]
+    types = {}
     for path in files:
         relative = path.relative_to(root)
-        layer = relative.parts[1]
-        if layer not in layers:
-            faults.append(f"{relative}: {layer} is not in tumble/layers.txt")
+        layer = module_of(relative.parts[1:], layers)
+        if layer is None:
+            faults.append(f"{relative}: {relative.parts[1]} is not in tumble/layers.txt")
             continue
-        is_face = path.suffix == ".hpp" and len(relative.parts) == 3
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        is_face = path.suffix == ".hpp" and len(relative.parts) == layer.count("/") + 3
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for number, line in enumerate(lines, 1):
             match = INCLUDE.match(line)
             if not match:
                 continue
             fault = fault_of_include(layer, layers, match[1] == '"', match[2], is_face)
+            fault = fault or fault_between_methods(relative, match[2])
             if fault:
                 faults.append(f"{relative}:{number}: {fault}")
+        if path.suffix == ".hpp":
+            faults += faults_of_namespace(relative, lines, layer, types)
+    for (space, name), places in sorted(types.items()):
+        if len(places) > 1:
+            faults.append(f"{places[1]}: {space}::{name} is defined at {places[0]} too")
     return faults
 
 
 SOUND = {
-    "tumble/layers.txt": "units\nmath\ncore\n",
+    "tumble/layers.txt": "units\nmath\nmath/noise\ncore\nreduce\nmethods\n",
+    "tumble/math/noise/model.hpp": '#include "tumble/math/fit.hpp"\nnamespace tumble {\nstruct Model {\n};\n}\n',
+    "tumble/math/noise/part/deep.hpp": "namespace tumble {\nstruct Model;\n}\nnamespace tumble::part {\nstruct Model {\n};\n}\n",
+    "tumble/reduce/rows/rows.hpp": "namespace tumble::rows {\n}\n",
+    "tumble/methods/bias/bias.cpp": '#include "tumble/reduce/rows/rows.hpp"\n#include "tumble/methods/bias/part.hpp"\n',
     "tumble/units/unit.hpp": "#pragma once\n#include <string>\n",
     "tumble/math/fit.hpp": '#pragma once\n#include "tumble/units/unit.hpp"\n',
     "tumble/math/fit.cpp": '#include "tumble/math/fit.hpp"\n#include <Eigen/Dense>\n#include "tumble/version.hpp"\n',
@@ -85,6 +147,12 @@ TAMPERED = {  # file, its new text, words of the fault
     "internal header of another module": ("tumble/core/x.cpp", '#include "tumble/math/a/b.hpp"\n', "internal to math"),
     "Eigen's view in a face": ("tumble/core/x.hpp", '#include "tumble/math/eigen/view.hpp"\n', "internal to math"),
     "internal header in a face": ("tumble/core/x.hpp", '#include "tumble/core/part/deep.hpp"\n', "internal to core"),
+    "a room that climbs": ("tumble/math/fit.hpp", '#include "tumble/math/noise/model.hpp"\n', "math stands before math/noise"),
+    "internal header of a room": ("tumble/core/x.cpp", '#include "tumble/math/noise/part/deep.hpp"\n', "internal to math/noise"),
+    "face outside of tumble": ("tumble/core/x.hpp", "namespace tumble::core {\n", "belongs in tumble"),
+    "folder outside of its namespace": ("tumble/reduce/rows/y.hpp", "namespace tumble::lines {\n", "belongs in tumble::rows"),
+    "a type defined twice": ("tumble/core/x.hpp", "namespace tumble {\nstruct Model {\n", "defined at"),
+    "one method in another": ("tumble/methods/noise/x.cpp", '#include "tumble/methods/bias/part.hpp"\n', "reduce/"),
     "unlisted module": ("tumble/extra/x.cpp", "\n", "extra is not in"),
     "include of an unlisted module": ("tumble/core/x.cpp", '#include "tumble/extra/x.hpp"\n', "extra is not in"),
     "nothing there": (None, None, "no source file"),

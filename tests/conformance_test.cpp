@@ -52,11 +52,11 @@ void append(std::vector<Entry>& entries, const std::string& folder, const std::v
 std::vector<Entry> all_entries() {
   std::vector<Entry> entries;
   const auto none = [](const auto&) { return std::vector<Option>{}; };
-  append(entries, "methods", methods::catalogue(), [](const Method& m) { return m.options(); });
-  append(entries, "rigs", rigs::catalogue(), [](const Rig& r) { return r.options(); });
-  append(entries, "models", models::catalogue(), [](const Model& m) { return truth_options(m); });
-  append(entries, "checks", checks::catalogue(), none);
-  append(entries, "formats", formats::catalogue(), none);
+  append(entries, "methods", method_catalogue(), [](const Method& m) { return m.options(); });
+  append(entries, "rigs", rig_catalogue(), [](const Rig& r) { return r.options(); });
+  append(entries, "models", model_catalogue(), [](const Model& m) { return truth_options(m); });
+  append(entries, "checks", check_catalogue(), none);
+  append(entries, "formats", format_catalogue(), none);
   return entries;
 }
 
@@ -158,7 +158,7 @@ TEST(CatalogueFolders, NamesAreUniqueInEachFolder) {
 
 TEST(Readme, HasARowForEveryMethod) {
   const auto readme = text_of(source / "README.md");
-  for (const auto* method : methods::catalogue()) {
+  for (const auto* method : method_catalogue()) {
     const std::string name = method->name;
     const auto row = "| [`" + name + "`](docs/methods/" + name + ".md) | " + method->summary + " |";
     EXPECT_NE(readme.find(row), std::string::npos) << "README.md lacks the row\n" << row;
@@ -225,7 +225,7 @@ TEST_P(Models, RecordsEveryOutputTheSameWhateverTheBlocks) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Models, testing::ValuesIn(models::catalogue()), entry_name<Model>);
+INSTANTIATE_TEST_SUITE_P(All, Models, testing::ValuesIn(model_catalogue()), entry_name<Model>);
 
 class Rigs : public testing::TestWithParam<const Rig*> {};
 
@@ -242,7 +242,7 @@ TEST_P(Rigs, AxesAreWholeAndAScheduleWithoutThemIsRefused) {
   EXPECT_FALSE(refusals.empty());  // a plan's reader names the axis (tasks); a rig must not run without its own
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Rigs, testing::ValuesIn(rigs::catalogue()), entry_name<Rig>);
+INSTANTIATE_TEST_SUITE_P(All, Rigs, testing::ValuesIn(rig_catalogue()), entry_name<Rig>);
 
 class Checks : public testing::TestWithParam<const Check*> {};
 
@@ -276,7 +276,7 @@ TEST_P(Checks, SurvivesEveryPoorRecording) {
   EXPECT_NO_THROW(GetParam()->run(Recording{}, nullptr));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Checks, testing::ValuesIn(checks::catalogue()), entry_name<Check>);
+INSTANTIATE_TEST_SUITE_P(All, Checks, testing::ValuesIn(check_catalogue()), entry_name<Check>);
 
 }  // namespace
 }  // namespace tumble

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "tumble/math/least_squares.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 
 namespace tumble {
@@ -160,7 +160,7 @@ TEST_P(Coverage, StatedIntervalsHoldTheTruth) {
   EXPECT_TRUE(judgement.problems.empty()) << fmt::format("{}", fmt::join(judgement.problems, "\n"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Coverage, testing::ValuesIn(methods::catalogue()),
+INSTANTIATE_TEST_SUITE_P(Methods, Coverage, testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 // The judge itself: the mean of five normal numbers, with its standard uncertainty stated rightly or wrongly.

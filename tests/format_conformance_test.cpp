@@ -170,12 +170,12 @@ TEST_P(Formats, HostileBytesAreReadOrRefused) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Formats, testing::ValuesIn(formats::catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, Formats, testing::ValuesIn(format_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 TEST(FormatCatalogue, ExtensionsBelongToOneFormat) {
   std::set<std::string> seen;
-  for (const auto* format : formats::catalogue()) {
+  for (const auto* format : format_catalogue()) {
     for (const auto& extension : format->extensions) EXPECT_TRUE(seen.insert(extension).second) << extension;
   }
 }

@@ -5,8 +5,8 @@
 
 #include "fuzz/readers.hpp"
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/scratch_folder.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
 
 namespace tumble {
 namespace {

@@ -227,11 +227,11 @@ TEST_P(Methods, PredictsUncertaintiesOfItsOwnTrial) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Methods, testing::ValuesIn(methods::catalogue()),
+INSTANTIATE_TEST_SUITE_P(All, Methods, testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
 
 TEST(FindMethod, SuggestsTheNearestName) {
-  const std::string name = methods::catalogue().front()->name;
+  const std::string name = method_catalogue().front()->name;
   try {
     find_method(name + "x");
     FAIL();

@@ -127,11 +127,11 @@ const std::vector<std::string>& catalogue_kinds() {
 }
 
 Json catalogue_json(const std::string& kind) {
-  if (kind == "methods") return all(methods::catalogue());
-  if (kind == "models") return all(models::catalogue());
-  if (kind == "rigs") return all(rigs::catalogue());
-  if (kind == "formats") return all(formats::catalogue());
-  return all(checks::catalogue());
+  if (kind == "methods") return all(method_catalogue());
+  if (kind == "models") return all(model_catalogue());
+  if (kind == "rigs") return all(rig_catalogue());
+  if (kind == "formats") return all(format_catalogue());
+  return all(check_catalogue());
 }
 
 }  // namespace tumble::cli

@@ -13,12 +13,12 @@ struct Arguments {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   check_output(arguments.output, {arguments.result, arguments.recording}, recording_extensions());
-  const auto options = tasks::read_options(parse_sets(arguments.sets));
+  const auto options = tumble::read_options(parse_sets(arguments.sets));
   const auto estimate = read_result(arguments.result);
   Compensation compensation;
   {
     ProgressLine line(terminal);
-    compensation = tasks::compensate(estimate, read_recording(arguments.recording, options, line.progress()));
+    compensation = tumble::compensate(estimate, read_recording(arguments.recording, options, line.progress()));
     write_recording(compensation.recording, arguments.output);
   }
   note(terminal, "wrote " + arguments.output);

@@ -25,10 +25,10 @@ Verb add_convert(CLI::App& program) {
       "  tumble convert old.csv -o new.csv --set rate=100 --set unit.x=deg/h --set missing=NA\n");
   return {app, [arguments](const Terminal& terminal) {
             check_output(arguments->output, {arguments->recording}, recording_extensions());
-            const auto options = tasks::read_options(parse_sets(arguments->sets));
+            const auto options = tumble::read_options(parse_sets(arguments->sets));
             {
               ProgressLine line(terminal);
-              tasks::convert(arguments->recording, arguments->output, options, line.progress());
+              tumble::convert(arguments->recording, arguments->output, options, line.progress());
             }
             note(terminal, "wrote " + arguments->output);
             return 0;

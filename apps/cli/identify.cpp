@@ -21,11 +21,11 @@ struct Arguments {
 };
 
 /// A plan is a file, a method a word.
-Plan plan_of(const std::string& what, const tasks::Sets& sets) {
+Plan plan_of(const std::string& what, const tumble::Sets& sets) {
   const std::filesystem::path path(what);
   if (path.extension() == ".toml" || path.has_parent_path() || std::filesystem::exists(path))
-    return tasks::load_plan(what, sets);
-  return tasks::plan_for_method(what, sets);
+    return tumble::load_plan(what, sets);
+  return tumble::plan_for_method(what, sets);
 }
 
 std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan) {
@@ -42,7 +42,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   Estimate estimate;
   {
     ProgressLine line(terminal);
-    estimate = tasks::identify(plan, arguments.recordings, sets, arguments.memory, line.progress());
+    estimate = tumble::identify(plan, arguments.recordings, sets, arguments.memory, line.progress());
   }
   if (!arguments.output.empty()) {
     write_file_atomically(arguments.output, to_json(estimate));

@@ -12,8 +12,8 @@ namespace tumble::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using tasks::ChannelSummary;
-using tasks::Inspection;
+using tumble::ChannelSummary;
+using tumble::Inspection;
 
 const char* word(Finding::Severity severity) {
   switch (severity) {
@@ -159,11 +159,11 @@ Verb add_inspect(CLI::App& program) {
       "  tumble inspect data.csv\n"
       "  tumble inspect data.csv --set rate=100 --set unit.gyro=deg/s --json\n");
   return {app, [arguments](const Terminal& terminal) {
-            const auto options = tasks::read_options(parse_sets(arguments->sets));
+            const auto options = tumble::read_options(parse_sets(arguments->sets));
             Inspection inspection;
             {
               ProgressLine line(terminal);
-              inspection = tasks::inspect(arguments->recording, options, line.progress());
+              inspection = tumble::inspect(arguments->recording, options, line.progress());
             }
             print(arguments->json ? json(inspection).dump(2) + "\n" : text(inspection));
             return 0;

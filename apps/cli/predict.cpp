@@ -19,8 +19,8 @@ struct Arguments {
 };
 
 /// What only --optimise understands.
-tasks::OptimiseOptions options_of(const Arguments& arguments) {
-  tasks::OptimiseOptions options;
+tumble::OptimiseOptions options_of(const Arguments& arguments) {
+  tumble::OptimiseOptions options;
   options.terms = arguments.terms;
   std::vector<std::string> problems;
   const auto quantity = [&](const char* name, const std::string& text, const char* unit) -> std::optional<double> {
@@ -56,15 +56,15 @@ std::string heading(const Arguments& arguments) {
   return text + "\n";
 }
 
-int optimise(const Arguments& arguments, const tasks::OptimiseOptions& options, const Plan& plan,
+int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options, const Plan& plan,
              const Terminal& terminal) {
   const auto found = [&] {
     ProgressLine line(terminal);
-    return tasks::optimise(plan, options, line.progress());
+    return tumble::optimise(plan, options, line.progress());
   }();
   print(arguments.json ? to_json(found.estimate) : to_text(found.estimate));
   if (arguments.output.empty()) return 0;
-  write_file_atomically(arguments.output, heading(arguments) + tasks::plan_with_schedule(plan, found.schedule));
+  write_file_atomically(arguments.output, heading(arguments) + tumble::plan_with_schedule(plan, found.schedule));
   note(terminal, fmt::format("wrote {}", arguments.output));
   return 0;
 }
@@ -72,9 +72,9 @@ int optimise(const Arguments& arguments, const tasks::OptimiseOptions& options, 
 int run(const Arguments& arguments, const Terminal& terminal) {
   const auto options = options_of(arguments);
   if (!arguments.output.empty()) check_output(arguments.output, {arguments.plan}, {".toml"});
-  const auto plan = tasks::load_plan(arguments.plan, parse_sets(arguments.sets));
+  const auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   if (arguments.optimise) return optimise(arguments, options, plan, terminal);
-  const auto estimate = arguments.terms.empty() ? tasks::predict(plan) : tasks::predict_model(plan, arguments.terms);
+  const auto estimate = arguments.terms.empty() ? tumble::predict(plan) : tumble::predict_model(plan, arguments.terms);
   print(arguments.json ? to_json(estimate) : to_text(estimate));
   return 0;
 }

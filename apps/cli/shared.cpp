@@ -18,8 +18,8 @@ void add_sets(CLI::App& verb, std::vector<std::string>& texts, const std::string
   verb.add_option("--set", texts, what)->type_name("KEY=VALUE")->allow_extra_args(false);
 }
 
-tasks::Sets parse_sets(const std::vector<std::string>& texts) {
-  tasks::Sets sets;
+tumble::Sets parse_sets(const std::vector<std::string>& texts) {
+  tumble::Sets sets;
   std::vector<std::string> problems;
   for (const auto& text : texts) {
     const auto equals = text.find('=');
@@ -53,7 +53,7 @@ void check_output(const std::string& output, const std::vector<std::string>& inp
 
 std::vector<std::string> recording_extensions() {
   std::vector<std::string> extensions;
-  for (const auto* format : formats::catalogue())
+  for (const auto* format : format_catalogue())
     if (format->writer) extensions.insert(extensions.end(), format->extensions.begin(), format->extensions.end());
   return extensions;
 }

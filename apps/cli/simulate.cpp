@@ -26,10 +26,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const auto output =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
   check_output(output, {arguments.plan}, recording_extensions());
-  const auto plan = tasks::load_plan(arguments.plan, parse_sets(arguments.sets));
+  const auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   {
     ProgressLine line(terminal);
-    tasks::simulate_to(output, plan, arguments.seed, free_memory() / 2, line.progress());
+    tumble::simulate_to(output, plan, arguments.seed, free_memory() / 2, line.progress());
   }
   note(terminal, fmt::format("wrote {} (seed {})", output, arguments.seed));
   return 0;

@@ -28,7 +28,7 @@ Verb add_convert(CLI::App& program);
 /// The repeatable option --set key=value.
 void add_sets(CLI::App& verb, std::vector<std::string>& texts, const std::string& what);
 /// Throws Error::bad_input for a text without "=".
-tasks::Sets parse_sets(const std::vector<std::string>& texts);
+tumble::Sets parse_sets(const std::vector<std::string>& texts);
 
 /// The text of a file; Error::bad_file. And the result in it.
 Estimate read_result(const std::string& path);

@@ -44,7 +44,7 @@ inline std::string read_hostile(std::string_view bytes, const std::string& path)
   if (bytes.size() % 2 == 0) options.rate = 100.0;
   if (bytes.size() % 3 == 0) options.columns = {"time[s]", "a[1]", "-"};
   if (bytes.size() % 5 == 0) options.segment_column = "a";
-  for (const Format* format : formats::catalogue()) {
+  for (const Format* format : format_catalogue()) {
     const auto whole = outcome([&] { return wrong_with(format->read(path, options, {})); });
     if (!whole.empty()) return std::string(format->name) + ": " + whole;
     const auto streamed = outcome([&] {

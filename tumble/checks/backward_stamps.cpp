@@ -8,6 +8,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording)) {
@@ -27,7 +29,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check backward_stamps;
-const Check backward_stamps{"backward_stamps", "stamps that are earlier than the stamp before", run};
+extern const Check backward_stamps{"backward_stamps", "stamps that lie before the one before", run};
 
 }  // namespace tumble::checks

@@ -18,8 +18,7 @@ struct Check {
 /// All checks, the findings in the order of the catalogue.
 Findings run_checks(const Recording& recording, const Plan* plan);
 
-namespace checks {
-const std::vector<const Check*>& catalogue();
-}
+/// All entries, in the order of their names.
+const std::vector<const Check*>& check_catalogue();
 
 }  // namespace tumble

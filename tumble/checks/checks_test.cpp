@@ -43,7 +43,7 @@ std::vector<double> white(std::size_t count, std::uint64_t seed) {
 }
 
 Findings findings_of(std::string_view check, const Recording& recording, const Plan* plan = nullptr) {
-  for (const Check* entry : checks::catalogue())
+  for (const Check* entry : check_catalogue())
     if (entry->name == check) return entry->run(recording, plan);
   ADD_FAILURE() << "no check " << check;
   return {};

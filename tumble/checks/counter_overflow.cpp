@@ -12,6 +12,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 /// A register of so many bits, with or without sign.
 struct Register {
   int bits = 0;
@@ -116,7 +118,7 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check counter_overflow;
-const Check counter_overflow{"counter_overflow", "pulse counts that pass the end of their register or stop there", run};
+extern const Check counter_overflow{"counter_overflow",
+                                    "pulse counts that run over the end of their register or stop there", run};
 
 }  // namespace tumble::checks

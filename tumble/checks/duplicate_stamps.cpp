@@ -8,6 +8,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording)) {
@@ -29,7 +31,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check duplicate_stamps;
-const Check duplicate_stamps{"duplicate_stamps", "samples with the stamp of the sample before", run};
+extern const Check duplicate_stamps{"duplicate_stamps", "samples with the same stamp as the one before", run};
 
 }  // namespace tumble::checks

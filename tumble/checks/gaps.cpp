@@ -11,6 +11,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 std::string sentence(std::vector<Clock::Gap> gaps) {
   std::size_t lost = 0;
   for (const auto& gap : gaps) lost += gap.lost;
@@ -38,7 +40,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check gaps;
-const Check gaps{"gaps", "pauses in the stamps after which samples are missing", run};
+extern const Check gaps{"gaps", "pauses in the stamps after which samples are missing", run};
 
 }  // namespace tumble::checks

@@ -7,6 +7,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording)) {
@@ -27,7 +29,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check jitter;
-const Check jitter{"jitter", "stamps that scatter, about an even clock or without one", run};
+extern const Check jitter{"jitter", "stamps that scatter, about an even clock or without one", run};
 
 }  // namespace tumble::checks

@@ -12,6 +12,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 constexpr std::size_t side = 12;  ///< windows looked at before and behind each
 
 /// Median of the windows about one, and how far all but four of them lie from it.
@@ -83,7 +85,7 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check missed_windows;
-const Check missed_windows{"missed_windows", "pulse counts that hold the pulses of several counting windows", run};
+extern const Check missed_windows{"missed_windows", "pulse counts that hold the pulses of several counting windows",
+                                  run};
 
 }  // namespace tumble::checks

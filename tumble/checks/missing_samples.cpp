@@ -11,6 +11,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 bool complete(const std::vector<double>& values) {
   const Extremes extremes = extremes_of(values);
   return extremes.present == values.size() && std::isfinite(extremes.lowest) && std::isfinite(extremes.highest);
@@ -38,7 +40,6 @@ Findings run(const Recording& recording, const Plan*) { return findings_of_each(
 
 }  // namespace
 
-extern const Check missing_samples;
-const Check missing_samples{"missing_samples", "blank, NaN or infinite samples", run};
+extern const Check missing_samples{"missing_samples", "blank, NaN or infinite samples", run};
 
 }  // namespace tumble::checks

@@ -13,6 +13,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 constexpr std::size_t block = 1024, thinning = 8, near = 24, ringing = 8;
 constexpr double far = 8.0;              // usual bends
 constexpr double sd_of_median = 1.4826;  // of the normal distribution: sd over the median of magnitudes
@@ -112,7 +114,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check outliers;
-const Check outliers{"outliers", "single samples far from both neighbours", run};
+extern const Check outliers{"outliers", "single samples far from both neighbours", run};
 
 }  // namespace tumble::checks

@@ -14,6 +14,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 /// The end of a channel's range: how often the extreme value stands there, and how often the one next to it.
 struct End {
   double extreme = -INFINITY, next = -INFINITY;  // of sign * value
@@ -134,7 +136,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check saturation;
-const Check saturation{"saturation", "samples that accumulate at the end of the channel's range", run};
+extern const Check saturation{"saturation", "samples that pile up at the end of the channel's range", run};
 
 }  // namespace tumble::checks

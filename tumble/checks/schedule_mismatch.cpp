@@ -117,8 +117,7 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 }  // namespace
 
-extern const Check schedule_mismatch;
-const Check schedule_mismatch{"schedule_mismatch", "segments that last longer or shorter than planned, or are missing",
-                              run};
+extern const Check schedule_mismatch{"schedule_mismatch",
+                                     "segments that last longer or shorter than planned, or are missing", run};
 
 }  // namespace tumble::checks

@@ -13,6 +13,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 struct Stuck {
   std::size_t times = 0, samples = 0, longest = 0, longest_begin = 0;
 };
@@ -145,8 +147,7 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 }  // namespace
 
-extern const Check stuck_output;
-const Check stuck_output{"stuck_output", "a noisy channel that repeats one value, or a channel that never changes",
-                         run};
+extern const Check stuck_output{"stuck_output",
+                                "a noisy channel that repeats one value, or a channel that never changes", run};
 
 }  // namespace tumble::checks

@@ -10,6 +10,8 @@ namespace tumble::checks {
 
 namespace {
 
+using namespace support;
+
 /// Counts against the time to the next stamp, both as changes from the pair before, so that slow motion drops out.
 struct Slope {
   double value = 0.0, sd = INFINITY;
@@ -60,7 +62,7 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check unequal_windows;
-const Check unequal_windows{"unequal_windows", "counting windows of unequal length, which the counts follow", run};
+extern const Check unequal_windows{"unequal_windows", "counting windows of unequal length, which the counts follow",
+                                   run};
 
 }  // namespace tumble::checks

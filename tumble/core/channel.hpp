@@ -32,6 +32,7 @@ struct Timeline {
   std::shared_ptr<const std::vector<double>> stamps;  ///< [s], one a sample; null when evenly sampled
 
   bool uniform() const { return stamps == nullptr; }
+  /// Time of a sample [s].
   double time(std::size_t sample) const {
     return uniform() ? start + static_cast<double>(sample) / rate : (*stamps)[sample];
   }
@@ -46,7 +47,7 @@ struct Channel {
   Timeline timeline;
   std::vector<double> values;
 
-  double time(std::size_t sample) const { return timeline.time(sample); }
+  double time(std::size_t sample) const { return timeline.time(sample); }  ///< [s]
 };
 
 /// Mean sampling rate [Hz]; 0 for fewer than two samples.

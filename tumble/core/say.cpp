@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tumble {
@@ -32,6 +33,14 @@ std::string say_difference(double difference_si, const Unit& unit) {
 
 std::string say_count(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string frequency_label(double frequency) {
+  std::string text = fmt::format("{:.6f}", frequency);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  std::replace(text.begin(), text.end(), '.', '_');
+  return text + "Hz";
 }
 
 }  // namespace tumble

@@ -7,15 +7,17 @@
 
 namespace tumble {
 
-/// A length of time for a sentence: "310 ms", "12.5 s", "86400 s".
+/// A length of time [s] for a sentence: "310 ms", "12.5 s", "86400 s".
 std::string say_seconds(double seconds);
-/// An instant on the recording's clock for a sentence: "812.4 s", to a millisecond.
+/// An instant [s] on the recording's clock for a sentence: "812.4 s", to a millisecond.
 std::string say_instant(double seconds);
-/// A value with its unit for a sentence: "20 degC", "0.5" where the unit is 1.
+/// A value [SI] with its unit for a sentence: "20 degC", "0.5" where the unit is 1.
 std::string say_value(double value_si, const Unit& unit);
-/// A difference to three digits: "0.125 deg/h", "1.5 degC".
+/// A difference [SI] to three digits: "0.125 deg/h", "1.5 degC".
 std::string say_difference(double difference_si, const Unit& unit);
 /// "1 sample", "3 samples": the noun must take a plain s.
 std::string say_count(std::size_t count, const std::string& noun);
+/// A frequency [Hz] as part of a parameter's name: "12_5Hz", "100Hz".
+std::string frequency_label(double frequency);
 
 }  // namespace tumble

@@ -35,7 +35,7 @@ struct Given {
 class Settings {
  public:
   bool has(std::string_view name) const;
-  double number(std::string_view name) const;  ///< SI
+  double number(std::string_view name) const;  ///< [SI]
   int integer(std::string_view name) const;
   const std::string& word(std::string_view name) const;  ///< also for text
   bool flag(std::string_view name) const;
@@ -44,6 +44,7 @@ class Settings {
   /// Every value as text, defaults included: for provenance.
   const std::map<std::string, std::string>& texts() const { return texts_; }
 
+  /// Sets a value [SI] that people are shown in `shown_in`; the others likewise.
   void set_number(const std::string& name, double value_si, const Unit& shown_in);
   void set_integer(const std::string& name, int value);
   void set_word(const std::string& name, std::string value);

@@ -10,7 +10,7 @@ namespace tumble {
 std::string sha256_of(std::string_view bytes);
 /// Of those of a file. Throws Error::bad_file.
 std::string sha256_of_file(const std::string& path);
-/// The same on a thread of its own: the call of what is returned waits for it.
+/// The checksum, on a thread of its own: the call of what is returned waits for it.
 std::function<std::string()> sha256_in_background(const std::string& path);
 
 }  // namespace tumble

@@ -52,9 +52,8 @@ struct Format {
   RecordingWriter (*writer)(const std::string& path);
 };
 
-namespace formats {
-const std::vector<const Format*>& catalogue();
-}
+/// All entries, in the order of their names.
+const std::vector<const Format*>& format_catalogue();
 
 /// The format of a file, by content, else by extension. Throws Error::bad_file.
 const Format& format_of(const std::string& path);

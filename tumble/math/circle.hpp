@@ -7,6 +7,7 @@
 namespace tumble {
 
 /// The polynomial in q with these coefficients, the highest power first.
+/// Given: q [1], coefficients [v]. Returned: value [v].
 template <class... Coefficient>
 inline double polynomial(double q, Coefficient... coefficients) {
   double sum = 0.0;
@@ -15,10 +16,10 @@ inline double polynomial(double q, Coefficient... coefficients) {
 }
 
 struct CirclePoint {
-  double cosine, sine;
+  double cosine, sine;  ///< [1]
 };
 
-/// The point at `turns` full turns, |turns| < 2^48: Taylor series on the eighth of a turn to either side of the nearest
+/// The point at `turns` [turns], |turns| < 2^48: Taylor series on the eighth of a turn to either side of the nearest
 /// axis, absolute error below 3e-16 beside that of `turns` itself. Loops over it vectorise (-O3, no errno).
 inline CirclePoint on_circle(double turns) {
   const double turned = 4.0 * turns + 0x1.8p52;  // rounds to the nearest quarter

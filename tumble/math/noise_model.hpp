@@ -25,8 +25,9 @@ struct NoiseModel {
   double markov_time = 0.0;         ///< T_c [s]
 };
 
-/// Expected Allan variance [u^2] at averaging time tau [s]: sum of the terms of Annex B (exact for the continuous
-/// process, averaged over tau).
+/// Expected Allan variance [u^2] at averaging time tau [s]: sum of the terms (exact for the continuous process,
+/// averaged over tau).
+/// See       docs/equations (6.2), (6.3)
 double expected_allan_variance(const NoiseModel& noise, double tau);
 
 /// A first-order Gauss-Markov process of a bank that stands for bias instability.
@@ -43,16 +44,16 @@ std::vector<MarkovComponent> flicker_bank(double bias_instability, double shorte
 /// 1/sample_rate, block after block: the sum is the same whatever the blocks are.
 class NoiseSource {
  public:
-  /// count  samples of the whole record: bias instability is simulated as slow as four records
+  /// Given: sample_rate [Hz]; count, samples of the whole record: bias instability is simulated as slow as four records
   NoiseSource(const NoiseModel& noise, double sample_rate, std::size_t count, const RandomStream& random);
-  /// To the next samples.
+  /// Adds the noise [u] to the next samples.
   void add(std::span<double> block);
 
  private:
   std::vector<std::function<void(std::span<double>)>> parts_;
 };
 
-/// The same for the whole record at once.
+/// Adds noise to a whole record at once. Given: sample_rate [Hz]; signal [u].
 void add_noise(const NoiseModel& noise, double sample_rate, const RandomStream& random, std::span<double> signal);
 
 }  // namespace tumble

@@ -10,8 +10,8 @@ namespace tumble {
 /// for any number of threads. The first exception is rethrown.
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
-/// The same for [0, count) in pieces: body(first, last). The length of the pieces is given, so that what is added up
-/// within each does not depend on the number of threads.
+/// Calls a body for [0, count) in pieces: body(first, last). The length of the pieces is given, so that what is added
+/// up within each does not depend on the number of threads.
 void parallel_pieces(std::size_t count, std::size_t length, const std::function<void(std::size_t, std::size_t)>& body);
 
 }  // namespace tumble

@@ -16,10 +16,10 @@ class RandomStream {
   RandomStream split(std::string_view name) const;
   RandomStream split(std::uint64_t number) const;
 
-  /// Standard normal numbers first, first + 1, ... into `out`.
+  /// Standard normal numbers [1] first, first + 1, ... into `out`.
   void normal(std::uint64_t first, std::span<double> out) const;
   double normal(std::uint64_t index) const;
-  /// Uniform in (0, 1).
+  /// Uniform in (0, 1) [1].
   double uniform(std::uint64_t index) const;
 
  private:

@@ -7,7 +7,7 @@
 namespace tumble {
 
 /// Room for `count` values, in large pages where the system has them: handing out small ones takes longer than filling
-/// them.
+/// them. Given: values [any], empty.
 void make_room(std::vector<double>& values, std::size_t count);
 
 /// Values that are needed for a while, not set to anything, from the start of a line of the cache on. Those of a long
@@ -15,6 +15,7 @@ void make_room(std::vector<double>& values, std::size_t count);
 /// which takes as long as to integrate it.
 struct GiveBack {
   std::size_t count = 0;
+  /// Gives `values` [count] back.
   void operator()(double* values) const;
 };
 using Room = std::unique_ptr<double[], GiveBack>;

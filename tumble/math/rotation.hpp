@@ -36,6 +36,7 @@ inline Rotation about(Vector3 axis, double angle) {
           {k * n.z * n.x + s * n.y, k * n.z * n.y - s * n.x, c + k * n.z * n.z}};
 }
 
+/// Axes turned by `angle` [rad] about one of them.
 inline Rotation about_x(double angle) { return about({1.0, 0.0, 0.0}, angle); }
 inline Rotation about_y(double angle) { return about({0.0, 1.0, 0.0}, angle); }
 inline Rotation about_z(double angle) { return about({0.0, 0.0, 1.0}, angle); }

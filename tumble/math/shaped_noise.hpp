@@ -43,9 +43,11 @@ class ShapedNoise {
   /// At first, first + step, ... [s], all >= 0.
   void values(double first, double step, std::span<double> out) const;
 
+  /// The process and its derivatives by time.
   struct Value {
-    double value, first_derivative, second_derivative;
+    double value, first_derivative, second_derivative;  ///< [u], [u/s], [u/s^2]
   };
+  /// At a time >= 0 [s].
   Value at(double time) const;
 
  private:

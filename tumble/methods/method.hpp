@@ -9,16 +9,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/progress.hpp"
+#include "tumble/core/role.hpp"
 
 namespace tumble {
-
-struct Role {
-  std::string name;
-  std::string unit;  ///< dimension the channel must have, and the unit it is shown in
-  bool required = true;
-  std::string description;
-  bool several = false;  ///< several channels may play it: see channels_for
-};
 
 /// A simulated test whose answer is known: the coverage test, the scoreboard, the demo and the docs use the same one.
 struct Trial {
@@ -59,13 +52,12 @@ struct Method {
   bool several_instruments = false;
   /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.
   bool takes_calibration = false;
-  /// The same as identify in bounded memory; null where the method needs all samples at once.
+  /// Identifies as `identify` does, in bounded memory; null where the method needs all samples at once.
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
 };
 
-namespace methods {
-const std::vector<const Method*>& catalogue();
-}
+/// All entries, in the order of their names.
+const std::vector<const Method*>& method_catalogue();
 
 /// The entry of that name, or Error::unsupported with the nearest known name.
 const Method& find_method(std::string_view name);

@@ -18,16 +18,16 @@ Recorded record(const Settings& truth, std::size_t output, double step, const Ra
 
 }  // namespace
 
-extern const Model imu;
-const Model imu{.name = "imu",
-                .summary =
-                    "three gyros and three accelerometers: bias, scale factor, misalignment, g-sensitivity, lever "
-                    "arms, noise",
-                .source =
-                    "linear sensor models as in Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, "
-                    "2015; names of IEEE Std 528",
-                .constants = constants,
-                .outputs = outputs,
-                .record = record};
+extern const Model imu{
+    .name = "imu",
+    .summary =
+        "three gyros and three accelerometers: bias, scale factor, misalignment, g-sensitivity, lever "
+        "arms, noise",
+    .source =
+        "linear sensor models as in Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, "
+        "2015; names of IEEE Std 528",
+    .constants = constants,
+    .outputs = outputs,
+    .record = record};
 
 }  // namespace tumble::models

@@ -14,8 +14,8 @@ struct LockIn {
   double rate = 0.0;          ///< W_L [rad/s], half width of the dead band without dither; 0: none
 };
 
-/// Rotation of the block against the case, W_A sin(2 pi f_D t), eq. (4.25). With noise the angle of every turn-around
-/// differs from W_A/(2 pi f_D) by a normal number of its own; half a cosine joins one to the next.
+/// Rotation of the block against the case, W_A sin(2 pi f_D t), docs/equations (4.25). With noise the angle of every
+/// turn-around differs from W_A/(2 pi f_D) by a normal number of its own; half a cosine joins one to the next.
 struct Dither {
   double rate = 0.0;       ///< W_A [rad/s]; 0: no dither
   double frequency = 0.0;  ///< f_D [Hz]
@@ -36,7 +36,7 @@ struct Dither {
 /// Accuracy  mean output rate over 0.1 s or more within 1e-6 W_L (bench/results/lock_in.md)
 class BeatPhase {
  public:
-  /// Given  start  fringes at time 0; the turn-arounds of a noisy dither are drawn from `random`
+  /// Given  start  angle at time 0 [fringe]; the turn-arounds of a noisy dither are drawn from `random`
   BeatPhase(const LockIn& lock_in, const Dither& dither, double start, const RandomStream& random);
 
   /// Given     step [s]; rate, mean input rate over each step [rad/s]
@@ -44,8 +44,8 @@ class BeatPhase {
   ///           case sees; the fringes of a readout on the block are these plus dither_fringes()
   void advance(double step, std::span<const double> rate, std::span<double> fringes);
 
-  double fringes() const { return turns_ + (input_ + slow_); }  ///< as advance() returned them last
-  double dither_fringes() const;                                ///< K times the dither's angle now
+  double fringes() const { return turns_ + (input_ + slow_); }  ///< as advance() returned them last [fringe]
+  double dither_fringes() const;                                ///< K times the dither's angle now [fringe]
   std::uint64_t steps() const { return steps_; }                ///< taken so far, of those that resolve the dither
 
  private:

@@ -98,8 +98,7 @@ NoiseModel noise_of(const Settings& truth, const std::string& prefix = "");
 /// The entry of that name, or Error::unsupported with the nearest known name.
 const Model& find_model(std::string_view name);
 
-namespace models {
-const std::vector<const Model*>& catalogue();
-}
+/// All entries, in the order of their names.
+const std::vector<const Model*>& model_catalogue();
 
 }  // namespace tumble

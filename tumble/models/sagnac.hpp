@@ -19,10 +19,11 @@ double sagnac_path_difference(double area, double rate);
 /// Given  area [m^2] and perimeter [m] of the ring; wavelength in vacuum [m]
 double ring_laser_scale_factor(double area, double perimeter, double wavelength);
 
-/// The same of a ring that is a regular polygon of `corners` sides, each `side` [m] long.
+/// Scale factor [fringe/rad] of a ring that is a regular polygon of `corners` sides, each `side` [m] long.
 double ring_laser_scale_factor(int corners, double side, double wavelength);
 
-/// The same as the constants of a ring_laser_gyro say it: `scale_factor`, or area and perimeter, or shape and side.
+/// Scale factor [fringe/rad] as the constants of a ring_laser_gyro say it: `scale_factor`, or area and perimeter, or
+/// shape and side.
 double ring_laser_scale_factor(const Settings& truth);
 
 /// Path difference [m] of a fibre coil, dL = 2 R L W/c = L D W/c.                                           (4.28)

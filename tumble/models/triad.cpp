@@ -25,14 +25,14 @@ Recorded record(const Settings& truth, std::size_t output, double step, const Ra
 
 }  // namespace
 
-extern const Model triad;
-const Model triad{.name = "triad",
-                  .summary = "three accelerometers or three gyros: bias, scale factor, misalignment, lever arms, noise",
-                  .source =
-                      "linear sensor models as in Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, "
-                      "2015; names of IEEE Std 528",
-                  .constants = constants,
-                  .outputs = outputs,
-                  .record = record};
+extern const Model triad{
+    .name = "triad",
+    .summary = "three accelerometers or three gyros: bias, scale factor, misalignment, lever arms, noise",
+    .source =
+        "linear sensor models as in Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, "
+        "2015; names of IEEE Std 528",
+    .constants = constants,
+    .outputs = outputs,
+    .record = record};
 
 }  // namespace tumble::models

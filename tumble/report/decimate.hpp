@@ -10,7 +10,7 @@ namespace tumble {
 /// or the band are smallest and largest; the first and the last of the curve always. Points that are not finite stay
 /// in as one per stretch, so that gaps stay gaps.
 ///
-/// Given     x, y           of equal length
+/// Given     x, y           [any unit] of equal length
 ///           lower, upper   of the same length, or empty
 /// Returned  indices, ascending, about `most` at most
 std::vector<std::size_t> points_to_draw(const std::vector<double>& x, const std::vector<double>& y,

@@ -23,9 +23,9 @@ class Node {
   std::vector<std::pair<std::string, std::string>> members() const;  ///< of an object of texts
   std::string text() const;
   bool is_text() const;
-  double number(double null_means) const;
-  std::vector<double> numbers() const;  ///< of an array; null reads as NaN
-  unsigned long long whole() const;     ///< not negative
+  double number(double null_means) const;  ///< [as written]; `null_means` for null
+  std::vector<double> numbers() const;     ///< of an array [as written]; null reads as NaN
+  unsigned long long whole() const;        ///< not negative
   bool flag() const;
   std::size_t one_of(const std::vector<std::string>& words) const;
 

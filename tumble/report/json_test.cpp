@@ -138,7 +138,7 @@ std::vector<std::string> problems_of(const std::string& text) {
 }
 
 TEST(result_json, reads_back_what_was_written) {
-  const auto before = example::estimate();
+  const auto before = testing::estimate();
   const auto after = estimate_from_json(to_json(before), "result.json");
   expect_same_parameters(before, after);
   expect_same_tables(before, after);
@@ -147,7 +147,7 @@ TEST(result_json, reads_back_what_was_written) {
 }
 
 TEST(result_json, is_the_same_text_after_reading) {
-  const auto text = to_json(example::estimate());
+  const auto text = to_json(testing::estimate());
   EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
 }
 
@@ -160,7 +160,7 @@ TEST(result_json, values_of_every_size_and_unit_keep_their_place) {
   for (int i = 0; i < 2000; ++i) {
     auto& row = table.rows.emplace_back();
     for (std::size_t j = 0; j < table.columns.size(); ++j) {
-      row.emplace_back(example::wiggle(i + 0.1 * static_cast<double>(j)) * std::pow(10.0, i % 40 - 20));
+      row.emplace_back(testing::wiggle(i + 0.1 * static_cast<double>(j)) * std::pow(10.0, i % 40 - 20));
     }
   }
   before.tables = {table};
@@ -183,7 +183,7 @@ TEST(result_json, values_of_every_size_and_unit_keep_their_place) {
 }
 
 TEST(result_json, shows_the_displayed_units) {
-  const auto json = nlohmann::json::parse(to_json(example::estimate()));
+  const auto json = nlohmann::json::parse(to_json(testing::estimate()));
   EXPECT_EQ(json["tumble"], version);
   const auto& bias = json["parameters"][7];
   EXPECT_EQ(bias["name"], "bias");
@@ -201,7 +201,7 @@ TEST(result_json, shows_the_displayed_units) {
 }
 
 TEST(result_json, keeps_every_key_of_the_contract_in_its_order) {
-  const auto json = nlohmann::ordered_json::parse(to_json(example::estimate()));
+  const auto json = nlohmann::ordered_json::parse(to_json(testing::estimate()));
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_EQ(keys,
@@ -223,7 +223,7 @@ TEST(result_json, the_page_of_the_manual_shows_every_key) {
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   const auto start = page.find("```json\n") + 8;
   const auto example = nlohmann::json::parse(page.substr(start, page.find("```", start) - start));
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   std::rotate(estimate.curves.begin(), estimate.curves.begin() + 2, estimate.curves.end());  // one with a band first
   std::set<std::string> written, shown;
   collect_keys(nlohmann::json::parse(to_json(estimate)), written);
@@ -233,7 +233,7 @@ TEST(result_json, the_page_of_the_manual_shows_every_key) {
 }
 
 TEST(result_json, writes_null_for_what_json_has_no_number_for) {
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   estimate.parameters[0].value = NAN;
   estimate.covariance(1, 1) = INFINITY;
   estimate.fit.condition = INFINITY;
@@ -254,13 +254,13 @@ TEST(result_json, an_empty_estimate_is_a_result_too) {
 }
 
 TEST(result_json, survives_text_that_is_not_utf8) {
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   estimate.title = "caf\xE9";
   EXPECT_EQ(estimate_from_json(to_json(estimate), "result.json").title, "caf\uFFFD");
 }
 
 TEST(result_json, names_every_problem_with_its_path) {
-  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["parameters"][0]["value"] = "six";
   json["parameters"][1].erase("unit");
   json["parameters"][2]["unit"] = "furlong";
@@ -284,13 +284,13 @@ TEST(result_json, names_every_problem_with_its_path) {
         "findings: is missing"}) {
     const auto found = std::any_of(problems.begin(), problems.end(),
                                    [&](const std::string& p) { return p.starts_with("result.json: " + expected); });
-    EXPECT_TRUE(found) << expected << "\nin\n" << testing::PrintToString(problems);
+    EXPECT_TRUE(found) << expected << "\nin\n" << ::testing::PrintToString(problems);
   }
-  EXPECT_EQ(problems.size(), 11u) << testing::PrintToString(problems);
+  EXPECT_EQ(problems.size(), 11u) << ::testing::PrintToString(problems);
 }
 
 TEST(result_json, refuses_a_covariance_of_the_wrong_size) {
-  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["covariance"].erase(11);
   EXPECT_EQ(
       problems_of(json.dump()),
@@ -298,7 +298,7 @@ TEST(result_json, refuses_a_covariance_of_the_wrong_size) {
 }
 
 TEST(result_json, refuses_an_sd_that_the_covariance_contradicts) {
-  auto json = nlohmann::json::parse(to_json(example::estimate()));
+  auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["parameters"][7]["sd"] = 0.001;
   const auto problems = problems_of(json.dump());
   ASSERT_EQ(problems.size(), 1u);
@@ -320,14 +320,14 @@ TEST(result_json, refuses_any_other_json) {
 }
 
 TEST(result_json, every_truncation_is_refused_and_none_crashes) {
-  const auto text = to_json(example::estimate());
+  const auto text = to_json(testing::estimate());
   for (std::size_t length = 0; length + 2 < text.size(); length += 19997) {
     EXPECT_EQ(problems_of(text.substr(0, length)).size(), 1u) << length;
   }
 }
 
 TEST(result_json, a_result_that_does_not_fit_together_is_a_defect) {
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   estimate.covariance = Matrix(3, 3);
   estimate.budget[0].variance.pop_back();
   try {

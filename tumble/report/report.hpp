@@ -18,7 +18,7 @@ std::string to_html(const Estimate& estimate);
 /// Readable terminal text. Values carry their uncertainty to two digits: 6.660(11).
 std::string to_text(const Estimate& estimate);
 
-/// value and sd rounded together for people: "6.660 ± 0.011".
+/// value and sd [unit shown] rounded together for people: "6.660 ± 0.011".
 std::string with_uncertainty(double value, double sd);
 
 }  // namespace tumble

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/report/utf8.hpp"
 

@@ -15,20 +15,20 @@ struct Rounding {
       true;  ///< false: no sd to round by, or more digits than a double has; six digits are shown instead
 };
 
-/// Two significant digits of sd decide.
+/// The rounding of a value by its sd, both [unit shown]: two significant digits of sd decide.
 Rounding rounding_for(double value, double sd);
 
-/// `value` at that rounding, the exponent not written: "6.660". Never "-0".
+/// `value` [unit shown] at that rounding, the exponent not written: "6.660". Never "-0".
 std::string mantissa(double value, const Rounding& rounding);
 
-/// The same with its exponent: "6.660e-5".
+/// `value` [unit shown] at that rounding with its exponent: "6.660e-5".
 std::string rounded(double value, const Rounding& rounding);
 
-/// Six significant digits (or `digits`) without padding; "unknown" for NaN, "inf" and "-inf".
+/// A value [unit shown] to six significant digits (or `digits`) without padding; "unknown" for NaN, "inf" and "-inf".
 std::string general(double value, int digits = 6);
 
-/// A column of numbers as text of general(), lined up at the decimal point by `pad` in place of the digits and `point`
-/// in place of the point that a number lacks. NaN becomes a dash.
+/// A column of numbers [unit shown] as text of general(), lined up at the decimal point by `pad` in place of the digits
+/// and `point` in place of the point that a number lacks. NaN becomes a dash.
 std::vector<std::string> lined_up(const std::vector<double>& values, const std::string& pad, const std::string& point);
 
 /// 95 % interval: value -+ t_0.975(degrees of freedom) sd. Both NaN where the sd, the value or the degrees of freedom
@@ -36,8 +36,9 @@ std::vector<std::string> lined_up(const std::vector<double>& values, const std::
 ///
 /// See JCGM 100:2008 (GUM), G.6.4
 struct Interval {
-  double lower, upper;
+  double lower, upper;  ///< [unit of the value]
 };
+/// Given: value and sd [u]; degrees_of_freedom [1]. Returned: limits [u].
 Interval interval95(double value, double sd, double degrees_of_freedom);
 
 /// Value and sd of a parameter in its displayed unit.

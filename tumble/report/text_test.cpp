@@ -16,7 +16,7 @@ using Align = TextColumn::Align;
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(text_report, says_everything_that_a_reader_needs) {
-  const auto text = to_text(example::estimate());
+  const auto text = to_text(testing::estimate());
   for (const std::string part :
        {"Thermal bias of a fibre-optic gyro, eight start temperatures\n", "serial FOG-0117", "0.451 ± 0.018",
         "[0.394, 0.509]", "turn-on", "99 %", "<1 %", "Fit: 460800 observations, 460789 degrees of freedom",
@@ -26,18 +26,18 @@ TEST(text_report, says_everything_that_a_reader_needs) {
 }
 
 TEST(text_report, no_line_is_wider_than_a_hundred_columns) {
-  std::istringstream lines(to_text(example::estimate()));
+  std::istringstream lines(to_text(testing::estimate()));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 100u) << line;
 }
 
 TEST(text_report, the_worst_finding_comes_first) {
-  const auto text = to_text(example::estimate());
+  const auto text = to_text(testing::estimate());
   EXPECT_LT(text.find("  error "), text.find("  warning "));
   EXPECT_LT(text.find("  warning "), text.find("  info "));
 }
 
 TEST(text_report, foreign_text_cannot_steer_the_terminal) {
-  auto estimate = example::estimate();
+  auto estimate = testing::estimate();
   estimate.title = "a\x1b[2Jb\nc";
   estimate.tables[2].rows[0][1] = std::string("\x1b]0;x\x07");
   const auto text = to_text(estimate);

@@ -10,13 +10,15 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 std::vector<Imperfection> imperfections() {
-  return joined({{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {"gravity"}}},
-                 lever_imperfections("20 mm"),
-                 {{quantity("pose_sd", "deg", "2 deg",
-                            "error of the orientation in which the instrument is laid down, about each axis"),
-                   {"pose about x", "pose about y", "pose about z"},
-                   true}}});
+  return joined(
+      {{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {error_names::gravity}}},
+       lever_imperfections("20 mm"),
+       {{quantity("pose_sd", "deg", "2 deg", "orientation in which the instrument is laid down, about each axis"),
+         {error_names::pose_x, error_names::pose_y, error_names::pose_z},
+         true}}});
 }
 
 std::vector<Option> options() {
@@ -83,8 +85,8 @@ std::vector<Rest> rests_of(const Schedule& run, const ErrorValues& error) {
     if (s > 0 && moved) ++pose;
     rest.from = rest.pose = s == 0 ? Rotation{} : rests.back().pose;
     if (moved)
-      rest.pose = about_x(error("pose about x", s)) * about_y(error("pose about y", s)) *
-                  about_z(error("pose about z", s)) * poses[pose].instrument_from_fixture;
+      rest.pose = about_x(error(error_names::pose_x, s)) * about_y(error(error_names::pose_y, s)) *
+                  about_z(error(error_names::pose_z, s)) * poses[pose].instrument_from_fixture;
     if (s == 0) rest.from = rest.pose;
     if (s > 0 && moved) split(rest.pose * inverse(rest.from), rest.axis, rest.angle);
     rests.push_back(rest);
@@ -99,9 +101,10 @@ Hand hand_of(const RigRun& run) {
   const Settings& options = run.options;
   Hand hand;
   hand.rests = rests_of(run.segments, error);
-  hand.ground = ground_of(run.site, error("gravity"));
-  hand.lever = {options.number("lever_x") + error("lever arm x"), options.number("lever_y") + error("lever arm y"),
-                options.number("lever_z") + error("lever arm z")};
+  hand.ground = ground_of(run.site, error(error_names::gravity));
+  hand.lever = {options.number("lever_x") + error(error_names::lever_x),
+                options.number("lever_y") + error(error_names::lever_y),
+                options.number("lever_z") + error(error_names::lever_z)};
   hand.move_time = options.number("move_time");
   hand.temperature = options.number("temperature");
   const double sd = options.flag("ideal") ? 0.0 : options.number("tremor_sd");
@@ -182,10 +185,10 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
   if (!(options.number("tremor_lowest") < options.number("tremor_highest")))
     problems.push_back("[rig] tremor_lowest must lie below tremor_highest");
   if (!check_axes(mount_axes(), schedule, problems)) return problems;
-  const std::vector<RigError> none;
-  const Matrix nothing;
+  const auto list = errors(options);
+  const Matrix none;
   for (const auto& run : runs_of(schedule)) {
-    const auto rests = rests_of(run, ErrorValues(none, nothing));
+    const auto rests = rests_of(run, ErrorValues(list, none));
     for (std::size_t s = 0; s < run.size(); ++s)
       if (rests[s].angle != 0.0 && run[s].duration < options.number("move_time"))
         problems.push_back(fmt::format("segment '{}' lasts {:.4g} s, but the move of the instrument takes {:.4g} s",
@@ -196,13 +199,12 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
 
 }  // namespace
 
-extern const Rig by_hand;
-const Rig by_hand{.name = "by_hand",
-                  .summary = "no machine: the instrument is turned by hand from rest to rest",
-                  .axes = mount_axes,
-                  .options = options,
-                  .errors = errors,
-                  .reference = reference,
-                  .refusals = refusals};
+extern const Rig by_hand{.name = "by_hand",
+                         .summary = "no machine: the instrument is turned by hand from rest to rest",
+                         .axes = mount_axes,
+                         .options = options,
+                         .errors = errors,
+                         .reference = reference,
+                         .refusals = refusals};
 
 }  // namespace tumble::rigs

@@ -3,6 +3,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 /// The fixture at the end of the arm: x radially outwards, y along the motion of a positive rate, z upwards.
 std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   return {arm_joint(options), end_joint(options, errors)};
@@ -20,8 +22,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig centrifuge;
-const Rig centrifuge = rig_of<machine>(
+extern const Rig centrifuge = rig_of<machine>(
     "centrifuge", "precision centrifuge: the instrument at the end of an arm that turns about the vertical");
 
 }  // namespace tumble::rigs

@@ -3,13 +3,15 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 /// The angle of the table counts from the arm; at angle 0 the fixture's x points radially outwards.
 std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   Joint table = end_joint(options, errors);
-  table.fixed = about_x(errors("tilt of the table axis about the arm")) *
-                about_y(errors("tilt of the table axis across the arm"));
+  table.fixed =
+      about_x(errors(error_names::table_tilt_about_arm)) * about_y(errors(error_names::table_tilt_across_arm));
   table.axis = 1;
   return {arm_joint(options), table};
 }
@@ -24,12 +26,12 @@ const Machine& machine() {
                 "30 deg/s^2",
                 false}},
       .geometry = arm_geometry("the table's axis"),
-      .imperfections = joined({axis_imperfections({"arm", "table"}),
-                               drive_imperfections({"arm", "table"}),
-                               arm_imperfections(),
-                               {{quantity("table_tilt_sd", "arcsec", "10 arcsec",
-                                          "tilt of the table's axis against the arm's, in each of two directions"),
-                                 {"tilt of the table axis about the arm", "tilt of the table axis across the arm"}}}}),
+      .imperfections = joined(
+          {axis_imperfections({"arm", "table"}),
+           drive_imperfections({"arm", "table"}),
+           arm_imperfections(),
+           {{quantity("table_tilt_sd", "arcsec", "10 arcsec", "table's axis against the arm's, each of two directions"),
+             {error_names::table_tilt_about_arm, error_names::table_tilt_across_arm}}}}),
       .joints = joints,
       .check = check_arm};
   return machine;
@@ -37,8 +39,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig counter_rotating_centrifuge;
-const Rig counter_rotating_centrifuge = rig_of<machine>(
+extern const Rig counter_rotating_centrifuge = rig_of<machine>(
     "counter_rotating_centrifuge", "precision centrifuge with a table at the end of its arm that turns against it");
 
 }  // namespace tumble::rigs

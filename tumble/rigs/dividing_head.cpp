@@ -5,6 +5,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double quarter = std::numbers::pi / 2.0;
@@ -44,8 +46,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig dividing_head;
-const Rig dividing_head = rig_of<machine>(
+extern const Rig dividing_head = rig_of<machine>(
     "dividing_head",
     "dividing head: an instrument turned about a horizontal axis from position to position, in an oven");
 

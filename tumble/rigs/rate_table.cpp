@@ -5,6 +5,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double quarter = std::numbers::pi / 2.0;
@@ -35,8 +37,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig rate_table;
-const Rig rate_table = rig_of<machine>(
+extern const Rig rate_table = rig_of<machine>(
     "rate_table", "single-axis rate table; its axis may be tilted, for example parallel to the Earth's");
 
 }  // namespace tumble::rigs

@@ -73,8 +73,7 @@ struct Rig {
 /// The entry of that name, or Error::unsupported with the nearest known name.
 const Rig& find_rig(std::string_view name);
 
-namespace rigs {
-const std::vector<const Rig*>& catalogue();
-}
+/// All entries, in the order of their names.
+const std::vector<const Rig*>& rig_catalogue();
 
 }  // namespace tumble

@@ -57,7 +57,7 @@ Schedule exercise(const Rig& rig) {
 
 std::vector<const Rig*> carriers() {
   std::vector<const Rig*> all;
-  for (const auto* rig : rigs::catalogue())
+  for (const auto* rig : rig_catalogue())
     if (std::string(rig->name) != "thermal_chamber") all.push_back(rig);
   return all;
 }

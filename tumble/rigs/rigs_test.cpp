@@ -43,7 +43,7 @@ TEST(ThermalChamber, InstrumentLiesStillOnTheEarth) {
 }
 
 TEST(Rigs, NothingIsColderThanAbsoluteZero) {
-  for (const Rig* rig : rigs::catalogue()) {
+  for (const Rig* rig : rig_catalogue()) {
     const char* option = std::string(rig->name) == "thermal_chamber" ? "lowest" : "temperature";
     const auto problems = rig->refusals({}, with(*rig, {{option, "-300 degC", "test"}}));
     EXPECT_TRUE(std::any_of(problems.begin(), problems.end(), [&](const std::string& problem) {

@@ -13,23 +13,24 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double turn = 2.0 * std::numbers::pi;
 constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a rounding of the units
 
 std::vector<Imperfection> imperfections() {
-  return joined(
-      {base_imperfections(),
-       mount_imperfections(),
-       {{quantity("amplitude_sd", "%", "1 %", "relative error of the commanded acceleration"), {"shake amplitude"}},
-        {quantity("cross_motion_sd", "%", "2 %",
-                  "ratio of the motion across the shake to the shake, in each direction"),
-         {"cross motion y", "cross motion z"}},
-        {quantity("distortion_sd", "%", "1 %", "ratio of the second and third harmonic to the fundamental"),
-         {"second harmonic", "third harmonic"}},
-        {quantity("reference_gain_sd", "%", "0.5 %", "relative error of the reference accelerometer's gain"),
-         {"gain of the reference"}}}});
+  return joined({base_imperfections(),
+                 mount_imperfections(),
+                 {{quantity("amplitude_sd", "%", "1 %", "relative, of the commanded acceleration"),
+                   {error_names::shake_amplitude}},
+                  {quantity("cross_motion_sd", "%", "2 %", "motion across the shake over the shake, in each direction"),
+                   {error_names::cross_motion_y, error_names::cross_motion_z}},
+                  {quantity("distortion_sd", "%", "1 %", "second and third harmonic over the fundamental"),
+                   {error_names::second_harmonic, error_names::third_harmonic}},
+                  {quantity("reference_gain_sd", "%", "0.5 %", "relative, of the reference accelerometer's gain"),
+                   {error_names::reference_gain}}}});
 }
 
 std::vector<Axis> axes() {
@@ -239,13 +240,13 @@ Shaker shaker_of(const RigRun& run) {
     begin = one.end;
     shaker.segments.push_back(std::move(one));
   }
-  shaker.amplitude = 1.0 + error("shake amplitude");
-  shaker.direction = {1.0, error("cross motion y"), error("cross motion z")};
-  shaker.second = error("second harmonic");
-  shaker.third = error("third harmonic");
+  shaker.amplitude = 1.0 + error(error_names::shake_amplitude);
+  shaker.direction = {1.0, error(error_names::cross_motion_y), error(error_names::cross_motion_z)};
+  shaker.second = error(error_names::second_harmonic);
+  shaker.third = error(error_names::third_harmonic);
   const Rotation fixture =
       about_y(-run.options.number("shake_elevation")) * about_z(turn / 4.0 - run.options.number("shake_azimuth"));
-  shaker.chain.ground = seen_in(fixture * base_from_level(error), ground_of(run.site, error("gravity")));
+  shaker.chain.ground = seen_in(fixture * base_from_level(error), ground_of(run.site, error(error_names::gravity)));
   shaker.chain.poses = poses_of(run.segments, error);
   shaker.chain.temperature = run.options.number("temperature");
   return shaker;
@@ -298,7 +299,7 @@ Reference reference(const RigRun& run) {
                                 : segment.begin);
   }
   const auto list = errors(run.options);
-  const double gain = 1.0 + ErrorValues(list, run.errors)("gain of the reference");
+  const double gain = 1.0 + ErrorValues(list, run.errors)(error_names::reference_gain);
   const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");
   Sensor sensor{{"reference", QuantityKind::specific_force, Unit::parse("g"), {0.0, run.rate, nullptr}, {}}, nullptr};
   const bool mean = run.options.word("reference_output") == "mean";
@@ -317,13 +318,12 @@ Reference reference(const RigRun& run) {
 
 }  // namespace
 
-extern const Rig shaker;
-const Rig shaker{.name = "shaker",
-                 .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
-                 .axes = axes,
-                 .options = options,
-                 .errors = errors,
-                 .reference = reference,
-                 .refusals = refusals};
+extern const Rig shaker{.name = "shaker",
+                        .summary = "electrodynamic shaker: sine, sweep, random vibration from a power spectral density",
+                        .axes = axes,
+                        .options = options,
+                        .errors = errors,
+                        .reference = reference,
+                        .refusals = refusals};
 
 }  // namespace tumble::rigs

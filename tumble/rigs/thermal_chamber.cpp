@@ -12,6 +12,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 std::vector<Axis> axes() {
@@ -240,8 +242,7 @@ Reference reference(const RigRun& run) {
 
 }  // namespace
 
-extern const Rig thermal_chamber;
-const Rig thermal_chamber{
+extern const Rig thermal_chamber{
     .name = "thermal_chamber",
     .summary = "thermal chamber: set points, ramps and dwells; the instrument follows at its top and side",
     .axes = axes,

@@ -5,6 +5,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double quarter = std::numbers::pi / 2.0;
@@ -12,8 +14,8 @@ constexpr double quarter = std::numbers::pi / 2.0;
 /// Outer axis z, middle axis y, inner axis x: the fixture is turned from the level axes by yaw, pitch and roll.
 std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   return {{.fixed = about_z(quarter - options.number("inner_azimuth")), .axis = 0, .about = About::z},
-          {.fixed = about_x(errors("orthogonality of middle to outer")), .axis = 1, .about = About::y},
-          {.fixed = about_z(errors("orthogonality of inner to middle")), .axis = 2, .about = About::x}};
+          {.fixed = about_x(errors(error_names::middle_to_outer)), .axis = 1, .about = About::y},
+          {.fixed = about_z(errors(error_names::inner_to_middle)), .axis = 2, .about = About::x}};
 }
 
 const Machine& machine() {
@@ -40,7 +42,7 @@ const Machine& machine() {
                   drive_imperfections({"outer", "middle", "inner"}),
                   oscillation_imperfections({"outer", "middle", "inner"}),
                   {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between neighbouring axes less 90 deg"),
-                    {"orthogonality of middle to outer", "orthogonality of inner to middle"}}}}),
+                    {error_names::middle_to_outer, error_names::inner_to_middle}}}}),
       .joints = joints,
       .check = nullptr};
   return machine;
@@ -48,8 +50,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig three_axis_table;
-const Rig three_axis_table =
+extern const Rig three_axis_table =
     rig_of<machine>("three_axis_table", "three-axis table: outer axis upwards, then a middle and an inner one");
 
 }  // namespace tumble::rigs

@@ -5,6 +5,8 @@
 namespace tumble::rigs {
 namespace {
 
+using namespace chain;
+
 using Kind = Motion::Kind;
 
 constexpr double quarter = std::numbers::pi / 2.0;
@@ -14,7 +16,7 @@ std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   const Rotation base =
       about_y(-options.number("outer_elevation")) * about_z(quarter - options.number("outer_azimuth"));
   return {{.fixed = base, .axis = 0, .about = About::x},
-          {.fixed = about_y(errors("orthogonality of inner to outer")), .axis = 1, .about = About::z}};
+          {.fixed = about_y(errors(error_names::inner_to_outer)), .axis = 1, .about = About::z}};
 }
 
 const Machine& machine() {
@@ -37,7 +39,7 @@ const Machine& machine() {
                   drive_imperfections({"outer", "inner"}),
                   oscillation_imperfections({"outer", "inner"}),
                   {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between the axes less 90 deg"),
-                    {"orthogonality of inner to outer"}}}}),
+                    {error_names::inner_to_outer}}}}),
       .joints = joints,
       .check = nullptr};
   return machine;
@@ -45,8 +47,7 @@ const Machine& machine() {
 
 }  // namespace
 
-extern const Rig two_axis_table;
-const Rig two_axis_table =
+extern const Rig two_axis_table =
     rig_of<machine>("two_axis_table", "two-axis table: an outer axis that carries an inner one at right angles");
 
 }  // namespace tumble::rigs

@@ -5,7 +5,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/sim/power_up.hpp"
 
-namespace tumble::sim {
+namespace tumble {
 namespace {
 
 /// Steps that are simulated at once: of one output so few that they stay in the first caches; of several, which share
@@ -172,4 +172,4 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PowerUp& r
           [instrument](std::size_t first, const Samples& out) { instrument->make(first, out); }};
 }
 
-}  // namespace tumble::sim
+}  // namespace tumble

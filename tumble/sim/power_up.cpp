@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tumble::sim {
+namespace tumble {
 int oversampling_of(const Plan& plan) { return std::max(1, plan.truth.integer("oversampling")); }
 
 std::vector<Participant> participants_of(const Plan& plan) {
@@ -85,4 +85,4 @@ std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, con
   return sources;
 }
 
-}  // namespace tumble::sim
+}  // namespace tumble

@@ -10,7 +10,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/source.hpp"
 
-namespace tumble::sim {
+namespace tumble {
 
 /// The segments between one switching-on and the next.
 struct PowerUp {
@@ -20,6 +20,7 @@ struct PowerUp {
   Schedule segments;
 };
 
+/// The power-ups of a schedule. Given: sample_rate [Hz].
 std::vector<PowerUp> power_ups(const Schedule& schedule, double sample_rate);
 
 /// Segment `index` where it is all that was recorded, without the way to it: axes that it does not mention stand where
@@ -31,6 +32,7 @@ bool recorded_one_by_one(const Plan& plan);
 
 /// One value of every error of the rig (row) in every segment (column), drawn from their standard deviations: those of
 /// the whole test from `test`, those of each segment from `run`. Empty where the rig has none.
+/// Returned: [errors x segments] in SI.
 Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, const RandomStream& test,
                     const RandomStream& run);
 
@@ -56,4 +58,4 @@ std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, con
 /// Steps of the simulation per recorded sample.
 int oversampling_of(const Plan& plan);
 
-}  // namespace tumble::sim
+}  // namespace tumble

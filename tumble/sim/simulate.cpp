@@ -12,9 +12,6 @@
 namespace tumble {
 namespace {
 
-using sim::PowerUp;
-using sim::Source;
-
 constexpr double most_samples = 1e12;      ///< a channel: 8 TB
 constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
 
@@ -29,7 +26,7 @@ void append_noise_problems(const Settings& truth, const std::string& where, cons
 }
 
 /// What the instrument's model finds wrong with its terms, physics and electronics, and the noise.
-void append_truth_problems(const Plan& plan, const sim::Participant& participant, std::vector<std::string>& problems) {
+void append_truth_problems(const Plan& plan, const Participant& participant, std::vector<std::string>& problems) {
   const auto& [prefix, model, truth, mount] = participant;
   const std::string where = prefix.empty() ? "[truth]" : "[beside." + prefix + "truth]";
   const std::size_t before = problems.size();
@@ -96,7 +93,7 @@ void append_rate_problems(const Plan& plan, std::vector<std::string>& problems) 
                                    samples, plan.sample_rate, most_samples));
     return;
   }
-  for (const auto& run : sim::power_ups(plan.schedule, plan.sample_rate))
+  for (const auto& run : power_ups(plan.schedule, plan.sample_rate))
     if (run.samples == 0)
       problems.push_back(fmt::format("run {} is shorter than a sample at {:.6g} Hz", run.run, plan.sample_rate));
 }
@@ -111,10 +108,10 @@ void refuse_incomplete(const Plan& plan) {
   if (!plan.instrument_model.empty() && plan.truth.texts().empty())
     problems.push_back("to simulate, the plan needs [truth]");
   if (problems.empty()) {
-    if (const Rig& rig = find_rig(plan.rig_kind); rig.refusals && sim::recorded_one_by_one(plan))
+    if (const Rig& rig = find_rig(plan.rig_kind); rig.refusals && recorded_one_by_one(plan))
       problems = rig.refusals(plan.schedule, plan.rig);  // a plan of files was asked about its segments one by one
     append_oversampling_problems(plan, problems);
-    for (const auto& participant : sim::participants_of(plan)) append_truth_problems(plan, participant, problems);
+    for (const auto& participant : participants_of(plan)) append_truth_problems(plan, participant, problems);
     append_rate_problems(plan, problems);
   }
   for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
@@ -123,9 +120,9 @@ void refuse_incomplete(const Plan& plan) {
 
 /// All that a power-up records, the instrument's outputs first.
 std::vector<Source> sources_of(const Plan& plan, const PowerUp& run, const RandomStream& random) {
-  const Reference reference = sim::reference_of(plan, run, random);
-  std::vector<Source> sources{sim::outputs_of(plan, reference, run, random)};
-  for (auto& sensor : sim::sensors_of(plan, reference, run)) sources.push_back(std::move(sensor));
+  const Reference reference = reference_of(plan, run, random);
+  std::vector<Source> sources{outputs_of(plan, reference, run, random)};
+  for (auto& sensor : sensors_of(plan, reference, run)) sources.push_back(std::move(sensor));
   return sources;
 }
 
@@ -142,7 +139,7 @@ void fill(std::vector<Source>& sources, std::size_t s, std::vector<Channel>& cha
           std::size_t size) {
   std::size_t c = 0;
   for (std::size_t before = 0; before < s; ++before) c += sources[before].channels().size();
-  sim::Samples out;
+  Samples out;
   for (std::size_t k = 0; k < sources[s].channels().size(); ++k)
     out.push_back(std::span(channels[c + k].values).subspan(first, size));
   sources[s].next(std::move(out));
@@ -171,7 +168,7 @@ std::size_t samples_of(const std::vector<PowerUp>& runs) {
 
 Recording simulate(const Plan& plan, std::uint64_t seed, const Progress& progress) {
   refuse_incomplete(plan);
-  const auto runs = sim::power_ups(plan.schedule, plan.sample_rate);
+  const auto runs = power_ups(plan.schedule, plan.sample_rate);
   const RandomStream random(seed);
   report(progress, 0.0, "simulating");
 
@@ -195,7 +192,7 @@ Recording simulate(const Plan& plan, std::uint64_t seed, const Progress& progres
 void simulate(const Plan& plan, std::uint64_t seed, std::size_t samples,
               const std::function<void(const Recording& block)>& sink, const Progress& progress) {
   refuse_incomplete(plan);
-  const auto runs = sim::power_ups(plan.schedule, plan.sample_rate);
+  const auto runs = power_ups(plan.schedule, plan.sample_rate);
   const RandomStream random(seed);
   const auto all = static_cast<double>(samples_of(runs));
   std::size_t done = 0;
@@ -220,7 +217,7 @@ void simulate(const Plan& plan, std::uint64_t seed, std::size_t samples,
 
 std::size_t simulated_size(const Plan& plan) {
   refuse_incomplete(plan);
-  const auto runs = sim::power_ups(plan.schedule, plan.sample_rate);
+  const auto runs = power_ups(plan.schedule, plan.sample_rate);
   const Rig& rig = find_rig(plan.rig_kind);
   PowerUp probe = runs.front();  // the first segment is enough to see which sensors there are
   probe.segments.resize(1);
@@ -228,7 +225,7 @@ std::size_t simulated_size(const Plan& plan) {
   const auto sensors =
       rig.reference({probe.segments, plan.rig, plan.site, plan.sample_rate, {}, RandomStream(0)}).sensors;
   std::size_t channels = sensors.size();
-  for (const auto& [prefix, model, truth, mount] : sim::participants_of(plan)) channels += model.outputs(truth).size();
+  for (const auto& [prefix, model, truth, mount] : participants_of(plan)) channels += model.outputs(truth).size();
   return samples_of(runs) * channels * sizeof(double);
 }
 

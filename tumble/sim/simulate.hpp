@@ -17,7 +17,7 @@ namespace tumble {
 /// on any number of threads. Throws Error::bad_input that lists all the plan lacks: model, rig, sample rate, schedule.
 Recording simulate(const Plan& plan, std::uint64_t seed, const Progress& progress);
 
-/// The same in blocks of up to `samples` samples, for recordings larger than memory. Every block holds all channels;
+/// Simulates in blocks of up to `samples` samples, for recordings larger than memory. Every block holds all channels;
 /// the first carries the marks and the rest of what a recording says of itself.
 void simulate(const Plan& plan, std::uint64_t seed, std::size_t samples,
               const std::function<void(const Recording& block)>& sink, const Progress& progress);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tumble::sim {
+namespace tumble {
 
 Source::Source(std::vector<Channel> channels, std::size_t total, std::size_t portion, Make make)
     : channels_(std::move(channels)), total_(total), portion_(portion), make_(std::move(make)) {}
@@ -40,4 +40,4 @@ void Source::next(Samples out) {
   }
 }
 
-}  // namespace tumble::sim
+}  // namespace tumble

@@ -7,7 +7,7 @@
 
 #include "tumble/core/channel.hpp"
 
-namespace tumble::sim {
+namespace tumble {
 
 /// Where the next samples of some channels go, a span each, all of one length.
 using Samples = std::vector<std::span<double>>;
@@ -37,4 +37,4 @@ class Source {
   std::vector<std::vector<double>> store_;  ///< the portion they belong to
 };
 
-}  // namespace tumble::sim
+}  // namespace tumble

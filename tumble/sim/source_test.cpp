@@ -7,7 +7,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::sim {
+namespace tumble {
 namespace {
 
 TEST(Source, makes_the_same_portions_whatever_is_asked_for) {
@@ -104,4 +104,4 @@ TEST(Simulate, refuses_more_samples_than_can_be) {
 }
 
 }  // namespace
-}  // namespace tumble::sim
+}  // namespace tumble

@@ -7,7 +7,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// The same instrument as far as both say which one they are of.
@@ -47,4 +47,4 @@ void add_calibration(const Plan& plan, Provenance& provenance) {
   provenance.inputs.push_back({plan.calibration.file, plan.calibration.sha256});
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -3,7 +3,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/plan.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 
 /// Reads the result that the plan names as its calibration, unless it has been read.
 /// Throws Error::bad_file where it is no result; Error::bad_input where it is of another instrument than the plan's.
@@ -12,4 +12,4 @@ void read_calibration(Plan& plan);
 /// The calibration that was used as a setting and as an input with its checksum.
 void add_calibration(const Plan& plan, Provenance& provenance);
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -11,7 +11,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 class CalibrationFile : public testing::Test {
@@ -113,4 +113,4 @@ TEST_F(CalibrationFile, AMethodThatBuildsOnNoneRefusesIt) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -11,7 +11,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// The columns that play a role, as the plan says or by the role's own name.
@@ -273,4 +273,4 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
   return streamed;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

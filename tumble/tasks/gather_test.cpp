@@ -7,7 +7,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// Files in a folder of the test's own.
@@ -171,4 +171,4 @@ TEST_F(Gather, InspectsWholeAndInBlocksAlike) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -11,7 +11,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// What the readers and the checks noticed, with the file where there are several.
@@ -129,4 +129,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   return method.compensate(estimate, recording);
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

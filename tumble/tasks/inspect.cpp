@@ -6,14 +6,14 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/tasks/tasks.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 constexpr std::size_t block_samples = 1 << 20;
 
 /// Adds the samples of one block to a summary. Mean and variance by the update for joined sets of Chan, Golub and
-/// LeVeque (1979), eq. (2.1): exact for blocks of any size, no cancellation. `summary.sd` holds the sum of squares
-/// until finish().
+/// LeVeque (1979), their equation 2.1: exact for blocks of any size, no cancellation. `summary.sd` holds the sum of
+/// squares until finish().
 void add(const Channel& channel, ChannelSummary& summary) {
   double sum = 0.0;
   std::size_t present = 0;
@@ -89,4 +89,4 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
   return inspection;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -6,7 +6,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 std::string written(const Quantity& bound) {
@@ -75,4 +75,4 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
   return verdicts;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -17,7 +17,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 using plan_file::Problems;
@@ -383,7 +383,7 @@ Plan load(const std::string& path, const Sets& sets, bool part) {
   reading.plan.file = reading.problems.file = path;
   const auto document = parse(path);
   const auto* method = document.get_as<std::string>("method");
-  const auto& all = methods::catalogue();
+  const auto& all = method_catalogue();
   const auto entry =
       std::find_if(all.begin(), all.end(), [&](const Method* one) { return method && method->get() == one->name; });
   reading.sets = sorted(sets, entry != all.end() && has_option(**entry, "rate"));
@@ -417,4 +417,4 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   return reading.plan;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -9,7 +9,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// A plan of that text, read back from a file of its own.
@@ -338,4 +338,4 @@ TEST(judge, leaves_open_what_the_result_does_not_give) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -12,17 +12,20 @@
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/tasks/optimise/criteria.hpp"
-#include "tumble/tasks/optimise/order.hpp"
-#include "tumble/tasks/optimise/points.hpp"
-#include "tumble/tasks/optimise/report.hpp"
-#include "tumble/tasks/optimise/standard.hpp"
+#include "tumble/tasks/optimisation/criteria.hpp"
+#include "tumble/tasks/optimisation/order.hpp"
+#include "tumble/tasks/optimisation/points.hpp"
+#include "tumble/tasks/optimisation/report.hpp"
+#include "tumble/tasks/optimisation/standard.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
+
+using namespace prediction;
+using namespace optimisation;
 
 using Visits = std::vector<CandidateVisit>;
 
@@ -368,4 +371,4 @@ std::string plan_with_schedule(const Plan& plan, const Schedule& schedule) {
                                   plan_file::schedule_text(schedule, find_rig(plan.rig_kind).axes()));
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

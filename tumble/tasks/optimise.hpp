@@ -7,9 +7,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/plan.hpp"
 #include "tumble/core/progress.hpp"
-#include "tumble/math/optimal_design.hpp"
+#include "tumble/math/regression/optimal_design.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 
 struct OptimiseOptions {
   DesignCriterion criterion = DesignCriterion::A;  ///< which of the two designs becomes the schedule
@@ -41,4 +41,4 @@ Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progr
 /// The text of the plan with its schedule replaced by `schedule`. Throws Error::bad_input, bad_file.
 std::string plan_with_schedule(const Plan& plan, const Schedule& schedule);
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -7,14 +7,14 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/methods/terms.hpp"
+#include "tumble/reduce/linear/terms.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/tasks/optimise/points.hpp"
+#include "tumble/tasks/optimisation/points.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// Plans in files of their own.
@@ -164,7 +164,7 @@ TEST_F(Predict, AgreesWithTheScatterOfSimulatedTests) {
   const auto plan = load(head("sdof_gyro", "two_axis_table", "mount_sd = \"60 arcsec\"\n") + schedule + truth +
                          "bias_instability = \"0.01 deg/h\"\n");
   const auto predicted = predict_model(plan, ten_terms);
-  const auto outputs = output_problems(plan, felt_over(plan), ten_terms);
+  const auto outputs = prediction::output_problems(plan, prediction::felt_over(plan), ten_terms);
   const int seeds = 120;
   std::vector<double> sum(predicted.parameters.size()), squares(sum.size());
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -189,7 +189,7 @@ TEST(DesignSpace, TwoDurationsGiveTheThird) {
   DesignPoint point{Matrix(3, 4), Matrix(3, 2), 0.0, 0.0};
   RandomStream(3).normal(0, point.rows.values);
   RandomStream(4).normal(0, point.disturbance.values);
-  const auto found = point_of(information(point, 10.0), information(point, 20.0), 10.0);
+  const auto found = optimisation::point_of(information(point, 10.0), information(point, 20.0), 10.0);
   const auto expected = information(point, 57.0), got = information(found, 57.0);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(got.values[i], expected.values[i], 1e-7 * expected(0, 0));
 }
@@ -349,4 +349,4 @@ TEST_F(Predict, ScheduleTextIsReadBackBitForBit) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -4,14 +4,16 @@
 #include <algorithm>
 
 #include "tumble/tasks/calibration.hpp"
-#include "tumble/tasks/predict/advice.hpp"
-#include "tumble/tasks/predict/problem.hpp"
+#include "tumble/tasks/prediction/advice.hpp"
+#include "tumble/tasks/prediction/problem.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
+
+using namespace prediction;
 
 void describe(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method.empty() ? "predict" : plan.method;
@@ -65,4 +67,4 @@ Estimate predict(const Plan& plan) {
   return estimate;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -7,7 +7,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 /// [Hz], from "100" or "100 Hz".
@@ -142,4 +142,4 @@ std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Gi
   return from_file;
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

@@ -8,7 +8,7 @@
 #include "tumble/formats/format.hpp"
 #include "tumble/tasks/tasks.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 
 /// The --set values by what they speak of.
 struct SortedSets {
@@ -31,4 +31,4 @@ std::string listed(const std::vector<ChannelChoice>& choices);
 /// What was given, with what the command line says in place of the same key from the file.
 std::vector<Given> overridden(std::vector<Given> from_file, const std::vector<Given>& from_command_line);
 
-}  // namespace tumble::tasks
+}  // namespace tumble

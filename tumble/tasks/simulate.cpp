@@ -1,6 +1,6 @@
 #include "tumble/tasks/tasks.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 
 void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
                  const Progress& progress) {
@@ -11,4 +11,4 @@ void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, 
   writer.commit();
 }
 
-}  // namespace tumble::tasks
+}  // namespace tumble

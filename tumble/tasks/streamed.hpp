@@ -10,7 +10,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/tasks/tasks.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 
 /// A recording too large for memory, for a method that takes it block after block.
 struct Streamed {
@@ -26,4 +26,4 @@ struct Streamed {
 std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets,
                                     std::uintmax_t memory, const Progress& progress);
 
-}  // namespace tumble::tasks
+}  // namespace tumble

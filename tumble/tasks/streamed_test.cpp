@@ -11,7 +11,7 @@
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks {
+namespace tumble {
 namespace {
 
 constexpr std::uintmax_t everything = 1'000'000'000'000, nothing = 1;
@@ -174,4 +174,4 @@ TEST(streamed_recording, finds_lines_and_motion) {
 }
 
 }  // namespace
-}  // namespace tumble::tasks
+}  // namespace tumble

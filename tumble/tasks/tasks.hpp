@@ -13,7 +13,7 @@
 #include "tumble/sim/simulate.hpp"
 
 /// One function per user intent: all that a front end may call.
-namespace tumble::tasks {
+namespace tumble {
 
 /// The `--set key=value` of a command line. Plain keys are [settings] of the method, "truth.key" and "rig.key" those of
 /// the other tables, "channels.role" that of [channels]; "rate", "missing", "columns", "segment_column" and
@@ -48,8 +48,8 @@ Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, 
 /// The plan carried out on a simulated rig and instrument of known truth.
 using tumble::simulate;
 
-/// The same into a file: at once where the samples take less than `memory` bytes, else block after block, so that the
-/// recording may be larger than memory. Either way the file holds the same samples.
+/// The plan simulated into a file: at once where the samples take less than `memory` bytes, else block after block, so
+/// that the recording may be larger than memory. Either way the file holds the same samples.
 void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
                  const Progress& progress);
 
@@ -59,8 +59,8 @@ void simulate_to(const std::string& path, const Plan& plan, std::uint64_t seed, 
 /// Throws Error::bad_input with all that the plan lacks.
 Estimate predict(const Plan& plan);
 
-/// The same from the table of terms, whatever the method; `terms` limits it to these, empty: all. `advise`: say what
-/// would tell apart what is not.
+/// The uncertainties from the table of terms, whatever the method; `terms` limits it to these, empty: all. `advise`:
+/// say what would tell apart what is not.
 Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise = true);
 
 /// Takes the estimate's error model off a recording. Throws Error::unsupported where the method has none.
@@ -84,7 +84,7 @@ struct ChannelSummary {
   double first = 0.0, last = 0.0;                             ///< [s]
   double minimum = 0.0, mean = 0.0, maximum = 0.0, sd = 0.0;  ///< of the samples that are not missing [SI]
 
-  double rate() const { return samples > 1 ? static_cast<double>(samples - 1) / (last - first) : 0.0; }
+  double rate() const { return samples > 1 ? static_cast<double>(samples - 1) / (last - first) : 0.0; }  ///< [Hz]
 };
 
 /// What a file holds.
@@ -98,4 +98,4 @@ struct Inspection {
 Inspection inspect(const std::string& path, const ReadOptions& options, const Progress& progress,
                    std::uintmax_t whole_below = 2'000'000'000);
 
-}  // namespace tumble::tasks
+}  // namespace tumble

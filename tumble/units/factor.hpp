@@ -22,7 +22,7 @@ Factor operator*(const Factor& a, const Factor& b);
 /// factor^(halves/2). The exponents must come out in whole halves.
 Factor raised(const Factor& factor, int halves);
 
-/// The nearest double; infinity or zero beyond its range.
+/// The nearest double [SI per unit]; infinity or zero beyond its range.
 double rounded(const Factor& factor);
 
 }  // namespace tumble

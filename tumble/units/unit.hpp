@@ -37,16 +37,17 @@ class Unit {
 
   const std::string& text() const { return text_; }  ///< as written; parse(text()) gives this unit again
   const Dimension& dimension() const { return dimension_; }
-  double factor() const { return factor_; }  ///< SI units per this unit
-  double offset() const { return offset_; }  ///< SI value of zero in this unit (degC: 273.15)
+  double factor() const { return factor_; }  ///< [SI] units per this unit
+  double offset() const { return offset_; }  ///< [SI] value of zero in this unit (degC: 273.15)
 
+  /// A value [this unit] in [SI], and back.
   double to_si(double value) const { return value * factor_ + offset_; }
   double from_si(double value) const { return (value - offset_) / factor_; }
-  /// Differences, standard deviations and intervals: the factor alone.
+  /// Differences, standard deviations and intervals [this unit] in [SI], and back: the factor alone.
   double difference_to_si(double value) const { return value * factor_; }
   double difference_from_si(double value) const { return value / factor_; }
 
-  /// Same text, hence same everything.
+  /// Two units are equal if their texts are.
   bool operator==(const Unit& other) const { return text_ == other.text_; }
 
  private:
@@ -69,17 +70,18 @@ struct Quantity {
 /// Throws Error::bad_input: not a number, or a unit that cannot be read.
 Quantity parse_quantity(std::string_view text);
 
-/// Value in SI of `text`, which must have the dimension of `expected`. An `expected` of degC asks for an absolute
+/// Value [SI] of `text`, which must have the dimension of `expected`. An `expected` of degC asks for an absolute
 /// temperature; one of K (or any unit without offset) for a difference, so that "0.1 degC" is then 0.1 K.
 /// A bare number is accepted only where `expected` is 1 (a bare 300 where ppm are shown could mean either).
 /// Throws Error::bad_input.
 double parse_si(std::string_view text, const Unit& expected);
 
-/// `value_si` in `unit` for people and files, without the unit: the shortest decimal that converts back to the same
-/// value, bit for bit. A value that no double times the factor gives is written to 17 digits. "nan", "inf", "-inf".
+/// `value_si` [SI] in `unit` for people and files, without the unit: the shortest decimal that converts back to the
+/// same value, bit for bit. A value that no double times the factor gives is written to 17 digits. "nan", "inf",
+/// "-inf".
 std::string format_in(double value_si, const Unit& unit);
 
-/// Shorthand for code: si(0.02, "deg/h").
+/// A value [unit] in [SI], a shorthand for code: si(0.02, "deg/h").
 double si(double value, std::string_view unit);
 
 }  // namespace tumble

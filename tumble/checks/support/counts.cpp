@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tumble {
+namespace tumble::support {
 
 bool counts_pulses(const Channel& channel) { return channel.kind == QuantityKind::count; }
 
@@ -21,4 +21,4 @@ Spread spread_of(const Channel& channel) {
   return spread;
 }
 
-}  // namespace tumble
+}  // namespace tumble::support

@@ -2,7 +2,7 @@
 
 #include "tumble/core/channel.hpp"
 
-namespace tumble {
+namespace tumble::support {
 
 /// Whether a channel holds pulses.
 bool counts_pulses(const Channel& channel);
@@ -13,4 +13,4 @@ struct Spread {
 };
 Spread spread_of(const Channel& channel);
 
-}  // namespace tumble
+}  // namespace tumble::support

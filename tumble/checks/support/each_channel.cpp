@@ -2,7 +2,7 @@
 
 #include "tumble/math/parallel.hpp"
 
-namespace tumble {
+namespace tumble::support {
 
 Findings findings_of_each(const Recording& recording, const std::function<Findings(const Channel&)>& look) {
   std::vector<Findings> found(recording.channels.size());
@@ -12,4 +12,4 @@ Findings findings_of_each(const Recording& recording, const std::function<Findin
   return findings;
 }
 
-}  // namespace tumble
+}  // namespace tumble::support

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-namespace tumble {
+namespace tumble::support {
 
 namespace {
 
@@ -59,4 +59,4 @@ Texture texture_of(std::span<const double> values) {
   return texture;
 }
 
-}  // namespace tumble
+}  // namespace tumble::support

@@ -2,7 +2,7 @@
 
 #include <span>
 
-namespace tumble {
+namespace tumble::support {
 
 /// What a signal looks like from one sample to the next.
 struct Texture {
@@ -19,8 +19,8 @@ struct Texture {
 /// random walk, next to none in a smooth signal), and their mean is at least 1.25 quanta (1.0 where the signal merely
 /// toggles; white noise of one quantum has 1.5).
 ///
-/// Given     values   missing samples (NaN) are skipped
+/// Given     values   [SI] missing samples (NaN) are skipped
 /// Valid     a long signal is judged by 64 stretches of 1024 samples spread over it
 Texture texture_of(std::span<const double> values);
 
-}  // namespace tumble
+}  // namespace tumble::support

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tumble {
+namespace tumble::support {
 
 std::vector<StampedTimeline> stamped_timelines(const Recording& recording) {
   std::vector<StampedTimeline> timelines;
@@ -22,4 +22,4 @@ std::vector<StampedTimeline> stamped_timelines(const Recording& recording) {
   return timelines;
 }
 
-}  // namespace tumble
+}  // namespace tumble::support

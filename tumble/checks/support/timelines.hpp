@@ -5,7 +5,7 @@
 
 #include "tumble/core/recording.hpp"
 
-namespace tumble {
+namespace tumble::support {
 
 /// Stamps that several channels may share, so that what is odd in them is said once.
 struct StampedTimeline {
@@ -16,4 +16,4 @@ struct StampedTimeline {
 /// The different stamped timelines of a recording; evenly sampled channels have none.
 std::vector<StampedTimeline> stamped_timelines(const Recording& recording);
 
-}  // namespace tumble
+}  // namespace tumble::support

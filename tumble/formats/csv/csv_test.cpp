@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/scratch_folder.hpp"
 #include "tumble/formats/format.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/formats/catalogue/annotations.hpp"
 #include "tumble/formats/csv/number.hpp"
+#include "tumble/formats/file/annotations.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -46,7 +46,7 @@ void take_comment(Layout& layout, std::string_view line) {
   if (key == "clock") {
     if (auto clock = clock_from(json)) layout.clock = clock;
   } else {
-    formats::annotate(layout.annotations, layout.kinds, key, json);
+    file::annotate(layout.annotations, layout.kinds, key, json);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tumble/formats/catalogue/input_file.hpp"
+#include "tumble/formats/file/input_file.hpp"
 
 namespace tumble::csv {
 
@@ -24,7 +24,7 @@ class Lines {
   void fill();
 
   std::string path_;
-  formats::InputFile file_;
+  file::InputFile file_;
   std::vector<char> buffer_;
   std::size_t begin_, end_;  ///< of what was read and not yet handed out
   std::size_t done_ = 0;

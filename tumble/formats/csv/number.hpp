@@ -174,7 +174,7 @@ inline Decimal take_decimal(const char* p, bool negative, char mark) {
 ///
 /// Given     p         text, with `number_padding` readable bytes before and behind it
 ///           mark      the decimal mark
-/// Returned  where the number ends; its value; exponent of ten of its last digit (-3 for 0.125)
+/// Returned  where the number ends; its value [as written]; exponent of ten of its last digit (-3 for 0.125)
 /// Accuracy  correctly rounded: one rounding of exact numbers (Clinger 1990) or the product with a 128-bit power of
 ///           ten (Lemire, "Number parsing at a gigabyte per second", 2021)
 inline const char* parse_number(const char* p, char mark, double& value, int& exponent) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/formats/catalogue/clock.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/csv/lines.hpp"
 #include "tumble/formats/csv/rows.hpp"
+#include "tumble/formats/file/even_clock.hpp"
 #include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
 
@@ -160,7 +160,7 @@ class Taker {
   bool timed_;
   std::size_t slot_;
   Unit unit_;
-  formats::EvenClock clock_;
+  file::EvenClock clock_;
 };
 
 void set_timeline(Recording& recording, const Timeline& timeline) {

@@ -22,6 +22,7 @@ struct Batch {
   int time_exponent = 0;      ///< of ten of the last digit written in the time column, the smallest of the rows
   std::vector<LabelChange> labels = {};
 
+  /// The cells of a wanted column, [rows] in use, in the unit of the file.
   const double* column(std::size_t slot) const { return cells.data() + slot * capacity; }
 };
 

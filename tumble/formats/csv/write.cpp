@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/annotations.hpp"
-#include "tumble/formats/catalogue/plain_value.hpp"
 #include "tumble/formats/csv/read.hpp"
+#include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/plain_value.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::csv {
@@ -31,7 +31,7 @@ struct Text {
 
 void append_value(std::string& text, double value_si, const Unit& unit) {
   if (std::isnan(value_si)) return;
-  const Text shortest(formats::plain_value(value_si, unit));
+  const Text shortest(file::plain_value(value_si, unit));
   text.append(shortest.characters, shortest.size);
 }
 
@@ -106,7 +106,7 @@ class Writer {
   }
 
   void begin(const Recording& block) {
-    for (const auto& [key, json] : formats::annotations_of(block)) text_ += "# " + key + ": " + json + "\n";
+    for (const auto& [key, json] : file::annotations_of(block)) text_ += "# " + key + ": " + json + "\n";
     clock_ = block.channels.front().timeline;
     if (clock_.uniform())
       text_ += "# clock: " + nlohmann::ordered_json{{"start", clock_.start}, {"rate", clock_.rate}}.dump() + "\n";

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/formats/catalogue/annotations.hpp"
-#include "tumble/formats/catalogue/clock.hpp"
-#include "tumble/formats/catalogue/input_file.hpp"
 #include "tumble/formats/checksum.hpp"
+#include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/hdf5/values.hpp"
 #include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
@@ -22,7 +22,7 @@ enum class Stamps { kept, by_block, ignored };
 class Source {
  public:
   Source(const std::string& path, const ReadOptions& options, Stamps stamps)
-      : path_(path), options_(options), stamps_(stamps), size_(formats::InputFile(path).size()) {
+      : path_(path), options_(options), stamps_(stamps), size_(file::InputFile(path).size()) {
     file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file_.valid()) refuse("cannot be opened as HDF5: " + last_reason() + " (is it truncated or damaged?)");
     if (!options.segment_column.empty())
@@ -39,7 +39,7 @@ class Source {
 
   void read_meta(const std::string& text) {
     const auto before = recording_.marks.size();
-    if (formats::annotate_all(recording_, text) &&
+    if (file::annotate_all(recording_, text) &&
         (recording_.marks.size() > before || !recording_.meta.contains("marks")))
       return;
     recording_.findings.push_back(
@@ -104,7 +104,7 @@ class Source {
       Numbers numbers = open_numbers(file_, "/channels/" + name, size_);
       Channel channel{name, QuantityKind::other, unit_of(numbers.dataset, name), {}, {}};
       channel.kind = kind_of(channel.unit);
-      if (const auto word = text_attribute(numbers.dataset, "quantity")) formats::kind_named(*word, channel.kind);
+      if (const auto word = text_attribute(numbers.dataset, "quantity")) file::kind_named(*word, channel.kind);
       channel.timeline = timeline_of(numbers, name);
       recording_.channels.push_back(std::move(channel));
       channels_.push_back(std::move(numbers));
@@ -163,7 +163,7 @@ class Source {
   /// Piece by piece: an even clock needs no stamps in memory.
   Timeline look_at(const FileClock& of, const std::string& path) {
     constexpr hsize_t piece = 65536;
-    formats::EvenClock clock;
+    file::EvenClock clock;
     std::vector<double> stamps, some;
     if (stamps_ == Stamps::kept) stamps.reserve(of.numbers.count);
     for (hsize_t first = 0; first < of.numbers.count; first += piece) {

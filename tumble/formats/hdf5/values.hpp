@@ -28,12 +28,13 @@ bool exists(hid_t file, const std::string& path);
 /// bytes.
 Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size);
 
-/// Appends samples first .. first + count - 1 as value * factor + offset; `scratch` is kept between calls. NaN passes.
-/// Throws Error::bad_file, the bare reason, when they cannot be read or are infinite.
+/// Appends samples first .. first + count - 1 as value * factor + offset [SI]; `scratch` is kept between calls. NaN
+/// passes. Throws Error::bad_file, the bare reason, when they cannot be read or are infinite.
 void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor, double offset,
             std::vector<double>& scratch, std::vector<double>& values);
 
-/// The attribute as text or number; nothing where there is none of that kind.
+/// The attribute as text or number; nothing where there is none of that kind. A number is
+/// [as written].
 std::optional<std::string> text_attribute(hid_t object, const char* name);
 std::optional<double> number_attribute(hid_t object, const char* name);
 

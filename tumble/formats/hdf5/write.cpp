@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/catalogue/annotations.hpp"
-#include "tumble/formats/catalogue/plain_value.hpp"
+#include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/plain_value.hpp"
 #include "tumble/formats/hdf5/handle.hpp"
 #include "tumble/formats/hdf5/read.hpp"
 #include "tumble/units/error.hpp"
@@ -182,7 +182,7 @@ class Writer {
   }
 
   void write_meta(const Recording& block) const {
-    const std::string json = formats::all_annotations(block);
+    const std::string json = file::all_annotations(block);
     const Handle type = text_type(json.size());
     const Handle plist = creation(H5P_DATASET_CREATE);
     const Handle space = checked(H5Screate(H5S_SCALAR), H5Sclose);
@@ -196,7 +196,7 @@ class Writer {
       const hsize_t count = std::min<hsize_t>(largest_chunk, values.size() - first);
       scratch_.resize(count);
       for (hsize_t i = 0; i < count; ++i) {
-        scratch_[i] = formats::plain_value(values[first + i], unit);
+        scratch_[i] = file::plain_value(values[first + i], unit);
         if (std::isinf(scratch_[i]))
           throw Error{Error::Kind::bad_data, "'" + path_ + "': a sample is infinite and cannot be written"};
       }

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "tumble/methods/linear/linear.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble {

@@ -7,12 +7,14 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/methods/accelerometer/faults.hpp"
-#include "tumble/methods/accelerometer/hidden.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
+#include "tumble/reduce/accelerometer/faults.hpp"
+#include "tumble/reduce/accelerometer/hidden.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
+#include "tumble/rigs/capabilities.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::arm {
+namespace tumble::accelerometer_centrifuge {
 namespace {
 
 using accelerometer::Normalised;
@@ -60,7 +62,7 @@ double supposed_radius(const Evidence& evidence) {
   for (const auto& plan : evidence.plans) plans.push_back(plan.get());
   for (const auto& entry : evidence.plan.recordings) plans.push_back(entry.plan.get());
   for (const Plan* plan : plans)
-    if (plan && plan->rig_kind == "centrifuge") return plan->rig.number("radius") + plan->rig.number("lever_x");
+    if (plan && is_fixed_on_arm(*plan)) return plan->rig.number("radius") + plan->rig.number("lever_x");
   throw Error(Error::Kind::bad_input,
               "the plan needs [rig] kind = \"centrifuge\", or a [[recording]] whose plan has it");
 }
@@ -117,7 +119,7 @@ void say_what_stretch_does(Estimate& estimate) {
   if (!odd) return;
   const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
   for (const auto& line : estimate.budget)
-    if (line.source == "stretch of the radius")
+    if (line.source == rigs::error_names::stretch_of_radius)
       estimate.findings.push_back(note(
           fmt::format("odd_quadratic_coefficient and a growth of the radius with the squared rate look alike, both go "
                       "with w^4: what the rig's stretch_sd leaves of the growth is {} of it. A radius measured at "
@@ -220,7 +222,7 @@ void leave_out_what_is_constant(const linear::Solution& first, linear::Problem& 
 }
 
 Plan with_radius_to_find(Plan plan, double longer) {
-  if (plan.rig_kind != "centrifuge") return plan;
+  if (!is_fixed_on_arm(plan)) return plan;
   plan.rig.set_number("radius", plan.rig.number("radius") + longer, Unit::parse("m"));
   plan.rig.set_number("radius_sd", 0.0, Unit::parse("um"));
   plan.rig.set_number("lever_sd", 0.0, Unit::parse("mm"));
@@ -255,4 +257,4 @@ Estimate answer_of(const Evidence& evidence, Normalised found) {
   return estimate;
 }
 
-}  // namespace tumble::methods::arm
+}  // namespace tumble::accelerometer_centrifuge

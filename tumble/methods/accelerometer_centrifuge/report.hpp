@@ -1,9 +1,9 @@
 #pragma once
 
-#include "tumble/methods/accelerometer/scale_factor.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
 
 /// The test of an accelerometer at many g, with what it shows in gravity beside it.
-namespace tumble::methods::arm {
+namespace tumble::accelerometer_centrifuge {
 
 std::vector<Option> options();
 
@@ -28,4 +28,4 @@ Plan with_radius_to_find(Plan plan, double longer);
 /// Throws Error::bad_data where the evidence cannot carry the answer.
 Estimate answer_of(const Evidence& evidence, accelerometer::Normalised found);
 
-}  // namespace tumble::methods::arm
+}  // namespace tumble::accelerometer_centrifuge

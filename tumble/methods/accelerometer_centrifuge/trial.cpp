@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "tumble/methods/accelerometer_centrifuge/report.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::arm {
+namespace tumble::accelerometer_centrifuge {
 namespace {
 
 struct Value {
@@ -87,4 +87,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::arm
+}  // namespace tumble::accelerometer_centrifuge

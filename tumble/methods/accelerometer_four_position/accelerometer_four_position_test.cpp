@@ -8,13 +8,13 @@
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble {
 namespace {
 
-using namespace methods::four;
+using namespace accelerometer_four_position;
 
 constexpr double G = 9.797;
 const Method& method() { return find_method("accelerometer_four_position"); }
@@ -89,14 +89,14 @@ const std::vector<Stand> figure_11{{"1", 90.0}, {"2", 0.0}, {"3", 270.0}, {"4", 
 
 /// One run on a head: these positions at each temperature.
 Plan plan_of(const std::vector<Stand>& stands, const std::vector<double>& celsius, double rate = 1.0) {
-  Plan plan = methods::trial_plan(method().name, method().options(), "pendulous_accelerometer", "dividing_head", rate);
+  Plan plan = trial_plan(method().name, method().options(), "pendulous_accelerometer", "dividing_head", rate);
   plan.site->gravity = G;
   plan.settings.set_word("scale_factor", "2000 pulse/s/g");
   plan.truth.set_word("output", "count");
-  methods::set_truth(plan, "pulse_scale_factor", 2000.0, "pulse/s/g");
-  methods::set_truth(plan, "bias", 2.5, "mg");
-  methods::set_truth(plan, "angle_random_walk", 0.01, "(m/s)/sqrt(h)");
-  methods::set_truth(plan, "bias_temperature_coefficient", 20.0, "ug/K");
+  set_truth(plan, "pulse_scale_factor", 2000.0, "pulse/s/g");
+  set_truth(plan, "bias", 2.5, "mg");
+  set_truth(plan, "angle_random_walk", 0.01, "(m/s)/sqrt(h)");
+  set_truth(plan, "bias_temperature_coefficient", 20.0, "ug/K");
   const auto hold = [](double value) { return Motion{.kind = Motion::Kind::hold, .value = value}; };
   for (const double t : celsius) {
     if (celsius.size() > 1) plan.schedule.push_back({"soak", 4500.0, 1, {{"temperature", hold(t + 273.15)}}});
@@ -111,9 +111,9 @@ Evidence simulated(const Plan& plan, std::uint64_t seed = 1) { return {plan, {si
 
 void without_errors(Plan& plan) {
   plan.rig.set_flag("ideal", true);
-  methods::set_truth(plan, "angle_random_walk", 0.0, "(m/s)/sqrt(h)");
+  set_truth(plan, "angle_random_walk", 0.0, "(m/s)/sqrt(h)");
   plan.truth.set_word("output", "current");
-  methods::set_truth(plan, "current_scale_factor", 1.2, "mA/g");
+  set_truth(plan, "current_scale_factor", 1.2, "mA/g");
   plan.settings.set_word("scale_factor", "1.2 mA/g");
 }
 
@@ -121,9 +121,9 @@ void without_errors(Plan& plan) {
 TEST(FourPositions, GivesTheTruthBackToRoundingWithoutNoise) {
   Plan plan = plan_of(figure_11, {-20.0, 15.0, 60.0});
   without_errors(plan);
-  methods::set_truth(plan, "bias_temperature_square", 0.3, "ug/K^2");
-  methods::set_truth(plan, "second_order_coefficient", 30.0, "ug/g^2");
-  methods::set_truth(plan, "misalignment_o", 100.0, "arcsec");
+  set_truth(plan, "bias_temperature_square", 0.3, "ug/K^2");
+  set_truth(plan, "second_order_coefficient", 30.0, "ug/g^2");
+  set_truth(plan, "misalignment_o", 100.0, "arcsec");
   const auto estimate = method().identify(simulated(plan), {});
   // bias about 20 degC: 2.5 mg + 20 ug/K (T - 20) + 0.3 ug/K^2 (T - 20)^2
   EXPECT_NEAR(value(estimate, "b_0"), si(2500.0 - 400.0 + 120.0, "ug"), 1e-12);
@@ -138,7 +138,7 @@ TEST(FourPositions, GivesTheTruthBackToRoundingWithoutNoise) {
 TEST(FourPositions, TheSourcesEstimatorTakesK2AsBias) {
   Plan plan = plan_of(figure_11, {20.0});
   without_errors(plan);
-  methods::set_truth(plan, "second_order_coefficient", 30.0, "ug/g^2");
+  set_truth(plan, "second_order_coefficient", 30.0, "ug/g^2");
   plan.settings.set_word("estimator", "up_and_down");
   const auto estimate = method().identify(simulated(plan), {});
   EXPECT_NEAR(value(estimate, "bias"), si(2.5, "mg") + si(30.0, "ug/g^2") * G * G, 1e-12);
@@ -150,7 +150,7 @@ TEST(FourPositions, TheSourcesEstimatorTakesK2AsBias) {
 TEST(FourPositions, TheOtherMountGivesTheOtherAngle) {
   Plan plan = plan_of(figure_11, {20.0});
   without_errors(plan);
-  methods::set_truth(plan, "misalignment_p", -70.0, "arcsec");
+  set_truth(plan, "misalignment_p", -70.0, "arcsec");
   for (auto& segment : plan.schedule)
     segment.axes["mount_roll"] = {.kind = Motion::Kind::hold, .value = si(-90.0, "deg")};
   const auto estimate = method().identify(simulated(plan), {});
@@ -182,7 +182,7 @@ TEST(FourPositions, TwoPositionsUnderOneLabelShowAsAStep) {
 
 TEST(FourPositions, ACounterThatRanOverIsRefused) {
   Plan plan = plan_of(figure_11, {20.0});
-  methods::set_truth(plan, "pulse_scale_factor", 50000.0, "pulse/s/g");
+  set_truth(plan, "pulse_scale_factor", 50000.0, "pulse/s/g");
   plan.settings.set_word("scale_factor", "50000 pulse/s/g");
   Evidence evidence = simulated(plan);
   for (double& n : evidence.recordings[0].channels[0].values)
@@ -198,7 +198,7 @@ TEST(FourPositions, ACounterThatRanOverIsRefused) {
 TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {
   Plan plan = plan_of(figure_11, {20.0});
   plan.rig.set_flag("ideal", true);
-  methods::set_truth(plan, "angle_random_walk", 0.0, "(m/s)/sqrt(h)");
+  set_truth(plan, "angle_random_walk", 0.0, "(m/s)/sqrt(h)");
   Evidence evidence{plan, {}};
   for (std::size_t k = 0; k < 4; ++k) {
     Plan part = plan;
@@ -254,7 +254,7 @@ TEST(FourPositions, ATemperatureThatMovesIsSeen) {
 TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
   Plan plan = plan_of(figure_11, {0.0, 20.0, 40.0});
   without_errors(plan);
-  methods::set_truth(plan, "scale_factor_error", 400.0, "ppm");
+  set_truth(plan, "scale_factor_error", 400.0, "ppm");
   const Evidence evidence = simulated(plan);
   Estimate estimate = method().identify(evidence, {});
   estimate.provenance.settings = plan.settings.texts();

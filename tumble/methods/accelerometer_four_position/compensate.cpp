@@ -8,7 +8,7 @@
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 /// b_0, b_1, ... of a result, or the one value of a test at one temperature.
@@ -157,4 +157,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -2,9 +2,9 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
-/// Specific force from the output of the accelerometer, eq. (3.4) for one channel:
+/// Specific force from the output of the accelerometer, docs/equations (3.4) for one channel:
 ///
 ///   A = (1 + dK(T)) N/(K_m H) - nabla(T)
 ///
@@ -12,4 +12,4 @@ namespace tumble::methods::four {
 /// done, at the output given) and `<name>.extrapolated` (1 outside of the calibrated temperatures).
 Compensation compensate(const Estimate& estimate, const Recording& recording);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -6,7 +6,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Eigen::Index;
@@ -76,4 +76,4 @@ Components components_of(const Matrix& design, const std::vector<double>& z_in, 
   return {{variance.data(), variance.data() + count}, plain(unit.asDiagonal() * inverse * unit.asDiagonal())};
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -6,11 +6,12 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/methods/vibration/windows.hpp"
+#include "tumble/reduce/vibration/windows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 /// [s] from each stamp to the next; the last as the median.
@@ -23,10 +24,9 @@ std::vector<double> intervals_of(const Channel& channel) {
 
 std::vector<std::pair<double, double>> segments_of(const Recording& recording, const Channel& channel) {
   std::vector<std::pair<double, double>> segments;
-  const double end = channel.values.empty() ? 0.0 : channel.time(channel.values.size() - 1);
+  const double last = channel.values.empty() ? 0.0 : channel.time(channel.values.size() - 1);
   for (std::size_t m = 0; m < recording.marks.size(); ++m)
-    segments.emplace_back(recording.marks[m].begin,
-                          m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : end);
+    segments.emplace_back(recording.marks[m].begin, std::min(end_of_mark(recording, m), last));
   return segments;
 }
 
@@ -118,7 +118,7 @@ void refuse_overflow(const Bench& bench) {
   if (!bench.output.pulses) return;
   std::vector<std::string> problems;
   for (const auto& position : bench.positions) {
-    const auto& stretch = bench.evidence.stretches[position.stretch];
+    const auto& stretch = bench.evidence.test.stretches[position.stretch];
     const double window = bench.reference_scale_factor * stretch.step;  // pulses for a unit of specific force
     const double expected = window * bench.rows.segments[position.stretch].felt.specific_force.x;
     std::map<int, std::size_t> windows;  // by bits; while the head moves a window may look like it by chance
@@ -135,4 +135,4 @@ void refuse_overflow(const Bench& bench) {
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

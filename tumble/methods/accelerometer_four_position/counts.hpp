@@ -6,7 +6,7 @@
 #include "tumble/methods/accelerometer_four_position/positions.hpp"
 
 /// Pulses per counting window, and what can be wrong with them.
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// K_m [SI] of the settings; 1 where the output is a specific force. Throws Error::bad_input where it is needed.
 double reference_scale_factor(const Settings& settings, const accelerometer::Output& output);
@@ -19,4 +19,4 @@ Evidence per_second(const Evidence& evidence, const std::string& role, Findings&
 /// Throws Error::bad_data where a position is off by a power of two of pulses, as by a counter that ran over.
 void refuse_overflow(const Bench& bench);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -5,7 +5,7 @@
 
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -46,4 +46,4 @@ MatrixXd to_plain(const Design& design) {
   return convert;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

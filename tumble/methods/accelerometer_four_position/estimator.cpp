@@ -1,6 +1,6 @@
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 /// A linear combination of the outputs over s: value and slope, d(u/s) = du/s - (u/s) ds/s.
@@ -35,4 +35,4 @@ FourResults from_four(const FourOutputs& y, double gravity, double sign) {
   return results;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstddef>
 
-/// Closed forms for four positions: eq. (3.5) in units of the reference scale factor, y = E/K_m [m/s^2].
-namespace tumble::methods::four {
+/// Closed forms for four positions: docs/equations (3.5) in units of the reference scale factor, y = E/K_m [m/s^2].
+namespace tumble::accelerometer_four_position {
 
 /// What four positions give, in this order.
 enum Quantity : std::size_t { bias, scale_factor_error, second_order, misalignment, quantities };
@@ -21,13 +21,16 @@ struct FourResults {
 ///
 /// from positions 1 and 3 alone, as the source has it. With terms of higher order K_i = K_1 (1 + K_3 G^2) and
 /// nabla = (K_0 + K_2 G^2)/(1 + K_3 G^2).
+///
+/// Given  outputs y and gravity G [m/s^2]
 FourResults from_two(const FourOutputs& y, double gravity);
 
 /// From all four:
 ///
 ///   K_0 = (y_2 + y_4)/(2 s),  K_2 = (y_1 + y_3 - y_2 - y_4)/(2 s G^2),  theta = sign (y_2 - y_4)/(2 s G)
 ///
-/// Given  sign  +1: theta_t, with p up in position 2; -1: theta_p, with t (= o) up in position 2
+/// Given  outputs y and gravity G [m/s^2]
+///        sign  +1: theta_t, with p up in position 2; -1: theta_p, with t (= o) up in position 2
 FourResults from_four(const FourOutputs& y, double gravity, double sign);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

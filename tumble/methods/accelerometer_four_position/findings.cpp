@@ -8,7 +8,7 @@
 
 #include "tumble/core/say.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Severity = Finding::Severity;
@@ -31,7 +31,7 @@ void say(const std::vector<std::string>& names, Severity severity, const std::st
 }
 
 /// Mean of the second half of the samples minus that of the first, in the unit of the output.
-double step_within(const std::vector<double>& values) {
+double step_within(const EvenValues& values) {
   double sum[2] = {0.0, 0.0}, count[2] = {0.0, 0.0};
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;
@@ -52,7 +52,7 @@ bool clipped(const Bench& bench, const Position& position) {
 void look_at_positions(const Bench& bench, const Settings& settings, Findings& findings) {
   std::vector<std::string> steps, ends, warm;
   for (const auto& position : bench.positions) {
-    if (std::abs(step_within(bench.evidence.stretches[position.stretch].values)) > 0.01 * position.gravity)
+    if (std::abs(step_within(bench.evidence.test.stretches[position.stretch].values)) > 0.01 * position.gravity)
       steps.push_back(name_of(position));
     if (clipped(bench, position)) ends.push_back(name_of(position));
     if (std::abs(position.temperature_drift) > 0.25 * settings.number("same_temperature"))
@@ -144,4 +144,4 @@ void add_findings(const Bench& bench, const Reduced& reduced, const Settings& se
   say_what_is_hidden(bench, reduced, findings);
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

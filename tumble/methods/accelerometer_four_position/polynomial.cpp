@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 double celsius(double temperature) { return temperature - 273.15; }
 
@@ -18,4 +18,4 @@ double at_temperature(const std::vector<double>& parameters, const Polynomial& p
   return sum;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -4,7 +4,7 @@
 #include <vector>
 
 /// Polynomials in the temperature, as (3.6) has them: T in degC.
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// One polynomial among the parameters of all.
 struct Polynomial {
@@ -19,4 +19,4 @@ std::vector<double> powers(double temperature, std::size_t count);
 /// P(T) = sum_j p_j T^j at `temperature` [K].
 double at_temperature(const std::vector<double>& parameters, const Polynomial& polynomial, double temperature);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

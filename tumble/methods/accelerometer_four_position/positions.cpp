@@ -9,10 +9,10 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 constexpr double near_axis = 0.05;  ///< [rad] by which an axis may lean and still count as vertical
@@ -37,10 +37,10 @@ void check_settings(const Settings& settings) {
 }
 
 /// What the rig makes the instrument feel over a stretch: temperature in the mean, and second half minus first.
-void set_commanded_temperature(const linear::PowerUp& power_up, const linear::Stretch& stretch, Position& position) {
+void set_commanded_temperature(const PowerUp& power_up, const Stretch& stretch, Position& position) {
   constexpr std::size_t points = 16;
   std::vector<Felt> felt(points);
-  const double length = static_cast<double>(stretch.samples) * stretch.step, step = length / points;
+  const double length = stretch.duration(), step = length / points;
   power_up.reference.felt(stretch.first + 0.5 * step, step, felt);
   double halves[2] = {0.0, 0.0};
   for (std::size_t k = 0; k < points; ++k) halves[k / (points / 2)] += felt[k].temperature / (points / 2);
@@ -49,9 +49,8 @@ void set_commanded_temperature(const linear::PowerUp& power_up, const linear::St
 }
 
 /// The same as measured. False where the channel has no samples there.
-bool set_measured_temperature(const Channel& channel, const linear::Stretch& stretch, Position& position) {
-  const double begin = stretch.power_on + stretch.first,
-               end = begin + static_cast<double>(stretch.samples) * stretch.step;
+bool set_measured_temperature(const Channel& channel, const Stretch& stretch, Position& position) {
+  const double begin = stretch.power_on + stretch.first, end = begin + stretch.duration();
   const double middle = 0.5 * (begin + end);
   double sum[2] = {0.0, 0.0}, count[2] = {0.0, 0.0};
   for (std::size_t i = index_at(channel, begin - 1e-6); i < channel.values.size() && channel.time(i) < end; ++i) {
@@ -81,7 +80,7 @@ void set_place(const Felt& felt, Position& position) {
 }
 
 /// Scatter of the averages within a stretch, as a density.
-void set_scatter(const linear::Stretch& stretch, double averaging, Position& position) {
+void set_scatter(const Stretch& stretch, double averaging, Position& position) {
   const auto wanted = static_cast<std::size_t>(std::llround(averaging / stretch.step));
   const std::size_t each = std::max<std::size_t>(1, std::min(wanted, stretch.values.size() / 4));
   position.averaging = static_cast<double>(each) * stretch.step;
@@ -100,21 +99,21 @@ void set_scatter(const linear::Stretch& stretch, double averaging, Position& pos
 }
 
 /// A segment that commands the temperature alone is for the instrument to soak.
-bool is_soak(const linear::PowerUp& power_up, const linear::Stretch& stretch) {
+bool is_soak(const PowerUp& power_up, const Stretch& stretch) {
   const auto& axes = power_up.rig.segments[stretch.segment].axes;
   return axes.size() == 1 && axes.begin()->first == "temperature";
 }
 
 void add_positions(const Evidence* measured, double averaging, Bench& bench) {
-  std::map<std::pair<std::size_t, int>, std::size_t> power_ups;
+  std::map<std::size_t, std::size_t> power_ups;
   std::vector<std::string> odd;
   bench.measured_temperature = measured != nullptr;
-  for (std::size_t g = 0; g < bench.evidence.stretches.size(); ++g) {
-    const auto& stretch = bench.evidence.stretches[g];
-    const auto& power_up = bench.evidence.power_ups[stretch.power_up];
+  for (std::size_t g = 0; g < bench.evidence.test.stretches.size(); ++g) {
+    const auto& stretch = bench.evidence.test.stretches[g];
+    const auto& power_up = bench.evidence.test.power_ups[stretch.power_up];
     if (is_soak(power_up, stretch)) continue;
     Position position{.stretch = g, .label = stretch.label, .run = stretch.run};
-    position.power_up = power_ups.try_emplace({power_up.plan_number, stretch.run}, power_ups.size()).first->second;
+    position.power_up = power_ups.try_emplace(stretch.start, power_ups.size()).first->second;
     position.output = bench.rows.segments[g].measured;
     position.seconds = bench.rows.segments[g].duration;
     set_place(bench.rows.segments[g].felt, position);
@@ -277,7 +276,7 @@ void set_white(Bench& bench) {
     bench.white_freedom += position.freedom;
     // n roundings correlated by -1/2 with their neighbours: squares about the mean of (n - 1/n) variances
     const double n = position.freedom + 1.0;
-    rounding += (n - 1.0 / n) * position.averaging * rounding_variance(bench.pulse, position.averaging);
+    rounding += (n - 1.0 / n) * position.averaging * pulses::rounding_variance(bench.pulse, position.averaging);
   }
   if (bench.white_freedom > 0.0) bench.white = std::max(0.0, (squares - rounding) / bench.white_freedom);
 }
@@ -302,7 +301,7 @@ Bench bench_of(const Evidence& evidence, const std::string& role) {
   bench.rates = std::make_shared<const Evidence>(per_second(evidence, role, bench.findings));
   bench.evidence = linear::evidence_of(*bench.rates, bench.problem);
   bench.rows = linear::rows_of(bench.evidence, bench.problem);
-  for (const auto& finding : bench.evidence.findings) bench.findings.push_back(finding);
+  for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
   add_positions(&evidence, settings.number("averaging"), bench);
   refuse_overflow(bench);
   add_cells(settings, bench);
@@ -319,10 +318,10 @@ Bench bench_of(const Plan& plan) {
   bench.problem = problem_of(plan.settings, "accelerometer");
   bench.evidence = linear::evidence_of(plan, bench.problem);
   bench.rows = linear::rows_of(bench.evidence, bench.problem);
-  for (const auto& finding : bench.evidence.findings) bench.findings.push_back(finding);
+  for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
   add_positions(nullptr, plan.settings.number("averaging"), bench);
   add_cells(plan.settings, bench);
   return bench;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
 /// Four positions of an accelerometer in gravity, at one or several temperatures.
 ///
-/// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019, figure 11, eq. (3.5), (3.6)
-namespace tumble::methods::four {
+/// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019, figure 11; docs/equations (3.5),
+/// (3.6)
+namespace tumble::accelerometer_four_position {
 
 /// Which way the axes point in a position.
 enum class Place { none, up, down, level };
@@ -72,7 +73,7 @@ std::string in_words(double temperature);
 /// Reads the channel `role`. Throws Error::bad_input, bad_data that list all that is missing.
 Bench bench_of(const Evidence& evidence, const std::string& role);
 
-/// The same of a plan, around its [truth].
+/// The bench of a plan, around its [truth].
 Bench bench_of(const Plan& plan);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -8,7 +8,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/accelerometer_four_position/repeatability.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Eigen::Index;
@@ -137,4 +137,4 @@ Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermomet
   return out;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -9,7 +9,7 @@
 #include "tumble/methods/accelerometer_four_position/positions.hpp"
 
 /// From positions to coefficients over temperature with their covariance.
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// One cell: value and standard uncertainty, all sources together [SI].
 struct CellResult {
@@ -41,7 +41,8 @@ struct Expected {
 ///
 /// Given     order     highest power of T
 ///           two       the source's estimator, positions 1 and 3 alone
+///           thermometer_sd [K]
 ///           expected  null: from measurements
 Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermometer_sd, const Expected* expected);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

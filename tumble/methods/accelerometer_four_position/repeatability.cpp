@@ -5,7 +5,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Eigen::Index;
@@ -70,4 +70,4 @@ std::vector<Found> repeatabilities(const Bench& bench, const Stacked& all, const
   return found;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

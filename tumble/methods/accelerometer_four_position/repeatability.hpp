@@ -6,7 +6,7 @@
 
 #include "tumble/methods/accelerometer_four_position/sources.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// A variance that is not known beforehand.
 struct Unknown {
@@ -34,4 +34,4 @@ std::vector<Found> repeatabilities(const Bench& bench, const Stacked& all, const
 /// Whether some temperature was taken more than once.
 bool repeated(const Bench& bench);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

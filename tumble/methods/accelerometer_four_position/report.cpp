@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/findings.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 /// How a quantity is named and shown.
@@ -174,9 +174,9 @@ Table positions(const Bench& bench) {
                    {"noise_sd", g}};
   for (const auto& p : bench.positions) {
     const double number = p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
-    const double noise = bench.white / p.seconds + rounding_variance(bench.pulse, p.seconds);
+    const double noise = bench.white / p.seconds + pulses::rounding_variance(bench.pulse, p.seconds);
     table.rows.push_back({p.label, static_cast<double>(p.run), number, p.temperature, p.seconds,
-                          bench.evidence.stretches[p.stretch].step, p.output, std::sqrt(noise)});
+                          bench.evidence.test.stretches[p.stretch].step, p.output, std::sqrt(noise)});
   }
   return table;
 }
@@ -263,4 +263,4 @@ Estimate described(const Bench& bench, const Reduced& reduced, const Settings& s
   return estimate;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -2,7 +2,7 @@
 
 #include "tumble/methods/accelerometer_four_position/reduce.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// Powers of T that the temperatures of a test allow, at most `wanted` (auto: 2).
 std::size_t order_of(const Settings& settings, const Bench& bench);
@@ -10,4 +10,4 @@ std::size_t order_of(const Settings& settings, const Bench& bench);
 /// Parameters, budget, tables, curves and findings.
 Estimate described(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Eigen::Index;
@@ -58,7 +58,7 @@ std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const 
   VectorXd noise = VectorXd::Zero(stretches), counting = VectorXd::Zero(stretches);
   for (const auto& position : bench.positions) {
     noise[at(position.stretch)] = bench.white / position.seconds;
-    counting[at(position.stretch)] = rounding_variance(bench.pulse, position.seconds);
+    counting[at(position.stretch)] = pulses::rounding_variance(bench.pulse, position.seconds);
   }
   add(sources, "output noise", all.slope * noise.asDiagonal() * all.slope.transpose());
   if (bench.pulse > 0.0) add(sources, "counting", all.slope * counting.asDiagonal() * all.slope.transpose());
@@ -89,4 +89,4 @@ void add_thermometer(const Bench& bench, const Stacked& all, const Design& desig
   add(sources, "thermometer", shift * shift.transpose());
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

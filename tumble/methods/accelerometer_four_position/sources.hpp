@@ -6,7 +6,7 @@
 
 #include "tumble/methods/accelerometer_four_position/design.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// What the results of the cells are uncertain by, from one cause.
 struct Source {
@@ -21,7 +21,7 @@ Eigen::MatrixXd sum_of(const std::vector<Source>& sources);
 
 /// White noise (the first), counting and the errors of the rig; these act through the model of the instrument.
 ///
-/// Given  parameters  what it shows as found so far: plain polynomials by the design's blocks
+/// Given  parameters  [SI] what it shows as found so far: plain polynomials by the design's blocks
 std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const Design& design,
                                   const std::vector<double>& parameters);
 
@@ -29,4 +29,4 @@ std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const 
 void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const Eigen::VectorXd& centred,
                      double sd, std::vector<Source>& sources);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

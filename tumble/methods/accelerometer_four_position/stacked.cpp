@@ -7,7 +7,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 using Eigen::Index;
@@ -42,7 +42,7 @@ Stacked stacked_of(const Bench& bench, bool two) {
   all.cells = bench.cells.size();
   const Index n = at(all.active.size() * all.cells);
   all.z = Eigen::VectorXd::Zero(n);
-  all.slope = Eigen::MatrixXd::Zero(n, at(bench.evidence.stretches.size()));
+  all.slope = Eigen::MatrixXd::Zero(n, at(bench.evidence.test.stretches.size()));
   for (std::size_t c = 0; c < all.cells; ++c) {
     const Cell& cell = bench.cells[c];
     const FourResults results = results_of(bench, cell, two);
@@ -64,4 +64,4 @@ Stacked stacked_of(const Bench& bench, bool two) {
   return all;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -6,7 +6,7 @@
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
 #include "tumble/methods/accelerometer_four_position/positions.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 
 /// Results of all cells in one vector z, quantity after quantity, and d z/d (output of each stretch).
 struct Stacked {
@@ -24,4 +24,4 @@ struct Stacked {
 /// shows no scale factor.
 Stacked stacked_of(const Bench& bench, bool two);
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

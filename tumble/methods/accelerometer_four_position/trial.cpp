@@ -4,13 +4,13 @@
 
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::four {
+namespace tumble::accelerometer_four_position {
 namespace {
 
 constexpr double temperatures[] = {-20.0, 0.0, 20.0, 40.0, 60.0};  ///< [degC]
@@ -100,4 +100,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::four
+}  // namespace tumble::accelerometer_four_position

@@ -4,16 +4,16 @@
 
 #include <gtest/gtest.h>
 
-#include "tumble/methods/accelerometer/scale_factor.hpp"
-#include "tumble/methods/accelerometer/testing/positions.hpp"
 #include "tumble/methods/testing/answer.hpp"
+#include "tumble/methods/testing/positions.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble {
 namespace {
 
-using namespace methods::testing;
+using namespace testing;
 
 const Method& method() { return find_method("accelerometer_tumble"); }
 
@@ -299,7 +299,7 @@ TEST(accelerometer_tumble, the_covariance_is_that_of_the_normalised_coefficients
   solution.fit.covariance = Matrix(2, 2);
   solution.fit.covariance.values = {4e-6, 1e-6, 1e-6, 9e-6};
   solution.fit.sources = {{"noise", solution.fit.covariance}};
-  methods::accelerometer::normalise(solution, nominal, {});
+  accelerometer::normalise(solution, nominal, {});
   const double over = 1.0 / (1.0 + d), slope = -b * over * over;
   EXPECT_NEAR(solution.fit.parameters[0], b * over, 1e-15);
   EXPECT_NEAR(solution.fit.parameters[1], 4.0, 1e-15);

@@ -7,11 +7,12 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/methods/accelerometer/faults.hpp"
-#include "tumble/methods/accelerometer/hidden.hpp"
-#include "tumble/methods/accelerometer/output.hpp"
+#include "tumble/reduce/accelerometer/faults.hpp"
+#include "tumble/reduce/accelerometer/hidden.hpp"
+#include "tumble/reduce/accelerometer/output.hpp"
+#include "tumble/rigs/capabilities.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::accelerometer_tumble {
 namespace {
 
 using accelerometer::Normalised;
@@ -90,7 +91,7 @@ bool reversed(const Plan& plan) {
 
 void say_what_the_head_hides(const Plan& plan, Estimate& estimate) {
   const bool some = find_parameter(estimate, "misalignment_o") || find_parameter(estimate, "misalignment_p");
-  if (plan.rig_kind != "dividing_head" || !some || reversed(plan)) return;
+  if (!has_one_index_axis(plan) || !some || reversed(plan)) return;
   estimate.findings.push_back(
       note("misalignment_o (misalignment_p) holds the zero of the head's angle, + (-) in full: positions with the "
            "accelerometer turned by 180 deg about its input axis (mount_roll) take it out"));
@@ -203,4 +204,4 @@ Estimate answer_of(const Evidence& evidence, Normalised found) {
   return estimate;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::accelerometer_tumble

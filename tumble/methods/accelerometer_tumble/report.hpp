@@ -1,9 +1,9 @@
 #pragma once
 
-#include "tumble/methods/accelerometer/scale_factor.hpp"
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
 
 /// The multi-position test of an accelerometer in gravity.
-namespace tumble::methods::multi_position {
+namespace tumble::accelerometer_tumble {
 
 std::vector<Option> options();
 
@@ -16,4 +16,4 @@ accelerometer::Refine refine_of(const Settings& settings);
 /// Parameters, tables, curves and findings. Throws Error::bad_data where the evidence cannot carry them.
 Estimate answer_of(const Evidence& evidence, accelerometer::Normalised found);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::accelerometer_tumble

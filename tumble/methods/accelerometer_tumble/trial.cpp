@@ -4,10 +4,10 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/accelerometer_tumble/report.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::accelerometer_tumble {
 namespace {
 
 struct Value {
@@ -57,4 +57,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::accelerometer_tumble

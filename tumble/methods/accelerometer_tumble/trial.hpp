@@ -2,10 +2,10 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::accelerometer_tumble {
 
 /// 24 positions in a mixed order on a dividing head, 12 in each mount, half of them with the accelerometer turned by
 /// 180 deg about its input axis, read as pulses.
 Trial trial(std::uint64_t seed);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::accelerometer_tumble

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 /// Limits over deviation at a factor, between those of the points of the curve beside it.
@@ -86,4 +86,4 @@ void describe_all_taus(const std::vector<ChannelNoise>& channels, Estimate& esti
   }
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

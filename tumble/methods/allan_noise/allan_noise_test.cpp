@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "tumble/math/noise_model.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
+#include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 using Stamps = std::vector<double>;
@@ -238,4 +238,4 @@ TEST(allan_noise, says_how_channels_follow_the_temperature) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_noise

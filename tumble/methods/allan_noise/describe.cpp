@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 using Severity = Finding::Severity;
@@ -327,4 +327,4 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
   return estimate;
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

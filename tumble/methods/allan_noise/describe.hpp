@@ -6,15 +6,15 @@
 
 #include "tumble/core/channel.hpp"
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/allan.hpp"
-#include "tumble/math/allan_family.hpp"
-#include "tumble/math/dynamic_stability.hpp"
-#include "tumble/math/every_tau.hpp"
-#include "tumble/math/noise_likelihood.hpp"
-#include "tumble/math/power_spectrum.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
+#include "tumble/math/spectrum/power_spectrum.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/stability/allan_family.hpp"
+#include "tumble/math/stability/dynamic_stability.hpp"
+#include "tumble/math/stability/every_tau.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// What length of record a term takes.
 struct LengthAdvice {
@@ -71,7 +71,7 @@ std::string ramp_unit(QuantityKind kind);
 double coefficient(NoiseTerm term, double squared, double rate);
 
 /// Parameters, covariance, budget, tables, curves and findings of all channels together.
-/// wanted_sd: relative, of the advice on the length of record.
+/// wanted_sd: relative [1], of the advice on the length of record.
 Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

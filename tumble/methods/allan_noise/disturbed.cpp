@@ -8,7 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr double unusual = 4.0, raised = 1.5, most_share = 0.1;
@@ -129,4 +129,4 @@ void describe_set_aside(const std::vector<ChannelNoise>& channels, Estimate& est
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -6,9 +6,9 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// Parts of a record that are not noise like the rest, in order, none touching another: blocks whose scatter, as it is
 /// and about their own straight line, is more than 4 times the median of all (a walk or a warm-up rarely makes the one
@@ -26,4 +26,4 @@ void set_disturbed_aside(const Settings& settings, EvenSignal& signal, ChannelNo
 /// Table `set_aside`, where anything was.
 void describe_set_aside(const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

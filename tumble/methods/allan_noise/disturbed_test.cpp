@@ -8,7 +8,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr double rate = 100.0;
@@ -122,4 +122,4 @@ TEST(disturbed_parts, are_said_and_listed_and_can_be_kept) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/allan_family_curve.hpp"
+#include "tumble/math/stability/allan_family_curve.hpp"
 #include "tumble/units/nearest.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 struct Member {
@@ -195,4 +195,4 @@ void describe_family(const std::vector<ChannelNoise>& channels, Estimate& estima
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

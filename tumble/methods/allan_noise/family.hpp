@@ -6,9 +6,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// What option `deviations` accepts, for its description: "adev, oadev, ... or all".
 std::string family_names();
@@ -22,4 +22,4 @@ void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise
 /// Table `family`, and a figure of each channel's with the overlapping Allan deviation beside them.
 void describe_family(const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

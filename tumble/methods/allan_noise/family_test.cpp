@@ -11,7 +11,7 @@
 #include "tumble/methods/testing/noise_record.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 /// White noise of 1 deg/h a sample at 10 Hz.
@@ -95,4 +95,4 @@ TEST(noise_family, names_every_word_it_does_not_know) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_noise

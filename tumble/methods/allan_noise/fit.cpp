@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "tumble/math/noise_length.hpp"
+#include "tumble/math/noise/noise_length.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 /// Points of the curve that are fitted.
@@ -171,4 +171,4 @@ NoiseFit fit_allan_curve(const EvenSignal& signal, const std::vector<DeviationPo
   return in_general(about, used, ramp, signal.rate);
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "tumble/core/settings.hpp"
-#include "tumble/math/allan.hpp"
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
+#include "tumble/math/stability/allan.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// Noise terms by maximum likelihood of the record, and what length of record each would take. Bands that lines fall
 /// into are left out.
@@ -20,7 +20,7 @@ namespace tumble {
 void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLine>()>& lines, double begin,
                     const Settings& settings, ChannelNoise& result);
 
-/// The same with sines fitted beside the noise and taken off.
+/// The likelihood fit with sines fitted beside the noise and subtracted.
 void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
 
 /// Noise terms from the Allan variances by generalised least squares. A trend and the noise about it, where the trend
@@ -30,4 +30,4 @@ void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings
 NoiseFit fit_allan_curve(const EvenSignal& signal, const std::vector<DeviationPoint>& curve,
                          const AllanOptions& options, const Settings& settings);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -10,7 +10,7 @@
 
 #include "tumble/core/say.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t longest_segment = 4096, most_segments = 512, most_lines = 8, neighbours = 24;
@@ -139,4 +139,4 @@ Findings changes_along(const NoiseBands& bands, double begin, double rate, const
        label}};
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/math/noise_model.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 std::vector<double> simulated(const NoiseModel& model, std::size_t samples, std::uint64_t seed) {
@@ -102,4 +102,4 @@ TEST(changes_along, none_in_steady_noise_and_one_where_it_grows) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_noise

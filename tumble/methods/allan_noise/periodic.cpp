@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/sines.hpp"
+#include "tumble/math/spectrum/sines.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr double fewest_periods = 5.0, least_power = 12.0, most_unsteady = 0.3, clear_wander = 4.0;
@@ -319,4 +319,4 @@ void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimat
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

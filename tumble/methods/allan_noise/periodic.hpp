@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/noise_likelihood.hpp"
+#include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// A record as sines and noise.
 struct PeriodicFit {
@@ -25,7 +25,8 @@ constexpr std::size_t most_fitted_lines = 16;
 /// stand out of the noise beside it beyond any chance is put back; what departs from a sine by 30 % and more along the
 /// record is left in and its bands are left out.
 ///
-/// Given     bands, fit  of the record as it is
+/// Given     values      [u] of the record; NaN: missing
+///           bands, fit  of the record as it is
 PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& bands, const NoiseFit& fit,
                              const NoiseLikelihoodOptions& options);
 
@@ -35,4 +36,4 @@ double allan_variance_of(const FittedLine& line, double factor);
 /// Table `lines`, where there are any.
 void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

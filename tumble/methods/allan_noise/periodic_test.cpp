@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr double turn = 2.0 * std::numbers::pi;
@@ -175,4 +175,4 @@ TEST(fit_beside_lines, are_listed_and_can_be_avoided_instead) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -4,11 +4,11 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "tumble/math/noise/whitening.hpp"
 #include "tumble/math/noise_model.hpp"
-#include "tumble/math/whitening.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_averages = 4096;
@@ -125,4 +125,4 @@ std::vector<double> levelled(std::span<const double> values, double rate, double
   return level;
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

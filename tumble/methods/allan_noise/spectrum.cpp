@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/spectral_conversion.hpp"
+#include "tumble/math/spectrum/spectral_conversion.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 NoiseModel model_of(const FittedTerm& term, double rate) {
@@ -101,4 +101,4 @@ void describe_spectra(const std::vector<ChannelNoise>& channels, Estimate& estim
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

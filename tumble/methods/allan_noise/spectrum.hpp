@@ -5,9 +5,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// The power spectral density where option `spectrum` asks for one. What stands in its way becomes a finding.
 void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoise& result);
@@ -15,4 +15,4 @@ void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoi
 /// Figures of the spectra beside that of the identified terms, and table `spectra`.
 void describe_spectra(const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

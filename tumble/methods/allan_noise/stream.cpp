@@ -8,14 +8,14 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/noise/streaming_bands.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/streaming_allan.hpp"
-#include "tumble/math/streaming_bands.hpp"
+#include "tumble/math/stability/streaming_allan.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_blocks = 800, segment = 4096, most_segments = 512;
@@ -32,7 +32,7 @@ Scatter joined(const Scatter& a, const Scatter& b) {
 
 /// What is kept of one channel.
 struct StreamedChannel {
-  StreamedChannel(const Stretch& stretch, std::size_t number, const Settings& settings)
+  StreamedChannel(const ChannelRun& stretch, std::size_t number, const Settings& settings)
       : index(number),
         clock(stretch.label, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing")),
         allan(longest_factor, settings.number("points_per_decade")) {
@@ -105,7 +105,7 @@ std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
   const Recording& recording = evidence.recordings.front();
   evidence.recordings.front().marks.clear();
   std::vector<StreamedChannel> channels;
-  for (const auto& stretch : stretches(evidence)) {
+  for (const auto& stretch : channel_runs(evidence)) {
     const auto number = static_cast<std::size_t>(stretch.channel - recording.channels.data());
     channels.emplace_back(stretch, number, plan.settings);
   }
@@ -276,4 +276,4 @@ std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence) {
   return results;
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

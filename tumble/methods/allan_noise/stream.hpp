@@ -7,14 +7,15 @@
 #include <vector>
 
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// Scatter within 400 to 800 equal blocks of a record, however long it grows.
 class ScatterBlocks {
  public:
+  /// The next samples [u].
   void push(std::span<const double> values);
   std::size_t size() const { return size_; }  ///< of a block [samples]
   std::vector<Scatter> blocks() const;        ///< those that are full
@@ -27,8 +28,9 @@ class ScatterBlocks {
 /// Up to 512 segments of 4096 samples spread evenly over a record, however long it grows: all of a short one.
 class SegmentSample {
  public:
+  /// The next samples [u].
   void push(std::span<const double> values);
-  /// One segment after the other.
+  /// One segment after the other [u].
   std::span<const double> values() const;
 
  private:
@@ -40,9 +42,10 @@ class SegmentSample {
 /// samples, unless the rate is given or `timing` is "even".
 class EvenStream {
  public:
+  /// Given: rate [Hz]; 0: that of the stamps.
   EvenStream(std::string label, double rate, std::string timing);
 
-  /// Appends the samples of the next block to `values`, NaN for those lost before and among them.
+  /// Appends the samples of the next block to `values` [u], NaN for those lost before and among them.
   /// Throws Error::bad_data for a clock that runs backwards or keeps to no interval, and for an infinite sample.
   void take(const Channel& block, std::vector<double>& values);
 
@@ -63,4 +66,4 @@ class EvenStream {
 /// Throws Error::bad_input for an estimator or a timing that needs all samples at once.
 std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -8,7 +8,7 @@
 
 #include "tumble/core/say.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_composites = 6;  ///< shown of each channel
@@ -155,4 +155,4 @@ Table advice_table(const std::vector<ChannelNoise>& channels, double wanted) {
   return table;
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -5,7 +5,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// What each channel's Allan curve says where a straight line is laid to it, beside the identified terms.
 Table readings_table(const std::vector<ChannelNoise>& channels);
@@ -17,7 +17,7 @@ Table densities_table(const std::vector<ChannelNoise>& channels);
 /// The sets of terms that were compared.
 Table composites_table(const std::vector<ChannelNoise>& channels);
 
-/// Length of record for a wanted relative uncertainty of each term.
+/// Length of record for a wanted relative uncertainty [1] of each term.
 Table advice_table(const std::vector<ChannelNoise>& channels, double wanted);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

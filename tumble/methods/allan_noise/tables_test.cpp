@@ -9,7 +9,7 @@
 
 #include "tumble/units/unit.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr double rate = 100.0;
@@ -124,4 +124,4 @@ TEST(noise_tables, advice_says_lengths_in_the_unit_one_would) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::allan_noise

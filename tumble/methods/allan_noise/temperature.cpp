@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/whitening.hpp"
+#include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_averages = 64, fewest_averages = 16;
@@ -181,7 +181,7 @@ std::optional<TemperatureEffect> temperature_effect(std::span<const double> valu
   return effect;
 }
 
-void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& stretches,
+void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   const Settings& settings = evidence.plan.settings;
   const double rate = settings.has("rate") ? settings.number("rate") : 0.0;
@@ -196,11 +196,11 @@ void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& 
                {"chance", Unit()}},
               {}};
   for (std::size_t i = 0; i < stretches.size(); ++i) {
-    const Stretch& stretch = stretches[i];
+    const ChannelRun& stretch = stretches[i];
     if (!channels[i].failure.empty()) continue;
     const Channel* temperature = temperature_of(evidence.recordings[stretch.recording], *stretch.channel);
     if (temperature == nullptr) continue;
-    Stretch beside = stretch;
+    ChannelRun beside = stretch;
     beside.channel = temperature;
     EvenSignal signal = even_signal(stretch, rate, settings.word("timing"));
     const EvenSignal warmth = even_signal(beside, rate, settings.word("timing"));
@@ -219,4 +219,4 @@ void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& 
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

@@ -7,9 +7,9 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
-#include "tumble/methods/allan_noise/even_signal.hpp"
+#include "tumble/reduce/even_signal.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 
 /// How a channel follows the temperature of its recording.
 struct TemperatureEffect {
@@ -25,11 +25,12 @@ struct TemperatureEffect {
 /// noise that `channel` was found to have, a random walk at its limit where none was seen. The effect itself is part of
 /// that noise, so its uncertainty is rather too large. Nothing where the temperature hardly moves. Few averages: noise
 /// of the temperature would make the slope by its rate of change too small.
+/// Given: values [u], temperature [K], of the same samples.
 std::optional<TemperatureEffect> temperature_effect(std::span<const double> values, std::span<const double> temperature,
                                                     const ChannelNoise& channel);
 
 /// Table `temperature` and findings, where a recording has a channel of temperature.
-void describe_temperature(const Evidence& evidence, const std::vector<Stretch>& stretches,
+void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate);
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

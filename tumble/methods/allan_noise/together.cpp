@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/joint_stability.hpp"
+#include "tumble/math/stability/joint_stability.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 using Severity = Finding::Severity;
@@ -18,7 +18,7 @@ using Severity = Finding::Severity;
 /// Indices of the channels that were sampled together: of one run of one recording, as long and as fast as each other.
 using Group = std::vector<std::size_t>;
 
-std::vector<Group> groups_of(const std::vector<Stretch>& stretches, const std::vector<ChannelNoise>& channels) {
+std::vector<Group> groups_of(const std::vector<ChannelRun>& stretches, const std::vector<ChannelNoise>& channels) {
   const auto together = [&](std::size_t a, std::size_t b) {
     return stretches[a].recording == stretches[b].recording && stretches[a].run == stretches[b].run &&
            channels[a].samples == channels[b].samples && std::abs(channels[a].rate / channels[b].rate - 1.0) < 1e-9;
@@ -224,7 +224,7 @@ void describe_hats(const std::vector<Group>& groups, const std::vector<EvenSigna
 
 }  // namespace
 
-void describe_together(const std::vector<Stretch>& stretches, const std::vector<ChannelNoise>& channels,
+void describe_together(const std::vector<ChannelRun>& stretches, const std::vector<ChannelNoise>& channels,
                        const Settings& settings, Estimate& estimate) {
   const bool correlation = settings.flag("correlation"), hat = settings.flag("hat");
   if (!correlation && !hat) return;
@@ -244,4 +244,4 @@ void describe_together(const std::vector<Stretch>& stretches, const std::vector<
   describe_pairs(pairs, channels, settings.number("significance"), estimate);
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

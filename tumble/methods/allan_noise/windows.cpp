@@ -7,7 +7,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t most_curves = 6;  ///< averaging times drawn in a figure
@@ -105,4 +105,4 @@ void describe_windows(const std::vector<ChannelNoise>& channels, Estimate& estim
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }
 
-}  // namespace tumble
+}  // namespace tumble::allan_noise

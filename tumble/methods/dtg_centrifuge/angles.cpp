@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
@@ -114,4 +114,4 @@ void Angles::at(const Channel& channel, std::size_t first, std::size_t count, st
   table = of(table_, channel, first, count, work.data() + count);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

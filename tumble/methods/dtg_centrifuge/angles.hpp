@@ -5,21 +5,22 @@
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 
 /// Where arm and table stand in the middle of each sample.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 class Angles {
  public:
   /// From the encoders. `in_middle`: a reading is that in the middle of the interval which begins at its stamp.
+  /// Given: begin, end [s].
   Angles(const Channel& arm, const Channel& table, bool in_middle, double begin, double end);
-  /// Even turning; the angles are zero at `centre`.
+  /// Even turning at these rates [rad/s]; the angles are zero at `centre` [s].
   Angles(double arm_rate, double table_rate, double centre);
 
-  double arm_rate() const { return arm_.rate; }  ///< [rad/s] mean from begin to end
-  double table_rate() const { return table_.rate; }
-  double unsteady() const;  ///< greatest relative departure of the rate over a sixteenth from the mean
+  double arm_rate() const { return arm_.rate; }      ///< [rad/s] mean from begin to end
+  double table_rate() const { return table_.rate; }  ///< [rad/s]
+  double unsteady() const;  ///< [1] greatest relative departure of the rate over a sixteenth from the mean
 
-  /// Angles of `count` samples of `channel` from sample `first` on. Points into the encoders' own samples where their
-  /// clock is that of the channel, else into `work`.
+  /// Angles [rad] of `count` samples of `channel` from sample `first` on. Points into the encoders' own samples where
+  /// their clock is that of the channel, else into `work`.
   void at(const Channel& channel, std::size_t first, std::size_t count, std::vector<double>& work, const double*& arm,
           const double*& table) const;
 
@@ -42,4 +43,4 @@ class Angles {
 /// From the stamp to the middle of the interval that begins there [s].
 inline double to_middle(const Channel& channel) { return 0.5 / mean_rate(channel); }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -10,7 +10,7 @@
 #include "tumble/models/model.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
@@ -248,4 +248,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -7,13 +7,14 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
@@ -74,38 +75,9 @@ void require(const Plan& plan, std::vector<std::string>& problems) {
                        "the instruments feel");
 }
 
-std::size_t add_rigs(const Plan& plan, double rate, Test& test) {
-  const std::size_t first = test.rigs.size();
-  for (auto& one : sim::power_ups(plan.schedule, rate)) {
-    RigPowerUp rig{&plan, {std::move(one.segments), plan.rig, plan.site, rate, {}, RandomStream(0)}, {}, {0.0}};
-    for (const auto& segment : rig.run.segments) rig.begins.push_back(rig.begins.back() + segment.duration);
-    rig.reference = find_rig(plan.rig_kind).reference(rig.run);
-    test.rigs.push_back(std::move(rig));
-  }
-  return first;
-}
-
 double rate_of(const Segment& segment, const char* axis) {
   const auto found = segment.axes.find(axis);
   return found != segment.axes.end() && found->second.kind == Motion::Kind::rate ? found->second.value : 0.0;
-}
-
-/// The segment of the schedule that a mark stands for: of that run, else of any that names it so; a label that occurs
-/// several times in a power-up is taken in order.
-bool place(const Test& test, std::size_t first, const Mark& mark, std::set<std::pair<std::size_t, std::size_t>>& taken,
-           Stretch& stretch) {
-  for (const bool same_run : {true, false})
-    for (std::size_t u = first; u < test.rigs.size(); ++u) {
-      const auto& segments = test.rigs[u].run.segments;
-      for (std::size_t s = 0; s < segments.size(); ++s) {
-        if (segments[s].label != mark.label || (same_run && segments[s].run != mark.run)) continue;
-        if (same_run && !taken.insert({u, s}).second) continue;
-        stretch.rig = u;
-        stretch.segment = s;
-        return true;
-      }
-    }
-  return false;
 }
 
 Felt felt_at(const Reference& reference, double time) {
@@ -115,101 +87,76 @@ Felt felt_at(const Reference& reference, double time) {
 }
 
 /// The net rate is along the vertical: the spin axis has to be so as well.
-void require_upright(const Stretch& stretch, const Felt& felt) {
+void require_upright(const Spin& spin, const Felt& felt) {
   const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(0.1, "deg/s"));
   if (along > 0.99 || norm(felt.rate) < si(0.1, "deg/s")) return;
   throw Error(
       Error::Kind::bad_input,
       fmt::format("{}: the gyro's Z axis stands {:.3g} deg off the vertical by the plan's mount, but the spin axis "
                   "has to lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
-                  where_of(stretch), std::acos(along) / si(1.0, "deg")));
+                  where_of(spin), std::acos(along) / si(1.0, "deg")));
 }
 
 /// From the end of settling to the end of the segment, as far as there are data.
-void set_times(const Recording& recording, std::size_t m, const Channel& channel, const RigPowerUp& rig,
-               double settling, Stretch& stretch) {
-  const Mark& mark = recording.marks[m];
-  const double segment = rig.begins[stretch.segment];
-  stretch.power_on = mark.begin - segment;
-  const auto& settled = rig.reference.settled;
-  const double from = stretch.segment < settled.size() ? std::max(segment, settled[stretch.segment]) : segment;
+void set_times(const MarkedSegment& marked, const Channel& channel, const PowerUp& power_up, double settling,
+               Spin& spin) {
+  spin.power_on = marked.begin - power_up.begins[spin.segment];
   const double step = 1.0 / mean_rate(channel);
-  stretch.begin = std::max(stretch.power_on + from + settling, channel.time(0));
-  stretch.end =
-      std::min(stretch.power_on + rig.begins[stretch.segment + 1], channel.time(channel.values.size() - 1) + step);
-  if (m + 1 < recording.marks.size()) stretch.end = std::min(stretch.end, recording.marks[m + 1].begin);
+  spin.begin = std::max(spin.power_on + settled_at(power_up, spin.segment) + settling, channel.time(0));
+  spin.end = std::min(
+      {spin.power_on + power_up.begins[spin.segment + 1], channel.time(channel.values.size() - 1) + step, marked.end});
 }
 
-/// One power-up may lie in several files, a segment each; but the same segment of the same run in another file is
-/// another power-up.
-class PowerUps {
- public:
-  std::size_t number(const Plan& plan, const Recording& recording, int run) {
-    std::set<std::string> labels;
-    for (const auto& mark : recording.marks)
-      if (mark.run == run) labels.insert(mark.label);
-    auto& known = of_[{&plan, run}];
-    auto one = std::ranges::find_if(known, [&](const Known& k) {
-      return std::ranges::none_of(labels, [&](const std::string& label) { return k.labels.contains(label); });
-    });
-    if (one == known.end()) one = known.insert(known.end(), {count_++, {}});
-    one->labels.merge(labels);
-    return one->number;
-  }
-  std::size_t count() const { return count_; }
-
- private:
-  struct Known {
-    std::size_t number;
-    std::set<std::string> labels;
-  };
-  std::map<std::pair<const Plan*, int>, std::vector<Known>> of_;
-  std::size_t count_ = 0;
+/// The power-ups of a plan among those of the test, and where the segments of its schedule stand in them.
+struct PlanPowerUps {
+  std::vector<std::pair<std::size_t, std::size_t>> places;  ///< power-up and segment
 };
 
-void add_marks(const Evidence& evidence, std::size_t r, std::size_t first_rig, double settling, PowerUps& power_ups,
-               Test& test) {
-  const Recording& recording = evidence.recordings[r];
-  std::map<int, std::size_t> numbers;
-  for (const auto& mark : recording.marks)
-    if (!numbers.contains(mark.run)) numbers[mark.run] = power_ups.number(plan_of(evidence, r), recording, mark.run);
-  std::set<std::pair<std::size_t, std::size_t>> taken;
-  std::map<std::size_t, Stretch> rest;
-  std::set<std::size_t> begun;
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const Mark& mark = recording.marks[m];
-    Stretch stretch{.recording = r, .run = mark.run, .label = mark.label};
-    if (!place(test, first_rig, mark, taken, stretch)) {
-      test.findings.push_back(
-          {Severity::warning,
-           fmt::format("segment '{}' is not used: the schedule has no segment of that name", mark.label),
-           fmt::format("run {}", mark.run)});
-      continue;
-    }
-    const RigPowerUp& rig = test.rigs[stretch.rig];
-    const Segment& segment = rig.run.segments[stretch.segment];
-    stretch.arm_rate = rate_of(segment, "arm");
-    stretch.table_rate = rate_of(segment, "table");
-    stretch.power_up = numbers[mark.run];
-    set_times(recording, m, *test.channels[r].signal[gyro], rig, settling, stretch);
-    if (stretch.arm_rate == 0.0) {
-      if (!begun.contains(stretch.power_up) && stretch.table_rate == 0.0 && stretch.end > stretch.begin)
-        rest[stretch.power_up] = stretch;
-      continue;
-    }
-    begun.insert(stretch.power_up);
-    if (stretch.end <= stretch.begin) {
-      test.findings.push_back(
-          {Severity::warning, "the level is not used: no sample is left after settling", where_of(stretch)});
-      continue;
-    }
-    const double middle = 0.5 * (stretch.begin + stretch.end) - stretch.power_on;
-    const Felt felt = felt_at(rig.reference, middle);
-    stretch.spin_up = felt.specific_force.z < 0.0 ? -1.0 : 1.0;
-    require_upright(stretch, felt);
-    test.levels.push_back(stretch);
+PlanPowerUps add_power_ups(const Plan& plan, double rate, std::size_t number, Test& test) {
+  PlanPowerUps out;
+  for (auto& power_up : power_ups_of(plan, rate)) {
+    power_up.plan_number = number;
+    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) out.places.emplace_back(test.power_ups.size(), s);
+    test.power_ups.push_back(std::move(power_up));
   }
-  for (const auto& [u, one] : rest) test.rests.push_back(one);
+  return out;
+}
+
+void add_level(Spin spin, Test& test) {
+  if (spin.end <= spin.begin) {
+    test.findings.push_back(
+        {Severity::warning, "the level is not used: no sample is left after settling", where_of(spin)});
+    return;
+  }
+  const double middle = 0.5 * (spin.begin + spin.end) - spin.power_on;
+  const Felt felt = felt_at(test.power_ups[spin.power_up].reference, middle);
+  spin.spin_up = felt.specific_force.z < 0.0 ? -1.0 : 1.0;
+  require_upright(spin, felt);
+  test.levels.push_back(std::move(spin));
+}
+
+void add_marks(const std::vector<MarkedSegment>& marks, const PlanPowerUps& plan, double settling, Test& test) {
+  std::map<std::size_t, Spin> rest;
+  std::set<std::size_t> begun;
+  for (const auto& marked : marks) {
+    test.starts = std::max(test.starts, marked.start + 1);
+    if (marked.planned == nullptr) {
+      test.findings.push_back(unused_segment(marked.label, marked.run, "the schedule has no segment of that name"));
+      continue;
+    }
+    Spin spin{.recording = marked.recording, .start = marked.start, .run = marked.run, .label = marked.label};
+    std::tie(spin.power_up, spin.segment) = plan.places[marked.index];
+    spin.arm_rate = rate_of(*marked.planned, "arm");
+    spin.table_rate = rate_of(*marked.planned, "table");
+    set_times(marked, *test.channels[marked.recording].signal[gyro], test.power_ups[spin.power_up], settling, spin);
+    if (spin.arm_rate == 0.0) {
+      if (!begun.contains(spin.start) && spin.table_rate == 0.0 && spin.end > spin.begin) rest[spin.start] = spin;
+      continue;
+    }
+    begun.insert(spin.start);
+    add_level(std::move(spin), test);
+  }
+  for (const auto& [start, one] : rest) test.rests.push_back(one);
 }
 
 void check_encoders(const Evidence& evidence, Test& test) {
@@ -232,7 +179,7 @@ void check_encoders(const Evidence& evidence, Test& test) {
 
 }  // namespace
 
-std::string where_of(const Stretch& stretch) { return fmt::format("run {}, {}", stretch.run, stretch.label); }
+std::string where_of(const Spin& spin) { return fmt::format("run {}, {}", spin.run, spin.label); }
 
 Test test_of(const Evidence& evidence) {
   Test test;
@@ -250,14 +197,16 @@ Test test_of(const Evidence& evidence) {
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   check_encoders(evidence, test);
-  std::map<const Plan*, std::size_t> first;
-  PowerUps power_ups;
+  std::map<const Plan*, PlanPowerUps> power_ups;
+  const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
-    if (!first.contains(&plan)) first[&plan] = add_rigs(plan, mean_rate(*test.channels[r].signal[gyro]), test);
-    add_marks(evidence, r, first[&plan], evidence.plan.settings.number("settling"), power_ups, test);
+    if (!power_ups.contains(&plan)) {
+      const std::size_t number = power_ups.size();
+      power_ups[&plan] = add_power_ups(plan, mean_rate(*test.channels[r].signal[gyro]), number, test);
+    }
+    add_marks(marks[r], power_ups[&plan], evidence.plan.settings.number("settling"), test);
   }
-  test.power_ups = power_ups.count();
   if (!test.levels.empty()) return test;
   for (const auto& finding : test.findings) problems.push_back(finding.message);
   problems.push_back(
@@ -266,4 +215,4 @@ Test test_of(const Evidence& evidence) {
   throw Error(Error::Kind::bad_data, problems);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/allan_fit.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
@@ -41,7 +41,7 @@ class Levels {
   std::size_t size() const { return outcome_.levels.value.size(); }
   std::size_t parts() const { return outcome_.polynomial.parts; }
 
-  /// K_i, less what noise adds to its square, eq. (1.14).
+  /// K_i, less what noise adds to its square, docs/equations (1.14).
   Function K(std::size_t level) const {
     Function out{0.0, Row(size())};
     double square = 0.0, noise = 0.0;
@@ -427,4 +427,4 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
   add_curves(outcome, reduction.levels, group, ledger, estimate);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -9,7 +9,7 @@
 #include "tumble/methods/dtg_centrifuge/ledger.hpp"
 
 /// Parameters, tables and curves.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Everything found of one output.
 struct Outcome {
@@ -28,4 +28,4 @@ struct Outcome {
 void describe(const Outcome& outcome, const std::vector<Measured>& measured, const Reduction& reduction, Ledger& ledger,
               Estimate& estimate);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

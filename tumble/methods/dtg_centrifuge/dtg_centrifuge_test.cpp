@@ -9,8 +9,8 @@
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -51,8 +51,8 @@ Motion turning(double rate) {
 }
 
 Plan plan_of(const Synthetic& s) {
-  Plan plan = methods::trial_plan("dtg_centrifuge", method().options(), "dynamically_tuned_gyro",
-                                  "counter_rotating_centrifuge", s.rate);
+  Plan plan =
+      trial_plan("dtg_centrifuge", method().options(), "dynamically_tuned_gyro", "counter_rotating_centrifuge", s.rate);
   plan.site = Site{0.0, 0.0, 0.0, g};
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_flag("ideal", true);
@@ -79,7 +79,7 @@ Plan plan_of(const Synthetic& s) {
   return plan;
 }
 
-/// Outputs at one instant: theta, beta, rates, eq. (1.2)-(1.5).
+/// Outputs at one instant: theta, beta, rates, docs/equations (1.2)-(1.5).
 struct Outputs {
   double gyro, reference;
 };
@@ -234,7 +234,7 @@ TEST(DtgCentrifuge, BothOrientationsTellDxFromDxz) {
 TEST(DtgCentrifuge, OrientationsMayShareOnePlan) {
   Plan plan = method().trial(1).evidence.plan;
   plan.rig.set_flag("ideal", true);
-  methods::set_truth(plan, "angle_random_walk", 0.0, "deg/sqrt(h)");
+  set_truth(plan, "angle_random_walk", 0.0, "deg/sqrt(h)");
   plan.beside[0].truth.set_number("angle_random_walk", 0.0, Unit::parse("deg/sqrt(h)"));
   for (auto& segment : plan.schedule) {
     Motion mount;
@@ -373,8 +373,8 @@ TEST(DtgCentrifuge, SaysWhatIsWrongWithARecording) {
   EXPECT_TRUE(says(method().identify(evidence, {}).findings, "own mean is taken off"));
 }
 
-// sigma_A = 0.05 deg/h at every level: the sd of zeta at 20 g is 0.77 % by the ratio to the level at 1 g, eq. (1.11),
-// and less than a fifth of it by the polynomial (1.13).
+// sigma_A = 0.05 deg/h at every level: the sd of zeta at 20 g is 0.77 % by the ratio to the level at 1 g,
+// docs/equations (1.11), and less than a fifth of it by the polynomial (1.13).
 TEST(DtgCentrifuge, PolynomialMakesZetaFiveTimesAsGood) {
   Synthetic s;
   for (int k = 1; k <= 20; ++k) s.arm_rates.push_back(std::sqrt(k * g / radius) / si(1.0, "deg/s"));
@@ -395,9 +395,9 @@ TEST(DtgCentrifuge, PolynomialMakesZetaFiveTimesAsGood) {
 
 TEST(DtgCentrifuge, OutputYIsIdentifiedToo) {
   Plan plan = method().trial(1).evidence.plan;
-  methods::set_truth(plan, "y_D_x", 2.0, "deg/h/g");
-  methods::set_truth(plan, "y_D_y", 5.0, "deg/h/g");
-  methods::set_truth(plan, "y_D_yyy", 6e-4, "deg/h/g^3");
+  set_truth(plan, "y_D_x", 2.0, "deg/h/g");
+  set_truth(plan, "y_D_y", 5.0, "deg/h/g");
+  set_truth(plan, "y_D_yyy", 6e-4, "deg/h/g^3");
   plan.rig.set_flag("ideal", true);
   Evidence evidence{plan, {simulate(plan, 3, {})}};
   const Estimate estimate = method().identify(evidence, {});

@@ -5,11 +5,11 @@
 #include <map>
 #include <utility>
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 /// A level as an instrument of the identified terms would show it on a rig.
-Measured shown(const Circumstances& around, const Stretch& stretch, const Seen& seen, Complex term) {
+Measured shown(const Circumstances& around, const Spin& stretch, const Seen& seen, Complex term) {
   Measured out;
   out.stretch = &stretch;
   out.arm_rate = seen.arm_rate;
@@ -81,7 +81,7 @@ bool negligible(const std::vector<Complex>& shift, const std::vector<Observation
 
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
                                 const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
-                                const std::vector<Seen>& nominal, const std::vector<const Stretch*>& cells) {
+                                const std::vector<Seen>& nominal, const std::vector<const Spin*>& cells) {
   std::vector<Complex> term(cells.size());
   for (std::size_t n = 0; n < observations.size(); ++n) term[cell_of[n]] = observations[n].value;
   const auto all_shown = [&](const std::vector<Seen>& seen) {
@@ -97,7 +97,7 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
   };
   std::vector<Effect> effects;
   for (const SeenShift& shift : shifts) {
-    const auto disturbed = all_shown(shift.seen);
+    const auto disturbed = all_shown(shift.observed);
     Relation relation = around.relation;
     if (relation.from_earth && !around.plain_difference) {
       const Complex change = std::log(ratio(disturbed, around.output) / before);
@@ -105,17 +105,17 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
       relation.azimuth -= change.imag() * share(relation.azimuth_sd, relation.earth_sd);
     }
     const Terms there = estimated(around, disturbed, nominal, relation);
-    Effect effect{shift.source, spread(there.value, here.value, cell_of), spread(there.second, here.second, cell_of),
-                  spread(there.third, here.third, cell_of)};
+    Effect effect{shift.error.error.name, spread(there.value, here.value, cell_of),
+                  spread(there.second, here.second, cell_of), spread(there.third, here.third, cell_of)};
     if (negligible(effect.value, observations) && negligible(effect.second, observations) &&
         negligible(effect.third, observations))
       continue;
-    if (!shift.each_segment) {
+    if (!shift.error.error.each_segment) {
       effects.push_back(std::move(effect));
       continue;
     }
-    const Effect none{shift.source, std::vector<Complex>(cell_of.size()), std::vector<Complex>(cell_of.size()),
-                      std::vector<Complex>(cell_of.size())};
+    const Effect none{shift.error.error.name, std::vector<Complex>(cell_of.size()),
+                      std::vector<Complex>(cell_of.size()), std::vector<Complex>(cell_of.size())};
     for (std::size_t n = 0; n < cell_of.size(); ++n) {
       Effect one = none;
       one.value[n] = effect.value[n];
@@ -174,4 +174,4 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
   return effects;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

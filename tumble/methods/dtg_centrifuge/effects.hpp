@@ -6,7 +6,7 @@
 #include "tumble/methods/dtg_centrifuge/reduce.hpp"
 
 /// What errors of the rig and of the instruments' stated constants do to the sensitive term of every observation.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 struct Effect {
   std::string source;
@@ -31,11 +31,11 @@ struct Circumstances {
 /// the same without.
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
                                 const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
-                                const std::vector<Seen>& nominal, const std::vector<const Stretch*>& cells);
+                                const std::vector<Seen>& nominal, const std::vector<const Spin*>& cells);
 
 /// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag of the loop.
 std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations);
 
 inline constexpr const char* relation_source = "gain and azimuth of the reference gyro";
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

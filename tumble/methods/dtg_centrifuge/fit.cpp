@@ -6,12 +6,12 @@
 #include <cmath>
 #include <set>
 
-#include "tumble/math/allan_fit.hpp"
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Eigen::MatrixXd;
@@ -146,7 +146,7 @@ std::vector<Complex> along(const Observation& one, bool unbiased) {
   for (const double w : one.weight) total += w;
   const Scatter s = scatter_of(one.part, one.weight);
   const double size = std::abs(one.value), across = s.variance() / total;
-  // |y| is too large by the variance across over 2 |y| on average: eq. (1.14) for |y| in place of its square
+  // |y| is too large by the variance across over 2 |y| on average: docs/equations (1.14) for |y| in place of its square
   const double bias = unbiased && size * size > across ? size - std::sqrt(size * size - across) : 0.0;
   std::vector<Complex> out;
   for (const Complex part : one.part) out.emplace_back((part * std::conj(direction)).real() - bias, 0.0);
@@ -264,4 +264,4 @@ Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, T
   return candidates[chosen];
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/dtg_centrifuge/effects.hpp"
 
-/// From observations to levels, and across the levels, eq. (1.13).
-namespace tumble::dtg {
+/// From observations to levels, and across the levels, docs/equations (1.13).
+namespace tumble::dtg_centrifuge {
 
 /// Quantities found together, with their covariance by source.
 struct Found {
@@ -30,8 +30,8 @@ Found fit_levels(const std::vector<Observation>& observations, const std::vector
 /// Mean over all observations of Z_h/a^h, real and imaginary part.
 Found fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic);
 
-/// Order of p and q in a: p(a) = p_0 + p_2 a^2 + ..., eq. (1.13), and with both orientations of the spin axis
-/// p_0 = D_x + D_xz f_Z.
+/// Order of p and q in a: p(a) = p_0 + p_2 a^2 + ..., docs/equations (1.13), and with both orientations of the spin
+/// axis p_0 = D_x + D_xz f_Z.
 struct Order {
   int powers = 0;  ///< of a^2
   double aicc = 0.0, chi_square = 0.0;
@@ -47,13 +47,13 @@ struct Polynomial {
   std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q
   Matrix of_levels;           ///< d value / d level quantities
   std::size_t each() const { return static_cast<std::size_t>(1 + powers) + (both_orientations ? 1 : 0); }
-  std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level
+  std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level [each()]
 };
 
 /// Generalised least squares on the levels with their whole covariance, so that what is common to the levels (gain and
 /// azimuth of the reference gyro) is learnt from their pattern too. The order as told, or with -1 the lowest whose AICc
-/// is within 4 of the least.
+/// is within 4 of the least. Given: observations [1], for AICc.
 Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

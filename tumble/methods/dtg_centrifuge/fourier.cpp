@@ -7,13 +7,13 @@
 #include "tumble/math/circle.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
-/// Eq. (1.6): the mean at rest of that power-up; the level's own where there is none.
+/// docs/equations (1.6): the mean at rest of that power-up; the level's own where there is none.
 double static_mean(const Test& test, const Measured& m, const Channel& channel) {
-  for (const Stretch& rest : test.rests)
-    if (rest.power_up == m.stretch->power_up)
+  for (const Spin& rest : test.rests)
+    if (rest.start == m.stretch->start)
       if (const double mean = mean_of(channel, rest.begin, rest.end); std::isfinite(mean)) return mean;
   return mean_of(channel, m.stretch->begin, m.stretch->end);
 }
@@ -28,7 +28,7 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   const double period = 2.0 * std::numbers::pi / std::abs(rate);
   const std::size_t first = index_at(g, m.stretch->begin - 1e-6 * step);
   const std::size_t there = static_cast<std::size_t>(m.of[gyro].samples);
-  // eq. (1.8): as many whole periods as there are
+  // docs/equations (1.8): as many whole periods as there are
   const double periods = std::floor(static_cast<double>(there) * step / period);
   const auto count = std::min(there, static_cast<std::size_t>(std::llround(periods * period / step)));
   const double g0 = static_mean(test, m, g), f0 = static_mean(test, m, f);
@@ -42,11 +42,11 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   }
   Complex sum = 0.0;
   for (std::size_t j = 0; j < count; ++j) {
-    const double residual = (g.values[first + j] - g0) - (f.values[first + j] - f0);  // eq. (1.7)
+    const double residual = (g.values[first + j] - g0) - (f.values[first + j] - f0);  // docs/equations (1.7)
     const CirclePoint p = on_circle((start + rate * step * static_cast<double>(j)) * 0.5 / std::numbers::pi);
     sum += residual * Complex(p.cosine, -p.sine);
   }
-  sum *= 2.0 / static_cast<double>(count);  // A - iB, eq. (1.9)
+  sum *= 2.0 / static_cast<double>(count);  // A - iB, docs/equations (1.9)
   Observation out = observe(m, reduction, index, gyro, plain, 0.0, false);
   const Complex y = sum / out.force, value(y.real(), -m.stretch->spin_up * y.imag());
   for (Complex& part : out.part) part += value - out.value;
@@ -54,4 +54,4 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   return out;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -4,11 +4,11 @@
 
 #include "tumble/methods/dtg_centrifuge/reduce.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// The source's estimator of one level: static means taken off, output less reference, whole periods, first harmonic,
-/// eq. (1.6)-(1.10). The scatter of the parts is that of the regression of the same difference.
+/// docs/equations (1.6)-(1.10). The scatter of the parts is that of the regression of the same difference.
 Observation fourier_observation(const Test& test, const Measured& measured, const Reduction& reduction,
                                 std::size_t index, const Relation& plain);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -7,7 +7,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Vector = Eigen::Map<const Eigen::VectorXd>;
@@ -69,4 +69,4 @@ void Ledger::settle(Estimate& estimate) const {
   estimate.covariance = plain(0.5 * (total + total.transpose()));
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 
 /// Parameters as functions of quantities that were found in groups, with covariance and budget from the groups'.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Quantities found together; different groups share no noise.
 struct Group {
@@ -28,7 +28,7 @@ class Ledger {
 
   void add(Parameter parameter, Gradient gradient);
 
-  /// Variance of a function of the quantities, all sources together.
+  /// Variance [SI^2] of a function of the quantities, all sources together, and its degrees of freedom [1].
   double variance(const Gradient& gradient) const;
   double degrees_of_freedom(const Gradient& gradient) const;
 
@@ -41,4 +41,4 @@ class Ledger {
   std::vector<Gradient> gradients_;
 };
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

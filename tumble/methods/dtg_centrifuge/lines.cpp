@@ -10,7 +10,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Columns = Eigen::Matrix<double, columns, 1>;
@@ -65,7 +65,7 @@ bool one_clock(const Channel& a, const Channel& b) {
   return a.timeline.stamps == b.timeline.stamps;
 }
 
-void add_up(const Channels& channels, const Stretch& stretch, const Angles& angles, Group& group) {
+void add_up(const Channels& channels, const Spin& stretch, const Angles& angles, Group& group) {
   const Channel& clock = *channels.signal[group.signals.front()];
   const double step = 1.0 / mean_rate(clock), length = stretch.end - stretch.begin, slack = 1e-6 * step;
   std::vector<double> work;
@@ -195,7 +195,7 @@ struct Rates {
 };
 
 /// How much faster theta and beta turn than assumed [rad/s], from the phases of the lines over the parts.
-Rates rates_from_data(const Channels& channels, const Stretch& stretch) {
+Rates rates_from_data(const Channels& channels, const Spin& stretch) {
   Rates rates{stretch.arm_rate, stretch.table_rate};
   const double part = (stretch.end - stretch.begin) / parts;
   for (int round = 0; round < 8; ++round) {
@@ -279,7 +279,7 @@ Instruments instruments_of(const Settings& settings) {
   return out;
 }
 
-Measured measure(const Test& test, const Stretch& stretch, const Instruments& instruments) {
+Measured measure(const Test& test, const Spin& stretch, const Instruments& instruments) {
   const Channels& channels = test.channels[stretch.recording];
   Measured out;
   out.stretch = &stretch;
@@ -321,4 +321,4 @@ double mean_of(const Channel& channel, double begin, double end) {
   return sum / count;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -8,8 +8,8 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 
-/// The lines of the gyros at the table's angle and at the heading, by least squares, eq. (1.12).
-namespace tumble::dtg {
+/// The lines of the gyros at the table's angle and at the heading, by least squares, docs/equations (1.12).
+namespace tumble::dtg_centrifuge {
 
 using Complex = std::complex<double>;
 
@@ -37,18 +37,18 @@ struct Lines {
 
 /// What was measured of one level in one power-up.
 struct Measured {
-  const Stretch* stretch = nullptr;
+  const Spin* stretch = nullptr;
   std::array<Lines, most_signals> of;       ///< by Signal
   double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as turned
   double unsteady = 0.0;                    ///< greatest relative departure of a sixteenth's rate from the mean
   double weakest = 1.0;     ///< least eigenvalue of the design's correlations: 0: lines cannot be told apart
   bool rates_found = true;  ///< without encoders: a line showed them
   std::string fault;        ///< why the level cannot be used
-  double theta_rate() const { return -table_rate; }
-  double beta_rate() const { return arm_rate + table_rate; }
+  double theta_rate() const { return -table_rate; }           ///< [rad/s]
+  double beta_rate() const { return arm_rate + table_rate; }  ///< [rad/s]
 };
 
-/// What the electronics make of a line: averaging over a sample, eq. (1.15), capture loop, late clock.
+/// What the electronics make of a line: averaging over a sample, docs/equations (1.15), capture loop, late clock.
 struct Channelling {
   double averaging = -1.0;                              ///< [s]; below 0: one sampling interval
   double natural_frequency = 0.0, damping_ratio = 0.0;  ///< [rad/s], [1]; 0: no loop of second order
@@ -65,9 +65,9 @@ struct Instruments {
 
 Instruments instruments_of(const Settings& settings);
 
-Measured measure(const Test& test, const Stretch& stretch, const Instruments& instruments);
+Measured measure(const Test& test, const Spin& stretch, const Instruments& instruments);
 
-/// Mean of a signal from `begin` to `end`; NaN without samples.
+/// Mean of a signal [SI] from `begin` to `end` [s]; NaN without samples.
 double mean_of(const Channel& channel, double begin, double end);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -6,7 +6,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 std::vector<Option> options() {
   using Type = Option::Type;
@@ -16,21 +16,22 @@ std::vector<Option> options() {
        "1",
        "regression",
        {"regression", "fourier"},
-       "regression on the angles with the true rate taken off, eq. (1.12)-(1.15), or the source's steps, eq. "
-       "(1.6)-(1.11)"},
+       "regression on the angles with the true rate taken off, docs/equations (1.12)-(1.15), or the source's steps, "
+       "docs/equations (1.6)-(1.11)"},
       {"order",
        Type::word,
        "1",
        "auto",
        {"auto", "constant", "cubic", "quintic"},
-       "of the drift in specific force, eq. (1.13); auto: the simplest whose AICc is within 4 of the lowest"},
+       "of the drift in specific force, docs/equations (1.13); auto: the simplest whose AICc is within 4 of the "
+       "lowest"},
       {"settling", Type::quantity, "s", "1 s", {}, "time dropped in each segment after the rig has settled"},
       {"averaging",
        Type::quantity,
        "s",
        "",
        {},
-       "time over which a sample of the gyro is the mean, eq. (1.15); absent: one sampling interval"},
+       "time over which a sample of the gyro is the mean, docs/equations (1.15); absent: one sampling interval"},
       {"natural_frequency",
        Type::quantity,
        "Hz",
@@ -102,4 +103,4 @@ void refuse_impossible(const Settings& settings) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -13,7 +13,7 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 double spin_of(const Measured& m) { return m.stretch->spin_up; }
@@ -45,7 +45,7 @@ std::vector<Pair> pairs_of(const std::vector<Measured>& measured, Signal output,
   std::map<std::pair<std::size_t, double>, Pair> pairs;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const Measured& m = measured[i];
-    const auto group = encoders ? std::pair(m.stretch->power_up, spin_of(m)) : std::pair(i, 0.0);
+    const auto group = encoders ? std::pair(m.stretch->start, spin_of(m)) : std::pair(i, 0.0);
     const Lines &a = m.of[output], &b = m.of[reference];
     if (!a.present || !b.present) continue;
     Pair& pair = pairs[group];
@@ -115,7 +115,7 @@ Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) 
   using Key = std::tuple<int, long, long>;
   std::map<Key, std::vector<std::size_t>> cells;
   for (std::size_t i = 0; i < measured.size(); ++i) {
-    const Stretch& s = *measured[i].stretch;
+    const Spin& s = *measured[i].stretch;
     cells[{s.spin_up > 0.0 ? 0 : 1, key_of(std::abs(s.arm_rate)), key_of(std::abs(s.table_rate))}].push_back(i);
   }
   out.level_of.resize(measured.size());
@@ -126,9 +126,9 @@ Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) 
     std::map<std::pair<const Plan*, double>, std::size_t> seen;  // alike in every power-up
     for (const std::size_t i : members) {
       const Measured& m = measured[i];
-      const RigPowerUp& rig = test.rigs[m.stretch->rig];
-      const auto [known, fresh] = seen.try_emplace({rig.plan, m.stretch->arm_rate}, i);
-      out.nominal[i] = fresh ? seen_of(rig, *m.stretch) : out.nominal[known->second];
+      const Plan* plan = test.power_ups[m.stretch->power_up].plan;
+      const auto [known, fresh] = seen.try_emplace({plan, m.stretch->arm_rate}, i);
+      out.nominal[i] = fresh ? seen_of(test, *m.stretch) : out.nominal[known->second];
       out.level_of[i] = out.levels.size();
       const double share = 1.0 / static_cast<double>(members.size());
       level.arm_rate += share * std::abs(m.arm_rate);
@@ -229,7 +229,7 @@ Observation observe(const Measured& m, const Reduction& reduction, std::size_t i
   const Complex own = a * (sigma < 0.0 ? std::conj(sensitivity) : sensitivity);
   out.measured = index;
   out.level = reduction.level_of[index];
-  out.power_up = m.stretch->power_up;
+  out.power_up = m.stretch->start;
   out.raw = g.value.line[0];
   out.true_rate = c * (f.value.line[0] - own);
   // seen from X: the output Y shows what is fixed to the arm a right angle later
@@ -261,4 +261,4 @@ Observation observe(const Measured& m, const Reduction& reduction, std::size_t i
   return out;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

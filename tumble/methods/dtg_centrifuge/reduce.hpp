@@ -9,7 +9,7 @@
 #include "tumble/methods/dtg_centrifuge/seen.hpp"
 
 /// From lines to the sensitive term: gain and azimuth of the reference gyro, true rate taken off, specific force.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// One rate of the arm with one orientation of the spin axis.
 struct Level {
@@ -26,6 +26,7 @@ struct Relation {
   double log_gain_sd = 0.0, azimuth_sd = 0.0;
   bool from_earth = true;  ///< the Earth's rate has a part in it
   double earth_sd = 0.0;   ///< [1] of what the Earth's rate alone says, of both
+  /// E_g/E_f [1], docs/equations (1.12); spin_up [1] is sigma.
   Complex c(double spin_up) const { return std::polar(std::exp(log_gain), -spin_up * azimuth); }
 };
 
@@ -74,4 +75,4 @@ Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double
 Observation observe(const Measured& measured, const Reduction& reduction, std::size_t index, Signal output,
                     const Relation& relation, Complex sensitivity, bool phase_known);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -10,14 +10,14 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 using Severity = Finding::Severity;
 
 double deg_per_s(double rate) { return rate / si(1.0, "deg/s"); }
 
-double turns_of(double rate, const Stretch& s) { return std::abs(rate) * (s.end - s.begin) / (2.0 * std::numbers::pi); }
+double turns_of(double rate, const Spin& s) { return std::abs(rate) * (s.end - s.begin) / (2.0 * std::numbers::pi); }
 
 /// Which lines lie together, in words; empty: none of those the theory names.
 std::string coincidence(const Measured& m) {
@@ -33,7 +33,7 @@ std::string coincidence(const Measured& m) {
 }
 
 std::string senses(const Measured& m) {
-  const Stretch& s = *m.stretch;
+  const Spin& s = *m.stretch;
   std::string words;
   for (const auto& [name, planned, turned] :
        {std::tuple{"arm", s.arm_rate, m.arm_rate}, std::tuple{"table", s.table_rate, m.table_rate}})
@@ -48,7 +48,7 @@ std::string senses(const Measured& m) {
 
 /// Why the level cannot be used; empty: it can.
 std::string refusal(const Measured& m, bool fourier) {
-  const Stretch& s = *m.stretch;
+  const Spin& s = *m.stretch;
   if (!m.fault.empty()) return m.fault;
   if (const auto words = senses(m); !words.empty()) return words;
   if (m.unsteady > 1e-3)
@@ -92,7 +92,7 @@ class Collected {
 };
 
 void compare_rates(const Measured& m, Collected& collected) {
-  const Stretch& s = *m.stretch;
+  const Spin& s = *m.stretch;
   const double net = s.arm_rate + s.table_rate;
   const double off = std::max(std::abs(m.arm_rate / s.arm_rate - 1.0), std::abs(m.table_rate / s.table_rate - 1.0));
   const double net_off = net != 0.0 ? std::abs(m.beta_rate() / net - 1.0) : 0.0;
@@ -112,7 +112,7 @@ std::vector<Measured> screened(std::vector<Measured> measured, const Test& test,
   Collected collected;
   std::vector<std::string> reasons;
   for (Measured& m : measured) {
-    const Stretch& s = *m.stretch;
+    const Spin& s = *m.stretch;
     if (const auto why = refusal(m, fourier); !why.empty()) {
       collected.add(Severity::error, "the level is left out: " + why, where_of(s));
       reasons.push_back(where_of(s) + ": " + why);
@@ -147,7 +147,7 @@ std::vector<Measured> screened(std::vector<Measured> measured, const Test& test,
 void check_earth(const std::vector<Measured>& measured, const Test& test, Findings& findings) {
   for (const Measured& m : measured) {
     const Lines& f = m.of[reference];
-    const Plan& plan = *test.rigs[m.stretch->rig].plan;
+    const Plan& plan = *test.power_ups[m.stretch->power_up].plan;
     const double expected = earth_rate * std::cos(plan.site->latitude);
     const double seen = std::abs(f.value.earth), sd = f.residual_sd * std::sqrt(2.0 / f.samples);
     if (std::abs(seen - expected) < 8.0 * sd + 0.1 * expected) continue;
@@ -163,4 +163,4 @@ void check_earth(const std::vector<Measured>& measured, const Test& test, Findin
   }
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -4,7 +4,7 @@
 
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// The levels that can be used; a finding for every other and for what is odd about those that are.
 /// Throws Error::bad_data with all reasons where none is left.
@@ -13,4 +13,4 @@ std::vector<Measured> screened(std::vector<Measured> measured, const Test& test,
 /// Whether the reference gyro shows the Earth's rate at the heading as large as the site says.
 void check_earth(const std::vector<Measured>& measured, const Test& test, Findings& findings);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -2,14 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "tumble/math/circle.hpp"
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/parallel.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 constexpr Eigen::Index points = 192;
@@ -33,13 +31,13 @@ double angle(const Reference& reference, const char* name, double time) {
 }
 
 /// So spaced that the instants fall in step with nothing.
-Instants look(const Reference& reference, const Stretch& stretch) {
+Instants look(const Reference& reference, const Spin& spin) {
   constexpr double golden = 0.6180339887498949;
   Instants out;
   out.tau.resize(points);
   out.arm.resize(points);
   out.theta.resize(points);
-  const double begin = stretch.begin - stretch.power_on, length = stretch.end - stretch.begin;
+  const double begin = spin.begin - spin.power_on, length = spin.end - spin.begin;
   for (Eigen::Index k = 0; k < points; ++k) {
     const double share = std::fmod(golden * static_cast<double>(k) + 0.5 / points, 1.0), time = begin + share * length;
     Felt felt;
@@ -90,10 +88,10 @@ Seen lines_of(const Instants& at) {
   return seen;
 }
 
-Seen seen_at(const Reference& reference, const Stretch& stretch) {
-  const Instants at = look(reference, stretch);
+Seen seen_at(const Reference& reference, const Spin& spin) {
+  const Instants at = look(reference, spin);
   Seen seen = lines_of(at);
-  const double begin = stretch.begin - stretch.power_on, end = stretch.end - stretch.power_on;
+  const double begin = spin.begin - spin.power_on, end = spin.end - spin.power_on;
   for (const auto& [name, rate] : {std::pair{"arm_angle", &Seen::arm_rate}, {"table_angle", &Seen::table_rate}})
     seen.*rate = (angle(reference, name, end) - angle(reference, name, begin)) / (end - begin);
   return seen;
@@ -101,44 +99,11 @@ Seen seen_at(const Reference& reference, const Stretch& stretch) {
 
 }  // namespace
 
-Seen seen_of(const RigPowerUp& rig, const Stretch& stretch) { return seen_at(rig.reference, stretch); }
+Seen seen_of(const Test& test, const Spin& spin) { return seen_at(test.power_ups[spin.power_up].reference, spin); }
 
-std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Stretch*>& stretches,
+std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
                                  const std::vector<Seen>& nominal) {
-  struct Job {
-    const Plan* plan;
-    std::size_t index, count;
-  };
-  std::vector<Job> jobs;
-  std::vector<SeenShift> shifts;
-  std::map<const Plan*, bool> done;
-  for (const Stretch* stretch : stretches) {
-    const Plan* plan = test.rigs[stretch->rig].plan;
-    if (std::exchange(done[plan], true)) continue;
-    const auto errors = find_rig(plan->rig_kind).errors(plan->rig);
-    for (std::size_t e = 0; e < errors.size(); ++e) {
-      if (!(errors[e].sd > 0.0)) continue;
-      jobs.push_back({plan, e, errors.size()});
-      shifts.push_back({errors[e].name, errors[e].each_segment, nominal});
-    }
-  }
-  parallel_for(jobs.size(), [&](std::size_t k) {
-    const Job& job = jobs[k];
-    const double sd = find_rig(job.plan->rig_kind).errors(job.plan->rig)[job.index].sd;
-    std::map<std::size_t, Reference> references;
-    for (std::size_t i = 0; i < stretches.size(); ++i) {
-      const RigPowerUp& rig = test.rigs[stretches[i]->rig];
-      if (rig.plan != job.plan) continue;
-      if (!references.contains(stretches[i]->rig)) {
-        RigRun run = rig.run;
-        run.errors = Matrix(job.count, run.segments.size());
-        for (std::size_t s = 0; s < run.segments.size(); ++s) run.errors(job.index, s) = sd;
-        references[stretches[i]->rig] = find_rig(job.plan->rig_kind).reference(run);
-      }
-      shifts[k].seen[i] = seen_at(references[stretches[i]->rig], *stretches[i]);
-    }
-  });
-  return shifts;
+  return observed_with_errors(test.power_ups, spins, nominal, seen_at);
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

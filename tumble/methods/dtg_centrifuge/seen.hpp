@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
+#include "tumble/reduce/rig_effects.hpp"
 
 /// What the plan's rig makes the instruments feel, as lines at the angles that its encoders show.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Along the instrument's x and y axes.
 struct Seen {
@@ -17,17 +18,13 @@ struct Seen {
 };
 
 /// Without errors.
-Seen seen_of(const RigPowerUp& rig, const Stretch& stretch);
+Seen seen_of(const Test& test, const Spin& spin);
 
-/// One error of a plan's rig, off by one standard deviation.
-struct SeenShift {
-  std::string source;
-  bool each_segment = false;
-  std::vector<Seen> seen;  ///< one a stretch given; of the other plans' stretches as without error
-};
+/// One error of a plan's rig, off by one standard deviation, and what is then seen at the spins given.
+using SeenShift = WithError<Seen>;
 
-/// Each error of the rigs of all plans, off by one standard deviation, at the stretches given.
-std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Stretch*>& stretches,
+/// Each error of the rigs of all plans, off by one standard deviation, at the spins given.
+std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
                                  const std::vector<Seen>& nominal);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -5,7 +5,7 @@
 
 #include "tumble/math/circle.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
 constexpr std::size_t batch = 256, lanes = 8;
@@ -94,4 +94,4 @@ void add_to(Sums& sums, const Block& block) {
   }
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -5,7 +5,7 @@
 #include <vector>
 
 /// The sums that a least-squares fit of lines at known angles needs, over many samples.
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 
 /// Columns: 1, tau, cos and sin of theta, 2 theta, 3 theta, beta, and of beta + 2 theta, where an arm's axis that
 /// wobbles twice a turn shows.
@@ -35,4 +35,4 @@ struct Block {
 /// theta = -table, beta = arm + table. A sample that any of the signals or angles lacks counts for none of them.
 void add_to(Sums& sums, const Block& block);
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

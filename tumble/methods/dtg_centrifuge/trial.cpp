@@ -6,15 +6,15 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::dtg {
+namespace tumble::dtg_centrifuge {
 namespace {
 
-using methods::set_truth;
+using tumble::set_truth;
 
 constexpr int power_ups = 4;
 constexpr double arm_rates[] = {114, 160, 254, 359, 508};  // deg/s
@@ -46,8 +46,7 @@ Motion motion(Motion::Kind kind, double value) {
 }
 
 Plan plan_of_trial(const std::vector<Option>& options) {
-  Plan plan =
-      methods::trial_plan("dtg_centrifuge", options, "dynamically_tuned_gyro", "counter_rotating_centrifuge", 20.0);
+  Plan plan = trial_plan("dtg_centrifuge", options, "dynamically_tuned_gyro", "counter_rotating_centrifuge", 20.0);
   plan.site->gravity = si(1.0, "g");  // so that the truth of D_x + D_xz f_Z is a round number
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_number("arm_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
@@ -153,4 +152,4 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   return out;
 }
 
-}  // namespace tumble::dtg
+}  // namespace tumble::dtg_centrifuge

@@ -10,7 +10,7 @@
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 /// The identified terms with their coefficients and covariance.
@@ -261,4 +261,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/smoothing.hpp"
+#include "tumble/math/regression/smoothing.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 /// The samples of a channel between two times, with their stamps.
@@ -20,8 +20,8 @@ struct Slice {
 
 Slice slice(const Channel& channel, double begin, double end) {
   Slice out;
-  const std::size_t last = index_at(channel, end);
-  for (std::size_t k = index_at(channel, begin); k < last; ++k) {
+  const SampleRange range = samples_between(channel, begin, end);
+  for (std::size_t k = range.begin; k < range.end; ++k) {
     out.time.push_back(channel.time(k));
     out.value.push_back(channel.values[k]);
   }
@@ -235,4 +235,4 @@ Settings constants_of(const Settings& settings) {
   return constants;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -7,7 +7,7 @@
 #include "tumble/math/matrix.hpp"
 #include "tumble/models/model.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// Temperatures of one power-up as the gyro felt them: smoothed, freed of the sensors' lag.
 struct Thermal {
@@ -49,10 +49,10 @@ std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>&
 /// Error::bad_data where the stamps of a channel do not increase.
 void refuse_backward(const Channel& channel);
 
-/// One value per sample time, linear between the thermal samples and constant beyond them.
+/// One value per sample time [s], linear between the thermal samples and constant beyond them.
 Felt felt_at(const Thermal& thermal, double time);
 
 /// The constants of the gyro's table of terms that go with these settings.
 Settings constants_of(const Settings& settings);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

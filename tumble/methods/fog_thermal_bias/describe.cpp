@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 /// Enlarges covariance and budget by one row and column for a parameter that is uncorrelated with the others.
@@ -143,4 +143,4 @@ Estimate describe(const Evidence& evidence, const std::vector<Term>& terms, cons
   return estimate;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

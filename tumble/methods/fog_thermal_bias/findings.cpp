@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 const Unit& rate_unit() {
@@ -227,4 +227,4 @@ Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candida
   return findings;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

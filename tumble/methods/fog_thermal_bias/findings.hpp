@@ -5,7 +5,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/fog_thermal_bias/fit.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// One row per model tried, the chosen one marked (the source's Tables 2 to 4, with held-out scores).
 Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen, const Estimate& estimate);
@@ -24,4 +24,4 @@ Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candida
                      const LinearFit& fit, const NoiseModel& noise, const Settings& settings,
                      const std::vector<std::size_t>& not_used, const std::vector<Term>& terms);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

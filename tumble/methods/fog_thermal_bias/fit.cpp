@@ -10,12 +10,12 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/noise/whitening.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/whitening.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 using Eigen::MatrixXd;
@@ -361,4 +361,4 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
   return chosen;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -7,9 +7,9 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
-/// One model of eq. (5.1): orders of T, gradient and rate, and the columns of the term table it uses.
+/// One model of docs/equations (5.1): orders of T, gradient and rate, and the columns of the term table it uses.
 struct Candidate {
   int temperature = 1, gradient = 0, rate = 0;
   std::vector<std::size_t> columns;  ///< indices into the terms of the regressors
@@ -37,9 +37,9 @@ struct Factors {
 class Likelihood {
  public:
   using Point = std::vector<double>;  ///< logarithms of N, B, K over their natural scale
-  /// Throws Error::bad_data for a constant output.
+  /// Given: interval between the averages [s]. Throws Error::bad_data for a constant output.
   Likelihood(const std::vector<RunData>& runs, std::vector<std::size_t> columns, double interval);
-  double operator()(const Point& x) const;
+  double operator()(const Point& x) const;  ///< -2 log L [1]
   NoiseModel noise(const Point& x) const;
   Point most_likely() const;
 
@@ -51,9 +51,11 @@ class Likelihood {
 
 /// Degrees of freedom of variances that depend on the estimated noise (Satterthwaite, 1946): nu = 2 v^2/var(v), with
 /// var(v) = g' W g, g the gradient of v and W the inverse information of the noise parameters.
+/// Returned: degrees of freedom [1], one a variance.
 std::vector<double> degrees_of_freedom(const Likelihood& likelihood, const Likelihood::Point& x,
                                        const std::function<std::vector<double>(const NoiseModel&)>& variances);
 
+/// Given: interval between the averages [s].
 Factors factorise(const std::vector<RunData>& runs, const std::vector<std::size_t>& columns, const NoiseModel& noise,
                   double interval);
 
@@ -67,9 +69,10 @@ struct LinearFit {
 };
 LinearFit joint(const Factors& factors, const std::vector<std::size_t>& columns, const std::vector<std::string>& names);
 
-/// The source's two stages, eq. (5.2) then (5.3): every run by itself in the columns of start-temperature power 0, then
-/// each coefficient as a polynomial of the start temperature, weighted with its variance in each run.
-/// `unused` returns the runs whose profile does not determine the coefficients by itself.
+/// The source's two stages, docs/equations (5.2) then (5.3): every run by itself in the columns of start-temperature
+/// power 0, then each coefficient as a polynomial of the start temperature, weighted with its variance in each run.
+/// Given: start_difference, start temperature of each run less the reference [K]. `unused` returns the runs whose
+/// profile does not determine the coefficients by itself.
 LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& columns, int powers,
                     const std::vector<double>& start_difference, std::vector<std::size_t>& unused);
 
@@ -83,9 +86,10 @@ std::size_t choose(const std::vector<Candidate>& candidates);
 
 /// Sum of squares about the run's mean of what is left after `columns` times `parameters`, and how many averages.
 struct Residual {
-  double squares = 0.0, count = 0.0;
+  double squares = 0.0, count = 0.0;  ///< [(rad/s)^2], [1]
 };
+/// Given: parameters [SI], one a column.
 Residual residual_of(const RunData& run, const std::vector<std::size_t>& columns,
                      const std::vector<double>& parameters);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

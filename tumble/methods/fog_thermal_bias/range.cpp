@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 struct Span {
@@ -92,4 +92,4 @@ bool InRange::operator()(const Felt& felt) const {
   });
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -5,7 +5,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// The calibrated range: the region of (T, gradient, rate, start temperature) that the fitted runs covered, bounded by
 /// planes in 49 directions of the first three and by the ends of the start temperature. It is convex and holds the
@@ -26,4 +26,4 @@ class InRange {
   std::vector<Slab> slabs_;
 };
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

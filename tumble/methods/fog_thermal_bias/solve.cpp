@@ -8,7 +8,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 /// All columns any candidate may use, in groups of one power of the start temperature after the other.
@@ -205,4 +205,4 @@ std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Ter
   return shift;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

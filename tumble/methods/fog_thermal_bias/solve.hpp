@@ -5,7 +5,7 @@
 #include "tumble/core/progress.hpp"
 #include "tumble/methods/fog_thermal_bias/fit.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 
 /// Everything identified at one assumed sensor lag.
 struct Answer {
@@ -22,8 +22,9 @@ struct Answer {
 /// lag taken as `lag` [s]. Throws Error::bad_data for too few start temperatures, too short or constant recordings.
 Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double lag, const Progress& progress);
 
-/// The chosen columns fitted at another lag less the answer: what the lag's uncertainty does to the coefficients.
+/// The chosen columns fitted at another lag less the answer: what the lag's uncertainty does to the coefficients
+/// [SI]. Given: lag [s].
 std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer,
                                  double lag);
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -6,7 +6,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::fog {
+namespace tumble::fog_thermal_bias {
 namespace {
 
 Segment segment(int run, double duration, Motion motion) {
@@ -84,4 +84,4 @@ Trial trial(std::uint64_t seed) {
   return out;
 }
 
-}  // namespace tumble::methods::fog
+}  // namespace tumble::fog_thermal_bias

@@ -4,10 +4,11 @@
 #include <complex>
 #include <numbers>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -74,11 +75,11 @@ Table bode_table(const std::vector<Point>& points, const Measured& m, const Data
     const auto cell = [](double value, bool known) -> Table::Cell {
       return known ? Table::Cell(value) : Table::Cell(std::string("-"));
     };
-    table.rows.push_back({p.frequency, std::exp(log_gain), deviation_of(estimate, "gain_" + label_of(p.nominal)).sd,
-                          decibels(log_gain), m.phase[i], deviation_of(estimate, "phase_" + label_of(p.nominal)).sd,
-                          p.coherence, cell(p.cycles, p.cycles > 0.0), p.amplitude,
-                          cell(p.distortion, std::isfinite(p.distortion)), cell(p.aliased_to, p.aliased_to > 0.0),
-                          p.where});
+    table.rows.push_back({p.frequency, std::exp(log_gain),
+                          deviation_of(estimate, "gain_" + frequency_label(p.nominal)).sd, decibels(log_gain),
+                          m.phase[i], deviation_of(estimate, "phase_" + frequency_label(p.nominal)).sd, p.coherence,
+                          cell(p.cycles, p.cycles > 0.0), p.amplitude, cell(p.distortion, std::isfinite(p.distortion)),
+                          cell(p.aliased_to, p.aliased_to > 0.0), p.where});
   }
   return table;
 }
@@ -91,8 +92,9 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double level = decibels(m.log_gain[i] - base(m, data));
     const double ratio = std::exp(m.log_gain[i] - base(m, data));
-    const double half = decibels(deviation_of(estimate, "gain_" + label_of(points[i].nominal)).half_width / ratio);
-    const double turn = deviation_of(estimate, "phase_" + label_of(points[i].nominal)).half_width;
+    const double half =
+        decibels(deviation_of(estimate, "gain_" + frequency_label(points[i].nominal)).half_width / ratio);
+    const double turn = deviation_of(estimate, "phase_" + frequency_label(points[i].nominal)).half_width;
     gain.x.values.push_back(m.frequency[i]);
     gain.y.values.push_back(level);
     gain.lower.push_back(level - half);
@@ -120,4 +122,4 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
   return curves;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -4,7 +4,7 @@
 #include "tumble/methods/frequency_response/loop.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// Gain and phase at every frequency, with how they were found.
 Table bode_table(const std::vector<Point>& points, const Measured& measured, const Data& data,
@@ -13,4 +13,4 @@ Table bode_table(const std::vector<Point>& points, const Measured& measured, con
 std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured& measured, const Data& data,
                                const Estimate& estimate, const LoopFit* fit);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

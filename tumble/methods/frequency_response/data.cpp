@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 void require_finite(const Channel& channel) {
@@ -95,13 +97,6 @@ Scaling scaling_of(const Settings& settings, const Channel& output, const Channe
   return s;
 }
 
-/// The part of the plan's schedule that a mark stands for.
-const Segment* segment_of(const Plan& plan, const Mark& mark) {
-  for (const Segment& segment : plan.schedule)
-    if (segment.run == mark.run && segment.label == mark.label) return &segment;
-  return nullptr;
-}
-
 std::optional<Motion> oscillation(const Segment* segment) {
   if (segment != nullptr)
     for (const auto& [axis, motion] : segment->axes)
@@ -122,10 +117,7 @@ void to_the_middle(double step, Timeline& timeline) {
 
 /// What the plan's rig made the input axis feel, at the middle of every sample of the output.
 Channel reference_from_rig(const Evidence& evidence, const Recording& recording, const Channel& output,
-                           const RigShift* shift) {
-  const Plan& plan = evidence.plan;
-  const Rig& rig = find_rig(plan.rig_kind);
-  const auto errors = rig.errors ? rig.errors(plan.rig) : std::vector<RigError>{};
+                           const PlanError* error) {
   const bool rate = output.kind == QuantityKind::angular_rate || output.kind == QuantityKind::angle;
   if (!rate && output.kind != QuantityKind::specific_force && output.kind != QuantityKind::velocity)
     throw Error(
@@ -140,61 +132,51 @@ Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
                {}};
   made.values.assign(output.values.size(), std::nan(""));
   const double step = 1.0 / mean_rate(output);
+  const auto power_ups = power_ups_of(evidence.plan, 1.0 / step);
   for (const Run& run : runs_of({recording})) {
-    RigRun todo{{}, plan.rig, plan.site, 1.0 / step, {}, RandomStream{0}};
-    for (const Segment& segment : plan.schedule)
-      if (segment.run == run.number) todo.segments.push_back(segment);
-    if (todo.segments.empty()) continue;
-    todo.errors = Matrix(errors.size(), todo.segments.size());
-    if (shift != nullptr)
-      for (std::size_t c = 0; c < todo.segments.size(); ++c) todo.errors(shift->error, c) = errors[shift->error].sd;
-    const Reference told = rig.reference(todo);
+    const auto power_up =
+        std::ranges::find_if(power_ups, [&](const PowerUp& one) { return one.rig.segments.front().run == run.number; });
+    if (power_up == power_ups.end()) continue;
+    const Reference told =
+        error == nullptr ? power_up->reference : reference_with(*power_up, *error, [](std::size_t) { return true; });
     const double begin = std::isfinite(run.begin) ? run.begin : output.time(0);
-    std::vector<Felt> felt(1);
-    for (std::size_t i = index_at(output, begin); i < output.values.size() && output.time(i) < run.end; ++i) {
-      told.felt(output.time(i) - begin + 0.5 * step, step, felt);
-      made.values[i] = rate ? felt[0].rate.x : felt[0].specific_force.x;
+    const SampleRange range = samples_between(output, begin, run.end);
+    Felt felt;
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      told.felt(output.time(i) - begin + 0.5 * step, step, std::span(&felt, 1));
+      made.values[i] = rate ? felt.rate.x : felt.specific_force.x;
     }
   }
   to_the_middle(step, made.timeline);
   return made;
 }
 
-void add_stretches(const Evidence& evidence, const Recording& recording, const Channel& output,
-                   const Channel& reference, Data& data) {
+void add_parts(const std::vector<MarkedSegment>& marks, const Recording& recording, const Channel& output,
+               const Channel& reference, Data& data) {
   constexpr double forever = std::numeric_limits<double>::infinity();
-  if (recording.marks.empty()) {
-    data.stretches.push_back({recording.origin.file, &output, &reference, -forever, forever, {}});
-    return;
-  }
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const Mark& mark = recording.marks[m];
-    const double end = m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : forever;
-    const Segment* segment = segment_of(evidence.plan, mark);
-    const auto motion = oscillation(segment);
-    if (segment != nullptr && !motion) continue;  // the plan says that nothing oscillates here
-    data.stretches.push_back({mark.label, &output, &reference, mark.begin, end, motion});
+  if (marks.empty()) data.parts.push_back({recording.origin.file, &output, &reference, -forever, forever, {}});
+  for (const auto& marked : marks) {
+    const auto motion = oscillation(marked.planned);
+    if (marked.planned != nullptr && !motion) continue;  // the plan says that nothing oscillates here
+    data.parts.push_back({marked.label, &output, &reference, marked.begin, marked.end, motion});
   }
 }
 
 }  // namespace
 
-std::vector<std::pair<std::size_t, RigError>> rig_errors(const Evidence& evidence) {
-  std::vector<std::pair<std::size_t, RigError>> found;
-  if (evidence.plan.rig_kind.empty()) return found;
-  const Rig& rig = find_rig(evidence.plan.rig_kind);
-  const auto all = rig.errors ? rig.errors(evidence.plan.rig) : std::vector<RigError>{};
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (all[i].sd > 0.0) found.emplace_back(i, all[i]);
-  return found;
+std::vector<PlanError> errors_of_rig(const Evidence& evidence) {
+  if (evidence.plan.rig_kind.empty() || evidence.plan.schedule.empty()) return {};
+  return rig_errors({power_ups_of(evidence.plan, 1.0)});
 }
 
-Data data_of(const Evidence& evidence, const RigShift* shift) {
+Data data_of(const Evidence& evidence, const PlanError* error) {
   Data data;
   if (evidence.recordings.empty())
     throw Error(Error::Kind::bad_data, "frequency_response needs at least one recording");
+  const auto marks = marked_segments(evidence);
   bool first = true;
-  for (const Recording& recording : evidence.recordings) {
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const Recording& recording = evidence.recordings[r];
     const Channel* reference = channel_for(evidence, recording, "reference");
     const Channel& output = output_of(evidence, recording, reference);
     if (output.values.size() < 16)
@@ -205,7 +187,7 @@ Data data_of(const Evidence& evidence, const RigShift* shift) {
         throw Error(Error::Kind::bad_data,
                     "there is no channel 'reference' to hold the output against: record one (and name it with "
                     "[channels] reference = \"...\"), or give a plan whose [rig] and [[schedule]] say how it moved");
-      data.made.push_back(reference_from_rig(evidence, recording, output, shift));
+      data.made.push_back(reference_from_rig(evidence, recording, output, error));
       reference = &data.made.back();
       data.from_rig = true;
     }
@@ -225,7 +207,7 @@ Data data_of(const Evidence& evidence, const RigShift* shift) {
                               data.output_unit.text(), output.name, output.unit.text()));
     }
     first = false;
-    add_stretches(evidence, recording, output, *reference, data);
+    add_parts(marks[r], recording, output, *reference, data);
   }
   return data;
 }
@@ -233,14 +215,13 @@ Data data_of(const Evidence& evidence, const RigShift* shift) {
 Samples samples_of(const Channel& channel, double begin, double end, double shift) {
   Samples s;
   s.rate = mean_rate(channel);
-  for (std::size_t i = std::isfinite(begin) ? index_at(channel, begin) : 0; i < channel.values.size(); ++i) {
-    const double t = channel.time(i);
-    if (t >= end) break;
-    s.time.push_back(t + shift);
+  const SampleRange range = samples_between(channel, begin, end);
+  for (std::size_t i = range.begin; i < range.end; ++i) {
+    s.time.push_back(channel.time(i) + shift);
     s.value.push_back(channel.values[i]);
     s.missing += std::isnan(channel.values[i]) ? 1 : 0;
   }
   return s;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

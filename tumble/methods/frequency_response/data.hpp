@@ -7,9 +7,9 @@
 
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/finding.hpp"
-#include "tumble/rigs/rig.hpp"
+#include "tumble/reduce/rig_effects.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// How the numbers of the two channels become quantities of one kind, and what the taking of a sample did to them.
 struct Scaling {
@@ -23,7 +23,7 @@ struct Scaling {
 };
 
 /// Part of a recording in which the excitation may be one tone or one sweep.
-struct Stretch {
+struct Part {
   std::string label;
   const Channel* output = nullptr;
   const Channel* reference = nullptr;
@@ -32,7 +32,7 @@ struct Stretch {
 };
 
 struct Data {
-  std::vector<Stretch> stretches;
+  std::vector<Part> parts;
   Scaling scaling;
   std::string output_name;
   Unit output_unit, reference_unit;
@@ -41,15 +41,12 @@ struct Data {
   Findings findings;
 };
 
-/// Channels, parts and scaling. `errors` shifts the plan's rig where the reference comes from it: index of the error
-/// and segments it acts in (empty: all); null: nominal.
-struct RigShift {
-  std::size_t error = 0;
-};
-Data data_of(const Evidence& evidence, const RigShift* shift);
+/// Channels, parts and scaling. Where the reference comes from the plan's rig, it does so with `error` at one standard
+/// deviation in all segments; null: without errors.
+Data data_of(const Evidence& evidence, const PlanError* error);
 
-/// Errors of the plan's rig with an sd above zero that the reference would come from; empty without a rig.
-std::vector<std::pair<std::size_t, RigError>> rig_errors(const Evidence& evidence);
+/// Errors of the plan's rig with a standard deviation above zero; none without a rig.
+std::vector<PlanError> errors_of_rig(const Evidence& evidence);
 
 /// Samples of a channel in [begin, end), stamps moved by `shift` [s].
 struct Samples {
@@ -57,6 +54,7 @@ struct Samples {
   double rate = 0.0;
   std::size_t missing = 0;
 };
+/// Given: begin, end, shift [s].
 Samples samples_of(const Channel& channel, double begin, double end, double shift);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -146,13 +147,13 @@ void add_points(const std::vector<Point>& points, const Measured& m, bool relati
     const double gain = std::exp(m.log_gain[i] - (relative ? m.log_gain[0] : 0.0));
     gradient[i] = gain;
     if (relative) gradient[0] = -gain;
-    builder.add("gain_" + label_of(points[i].nominal), "|H|", "1", gain, std::move(gradient),
+    builder.add("gain_" + frequency_label(points[i].nominal), "|H|", "1", gain, std::move(gradient),
                 relative ? "gain over that at the lowest frequency" : "amplitude of the output over the reference's");
   }
   for (std::size_t i = 0; i < n; ++i) {
     std::vector<double> gradient(2 * n, 0.0);
     gradient[n + i] = 1.0;
-    builder.add("phase_" + label_of(points[i].nominal), "arg H", "deg", m.phase[i], std::move(gradient),
+    builder.add("phase_" + frequency_label(points[i].nominal), "arg H", "deg", m.phase[i], std::move(gradient),
                 "output ahead of the reference");
   }
 }
@@ -239,14 +240,6 @@ Point mean_of(const std::vector<Point>& repeats, Findings& findings) {
 
 }  // namespace
 
-std::string label_of(double frequency) {
-  std::string text = fmt::format("{:.6f}", frequency);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  std::replace(text.begin(), text.end(), '.', '_');
-  return text + "Hz";
-}
-
 std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
   // Tones that three digits do not tell apart get more.
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
@@ -321,4 +314,4 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
   return std::move(builder.estimate);
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

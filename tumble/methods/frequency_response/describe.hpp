@@ -4,7 +4,7 @@
 #include "tumble/methods/frequency_response/loop.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// Shifts of (ln gain 1..n, phase 1..n) by one standard deviation of a source: each column one independent error.
 struct Source {
@@ -21,7 +21,4 @@ Measured measured_of(const std::vector<Point>& points);
 /// Everything but the findings of the points themselves.
 Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources);
 
-/// "gain_12_5Hz" and the like: a point stands for a low line where it would be in the number.
-std::string label_of(double frequency);
-
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

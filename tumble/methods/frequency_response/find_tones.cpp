@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 constexpr std::size_t blocks = 100;
@@ -80,24 +80,24 @@ bool is_tone(const Samples& reference) {
 }
 
 /// A part of which the plan says nothing: one tone, several after one another, or a sweep.
-void explore(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
-  const Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, scaling.reference_shift);
+void explore(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
+  const Samples reference = samples_of(*part.reference, part.begin, part.end, scaling.reference_shift);
   if (reference.time.size() < 32 || is_tone(reference)) {
-    add_tone(stretch, stretch.begin, stretch.end, scaling, settings, points);
+    add_tone(part, part.begin, part.end, scaling, settings, points);
     return;
   }
   const Blocks b = blocks_of(reference);
   std::size_t covered = 0;
   const auto parts = steady_parts(b, covered);
   if (covered > b.frequency.size() / 2) {
-    for (const auto& [begin, end] : parts) add_tone(stretch, begin, end, scaling, settings, points);
+    for (const auto& [begin, end] : parts) add_tone(part, begin, end, scaling, settings, points);
   } else if (is_sweep(b)) {
-    add_sweep(stretch, scaling, settings, points);
+    add_sweep(part, scaling, settings, points);
   } else {
     points.findings.push_back({Finding::Severity::error,
                                "left out: the reference is neither one tone, nor tones after one another, nor a sweep; "
                                "say in the plan's [[schedule]] what it does, or mark the segments",
-                               stretch.label});
+                               part.label});
   }
 }
 
@@ -106,14 +106,14 @@ void explore(const Stretch& stretch, const Scaling& scaling, const Settings& set
 Points points_of(const Data& data, const Settings& settings, const Progress& progress) {
   Points points;
   double done = 0.0;
-  for (const Stretch& stretch : data.stretches) {
-    report(progress, done++ / static_cast<double>(data.stretches.size()), "tones");
-    if (!stretch.motion) {
-      explore(stretch, data.scaling, settings, points);
-    } else if (stretch.motion->kind == Motion::Kind::sweep) {
-      add_sweep(stretch, data.scaling, settings, points);
+  for (const Part& part : data.parts) {
+    report(progress, done++ / static_cast<double>(data.parts.size()), "tones");
+    if (!part.motion) {
+      explore(part, data.scaling, settings, points);
+    } else if (part.motion->kind == Motion::Kind::sweep) {
+      add_sweep(part, data.scaling, settings, points);
     } else {
-      add_tone(stretch, stretch.begin, stretch.end, data.scaling, settings, points);
+      add_tone(part, part.begin, part.end, data.scaling, settings, points);
     }
   }
   std::stable_sort(points.found.begin(), points.found.end(),
@@ -121,4 +121,4 @@ Points points_of(const Data& data, const Settings& settings, const Progress& pro
   return points;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "tumble/core/say.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/method.hpp"
@@ -49,7 +50,7 @@ struct Bench {
     const auto tone_at = [&](double t) { return std::min(tones.size() - 1, static_cast<std::size_t>(t / duration)); };
     for (std::size_t i = 0; i < static_cast<std::size_t>(all * rate); ++i) {
       const double t = output.time(i), f = tones[tone_at(t)];
-      const Complex seen = amplitude * response(f) * response::sinc(f * window);
+      const Complex seen = amplitude * response(f) * frequency_response::sinc(f * window);
       output.values.push_back(9.8 + (seen * std::polar(1.0, two_pi * f * (t + 0.5 * window))).real());
     }
     for (std::size_t i = 0; i < static_cast<std::size_t>(all * reference_rate); ++i) {
@@ -72,7 +73,7 @@ struct Bench {
 /// Gains and phases equal the loop's to `tolerance` (relative, rad).
 void expect_loop(const Estimate& estimate, const std::vector<double>& tones, double tolerance) {
   for (const double f : tones) {
-    const std::string label = response::label_of(f);
+    const std::string label = frequency_label(f);
     EXPECT_NEAR(value(estimate, "gain_" + label) / std::abs(loop(f)), 1.0, tolerance) << f;
     EXPECT_NEAR(std::remainder(value(estimate, "phase_" + label) - std::arg(loop(f)), two_pi), 0.0, tolerance) << f;
   }
@@ -133,7 +134,7 @@ TEST(FrequencyResponse, CountsOverHalfOfTheRateNullsAndSingularFrequencies) {
   }
   const Estimate rounded = method().identify(evidence, {});
   for (const double f : {10.0, 80.0, 110.0, 130.0}) {
-    const Parameter* gain = find_parameter(rounded, "gain_" + response::label_of(f));
+    const Parameter* gain = find_parameter(rounded, "gain_" + frequency_label(f));
     const double sd = standard_uncertainty(rounded, static_cast<std::size_t>(gain - rounded.parameters.data()));
     EXPECT_LT(std::abs(gain->value - std::abs(loop(f))), 3.0 * sd) << f;
     EXPECT_LT(sd, 0.1 * gain->value) << f;
@@ -191,7 +192,7 @@ TEST(FrequencyResponse, SweepThroughALoop) {
   for (const double f : {2.0, 5.0, 12.5, 31.5, 80.0}) {
     const Complex z = std::polar(1.0, -two_pi * f / rate);
     // Fifth-order remainder over +-11.5 % and leakage: see the local polynomial's own test.
-    EXPECT_NEAR(value(estimate, "gain_" + response::label_of(f)) / std::abs(0.2 / (1.0 - 1.5 * z + 0.7 * z * z)), 1.0,
+    EXPECT_NEAR(value(estimate, "gain_" + frequency_label(f)) / std::abs(0.2 / (1.0 - 1.5 * z + 0.7 * z * z)), 1.0,
                 5e-4)
         << f;
   }
@@ -324,7 +325,7 @@ TEST(FrequencyResponse, ResponseOfARealAccelerometer) {
     for (std::size_t k = 0; k < 5; ++k) s[k] += all[k] / 10.0;
   }
   ASSERT_EQ(sums.size(), 17u);
-  response::Measured m;
+  frequency_response::Measured m;
   for (const auto& [f, s] : sums) {
     m.frequency.push_back(f);
     m.log_gain.push_back(std::log(s[0]));
@@ -333,8 +334,8 @@ TEST(FrequencyResponse, ResponseOfARealAccelerometer) {
     m.phase_variance.push_back(std::pow(s[3] / 2.0, 2));
   }
   // The phase is that of a delay; its published value is 1.511 ms to four digits.
-  EXPECT_NEAR(response::fit_loop(m, response::LoopKind::delay).theta[1], 1.511e-3, 0.0005e-3);
-  const auto crossing = response::crossing_of(m.frequency, m.log_gain);
+  EXPECT_NEAR(frequency_response::fit_loop(m, frequency_response::LoopKind::delay).theta[1], 1.511e-3, 0.0005e-3);
+  const auto crossing = frequency_response::crossing_of(m.frequency, m.log_gain);
   ASSERT_TRUE(crossing.found);  // between 200 Hz (0.7532 of the first) and 250 Hz (0.6319)
   EXPECT_GT(crossing.frequency, 200.0);
   EXPECT_LT(crossing.frequency, 250.0);

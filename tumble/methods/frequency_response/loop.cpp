@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Complex = std::complex<double>;
@@ -206,4 +206,4 @@ Crossing crossing_of(const std::vector<double>& frequency, const std::vector<dou
   return {};
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -6,7 +6,7 @@
 
 #include "tumble/math/matrix.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// A response measured at some frequencies, in the form its models are linear in: ln H = ln gain + i phase.
 struct Measured {
@@ -50,6 +50,7 @@ struct Crossing {
   double frequency = 0.0;
   double interpolation_sd = 0.0;
 };
+/// Given: frequency [Hz], ascending; log_gain, ln of the gain [1].
 Crossing crossing_of(const std::vector<double>& frequency, const std::vector<double>& log_gain);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -8,7 +8,7 @@
 #include "tumble/core/progress.hpp"
 #include "tumble/methods/frequency_response/data.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// The response at one frequency: output over reference.
 struct Point {
@@ -34,20 +34,20 @@ struct Points {
 /// Every tone and sweep of the data. Parts that cannot be used become findings.
 Points points_of(const Data& data, const Settings& settings, const Progress& progress);
 
-/// One tone in [begin, end) of a stretch, or a finding.
-void add_tone(const Stretch& stretch, double begin, double end, const Scaling& scaling, const Settings& settings,
+/// One tone from `begin` to `end` [s] of a part, or a finding.
+void add_tone(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
               Points& points);
 /// One sweep.
-void add_sweep(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points);
+void add_sweep(const Part& part, const Scaling& scaling, const Settings& settings, Points& points);
 
 /// What is wrong with measuring at this frequency with these windows and rates; empty: nothing. `time` [s] measured.
 std::string objection(double frequency, double time, double output_rate, const Scaling& scaling,
                       const Settings& settings);
 
-/// sin(pi x)/(pi x)
+/// sin(pi x)/(pi x) [1]
 double sinc(double x);
-/// Takes off what sampling did: windows, increments, derivative, clock. `shift`: the phase of the windows is taken off
-/// as well (not where the stamps were moved to the middle of the windows).
+/// A ratio [output per input] without what sampling did at this frequency [Hz]: windows, increments, derivative, clock.
+/// `shift`: the phase of the windows is removed as well (not where the stamps were moved to the middle of the windows).
 std::complex<double> corrected(std::complex<double> ratio, double frequency, const Scaling& scaling);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -6,11 +6,11 @@
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
-#include "tumble/math/local_polynomial.hpp"
+#include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -75,19 +75,19 @@ struct Range {
   double low = 0.0, high = 0.0;
 };
 
-Range range_of(const Stretch& stretch, const Samples& reference, double output_rate, const Scaling& scaling,
+Range range_of(const Part& part, const Samples& reference, double output_rate, const Scaling& scaling,
                const Settings& settings, Points& points) {
   const auto [low, high] = occupied_band(reference.value, reference.rate);
   Range range{low, high};
-  if (stretch.motion && stretch.motion->kind == Motion::Kind::sweep) {
-    range.low = std::max(low, std::min(stretch.motion->frequency, stretch.motion->to_frequency));
-    range.high = std::min(high, std::max(stretch.motion->frequency, stretch.motion->to_frequency));
+  if (part.motion && part.motion->kind == Motion::Kind::sweep) {
+    range.low = std::max(low, std::min(part.motion->frequency, part.motion->to_frequency));
+    range.high = std::min(high, std::max(part.motion->frequency, part.motion->to_frequency));
   }
   const auto limit = [&](double to, const std::string& why) {
     if (range.high <= to) return;
     points.findings.push_back({Severity::warning,
                                fmt::format("the sweep goes to {:.4g} Hz, used to {:.4g} Hz: {}", range.high, to, why),
-                               stretch.label});
+                               part.label});
     range.high = to;
   };
   limit(0.45 * output_rate, fmt::format("what lies above half of the sampling rate {:.6g} Hz is aliased onto the rest; "
@@ -113,18 +113,18 @@ Point point_of(const BandResponse& band, double late, const Scaling& scaling, co
   return p;
 }
 
-void measure(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
-  Samples output = samples_of(*stretch.output, stretch.begin, stretch.end, scaling.output_shift);
-  Samples reference = samples_of(*stretch.reference, stretch.begin, stretch.end, scaling.reference_shift);
-  require_even(*stretch.output, output);
-  require_even(*stretch.reference, reference);
+void measure(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
+  Samples output = samples_of(*part.output, part.begin, part.end, scaling.output_shift);
+  Samples reference = samples_of(*part.reference, part.begin, part.end, scaling.reference_shift);
+  require_even(*part.output, output);
+  require_even(*part.reference, reference);
   if (output.time.size() < 64 || reference.time.size() < 64)
     throw Error(Error::Kind::bad_data, "fewer than 64 samples of output and reference: too few for a sweep");
   begin_together(output, reference);
   const auto [n, m] = lengths(output.value.size(), output.rate, reference.value.size(), reference.rate);
   output.value.resize(n);
   reference.value.resize(m);
-  const Range range = range_of(stretch, reference, output.rate, scaling, settings, points);
+  const Range range = range_of(part, reference, output.rate, scaling, settings, points);
   const int per_decade = settings.integer("points_per_decade");
   const auto frequencies = frequencies_between(range.low * 1.02, range.high / 1.02, per_decade);
   const double late = output.time.front() - reference.time.front();
@@ -138,7 +138,7 @@ void measure(const Stretch& stretch, const Scaling& scaling, const Settings& set
       continue;
     }
     least = std::min(least, band.coherence);
-    points.found.push_back(point_of(band, late, scaling, stretch.label));
+    points.found.push_back(point_of(band, late, scaling, part.label));
   }
   if (!weak.empty())
     points.findings.push_back(
@@ -146,24 +146,24 @@ void measure(const Stretch& stretch, const Scaling& scaling, const Settings& set
          fmt::format("{} of {} frequencies of the sweep left out (first {:.4g} Hz): too few lines "
                      "or the output does not rise above its noise; sweep more slowly",
                      weak.size(), frequencies.size(), weak.front()),
-         stretch.label});
+         part.label});
   if (least < 0.99)
     points.findings.push_back({Severity::warning,
                                fmt::format("coherence falls to {:.3f}: as far as this is noise of the reference, gains "
                                            "are low by up to {:.2g} %",
                                            least, 100.0 * (1.0 - least)),
-                               stretch.label});
+                               part.label});
 }
 
 }  // namespace
 
-void add_sweep(const Stretch& stretch, const Scaling& scaling, const Settings& settings, Points& points) {
+void add_sweep(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
   try {
-    measure(stretch, scaling, settings, points);
+    measure(part, scaling, settings, points);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    points.findings.push_back({Severity::error, fmt::format("left out: {}", error.what()), stretch.label});
+    points.findings.push_back({Severity::error, fmt::format("left out: {}", error.what()), part.label});
   }
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
@@ -32,9 +32,9 @@ void keep_between(Samples& s, double begin, double end) {
   s = std::move(kept);
 }
 
-Pair pair_of(const Stretch& stretch, double begin, double end, const Scaling& scaling) {
-  return {samples_of(*stretch.output, begin, end, scaling.output_shift),
-          samples_of(*stretch.reference, begin, end, scaling.reference_shift)};
+Pair pair_of(const Part& part, double begin, double end, const Scaling& scaling) {
+  return {samples_of(*part.output, begin, end, scaling.output_shift),
+          samples_of(*part.reference, begin, end, scaling.reference_shift)};
 }
 
 void cut(Pair& pair, double frequency, const Settings& settings) {
@@ -61,10 +61,10 @@ int harmonics_of(double frequency, double rate) {
 }
 
 /// Where the search for the reference's frequency begins: its own strongest line, unfolded to the plan's frequency.
-double start_frequency(const Stretch& stretch, const Samples& reference, Findings& findings) {
+double start_frequency(const Part& part, const Samples& reference, Findings& findings) {
   const double seen = strongest_frequency(reference.value, reference.rate);
-  if (!stretch.motion || stretch.motion->kind != Motion::Kind::sine) return seen;
-  const double planned = stretch.motion->frequency, span = reference.time.back() - reference.time.front();
+  if (!part.motion || part.motion->kind != Motion::Kind::sine) return seen;
+  const double planned = part.motion->frequency, span = reference.time.back() - reference.time.front();
   double best = seen;
   if (planned > 0.5 * reference.rate) {
     const double k = std::round(planned / reference.rate) * reference.rate;
@@ -73,12 +73,12 @@ double start_frequency(const Stretch& stretch, const Samples& reference, Finding
                         fmt::format("the reference is sampled at {:.6g} Hz: {:.6g} Hz is aliased in it and taken from "
                                     "the plan",
                                     reference.rate, planned),
-                        stretch.label});
+                        part.label});
   }
   if (std::abs(best - planned) > std::max(0.02 * planned, 2.0 / span))
     findings.push_back({Severity::warning,
                         fmt::format("the plan says {:.6g} Hz, the reference oscillates at {:.6g} Hz", planned, best),
-                        stretch.label});
+                        part.label});
   return best;
 }
 
@@ -97,7 +97,7 @@ bool clipped(const Samples& s, const SineFit& fit) {
   return flat >= 3;
 }
 
-SineFit fit_reference(const Stretch& stretch, const Pair& pair, double start, Findings& findings) {
+SineFit fit_reference(const Part& part, const Pair& pair, double start, Findings& findings) {
   const Samples& s = pair.reference;
   SineFit fit = fit_sine(s.time, s.value, start,
                          {.harmonics = harmonics_of(start, s.rate), .fit_frequency = true, .rate = s.rate});
@@ -111,12 +111,12 @@ SineFit fit_reference(const Stretch& stretch, const Pair& pair, double start, Fi
                         fmt::format("the frequency is uncertain by {:.2g} of a cycle over the time measured: the gain "
                                     "may be low by {:.2g} %",
                                     fit.frequency_sd * fit.span, 100.0 * (1.0 - sinc(fit.frequency_sd * fit.span))),
-                        stretch.label});
+                        part.label});
   return fit;
 }
 
 /// The output at the frequency of the reference; at its own where its clock runs at another speed.
-SineFit fit_output(const Stretch& stretch, const Samples& s, const SineFit& reference, Findings& findings) {
+SineFit fit_output(const Part& part, const Samples& s, const SineFit& reference, Findings& findings) {
   const double f = reference.frequency;
   SineFitOptions how{.harmonics = f < 0.5 * s.rate ? harmonics_of(f, s.rate) : 1, .rate = s.rate};
   SineFit fit = fit_sine(s.time, s.value, f, how);
@@ -131,7 +131,7 @@ SineFit fit_output(const Stretch& stretch, const Samples& s, const SineFit& refe
                                   "time measured: their clocks disagree; each is fitted at its own, the phase is that "
                                   "in the middle",
                                   1e6 * off / f, std::abs(off) * fit.span),
-                      stretch.label});
+                      part.label});
   return free;
 }
 
@@ -156,27 +156,26 @@ double raster(double frequency, double rate, double samples) {
 /// Rounding to whole pulses is that of the running total, 1/12 pulse^2, differenced: 4 sin^2(pi f/f_s) of it at f. On a
 /// raster of P instants it repeats with the tone, does not show in the residuals, and only P of it are independent:
 ///   var = (2/P) (1/12) 4 sin^2(pi f/f_s)                    (3.14)
-double counting_variance(const Stretch& stretch, const SineFit& output, double rate) {
-  if (stretch.output->kind != QuantityKind::count) return 0.0;
+double counting_variance(const Part& part, const SineFit& output, double rate) {
+  if (part.output->kind != QuantityKind::count) return 0.0;
   const double p = raster(output.frequency, rate, static_cast<double>(output.samples));
   if (p >= 0.25 * static_cast<double>(output.samples)) return 0.0;
   return 2.0 / (3.0 * p) * std::pow(std::sin(std::numbers::pi * output.frequency / rate), 2) /
          std::norm(output.line[0]);
 }
 
-Point point_of(const Stretch& stretch, const SineFit& output, const SineFit& reference, const Scaling& scaling,
-               double rate) {
+Point point_of(const Part& part, const SineFit& output, const SineFit& reference, const Scaling& scaling, double rate) {
   Point p;
   p.frequency = reference.frequency;
-  p.nominal = stretch.motion && stretch.motion->kind == Motion::Kind::sine ? stretch.motion->frequency
-                                                                           : three_digits(reference.frequency);
+  p.nominal = part.motion && part.motion->kind == Motion::Kind::sine ? part.motion->frequency
+                                                                     : three_digits(reference.frequency);
   const double turns = reference.frequency * (output.centre - reference.centre);
   p.response = corrected(output.line[0] / (reference.line[0] * std::polar(1.0, two_pi * std::fmod(turns, 1.0))),
                          p.frequency, scaling);
   p.output_gain_variance = output.log_gain_variance();
   p.output_phase_variance = output.phase_variance();
   p.output_dof = output.degrees_of_freedom;
-  p.counting_variance = counting_variance(stretch, output, rate);
+  p.counting_variance = counting_variance(part, output, rate);
   p.reference_gain_variance = reference.log_gain_variance();
   p.reference_phase_variance = reference.phase_variance();
   p.reference_dof = reference.degrees_of_freedom;
@@ -186,22 +185,22 @@ Point point_of(const Stretch& stretch, const SineFit& output, const SineFit& ref
   p.cycles = p.frequency * output.span;
   p.distortion = distortion_of(output);
   p.aliased_to = p.frequency > 0.5 * rate ? aliased_frequency(p.frequency, rate) : 0.0;
-  p.where = stretch.label;
+  p.where = part.label;
   return p;
 }
 
-void measure(const Stretch& stretch, double begin, double end, const Scaling& scaling, const Settings& settings,
+void measure(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
              Points& points) {
-  Pair pair = pair_of(stretch, begin, end, scaling);
+  Pair pair = pair_of(part, begin, end, scaling);
   if (pair.output.time.size() < 16 || pair.reference.time.size() < 16)
     throw Error(Error::Kind::bad_data, "fewer than 16 samples of output and reference");
-  const double start = start_frequency(stretch, pair.reference, points.findings);
+  const double start = start_frequency(part, pair.reference, points.findings);
   cut(pair, start, settings);
-  const SineFit reference = fit_reference(stretch, pair, start, points.findings);
+  const SineFit reference = fit_reference(part, pair, start, points.findings);
   const std::string why = objection(reference.frequency, pair.output.time.back() - pair.output.time.front(),
                                     pair.output.rate, scaling, settings);
   if (!why.empty()) throw Error(Error::Kind::bad_data, why);
-  const SineFit output = fit_output(stretch, pair.output, reference, points.findings);
+  const SineFit output = fit_output(part, pair.output, reference, points.findings);
   if (!(std::abs(output.line[0]) > 0.0) || output.log_gain_variance() > 0.04)
     throw Error(Error::Kind::bad_data,
                 fmt::format("at {:.6g} Hz the output does not rise above its noise: measure longer or with more "
@@ -212,14 +211,14 @@ void measure(const Stretch& stretch, double begin, double end, const Scaling& sc
                 fmt::format("at {:.6g} Hz the output is clipped: its extremes repeat and the "
                             "third harmonic is {:.2g} %; use less amplitude",
                             reference.frequency, 100.0 * std::abs(output.line[2] / output.line[0])));
-  points.found.push_back(point_of(stretch, output, reference, scaling, pair.output.rate));
+  points.found.push_back(point_of(part, output, reference, scaling, pair.output.rate));
   const Point& p = points.found.back();
   if (p.aliased_to > 0.0)
     points.findings.push_back({Severity::info,
                                fmt::format("{:.6g} Hz is above half of the sampling rate {:.6g} Hz and shows at {:.6g} "
                                            "Hz: fitted at its true frequency",
                                            p.frequency, pair.output.rate, p.aliased_to),
-                               stretch.label});
+                               part.label});
 }
 
 }  // namespace
@@ -252,14 +251,14 @@ std::string objection(double frequency, double time, double output_rate, const S
   return "";
 }
 
-void add_tone(const Stretch& stretch, double begin, double end, const Scaling& scaling, const Settings& settings,
+void add_tone(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
               Points& points) {
   try {
-    measure(stretch, begin, end, scaling, settings, points);
+    measure(part, begin, end, scaling, settings, points);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    points.findings.push_back({Severity::error, fmt::format("left out: {}", error.what()), stretch.label});
+    points.findings.push_back({Severity::error, fmt::format("left out: {}", error.what()), part.label});
   }
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

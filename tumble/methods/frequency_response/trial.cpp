@@ -4,10 +4,11 @@
 #include <complex>
 #include <numbers>
 
+#include "tumble/core/say.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
@@ -92,12 +93,12 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   trial.evidence.recordings = {
       recording_of(truth, trial.evidence.plan, RandomStream(seed).split("frequency_response"))};
   for (const Tone& tone : tones)
-    trial.truth.emplace_back("gain_" + label_of(tone.frequency), std::abs(truth.at(1.0003 * tone.frequency)));
+    trial.truth.emplace_back("gain_" + frequency_label(tone.frequency), std::abs(truth.at(1.0003 * tone.frequency)));
   double phase = 0.0;
   for (const Tone& tone : tones) {
     const double now = std::arg(truth.at(1.0003 * tone.frequency));
     phase = now + two_pi * std::round((phase - now) / two_pi);
-    trial.truth.emplace_back("phase_" + label_of(tone.frequency), phase);
+    trial.truth.emplace_back("phase_" + frequency_label(tone.frequency), phase);
   }
   const double a = 1.0 - 2.0 * truth.damping * truth.damping;
   trial.truth.emplace_back("bandwidth", truth.natural * std::sqrt(a + std::sqrt(a * a + 1.0)));
@@ -107,4 +108,4 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   return trial;
 }
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -2,10 +2,10 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::response {
+namespace tumble::frequency_response {
 
 /// Stepped sines on a second-order loop with delay, read as means over 2 ms beneath coloured noise, against a reference
 /// at another rate with its own noise, clock and gain error.
 Trial trial(std::uint64_t seed, const std::vector<Option>& options);
 
-}  // namespace tumble::response
+}  // namespace tumble::frequency_response

@@ -7,10 +7,10 @@
 #include <set>
 #include <tuple>
 
-#include "tumble/math/least_squares.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 namespace {
 
 using linear::SegmentSummary;
@@ -328,4 +328,4 @@ Repeatability repeatability_of(const linear::Solution& solution, const Line& lin
   return out;
 }
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

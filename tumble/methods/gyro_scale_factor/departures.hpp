@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 
 /// Segments at one rate, and how far their means lie from the straight line of all segments.
 struct Departure {
@@ -58,4 +58,4 @@ struct Repeatability {
 };
 Repeatability repeatability_of(const linear::Solution& solution, const Line& line);
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

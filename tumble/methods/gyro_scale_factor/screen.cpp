@@ -7,8 +7,9 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/reduce/stretches.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 namespace {
 
 /// Part of a channel between two marks.
@@ -24,17 +25,13 @@ double median_of(std::vector<double> values) {
   return median(std::move(values));
 }
 
-std::vector<Part> parts_of(const Plan& plan, const Recording& recording, const Channel& channel) {
+std::vector<Part> parts_of(const std::vector<MarkedSegment>& marks, const Channel& channel) {
   std::vector<Part> parts;
-  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-    const Mark& mark = recording.marks[m];
-    Part part{mark.label, 0.0, index_at(channel, mark.begin), channel.values.size(), 0.0};
-    if (m + 1 < recording.marks.size()) part.end = index_at(channel, recording.marks[m + 1].begin);
-    for (const Segment& segment : plan.schedule)
-      if (segment.label == mark.label && segment.run == mark.run) part.rate = commanded_rate(segment);
-    part.median = median_of({channel.values.begin() + static_cast<std::ptrdiff_t>(part.begin),
-                             channel.values.begin() + static_cast<std::ptrdiff_t>(part.end)});
-    parts.push_back(part);
+  for (const auto& marked : marks) {
+    const SampleRange range = samples_between(channel, marked.begin, marked.end);
+    parts.push_back({marked.label, marked.planned ? commanded_rate(*marked.planned) : 0.0, range.begin, range.end,
+                     median_of({channel.values.begin() + static_cast<std::ptrdiff_t>(range.begin),
+                                channel.values.begin() + static_cast<std::ptrdiff_t>(range.end)})});
   }
   return parts;
 }
@@ -113,14 +110,16 @@ double commanded_rate(const Segment& segment) {
 
 Evidence screened(const Evidence& evidence, const std::string& role, Findings& findings) {
   Evidence out = evidence;
-  for (Recording& recording : out.recordings) {
+  const auto marks = marked_segments(evidence);
+  for (std::size_t r = 0; r < out.recordings.size(); ++r) {
+    Recording& recording = out.recordings[r];
     const Channel* found = channel_for(out, recording, role);
     if (found == nullptr || recording.marks.empty() || found->values.size() < 2) continue;
     Channel& channel = recording.channels[static_cast<std::size_t>(found - recording.channels.data())];
-    remove_jumps(parts_of(out.plan, recording, channel), channel, findings);
-    remove_clipped(parts_of(out.plan, recording, channel), channel, findings);
+    remove_jumps(parts_of(marks[r], channel), channel, findings);
+    remove_clipped(parts_of(marks[r], channel), channel, findings);
   }
   return out;
 }
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

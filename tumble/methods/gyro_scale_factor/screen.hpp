@@ -3,7 +3,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/finding.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 
 /// The recordings without what the electronics spoilt: segments clipped at the end of the range and jumps of an
 /// overflowing counter become missing samples, each with a finding.
@@ -16,4 +16,4 @@ Evidence screened(const Evidence& evidence, const std::string& role, Findings& f
 /// Rate that the plan commands for an axis in a segment [rad/s]; 0 where it stands.
 double commanded_rate(const Segment& segment);
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

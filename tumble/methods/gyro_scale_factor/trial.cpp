@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 namespace {
 
 constexpr double asymmetry = 60e-6, third_order = 150e-6, scale_error = 120e-6;
@@ -37,11 +37,11 @@ double largest_departure(const std::vector<double>& rates, double range, double 
 
 /// Up and down again. `rates` [deg/s] become [rad/s].
 Plan plan_of(const std::vector<Option>& options, std::vector<double>& rates) {
-  Plan plan = methods::trial_plan("gyro_scale_factor", options, "ring_laser_gyro", "rate_table", 1.0);
+  Plan plan = trial_plan("gyro_scale_factor", options, "ring_laser_gyro", "rate_table", 1.0);
   plan.truth.set_word("output", "rate");
-  methods::set_truth(plan, "bias", bias, "deg/h");
+  set_truth(plan, "bias", bias, "deg/h");
   plan.truth.set_number("scale_factor_error", scale_error, Unit::parse("ppm"));
-  methods::set_truth(plan, "angle_random_walk", 0.05, "deg/sqrt(h)");
+  set_truth(plan, "angle_random_walk", 0.05, "deg/sqrt(h)");
   for (std::size_t k = 0; k < rates.size(); ++k) {
     Segment segment{fmt::format("{} {} deg/s", k + 1, rates[k]), 36.0, 1, {}};
     segment.axes["table"] = {.kind = Motion::Kind::rate, .value = si(rates[k], "deg/s")};
@@ -83,4 +83,4 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   return trial;
 }
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

@@ -2,9 +2,9 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::scale {
+namespace tumble::gyro_scale_factor {
 
 /// A gyro with a voltage output, an asymmetry and a cubic, on a rate table: 13 rates up and down again.
 Trial trial(std::uint64_t seed, const std::vector<Option>& options);
 
-}  // namespace tumble::scale
+}  // namespace tumble::gyro_scale_factor

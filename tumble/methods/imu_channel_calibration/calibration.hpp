@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "tumble/methods/imu_channel_calibration/evidence.hpp"
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 /// Three channels of one kind in the form of the whole-unit model
 ///
 ///   A = M N/(K_m H) - nabla,   M = 1 + [dK_x E_xy E_xz; E_yx dK_y E_yz; E_zx E_zy dK_z]                    (3.4)
 ///
 /// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 
 inline constexpr std::size_t per_axis = 4;          ///< nabla_i, dK_i, and the two E of its row
 inline constexpr std::size_t terms = 3 * per_axis;  ///< of three channels
@@ -39,7 +39,7 @@ using imu::reading_of;
 Calibration whole_of(Kind kind, const Evidence& whole);
 
 /// Each channel by itself: accelerometers from four positions, at `temperature` where there are several; gyros from
-/// rates. E is `assembly_sd` from zero.
+/// rates. E is `assembly_sd` from zero. Given: temperature [K].
 Calibration split_of(Kind kind, const Sorted& sorted, double temperature);
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

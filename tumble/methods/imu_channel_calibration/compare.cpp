@@ -8,9 +8,9 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 namespace {
 
 constexpr std::array<const char*, 3> sets{"", "split.", "whole_minus_split."};
@@ -275,4 +275,4 @@ Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate) {
   return table;
 }
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

@@ -3,7 +3,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 
 /// One kind of sensor, calibrated both ways.
 struct Pair {
@@ -23,4 +23,4 @@ Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings&
 /// Table `terms`: whole, split and difference side by side.
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate);
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

@@ -6,7 +6,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 namespace {
 
 const char* word(Kind kind) { return kind == Kind::gyro ? "gyro" : "accelerometer"; }
@@ -114,4 +114,4 @@ Evidence at_rest(const Evidence& evidence) {
   });
 }
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 
 /// Which recordings are of the whole unit and which of a channel alone.
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 
 using imu::Kind;
 using imu::kinds;
@@ -30,4 +30,4 @@ Sorted sorted(const Evidence& evidence);
 /// The evidence without segments in which the rig turns.
 Evidence at_rest(const Evidence& evidence);
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

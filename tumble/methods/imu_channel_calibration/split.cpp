@@ -10,7 +10,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 namespace {
 
 /// Bias and scale factor error of one channel in the form of (3.4), with their covariance by source.
@@ -40,23 +40,24 @@ Settings settings_of_four(const Settings& own) {
 
 Alone accelerometer_alone(Evidence evidence, double temperature) {
   evidence.plan.settings = settings_of_four(evidence.plan.settings);
-  const auto bench = four::bench_of(evidence, "accelerometer");
-  const auto reduced = four::reduce(bench, four::order_of(evidence.plan.settings, bench), false, 0.0, nullptr);
+  const auto bench = accelerometer_four_position::bench_of(evidence, "accelerometer");
+  const auto reduced = accelerometer_four_position::reduce(
+      bench, accelerometer_four_position::order_of(evidence.plan.settings, bench), false, 0.0, nullptr);
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
   const double from = std::clamp(temperature, low, high);
   Alone out;
   std::vector<std::vector<double>> weights;
-  for (const auto quantity : {four::bias, four::scale_factor_error}) {
+  for (const auto quantity : {accelerometer_four_position::bias, accelerometer_four_position::scale_factor_error}) {
     const auto& polynomial = reduced.polynomial[quantity];
     std::vector<double> row(reduced.parameters.size(), 0.0);
-    const auto powers = four::powers(from, polynomial.count);
+    const auto powers = accelerometer_four_position::powers(from, polynomial.count);
     double freedom = std::numeric_limits<double>::infinity();
     for (std::size_t j = 0; j < polynomial.count; ++j) {
       row[polynomial.first + j] = powers[j];
       freedom = std::min(freedom, reduced.degrees_of_freedom[polynomial.first + j]);
     }
     const std::size_t k = weights.size();
-    out.value[k] = four::at_temperature(reduced.parameters, polynomial, from);
+    out.value[k] = accelerometer_four_position::at_temperature(reduced.parameters, polynomial, from);
     out.degrees_of_freedom[k] = freedom;
     weights.push_back(std::move(row));
   }
@@ -68,11 +69,13 @@ Alone accelerometer_alone(Evidence evidence, double temperature) {
   }
   const double slack = evidence.plan.settings.number("same_temperature");
   if (temperature < low - slack || temperature > high + slack)
-    out.findings.push_back({Finding::Severity::warning,
-                            fmt::format("the channel alone was tested from {} to {}, the unit at {}: "
-                                        "the nearest temperature is taken",
-                                        four::in_words(low), four::in_words(high), four::in_words(temperature)),
-                            ""});
+    out.findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("the channel alone was tested from {} to {}, the unit at {}: "
+                     "the nearest temperature is taken",
+                     accelerometer_four_position::in_words(low), accelerometer_four_position::in_words(high),
+                     accelerometer_four_position::in_words(temperature)),
+         ""});
   for (const auto& finding : bench.findings) out.findings.push_back(finding);
   return out;
 }
@@ -181,4 +184,4 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
   return out;
 }
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

@@ -7,11 +7,11 @@
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 namespace {
 
 /// Bias [mg, deg/h], scale factor error [ppm], misalignments [arcsec] of each channel as the instrument has them.
@@ -180,4 +180,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

@@ -6,10 +6,10 @@
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
-#include "tumble/methods/linear/joint.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::channels {
+namespace tumble::imu_channel_calibration {
 namespace {
 
 using Eigen::Index;
@@ -149,4 +149,4 @@ Calibration whole_of(Kind kind, const Evidence& all) {
   return out;
 }
 
-}  // namespace tumble::methods::channels
+}  // namespace tumble::imu_channel_calibration

@@ -2,10 +2,10 @@
 
 #include <Eigen/LU>
 
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using Three = Eigen::Matrix3d;
@@ -91,4 +91,4 @@ std::vector<double> parameters_of(const Calibration& c) {
   return all;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -7,12 +7,12 @@
 #include "tumble/math/vector3.hpp"
 
 /// Six poses and three turns, reduced in closed form. Outputs are raw: SI of whatever unit the channels are in.
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 inline constexpr std::size_t poses = 6;  ///< x up, x down, y up, y down, z up, z down
 inline constexpr std::size_t turns = 3;  ///< about x, y, z
 
-/// The axis that a pose lays along the vertical, and whether it points up (+1) or down (-1).
+/// The axis that a pose lays along the vertical, and whether it points up (+1) or down (-1) [1].
 constexpr std::size_t axis_of(std::size_t pose) { return pose / 2; }
 constexpr double sign_of(std::size_t pose) { return pose % 2 == 0 ? 1.0 : -1.0; }
 
@@ -48,11 +48,11 @@ struct Calibration {
 ///           and accelerometers, Sensors and Materials 7, 1995
 Calibration closed_form(const Means& means);
 
-/// K R as one matrix.
+/// K R as one matrix [3 x 3].
 Matrix response(Vector3 k, const Matrix& r);
 
 /// Of each accelerometer: scale factor, bias, misalignment toward the two other axes; then of each gyro the same and
-/// its sensitivity to specific force along x, y, z.
+/// its sensitivity to specific force along x, y, z [SI].
 std::vector<double> parameters_of(const Calibration& calibration);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -7,11 +7,11 @@
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/methods/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using Three = Eigen::Matrix3d;
@@ -147,4 +147,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -2,11 +2,11 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 /// f = R_a^-1 K_a^-1 (a - b_a), rate = R_g^-1 K_g^-1 (w - K_ga f - b_g), under the names of the channels, each with a
 /// channel `NAME.compensation_sd`: what the uncertainty of the calibration makes of it.
 /// Throws Error::bad_data for missing channels and other units, bad_file for a result without its matrices.
 Compensation compensate(const Estimate& estimate, const Recording& recording);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

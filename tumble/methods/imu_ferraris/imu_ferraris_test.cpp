@@ -9,11 +9,12 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
 
-namespace tumble::methods {
-extern const Method imu_ferraris;
+namespace tumble {
 namespace {
 
-using ferraris::labels;
+using imu_ferraris::labels;
+
+const Method& method() { return find_method("imu_ferraris"); }
 
 constexpr double g = 9.81;
 
@@ -41,7 +42,7 @@ struct Session {
     auto all = given;
     all.push_back({"gravity", "9.81 m/s^2", "--set", true, true});
     out.plan.method = "imu_ferraris";
-    out.plan.settings = resolve(imu_ferraris.options(), all, "", problems);
+    out.plan.settings = resolve(method().options(), all, "", problems);
     EXPECT_TRUE(problems.empty());
     Recording recording;
     const char* names[]{"accelerometer_x", "accelerometer_y", "accelerometer_z", "gyro_x", "gyro_y", "gyro_z"};
@@ -67,7 +68,7 @@ struct Session {
   }
 };
 
-Estimate identified(const Evidence& evidence) { return imu_ferraris.identify(evidence, {}); }
+Estimate identified(const Evidence& evidence) { return method().identify(evidence, {}); }
 
 /// Unweighted least squares of the same six poses has the same matrix; its bias is the mean over all six poses, in
 /// which the tilts across the vertical do not cancel.
@@ -75,7 +76,7 @@ TEST(ImuFerraris, MatrixOfThePublishedSixPositionsAgrees) {
   std::ifstream file(TUMBLE_SOURCE_DIR "/../shared/data/ward_mpu9250_six_position/six_position_data_1.csv");
   if (!file) GTEST_SKIP() << "public data that may not be shipped";
   constexpr std::size_t section[]{4, 5, 2, 3, 0, 1};  // of the rows: z, y, x, each up and down
-  ferraris::Means means;
+  imu_ferraris::Means means;
   means.gravity = 1.0;
   std::string line;
   std::getline(file, line);
@@ -86,8 +87,8 @@ TEST(ImuFerraris, MatrixOfThePublishedSixPositionsAgrees) {
       cells.push_back(std::stod(line.substr(begin)));
     means.force[p] = {cells[1], cells[4], cells[7]};
   }
-  const auto calibration = ferraris::closed_form(means);
-  const auto matrix = ferraris::response(calibration.k_a, calibration.r_a);
+  const auto calibration = imu_ferraris::closed_form(means);
+  const auto matrix = imu_ferraris::response(calibration.k_a, calibration.r_a);
   const double expected[3][3]{{1.0000556467213397, 0.007979301129915212, 0.009036229937292894},
                               {-0.006398611733574581, 1.000368743052482, 0.010617732056420755},
                               {-0.010180850425662455, -0.004426368434608248, 1.0219536083623109}};
@@ -121,7 +122,7 @@ TEST(ImuFerraris, NamesTheSectionsThatAreMissing) {
   session.truth.erase("y_a");
   session.truth["y_b"] = session.truth["x_p"];
   session.truth.erase("z_rot");
-  const auto message = refusal(imu_ferraris, session.evidence());
+  const auto message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("no section y_a, z_rot"), std::string::npos) << message;
   EXPECT_NE(message.find("other labels are y_b"), std::string::npos) << message;
   session.truth["turn"] = Session().truth["z_rot"];
@@ -145,11 +146,11 @@ TEST(ImuFerraris, TakesTheLabelsOfImucal) {
 TEST(ImuFerraris, NamesExchangedAndReversedAxes) {
   Session session;
   for (auto& [label, v] : session.truth) std::swap(v[0], v[1]);
-  EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("accelerometer_x and accelerometer_y look exchanged"),
+  EXPECT_NE(refusal(method(), session.evidence()).find("accelerometer_x and accelerometer_y look exchanged"),
             std::string::npos);
   session = {};
   std::swap(session.truth["z_p"], session.truth["z_a"]);
-  auto message = refusal(imu_ferraris, session.evidence());
+  auto message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("accelerometer_z is reversed"), std::string::npos) << message;
   EXPECT_NE(message.find("left-handed"), std::string::npos) << message;
   EXPECT_NE(message.find("labels of sections are exchanged"), std::string::npos) << message;
@@ -157,20 +158,20 @@ TEST(ImuFerraris, NamesExchangedAndReversedAxes) {
   session = {};
   for (std::size_t p = 0; p < 6; ++p)
     for (std::size_t k = 0; k < 3; ++k) session.truth[labels()[p]][k] *= -1.0;
-  EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("sign of gravity"), std::string::npos);
+  EXPECT_NE(refusal(method(), session.evidence()).find("sign of gravity"), std::string::npos);
 }
 
 /// Poses about different axes leave nothing to solve; before, two outputs were said to be the same.
 TEST(ImuFerraris, NamesLabelsOfPosesThatAreExchanged) {
   Session session;
   std::swap(session.truth["x_p"], session.truth["y_p"]);
-  auto message = refusal(imu_ferraris, session.evidence());
+  auto message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("labels of poses look exchanged: by the accelerometers x_p is y_p, y_p is x_p"),
             std::string::npos)
       << message;
   session = {};
   std::swap(session.truth["z_a"], session.truth["y_p"]);
-  message = refusal(imu_ferraris, session.evidence());
+  message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("y_p is z_a, z_a is y_p"), std::string::npos) << message;
 }
 
@@ -180,7 +181,7 @@ TEST(ImuFerraris, NamesAnOutputThatIsSilent) {
     auto evidence = Session().evidence();
     auto& channel = evidence.recordings[0].channels[k];
     std::ranges::fill(channel.values, 0.01);
-    const auto message = refusal(imu_ferraris, evidence);
+    const auto message = refusal(method(), evidence);
     EXPECT_NE(message.find("'" + channel.name + "' holds the same value throughout"), std::string::npos) << message;
   }
 }
@@ -188,13 +189,13 @@ TEST(ImuFerraris, NamesAnOutputThatIsSilent) {
 TEST(ImuFerraris, NamesTurnsThatAreWrong) {
   Session session;
   session.truth["y_rot"][4] *= 0.75;
-  const auto message = refusal(imu_ferraris, session.evidence());
+  const auto message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("in y_rot the gyros show 0.75"), std::string::npos) << message;
   EXPECT_NE(message.find("was it 270 deg and not 360 deg?"), std::string::npos) << message;
   session = {};
   session.truth["x_rot"][3] *= -1.0;
-  EXPECT_NE(refusal(imu_ferraris, session.evidence()).find("gyro_x is reversed"), std::string::npos);
-  EXPECT_NE(refusal(imu_ferraris, Session().evidence({{"rotation_angle", "-360 deg", "", true, true}}))
+  EXPECT_NE(refusal(method(), session.evidence()).find("gyro_x is reversed"), std::string::npos);
+  EXPECT_NE(refusal(method(), Session().evidence({{"rotation_angle", "-360 deg", "", true, true}}))
                 .find("made in the other sense"),
             std::string::npos);
 }
@@ -203,7 +204,7 @@ TEST(ImuFerraris, NamesUnitsTakenForOthers) {
   Session session;
   for (auto& [label, v] : session.truth)
     for (std::size_t k = 0; k < 6; ++k) v[k] *= k < 3 ? 1.0 / 9.80665 : 180.0 / M_PI;
-  const auto message = refusal(imu_ferraris, session.evidence());
+  const auto message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("values in g are read as m/s^2"), std::string::npos) << message;
   EXPECT_NE(message.find("values in deg/s are read as rad/s"), std::string::npos) << message;
 }
@@ -229,4 +230,4 @@ TEST(ImuFerraris, StatedSquarenessIsHeldAgainstThePoses) {
 }
 
 }  // namespace
-}  // namespace tumble::methods
+}  // namespace tumble

@@ -8,9 +8,9 @@
 
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/methods/imu/axes_check.hpp"
+#include "tumble/reduce/imu/axes_check.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using imu::component;
@@ -222,4 +222,4 @@ Findings faults(const Plan& plan, const Means& means, const Calibration& calibra
   return findings;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

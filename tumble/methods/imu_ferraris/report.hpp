@@ -3,7 +3,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_ferraris/uncertainty.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 /// Names, symbols and units of parameters_of(), without values.
 std::vector<Parameter> named_parameters(const Recorded& recorded);
@@ -18,4 +18,4 @@ Table pose_table(const Means& means, const Calibration& calibration, const Recor
 /// `axes` = any what is exchanged or reversed is a warning, otherwise an error.
 Findings faults(const Plan& plan, const Means& means, const Calibration& calibration, const Recorded& recorded);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

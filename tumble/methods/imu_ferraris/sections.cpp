@@ -5,15 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/core/say.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 const std::array<std::string, sections>& labels() {
   static const std::array<std::string, sections> all{"x_p", "x_a",   "y_p",   "y_a",  "z_p",
@@ -146,9 +147,7 @@ struct Reader {
         if (!recording.marks[m].label.empty()) others.insert(recording.marks[m].label);
         continue;
       }
-      const double end =
-          m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : std::numeric_limits<double>::infinity();
-      take_section(channels, recording.marks[m].begin, end, out.section[s]);
+      take_section(channels, recording.marks[m].begin, end_of_mark(recording, m), out.section[s]);
     }
   }
 
@@ -157,8 +156,7 @@ struct Reader {
     std::size_t samples = 0;
     for (std::size_t k = 0; k < outputs; ++k) {
       if (!channels[k]) continue;
-      const std::size_t begin = index_at(*channels[k], from);
-      const std::size_t end = std::isinf(to) ? channels[k]->values.size() : index_at(*channels[k], to);
+      const auto [begin, end] = samples_between(*channels[k], from, to);
       add_output(*channels[k], begin, end, k, section);
       if (k > 0) continue;
       samples = end - begin;
@@ -241,4 +239,4 @@ Recorded recorded(const Evidence& evidence) {
   return reader.out;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

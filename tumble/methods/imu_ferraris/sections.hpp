@@ -7,7 +7,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 inline constexpr std::size_t sections = poses + turns;
 inline constexpr std::size_t outputs = 6;  ///< accelerometers x, y, z, gyros x, y, z
@@ -38,4 +38,4 @@ struct Recorded {
 /// Throws    Error::bad_data with all that is missing: sections by name, channels, samples
 Recorded recorded(const Evidence& evidence);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -3,13 +3,13 @@
 #include <cmath>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/imu/sensors.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 constexpr double pose_sd = 0.5, axis_sd = 0.5, angle_sd = 0.5;  ///< [deg]
@@ -125,4 +125,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -9,11 +9,11 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
-#include "tumble/math/least_squares.hpp"
-#include "tumble/methods/imu/sensors.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 namespace {
 
 using imu::component;
@@ -272,4 +272,4 @@ Matrix second_moments(const Cause& cause, const Means& means) {
   return plain(moments);
 }
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -8,7 +8,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
 
-namespace tumble::methods::ferraris {
+namespace tumble::imu_ferraris {
 
 /// A value and what is known of it.
 struct Known {
@@ -41,6 +41,7 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
 
 /// Second moments of the errors of the parameters about their values, from the closed form disturbed: J S J' and, where
 /// the cause is curved, (tr(H_a S) tr(H_b S) + 2 tr(H_a S H_b S))/4 for normal errors, with derivatives by differences.
+/// Returned: [p x p] in SI.
 Matrix second_moments(const Cause& cause, const Means& means);
 
-}  // namespace tumble::methods::ferraris
+}  // namespace tumble::imu_ferraris

@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 Chain::Chain(Eigen::Index parameters, std::size_t pairs)
     : common(Eigen::MatrixXd::Zero(parameters, parameters)),
@@ -57,4 +57,4 @@ ChainSolution solve(Chain chain, bool whole) {
   return out;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// Normal equations of p parameters and a chain of pairs of unknowns, each pair tied to its neighbours alone:
 ///
@@ -34,4 +34,4 @@ struct ChainSolution {
 /// Eliminates the pairs one after the other: O(pairs p^2). `whole`: with covariances.
 ChainSolution solve(Chain chain, bool whole);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -10,7 +10,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -168,4 +168,4 @@ std::vector<Session> sessions_of(const Evidence& evidence) {
   return sessions;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

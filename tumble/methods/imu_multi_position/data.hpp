@@ -9,7 +9,7 @@
 #include "tumble/core/evidence.hpp"
 
 /// Calibration of an IMU without a table: moved by hand between rests.
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -27,7 +27,7 @@ struct Triad {
   bool counts = false;  ///< raw, LSB; else m/s^2 or rad/s
 
   bool empty() const { return value.empty(); }
-  /// First sample at or after that time.
+  /// First sample at or after that time [s].
   std::size_t index(double at) const;
   /// Any output of that sample at the end of its range.
   bool clipped(std::size_t sample) const;
@@ -43,4 +43,4 @@ struct Session {
 /// Throws Error::bad_data that lists every problem: missing or unfit channels, stamps that run backwards, no samples.
 std::vector<Session> sessions_of(const Evidence& evidence);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -8,9 +8,9 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
-#include "tumble/methods/linear/slow.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 using Severity = Finding::Severity;
@@ -356,4 +356,4 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   return estimate;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

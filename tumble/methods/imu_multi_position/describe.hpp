@@ -5,7 +5,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_multi_position/fit.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// What is known of gravity and the Earth besides the recording.
 struct Surroundings {
@@ -21,4 +21,4 @@ struct Surroundings {
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
                   const Surroundings& surroundings);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -7,9 +7,10 @@
 #include <span>
 
 #include "tumble/math/rotation.hpp"
+#include "tumble/rigs/capabilities.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 struct Mistaken {
@@ -116,7 +117,7 @@ std::optional<Vector3d> planned_up(const Plan& plan) {
     const int axis = word.back() - 'x';
     return Vector3d((word[0] == '-' ? -1.0 : 1.0) * Vector3d::Unit(axis));
   }
-  if (plan.rig_kind != "by_hand" || plan.schedule.empty()) return {};
+  if (!is_laid_by_hand(plan) || plan.schedule.empty()) return {};
   const auto angle = [&](const char* axis) {
     const auto found = plan.schedule[0].axes.find(axis);
     return found == plan.schedule[0].axes.end() ? 0.0 : found->second.value;
@@ -134,4 +135,4 @@ void check_up(const Vector3d& first, const Vector3d& planned) {
                   first[0], first[1], first[2]));
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -5,7 +5,7 @@
 #include "tumble/core/plan.hpp"
 #include "tumble/methods/imu_multi_position/fit.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// Accelerometers in another unit than they say: |f| at rest is 1, 100 or 1000/9.8 times gravity. Throws
 /// Error::bad_data that names the unit it looks like. Counts may have any scale.
@@ -23,4 +23,4 @@ std::optional<Vector3d> planned_up(const Plan& plan);
 /// Throws Error::bad_data. Gyros do not show it: both ends of a turn are reversed alike.
 void check_up(const Vector3d& first, const Vector3d& planned);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

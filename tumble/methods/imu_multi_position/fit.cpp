@@ -11,7 +11,7 @@
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/imu_multi_position/variance.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 using Basis = Eigen::Matrix<double, 3, 2>;
@@ -317,4 +317,4 @@ Fit fit_all(const std::vector<Session>& sessions, Rests& rests, const FitOptions
   return fit;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

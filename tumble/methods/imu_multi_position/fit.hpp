@@ -9,7 +9,7 @@
 #include "tumble/methods/imu_multi_position/chain.hpp"
 #include "tumble/methods/imu_multi_position/moves.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// The parameters in order: A (xx, yx, yy, zx, zy, zz), a, then the columns of W, b, the columns of G; after those come
 /// three for the rotation of the Earth, in the axes of the first rest.
@@ -77,4 +77,4 @@ struct Fit {
 ///   y_a = A g n_k + a,   y_g = W C_k w_ie + b + G g n_k,   n_(k+1) = R_k' n_k
 Fit fit_all(const std::vector<Session>& sessions, Rests& rests, const FitOptions& options);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

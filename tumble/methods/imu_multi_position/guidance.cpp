@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 /// Faces, edges, corners, in this order.
@@ -206,4 +206,4 @@ std::string missing(const std::vector<Vector3d>& directions) {
   return list;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -6,7 +6,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_multi_position/fit.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// The nearest of the 6 faces, 12 edges and 8 corners of a cube: "+x", "+x -z", "-x +y -z".
 std::string facing(const Vector3d& up);
@@ -18,10 +18,10 @@ struct Guidance {
   std::string advice;  ///< the three best directions one after the other, the best turn
 };
 
-/// `names` of the parameters in the order of the fit.
+/// `names` of the parameters in the order of the fit. Given: gravity [m/s^2].
 Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, double gravity);
 
 /// Faces, then edges, that no rest shows: "+y, -z, +x -y"; for those who have too few.
 std::string missing(const std::vector<Vector3d>& directions);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

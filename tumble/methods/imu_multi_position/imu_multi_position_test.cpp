@@ -9,8 +9,8 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
@@ -55,7 +55,7 @@ double sd(const Estimate& estimate, const std::string& name) {
 /// The trial's test and instrument without noise, rounding or errors of the rig.
 Trial exact() {
   Trial trial = method().trial(1);
-  Plan plan = methods::trial_plan(method().name, method().options(), "imu", "by_hand", 100.0);
+  Plan plan = trial_plan(method().name, method().options(), "imu", "by_hand", 100.0);
   plan.site = trial.evidence.plan.site;
   plan.schedule = trial.evidence.plan.schedule;
   plan.rig = trial.evidence.plan.rig;

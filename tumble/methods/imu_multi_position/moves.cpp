@@ -8,7 +8,7 @@
 
 #include "tumble/core/say.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 Matrix3d skew(const Vector3d& v) {
@@ -159,4 +159,4 @@ std::optional<Matrix3d> start_of_gyro(const std::vector<Session>& sessions, cons
   return Matrix3d(to_rate.inverse());
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -8,7 +8,7 @@
 #include "tumble/methods/imu_multi_position/rests.hpp"
 #include "tumble/methods/imu_multi_position/start.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// What the fit finds: y_a = A f + a,  y_g = W w + G f + b  [unit of the channels].
 struct Calibration {
@@ -55,4 +55,4 @@ Turn turn_of(const Triad& gyro, const Move& move, const Calibration& calibration
 std::optional<Matrix3d> start_of_gyro(const std::vector<Session>& sessions, const Rests& rests,
                                       const std::vector<Move>& moves, const Calibration& calibration);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -6,7 +6,7 @@
 
 #include "tumble/methods/imu_multi_position/start.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 struct Span {
@@ -251,4 +251,4 @@ Rests find_rests(const std::vector<Session>& sessions, const RestOptions& option
   return best;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

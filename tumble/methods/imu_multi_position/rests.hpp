@@ -5,7 +5,7 @@
 
 #include "tumble/methods/imu_multi_position/data.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 struct RestOptions {
   double window = 0.5;        ///< [s] over which the variance is taken
@@ -40,6 +40,7 @@ struct Rests {
 /// the quietest fifth of the recording. The multiple is that whose rests give the sharpest calibration of the
 /// accelerometers: the least log det of the covariance of the nine coefficients, scatter about |f| = `gravity`
 /// included. Rests that drift, or that a bump parts from a longer one in the same pose, are marked as not used.
+/// Given: gravity [m/s^2].
 Rests find_rests(const std::vector<Session>& sessions, const RestOptions& options, double gravity);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

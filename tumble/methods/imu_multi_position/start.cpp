@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;
@@ -110,4 +110,4 @@ std::optional<Sphere> fit_sphere(const std::vector<Vector3d>& means, double grav
   return out;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -5,7 +5,7 @@
 
 #include "tumble/methods/imu_multi_position/data.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// y = matrix u + bias, in the unit of the channels.
 struct Linear {
@@ -23,7 +23,7 @@ struct Sphere {
 
 /// From means at rest: first the ellipsoid with axes along those of the triad, linear in its six coefficients, then
 /// Gauss-Newton with all nine. Means with robust weights, so that single bad ones do no harm.
-/// Null where the means do not show an ellipsoid.
+/// Null where the means do not show an ellipsoid. Given: means [output unit], gravity [m/s^2].
 std::optional<Sphere> fit_sphere(const std::vector<Vector3d>& means, double gravity);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

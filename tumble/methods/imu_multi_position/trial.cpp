@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 constexpr double poses[][3] = {  // yaw, pitch, roll [deg]: faces, edges and corners up, in all directions
@@ -79,4 +79,4 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   return trial;
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

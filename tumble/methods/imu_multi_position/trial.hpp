@@ -2,10 +2,10 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// A micromechanical unit laid down by hand 24 ways. Its accelerometers round to steps, which is the scatter from rest
 /// to rest; the hand shakes; gravity is known to a part.
 Trial trial(std::uint64_t seed, const std::vector<Option>& options);
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -9,7 +9,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 namespace {
 
 using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 24, 1>;
@@ -192,4 +192,4 @@ void throw_singular() {
               "edges between them up, 12 ways and more, and turn it about all three axes between them");
 }
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -3,22 +3,22 @@
 #include "tumble/methods/imu_multi_position/fit.hpp"
 
 /// How far the observations scatter, and what that does to the parameters.
-namespace tumble::methods::multi_position {
+namespace tumble::imu_multi_position {
 
 /// Of the groups in use, with their present variances.
 Chain normal_equations(const Fit& fit);
 
-/// The residual of a group in standard deviations.
+/// The residual of a group in standard deviations [1].
 double distance_of(const Group& group, const Fit& fit);
 
 /// Fit::scatter by restricted maximum likelihood at the present linearisation, one part after the other, `rounds`
 /// times.
 void find_scatter(int rounds, Fit& fit);
 
-/// Covariance with its shares and degrees of freedom (Satterthwaite). `noise_degrees`: of the noise at rest.
+/// Covariance with its shares and degrees of freedom (Satterthwaite). `noise_degrees` [1]: of the noise at rest.
 void add_uncertainty(double noise_degrees, Fit& fit);
 
 /// Error::bad_data: the rests do not show all parameters.
 [[noreturn]] void throw_singular();
 
-}  // namespace tumble::methods::multi_position
+}  // namespace tumble::imu_multi_position

@@ -9,7 +9,7 @@
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using Eigen::Matrix3d;
@@ -53,7 +53,8 @@ Settings settings_of(const Estimate& estimate) {
 OutputModel model_of(const Estimate& estimate, Kind kind, std::size_t axis) {
   OutputModel model;
   std::vector<std::size_t> used;
-  const auto terms = linear::terms_of("imu", defaults(find_model("imu").constants()), turntable::terms_of(kind, axis));
+  const auto terms =
+      linear::terms_of("imu", defaults(find_model("imu").constants()), imu_turntable::terms_of(kind, axis));
   for (const auto& term : terms)
     for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
       const Parameter& parameter = estimate.parameters[p];
@@ -281,4 +282,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

@@ -7,12 +7,12 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/methods/accelerometer/samples.hpp"
-#include "tumble/methods/imu/axes_check.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/accelerometer/samples.hpp"
+#include "tumble/reduce/imu/axes_check.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using Place = std::array<std::size_t, 3>;
@@ -24,7 +24,7 @@ struct Seen {
   double noise = 0.0;   ///< of it, by what neighbouring samples differ
 };
 
-double mean_of(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+double mean_of(const EvenValues& values, std::size_t begin, std::size_t end) {
   double sum = 0.0, count = 0.0;
   for (std::size_t i = begin; i < end; ++i)
     if (!std::isnan(values[i])) {
@@ -34,7 +34,7 @@ double mean_of(const std::vector<double>& values, std::size_t begin, std::size_t
   return count > 0.0 ? sum / count : std::nan("");
 }
 
-Seen seen_in(const std::vector<double>& values) {
+Seen seen_in(const EvenValues& values) {
   const std::size_t n = values.size(), first = std::max<std::size_t>(1, n / 10), half = n / 2;
   Seen seen{mean_of(values, 0, n), mean_of(values, 0, first) - mean_of(values, half, n), 0.0};
   double sum = 0.0, count = 0.0;
@@ -49,7 +49,8 @@ Seen seen_in(const std::vector<double>& values) {
 
 std::map<Place, Seen> seen_by(const Evidence& evidence, const linear::Problem& problem) {
   std::map<Place, Seen> out;
-  for (const auto& stretch : linear::evidence_of(evidence, problem).stretches)
+  const auto test = linear::evidence_of(evidence, problem).test;
+  for (const auto& stretch : test.stretches)
     out[{stretch.recording, stretch.power_up, stretch.segment}] = seen_in(stretch.values);
   return out;
 }
@@ -130,4 +131,4 @@ Findings faults_of(const Evidence& evidence, const Task& task) {
   return findings;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

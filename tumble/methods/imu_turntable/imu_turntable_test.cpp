@@ -7,7 +7,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 const Method& method() { return find_method("imu_turntable"); }
@@ -292,4 +292,4 @@ TEST(ImuTurntable, PredictsWhatTheTestThenStates) {
 }
 
 }  // namespace
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

@@ -7,9 +7,9 @@
 
 #include "tumble/core/budget.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/words.hpp"
+#include "tumble/reduce/linear/words.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using imu::letters;
@@ -241,4 +241,4 @@ Estimate answer_of(const Task& task, const JointSolution& solution) {
   return estimate;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

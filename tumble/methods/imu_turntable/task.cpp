@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 using imu::letters;
@@ -29,20 +29,20 @@ bool holds(const Segment& segment) {
 }
 
 /// How far the axes run away from the plan within a segment by one standard deviation of their rate error [rad].
-double run_away_in(const linear::PowerUp& power_up, const linear::Stretch& stretch) {
+double run_away_in(const PowerUp& power_up, const Stretch& stretch) {
   const Settings& rig = power_up.plan->rig;
   if (!rig.has("rate_error_sd") || (rig.has("ideal") && rig.flag("ideal"))) return 0.0;
   double angle = 0.0;
   for (const auto& [name, motion] : power_up.rig.segments[stretch.segment].axes)
     if (motion.kind == Motion::Kind::rate) angle = std::max(angle, std::abs(motion.value));
-  return angle * rig.number("rate_error_sd") * static_cast<double>(stretch.samples) * stretch.step;
+  return angle * rig.number("rate_error_sd") * stretch.duration();
 }
 
 /// Instants all over a stretch that fall in step with no motion.
-void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Look& look) {
+void look_at(const PowerUp& power_up, const Stretch& stretch, Look& look) {
   constexpr double golden = 0.6180339887498949;
   const std::size_t count = stretch.steady ? 1 : instants;
-  const double length = static_cast<double>(stretch.samples) * stretch.step;
+  const double length = stretch.duration();
   std::array<Felt, instants> all;
   Vector3 rate, force;
   for (std::size_t k = 0; k < count; ++k) {
@@ -71,9 +71,9 @@ void look_at(const linear::PowerUp& power_up, const linear::Stretch& stretch, Lo
   look.at_rest.push_back(holds(power_up.rig.segments[stretch.segment]));
 }
 
-Look look_over(const linear::Evidences& found) {
+Look look_over(const ConductedTest& test) {
   Look look;
-  for (const auto& stretch : found.stretches) look_at(found.power_ups[stretch.power_up], stretch, look);
+  for (const auto& stretch : test.stretches) look_at(test.power_ups[stretch.power_up], stretch, look);
   return look;
 }
 
@@ -172,7 +172,7 @@ Task task_of(const Evidence& evidence) {
       task.problems.push_back(
           problem_of(kind, axis, evidence.plan.settings, imu::reading_of(kind, evidence.plan.settings, channel)));
     }
-  task.look = look_over(linear::evidence_of(evidence, task.problems.front()));
+  task.look = look_over(linear::evidence_of(evidence, task.problems.front()).test);
   complete(task);
   return task;
 }
@@ -192,9 +192,9 @@ Task task_of(const Plan& plan) {
   for (const Kind kind : task.kinds)
     for (std::size_t axis = 0; axis < 3; ++axis)
       task.problems.push_back(problem_of(kind, axis, plan.settings, predicted_reading(kind, plan.truth)));
-  task.look = look_over(linear::evidence_of(plan, task.problems.front()));
+  task.look = look_over(linear::evidence_of(plan, task.problems.front()).test);
   complete(task);
   return task;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 namespace {
 
 Motion hold(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
@@ -62,7 +62,7 @@ void set_truth_of(Kind kind, std::size_t axis, Plan& plan) {
 
 Plan trial_plan() {
   const Method& method = find_method("imu_turntable");
-  Plan plan = methods::trial_plan(method.name, method.options(), "imu", "three_axis_table", 1.0);
+  Plan plan = trial_plan(method.name, method.options(), "imu", "three_axis_table", 1.0);
   add_motions(plan);
   for (const Kind kind : {Kind::gyro, Kind::accelerometer})
     for (std::size_t axis = 0; axis < 3; ++axis) set_truth_of(kind, axis, plan);
@@ -84,4 +84,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "tumble/methods/imu/sensors.hpp"
-#include "tumble/methods/linear/joint.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/linear/joint.hpp"
 
 /// Three gyros and three accelerometers on a table, from any schedule.
 ///
 ///   w_i' = w_i + b_i + k_i w_i + sum_j m_ij w_j + sum_j g_ij f_j
 ///   f_i' = f_i + b_i + k_i f_i + sum_j m_ij f_j + K_2i f_i^2 + [a x r_i + w x (w x r_i)]_i
-namespace tumble::methods::turntable {
+namespace tumble::imu_turntable {
 
 using imu::Kind;
 
@@ -58,4 +58,4 @@ Compensation compensate(const Estimate& estimate, const Recording& recording);
 Plan trial_plan();
 Trial trial(std::uint64_t seed);
 
-}  // namespace tumble::methods::turntable
+}  // namespace tumble::imu_turntable

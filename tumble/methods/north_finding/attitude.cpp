@@ -12,7 +12,7 @@
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 Felt felt_at(const Reference& reference, double time) {
@@ -21,7 +21,7 @@ Felt felt_at(const Reference& reference, double time) {
   return felt;
 }
 
-Reference world(const linear::PowerUp& power_up, const Matrix& errors, double latitude) {
+Reference world(const PowerUp& power_up, const Matrix& errors, double latitude) {
   RigRun run = power_up.rig;
   run.errors = errors;
   run.site->latitude = latitude;
@@ -70,7 +70,7 @@ std::string turning_axis(const Plan& plan) {
 
 }  // namespace
 
-Attitude::Attitude(const linear::PowerUp& power_up, const Matrix& errors)
+Attitude::Attitude(const PowerUp& power_up, const Matrix& errors)
     : equator_(world(power_up, errors, 0.0)),
       pole_(world(power_up, errors, 0.5 * std::numbers::pi)),
       other_pole_(world(power_up, errors, -0.5 * std::numbers::pi)),
@@ -96,12 +96,10 @@ View Attitude::at(double time, const Rotation& base_from_level) const {
 
 Index index_of(const Plan& plan) {
   const auto axis = turning_axis(plan);
-  Segment segment = sim::standing_alone(plan.schedule, 0);
+  Segment segment = standing_alone(plan.schedule, 0);
   segment.duration = 1.0;
   segment.axes[axis] = {.kind = Motion::Kind::hold, .value = 0.0};
-  linear::PowerUp power_up;
-  power_up.plan = &plan;
-  power_up.rig = {{segment}, plan.rig, plan.site, 1.0, {}, RandomStream(0)};
+  PowerUp power_up = power_up_of(plan, {segment}, 1.0);
   const Rotation base = Attitude(power_up, {}).body_from_level(0.5);
   power_up.rig.segments[0].axes[axis].value = 1.0;
   const Rotation turned = Attitude(power_up, {}).body_from_level(0.5) * inverse(base);
@@ -115,4 +113,4 @@ Index index_of(const Plan& plan) {
   return {axis, base};
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -2,12 +2,12 @@
 
 #include <vector>
 
-#include "tumble/methods/linear/rows.hpp"
 #include "tumble/methods/north_finding/model.hpp"
+#include "tumble/reduce/stretches.hpp"
 
 /// Where the body stands, as the rig says it with its errors and whatever world it stands in: the azimuth of the rig is
 /// what is looked for.
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// A rig in one power-up, asked in three worlds that differ in where the Earth's rate points. Their rates give the
 /// attitude against the ground, also while the rig turns:
@@ -16,12 +16,12 @@ namespace tumble::methods::north {
 ///   w(-90)
 class Attitude {
  public:
-  /// errors  as RigRun has them; empty: none
-  Attitude(const linear::PowerUp& power_up, const Matrix& errors);
+  /// errors  [errors x segments] as RigRun has them; empty: none
+  Attitude(const PowerUp& power_up, const Matrix& errors);
 
   /// At `time` [s], `base_from_level` the attitude of the body at index 0.
   View at(double time, const Rotation& base_from_level) const;
-  /// Body from level (east, north, up).
+  /// Body from level (east, north, up) at a time [s].
   Rotation body_from_level(double time) const;
 
  private:
@@ -42,4 +42,4 @@ struct Index {
 };
 Index index_of(const Plan& plan);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

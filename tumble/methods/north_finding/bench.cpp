@@ -5,17 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/clock.hpp"
-#include "tumble/methods/linear/linear.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 constexpr std::size_t most_revolutions = 40;  ///< of one segment, that have slow noise of their own
@@ -40,10 +39,10 @@ linear::Problem problem_of(Channel channel, const Recorded& recorded, const Sett
 }
 
 /// In which of `count` equal parts of the stretch a block lies: whole revolutions.
-std::size_t revolution_of(const linear::Stretch& stretch, std::size_t block, double rate) {
-  const double turns = std::abs(rate) * static_cast<double>(stretch.samples) * stretch.step / (2.0 * std::numbers::pi);
+std::size_t revolution_of(const Stretch& stretch, std::size_t per_block, std::size_t block, double rate) {
+  const double turns = std::abs(rate) * stretch.duration() / (2.0 * std::numbers::pi);
   const auto parts = std::clamp(static_cast<std::size_t>(turns), std::size_t{1}, most_revolutions);
-  const std::size_t blocks = (stretch.samples + stretch.per_block - 1) / stretch.per_block;
+  const std::size_t blocks = (stretch.samples + per_block - 1) / per_block;
   return std::min(parts - 1, block * parts / blocks);
 }
 
@@ -51,48 +50,47 @@ std::size_t revolution_of(const linear::Stretch& stretch, std::size_t block, dou
 class Reader {
  public:
   Reader(const Rotation& base, Signal& signal) : base_(base), signal_(signal) {
-    for (const auto& power_up : signal.evidence.power_ups) attitudes_.emplace_back(power_up, Matrix());
+    for (const auto& power_up : signal.evidence.test.power_ups) attitudes_.emplace_back(power_up, Matrix());
   }
 
   void read(const std::vector<double>& rounding) {
     const auto& blocks = signal_.blocks;
     signal_.row_of.assign(blocks.weights.size(), npos);
     std::size_t b = 0;
-    for (std::size_t g = 0; g < signal_.evidence.stretches.size(); ++g) {
+    for (std::size_t g = 0; g < signal_.evidence.test.stretches.size(); ++g) {
       const std::size_t first = b;
       while (b < blocks.segment.size() && blocks.segment[b] == g) ++b;
-      const auto& stretch = signal_.evidence.stretches[g];
+      const auto& stretch = signal_.evidence.test.stretches[g];
       stretch.steady ? add_stay(g, first, b, rounding) : add_turn(g, first, b);
     }
   }
 
  private:
-  const Attitude& attitude(std::size_t g) const { return attitudes_[signal_.evidence.stretches[g].power_up]; }
+  const Attitude& attitude(std::size_t g) const { return attitudes_[signal_.evidence.test.stretches[g].power_up]; }
 
   void open_place(std::size_t g, double begin, double length) {
-    const auto& stretch = signal_.evidence.stretches[g];
-    const auto& power_up = signal_.evidence.power_ups[stretch.power_up];
-    const std::pair key{power_up.plan_number, stretch.run};
-    const std::size_t number = numbers_.try_emplace(key, numbers_.size()).first->second;
+    const auto& stretch = signal_.evidence.test.stretches[g];
+    const auto& power_up = signal_.evidence.test.power_ups[stretch.power_up];
     const View view = attitude(g).at(begin + (stretch.steady ? 0.5 * length : 0.0), base_);
     signal_.places.push_back({stretch.label,
                               stretch.run,
                               stretch.steady,
                               angle_of(view),
                               view.spin.z,
-                              {number, power_up.offset + begin, length}});
+                              {stretch.start, power_up.offset + begin, length}});
   }
 
   void set_place(std::size_t g, double middle, Row& row) const {
-    row.power_up = signal_.evidence.stretches[g].power_up;
-    row.run = signal_.evidence.stretches[g].run;
+    row.power_up = signal_.evidence.test.stretches[g].power_up;
+    row.run = signal_.evidence.test.stretches[g].run;
+    row.start = signal_.evidence.test.stretches[g].start;
     row.at = middle;
   }
 
   void add_stay(std::size_t g, std::size_t first, std::size_t end, const std::vector<double>& rounding) {
     const auto& blocks = signal_.blocks;
-    const auto& stretch = signal_.evidence.stretches[g];
-    const double length = static_cast<double>(stretch.samples) * stretch.step;
+    const auto& stretch = signal_.evidence.test.stretches[g];
+    const double length = stretch.duration();
     open_place(g, stretch.first, length);
     Row row{.channel = signal_.channel, .place = signal_.places.size() - 1};
     for (std::size_t b = first; b < end; ++b) {
@@ -102,7 +100,7 @@ class Reader {
       row.output += blocks.output.empty() ? NAN : w * blocks.output[b];
       signal_.row_of[b] = signal_.rows.size();
     }
-    row.time = row.time / row.seconds + signal_.evidence.power_ups[stretch.power_up].offset;
+    row.time = row.time / row.seconds + signal_.evidence.test.power_ups[stretch.power_up].offset;
     row.output /= row.seconds;
     row.rounding_sd = rounding.empty() ? 0.0 : rounding[first];
     set_place(g, stretch.first + 0.5 * length, row);
@@ -112,26 +110,27 @@ class Reader {
 
   void add_turn(std::size_t g, std::size_t first, std::size_t end) {
     const auto& blocks = signal_.blocks;
-    const auto& stretch = signal_.evidence.stretches[g];
+    const auto& stretch = signal_.evidence.test.stretches[g];
+    const std::size_t per_block = signal_.evidence.blocking[g].per_block;
     const double rate = attitude(g).at(stretch.first, base_).spin.z;
     std::size_t last = npos, next = npos;
     for (std::size_t b = first; b < end; ++b) {
-      const std::size_t begin = blocks.block[b] * stretch.per_block;
-      const std::size_t size = std::min(stretch.per_block, stretch.samples - begin);
+      const std::size_t begin = blocks.block[b] * per_block;
+      const std::size_t size = std::min(per_block, stretch.samples - begin);
       const double length = static_cast<double>(size) * stretch.step;
       if (std::abs(blocks.weights[b] - length) > 1e-6 * length) continue;  // where samples are missing it is no mean
       const double from = stretch.first + static_cast<double>(begin) * stretch.step;
-      if (const std::size_t part = revolution_of(stretch, blocks.block[b], rate); part != last) {
+      if (const std::size_t part = revolution_of(stretch, per_block, blocks.block[b], rate); part != last) {
         open_place(g, from, 0.0);
         last = part;
       }
       auto& place = signal_.places.back();
       place.interval.length =
-          signal_.evidence.power_ups[stretch.power_up].offset + from + length - place.interval.begin;
+          signal_.evidence.test.power_ups[stretch.power_up].offset + from + length - place.interval.begin;
       Row row{.channel = signal_.channel, .place = signal_.places.size() - 1, .seconds = length};
-      row.time = blocks.time[b] + signal_.evidence.power_ups[stretch.power_up].offset;
+      row.time = blocks.time[b] + signal_.evidence.test.power_ups[stretch.power_up].offset;
       row.output = blocks.output.empty() ? NAN : blocks.output[b];
-      row.reading_sd = signal_.problem.pulse * std::sqrt(reading_variance) / length;
+      row.reading_sd = signal_.problem.pulse * std::sqrt(pulses::reading_variance) / length;
       row.follows = b == next;
       next = b + 1;
       set_place(g, from + 0.5 * length, row);
@@ -147,7 +146,6 @@ class Reader {
   Rotation base_;
   Signal& signal_;
   std::vector<Attitude> attitudes_;
-  std::map<std::pair<std::size_t, int>, std::size_t> numbers_;
 };
 
 void read_rows(const Rotation& base, Signal& signal) {
@@ -189,7 +187,7 @@ Bench assembled(const From& from, const Plan& plan, const Records& records) {
   for (const Channel channel : channels_in(records)) try {
       Signal signal{.channel = channel, .problem = problem_of(channel, records[channel], plan.settings)};
       signal.evidence = linear::evidence_of(from, signal.problem);
-      for (const auto& finding : signal.evidence.findings)
+      for (const auto& finding : signal.evidence.test.findings)
         if (channel == gyro) bench.findings.push_back(finding);
       bench.signals.push_back(std::move(signal));
     } catch (const Error& error) {
@@ -225,7 +223,7 @@ void check_settings(const Plan& plan) {
 Recorded recorded_by(const Plan& plan, Channel channel) {
   const auto choice = plan.channels.find(role_of(channel));
   const std::string name = choice == plan.channels.end() ? role_of(channel) : choice->second.front().channel;
-  for (const auto& one : sim::participants_of(plan)) {
+  for (const auto& one : participants_of(plan)) {
     const auto outputs = one.model.outputs(one.truth);
     for (std::size_t k = 0; k < outputs.size(); ++k) {
       if (one.prefix + outputs[k].channel != name) continue;
@@ -270,4 +268,4 @@ const Signal* signal_of(const Bench& bench, Channel channel) {
   return nullptr;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -4,12 +4,12 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/linear/rows.hpp"
-#include "tumble/methods/linear/slow.hpp"
 #include "tumble/methods/north_finding/attitude.hpp"
 #include "tumble/methods/north_finding/instrument.hpp"
+#include "tumble/reduce/linear/rows.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// A stay at an index angle, or a revolution of a table that turns: what shares one draw of slow noise.
 struct Place {
@@ -46,7 +46,7 @@ inline constexpr std::size_t npos = static_cast<std::size_t>(-1);
 
 /// Reads the channels. Throws Error::bad_input, bad_data with all that is missing.
 Bench bench_of(const Evidence& evidence);
-/// The same of a plan, around its [truth].
+/// The bench of a plan, around its [truth].
 Bench bench_of(const Plan& plan);
 
 const Signal* signal_of(const Bench& bench, Channel channel);
@@ -67,4 +67,4 @@ struct Disturbance {
 /// about the vertical always, about x and y where roll and pitch are found.
 std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, bool roll_found);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -8,7 +8,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/north_finding/report.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 using Severity = Finding::Severity;
@@ -276,4 +276,4 @@ Findings findings_of(const Bench& bench, const Reduction& reduction, bool predic
   return out;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

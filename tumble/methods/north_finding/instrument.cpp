@@ -10,7 +10,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 using Type = Option::Type;
@@ -242,4 +242,4 @@ Instrument identified_instrument(const Plan& plan, const Records& records) {
   return out;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

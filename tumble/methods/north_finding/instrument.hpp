@@ -9,7 +9,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// Quantities that are known beforehand with this covariance.
 struct Prior {
@@ -37,7 +37,7 @@ struct Recorded {
 };
 using Records = std::array<Recorded, channels>;
 
-/// From the channel's unit. Throws Error::bad_data where it is no output of such a sensor.
+/// From the channel's unit. Given: rate [Hz]. Throws Error::bad_data where it is no output of such a sensor.
 Recorded recorded_as(Channel channel, const Unit& unit, double rate);
 
 /// Settings that say what is known of the instrument.
@@ -53,4 +53,4 @@ Instrument nominal_instrument(const Plan& plan, const Records& records);
 /// holds nothing of the kind or in another unit.
 Instrument identified_instrument(const Plan& plan, const Records& records);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

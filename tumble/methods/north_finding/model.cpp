@@ -4,7 +4,7 @@
 
 #include "tumble/earth/earth.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 /// North and up with their derivatives by azimuth, pitch and roll.
@@ -125,4 +125,4 @@ double exact_azimuth(double rate_x, double rate_y, double up_x, double up_y, dou
   return std::atan2(cross(north, u).x, north.x);
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

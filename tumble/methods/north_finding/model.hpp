@@ -15,7 +15,7 @@
 ///   w_b = w_ie (cos(phi) n_b + sin(phi) u_b),   f_b = g u_b
 ///
 /// n_b north and u_b up in the axes of the base; R the turn of the body in the base, about z by the index angle.
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 enum Channel : std::size_t { gyro, accelerometer_x, accelerometer_y, channels };
 
@@ -83,14 +83,15 @@ struct Row {
   bool follows = false;          ///< begins with the reading with which the row before ends
   std::size_t power_up = 0;      ///< in the evidence
   int run = 1;
-  double at = 0.0;  ///< [s] the middle, in the power-up
+  std::size_t start = 0;  ///< see MarkedSegment
+  double at = 0.0;        ///< [s] the middle, in the power-up
 };
 
-/// What the channel should show.
+/// What the channel should show [SI of the channel, counts per second].
 double output_of(const State& state, const Row& row);
-/// The same with other views.
+/// What the channel should show [SI of the channel, counts per second] with other views.
 double output_of(const State& state, const Row& row, const std::vector<View>& views);
-/// Its derivatives.
+/// Its derivatives [quantities].
 std::array<double, quantities> slopes_of(const State& state, const Row& row);
 
 /// (2.12): azimuth from the horizontal parts of the Earth's rate [rad/s] and of up (a unit vector) in the base.
@@ -98,4 +99,4 @@ std::array<double, quantities> slopes_of(const State& state, const Row& row);
 ///   w_bz = (w_ie sin(phi) - u_x w_bx - u_y w_by)/u_z,   n = w_b - (w_b.u) u,   e = n x u,   A = atan2(e_x, n_x)
 double exact_azimuth(double rate_x, double rate_y, double up_x, double up_y, double latitude);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

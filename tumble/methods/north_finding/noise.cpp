@@ -8,7 +8,7 @@
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 using Eigen::MatrixXd;
@@ -82,7 +82,7 @@ std::vector<linear::Interval> intervals_of(const Signal& signal) {
   return out;
 }
 
-double step_of(const Signal& signal) { return signal.evidence.stretches.front().step; }
+double step_of(const Signal& signal) { return signal.evidence.test.stretches.front().step; }
 
 /// What the settings say of the bias instability of a signal, as its output shows it; 0: nothing.
 double stated_for(const Bench& bench, const Signal& signal, const State& state) {
@@ -246,7 +246,7 @@ Noise expected_noise(const Bench& bench, std::size_t number, const State& state)
   Noise noise;
   noise.slow_known = true;
   const double k = state[scale_of(signal.channel)];
-  for (const auto& one : sim::participants_of(plan))
+  for (const auto& one : participants_of(plan))
     for (const auto& output : one.model.outputs(one.truth)) {
       if (one.prefix + output.channel != name) continue;
       NoiseModel model = noise_of(one.truth, output.noise_prefix);
@@ -260,4 +260,4 @@ Noise expected_noise(const Bench& bench, std::size_t number, const State& state)
   return noise;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -2,11 +2,11 @@
 
 #include <vector>
 
-#include "tumble/math/mixed_model.hpp"
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// Noise of one signal.
 struct Noise {
@@ -35,6 +35,7 @@ struct Harmonics {
   std::vector<double> residuals;
   double condition = 1.0;
 };
+/// Given: outputs [unit of the output], one a row. `drift`: t is one of the columns.
 Harmonics harmonics_of(const Signal& signal, const std::vector<double>& outputs, const Shown& shown, bool drift);
 
 /// Found from the scatter within and between places, at `state` and with the rig's errors.
@@ -43,7 +44,7 @@ Noise noise_of(const Bench& bench, std::size_t signal, const State& state, const
 /// As the plan's truth has it.
 Noise expected_noise(const Bench& bench, std::size_t signal, const State& state);
 
-/// Change of the rows of a signal by a disturbance.
+/// Change of the rows of a signal by a disturbance [SI of the channel].
 std::vector<double> effect_of(const Signal& signal, const std::vector<Move>& moves, const State& state);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
@@ -113,9 +113,9 @@ TEST(NorthFinding, TiltOf217) {
   EXPECT_NEAR((std::atan2(rate.y, rate.x) - truth) / arcsec, 2697.0, 0.5);
   const double vertical = earth_rate * s;
   EXPECT_NEAR((std::atan2(rate.y - vertical * up.y, rate.x - vertical * up.x) - truth) / arcsec, 8.7, 0.05);
-  EXPECT_NEAR(north::exact_azimuth(rate.x, rate.y, up.x, up.y, latitude) - truth, 0.0, 1e-14);
+  EXPECT_NEAR(north_finding::exact_azimuth(rate.x, rate.y, up.x, up.y, latitude) - truth, 0.0, 1e-14);
   const double p = std::asin(up.x), r = std::atan2(up.y, up.z);
-  const auto directions = north::directions_of(truth, p, r);
+  const auto directions = north_finding::directions_of(truth, p, r);
   EXPECT_NEAR(norm(earth_rate * (c * directions.north + s * directions.up) - rate), 0.0, 1e-18);
 }
 

@@ -9,7 +9,7 @@
 
 #include "tumble/earth/earth.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 constexpr double turn = 2.0 * std::numbers::pi;
@@ -203,4 +203,4 @@ Estimate described(const Bench& bench, const Reduction& reduction, const Reducti
   return estimate;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

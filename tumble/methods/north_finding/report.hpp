@@ -3,7 +3,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/north_finding/solve.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// One reduction: what was known of the instrument, and what came out.
 struct Reduction {
@@ -30,7 +30,7 @@ Findings findings_of(const Bench& bench, const Reduction& reduction, bool predic
 /// "four positions", "continuous turning"
 std::string scheme_of(const Bench& bench);
 
-/// From 0 to 360 deg.
+/// An angle [rad] brought to between 0 and 2 pi.
 double wrapped(double angle);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

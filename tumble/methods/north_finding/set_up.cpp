@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/north_finding/solve.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 constexpr std::size_t least_places_for_drift = 6;
@@ -211,4 +211,4 @@ Setup set_up(const Bench& bench, const Instrument& instrument) {
 
 Setup set_up_prediction(const Bench& bench, const Instrument& instrument) { return begin(bench, instrument); }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -8,7 +8,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 using Eigen::Index;
@@ -260,4 +260,4 @@ Solution solve(const Bench& bench, const Instrument& instrument, const Setup& se
   }
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -6,7 +6,7 @@
 
 #include "tumble/methods/north_finding/noise.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 /// What the test is to give, and around what.
 struct Setup {
@@ -20,7 +20,7 @@ struct Setup {
 
 /// From the closed forms. Throws Error::bad_data where the azimuth cannot be told.
 Setup set_up(const Bench& bench, const Instrument& instrument);
-/// The same where nothing is measured yet: around the attitude that the rig has.
+/// The set-up where nothing is measured yet: around the attitude that the rig has.
 Setup set_up_prediction(const Bench& bench, const Instrument& instrument);
 
 struct Solution {
@@ -40,4 +40,4 @@ struct Solution {
 Solution solve(const Bench& bench, const Instrument& instrument, const Setup& setup, const std::vector<Noise>& noise,
                const std::vector<Disturbance>& disturbances, bool predicted);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 namespace {
 
 /// Forwards and back: a drift of the bias cancels.
@@ -89,4 +89,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

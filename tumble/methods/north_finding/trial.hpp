@@ -4,8 +4,8 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::methods::north {
+namespace tumble::north_finding {
 
 Trial trial(std::uint64_t seed);
 
-}  // namespace tumble::methods::north
+}  // namespace tumble::north_finding

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tumble::methods::polar {
+namespace tumble::polar_axis_tumble {
 namespace {
 
 using std::numbers::pi;
@@ -172,4 +172,4 @@ void add_harmonics(const linear::Solution& solution, Estimate& estimate) {
   warn_of_another_axis(solution, estimate);
 }
 
-}  // namespace tumble::methods::polar
+}  // namespace tumble::polar_axis_tumble

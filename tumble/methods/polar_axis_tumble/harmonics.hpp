@@ -1,9 +1,9 @@
 #pragma once
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
-namespace tumble::methods::polar {
+namespace tumble::polar_axis_tumble {
 
 /// Parameters that stand for more than themselves get the name of what they are: "D_SS_minus_D_II", "D_F_sum".
 void name_combinations(const linear::Solution& solution, Estimate& estimate);
@@ -16,4 +16,4 @@ void name_combinations(const linear::Solution& solution, Estimate& estimate);
 /// parameters, with their covariance. Also the curves of drift over angle.
 void add_harmonics(const linear::Solution& solution, Estimate& estimate);
 
-}  // namespace tumble::methods::polar
+}  // namespace tumble::polar_axis_tumble

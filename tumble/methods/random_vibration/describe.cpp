@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::random_vibration {
 namespace {
@@ -27,14 +27,15 @@ std::string type_of(const Measured& unit, const std::vector<Type>& types) {
   return "";
 }
 
-/// [m/s^2] of the real motion in the windows: what the reference explains, else what the density says, eq. (3.13).
+/// [m/s^2] of the real motion in the windows: what the reference explains, else what the density says, docs/equations
+/// (3.13).
 double motion_sd(const Exposure& exposure, const Measured& unit) {
   if (!unit.own.empty()) return std::sqrt(std::max(0.0, unit.sd * unit.sd - unit.own_sd * unit.own_sd));
   return std::sqrt(window_variance(exposure.psd, exposure.window)) * exposure.rms / std::sqrt(variance(exposure.psd));
 }
 
 double counting_sd(const Exposure& exposure, const Data& data, const Measured& unit) {
-  return std::sqrt(rounding_variance(data.units[unit.unit].pulse, exposure.window));
+  return std::sqrt(pulses::rounding_variance(data.units[unit.unit].pulse, exposure.window));
 }
 
 /// What neither motion nor rounding explains; NaN where only the density is known and hides it.

@@ -6,13 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
-#include "tumble/rigs/rig.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/reduce/rig_effects.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::random_vibration {
@@ -32,7 +34,7 @@ double plain_mean(std::span<const double> values) {
   return sum / n;
 }
 
-/// eq. (3.7)
+/// docs/equations (3.7)
 double standard_deviation(std::span<const double> values) {
   const double mean = plain_mean(values);
   double squares = 0.0, n = 0.0;
@@ -42,8 +44,8 @@ double standard_deviation(std::span<const double> values) {
 }
 
 /// The time each part stands for, and with which weight it goes into the difference to the vibration.
-std::vector<Stretch> stretches_of(const Data& data, const vibration::AtRest& parts, const Series& vibrating) {
-  std::vector<Stretch> out{{vibrating.begin, vibrating.end, 1.0}};
+std::vector<WeightedSpan> spans_of(const Data& data, const vibration::AtRest& parts, const Series& vibrating) {
+  std::vector<WeightedSpan> out{{vibrating.begin, vibrating.end, 1.0}};
   for (const auto& part : parts.parts)
     out.push_back({data.series[part.series].begin, data.series[part.series].end, -part.weight});
   return out;
@@ -60,7 +62,7 @@ Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest&
     (series.middle() < vibrating.middle() ? rest.before : rest.after) = mean;
     rest.value += part.weight * mean;
     const auto n = static_cast<double>(series.force.size());
-    double variance = rounding_variance(pulse, n * series.window), freedom = 1e6;
+    double variance = pulses::rounding_variance(pulse, n * series.window), freedom = 1e6;
     if (series.force.size() >= 64) {
       const auto run = long_run({series.force}, highest_share, true);
       const auto& density = run.density.front();
@@ -83,7 +85,7 @@ Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest&
   }
   if (white_windows > 0.0) rest.white /= white_windows;
   rest.white_freedom = std::max(1.0, white_freedom);
-  if (slow_windows > 0.0) rest.slow_variance = slow / slow_windows * slow_gain(stretches_of(data, parts, vibrating));
+  if (slow_windows > 0.0) rest.slow_variance = slow / slow_windows * slow_gain(spans_of(data, parts, vibrating));
   rest.degrees_of_freedom = squares > 0.0 ? std::max(1.0, rest.variance * rest.variance / squares) : 1e6;
   rest.both_sides = parts.both_sides;
   if (parts.parts.size() == 2) {
@@ -144,15 +146,19 @@ Measured measured_of(const Data& data, std::size_t index, const std::vector<doub
   return m;
 }
 
-/// Relative standard uncertainty of the level by the plan: as set, else as the rig says.
-double level_sd(const Evidence& evidence, std::size_t recording) {
+/// Relative standard uncertainty of the level by the plan: as set, else as the rig says, else unknown.
+std::optional<double> level_sd(const Evidence& evidence, std::size_t recording) {
   const Settings& settings = evidence.plan.settings;
   if (settings.has("level_sd")) return settings.number("level_sd");
-  const Plan& plan = plan_of(evidence, recording);
-  if (plan.rig_kind.empty()) return 0.0;
-  const auto errors = find_rig(plan.rig_kind).errors(plan.rig);
-  const auto found = std::ranges::find(errors, std::string("shake amplitude"), &RigError::name);
-  return found == errors.end() ? 0.0 : found->sd;
+  return rig_sd(plan_of(evidence, recording), rigs::error_names::shake_amplitude);
+}
+
+void say_unknown_level(const Exposure& exposure, Findings& findings) {
+  findings.push_back(
+      {Severity::warning,
+       "nothing says how well the level of the vibration is known, so that its uncertainty is not in the results: set "
+       "level_sd, use a reference (level_from), or give a plan with [rig] kind = \"shaker\" and its amplitude_sd",
+       exposure.label});
 }
 
 /// g_rms: set, by the plan, or by the reference.
@@ -162,8 +168,10 @@ void set_level(const Evidence& evidence, const Data& data, std::size_t recording
   const double planned = std::sqrt(variance(exposure.psd));
   const Unit g = Unit::parse("g");
   exposure.rms = settings.has("level") ? settings.number("level") : planned;
-  exposure.rms_sd = exposure.level_sd = level_sd(evidence, recording);
+  const auto known = level_sd(evidence, recording);
+  exposure.rms_sd = exposure.level_sd = known.value_or(0.0);
   const bool wanted = settings.word("level_from") == "reference";
+  if (!known && !wanted) say_unknown_level(exposure, findings);
   if (exposure.reference.empty()) {
     if (wanted)
       throw Error(Error::Kind::bad_data, "level_from = \"reference\", and no reference is recorded with the windows");

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/math/long_run.hpp"
+#include "tumble/math/regression/long_run.hpp"
 #include "tumble/math/shaped_noise.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 
 namespace tumble::random_vibration {
 
@@ -29,8 +29,8 @@ struct Measured {
   std::vector<double> error;    ///< e_j, specific force less that at rest; NaN: missed
   std::vector<double> own;      ///< e_j less what the reference explains; empty: no reference over the windows
   double mean = 0.0;            ///< of windows that fade in and out
-  double plain_mean = 0.0;      ///< eq. (3.7)
-  double sd = 0.0;              ///< eq. (3.7)
+  double plain_mean = 0.0;      ///< docs/equations (3.7)
+  double sd = 0.0;              ///< docs/equations (3.7)
   double own_sd = 0.0;          ///< of `own`
   double reference_gain = 0.0;  ///< of the unit against the reference
   double lowest = 0.0, highest = 0.0;

@@ -27,7 +27,7 @@ double sd(const Estimate& estimate, const std::string& name) {
   return p ? standard_uncertainty(estimate, static_cast<std::size_t>(p - estimate.parameters.data())) : std::nan("");
 }
 
-// The numbers that Lu Hanjie et al. imply, to the last digit printed: eq. (3.12), (3.13).
+// The numbers that Lu Hanjie et al. imply, to the last digit printed: docs/equations (3.12), (3.13).
 TEST(RandomVibration, NumbersOfThePaper) {
   EXPECT_NEAR(std::sqrt(variance(paper)), 14.0712, 1e-4);
   EXPECT_NEAR(variance(paper), 198.0, 1e-9);
@@ -61,7 +61,8 @@ TEST(RandomVibration, RectificationBySimulation) {
   EXPECT_NEAR(mean, 4.257e-3, 4.0 * of_mean + 5e-7);
 }
 
-// eq. (3.14): a constant of p pulses a window gives variance p(1 - p) and lag-1 correlation -min/max of p and 1 - p.
+// docs/equations (3.14): a constant of p pulses a window gives variance p(1 - p) and lag-1 correlation -min/max of p
+// and 1 - p.
 TEST(RandomVibration, RoundingOfAConstant) {
   const Model& model = find_model("pendulous_accelerometer");
   Settings truth = defaults(truth_options(model));

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 
 namespace tumble::random_vibration {
 namespace {

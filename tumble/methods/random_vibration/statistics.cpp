@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::random_vibration {
 namespace {
@@ -91,7 +91,7 @@ void name(Statistic& s, std::string name, const char* symbol, const char* unit, 
   s.parameter.description = std::move(description);
 }
 
-/// dMean/g_rms^2 = K_2 + 3 K_3 a_0, eq. (3.12).
+/// dMean/g_rms^2 = K_2 + 3 K_3 a_0, docs/equations (3.12).
 Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
   const double square = exposure.rms * exposure.rms;
   Statistic s = times(mean, 1.0 / square);
@@ -132,7 +132,7 @@ void append_unit(const Exposure& exposure, const Data& data, const Measured& uni
     Statistic own;
     own.parameter.value = unit.own_sd;
     own.influence = squares_of(unit.own, 0.0, 0.5 / unit.own_sd);
-    const double rounding = rounding_variance(under_test.pulse, exposure.window);
+    const double rounding = pulses::rounding_variance(under_test.pulse, exposure.window);
     own.level = std::max(0.0, unit.own_sd - rounding / unit.own_sd);  // rounding does not grow with the vibration
     own.scale[unit.unit] = -unit.own_sd;
     own = times(own, unit.per_force);

@@ -5,8 +5,8 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
-#include "tumble/methods/trial/plan.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/trial_plan.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::random_vibration {
@@ -45,7 +45,7 @@ SpectralDensity density() {
 }
 
 Plan plan_of(const std::vector<Option>& options) {
-  Plan plan = methods::trial_plan("random_vibration", options, "pendulous_accelerometer", "shaker", rate);
+  Plan plan = trial_plan("random_vibration", options, "pendulous_accelerometer", "shaker", rate);
   plan.settings.set_word("scale_factor", "accelerometer: 2000 pulse/s/g, Q1: 2500 pulse/s/g");
   plan.settings.set_number("scale_factor_sd", 1e-4, Unit::parse("%"));
   plan.settings.set_number("settling", settling, Unit::parse("s"));

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/least_squares.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/models/lock_in.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::Kind::bad_data, why); }
@@ -133,7 +133,7 @@ MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool lo
     data.weights.push_back(point.duration);
     data.segment.push_back(k);
     // a difference of two counter readings: 1/6 count^2
-    counts.column[k] = std::abs(slope) * std::sqrt(rounding_variance(g, options.edges * point.duration));
+    counts.column[k] = std::abs(slope) * std::sqrt(pulses::rounding_variance(g, options.edges * point.duration));
   }
   data.effects.push_back(std::move(counts));
   for (std::size_t e = 0; e < sweep.effects.size(); ++e) {
@@ -204,4 +204,4 @@ double beat_frequency(const DeadBand& band, double rate) {
   return band.scale_factor * mean_output_rate({band.scale_factor, band.lock_in_rate}, {}, rate + band.bias);
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/rlg_lock_in/sweep.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 
 struct DeadBandOptions {
   double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are left out
@@ -46,4 +46,4 @@ DeadBand predict_dead_band(const Sweep& sweep, const DeadBandOptions& options, d
 /// K sign(w + b) sqrt((w + b)^2 - W_L^2), 0 in the dead band [fringe/s].                                  (4.23)
 double beat_frequency(const DeadBand& band, double rate);
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

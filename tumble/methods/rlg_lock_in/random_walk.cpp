@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/allan.hpp"
-#include "tumble/math/allan_fit.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 constexpr std::size_t least_samples = 64;
@@ -63,4 +63,4 @@ BeatWalk beat_walk(const Sweep& sweep) {
   return walk;
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

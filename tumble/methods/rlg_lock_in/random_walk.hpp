@@ -2,7 +2,7 @@
 
 #include "tumble/methods/rlg_lock_in/sweep.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 
 /// White noise of the beat in the segments with dither.
 struct BeatWalk {
@@ -20,4 +20,4 @@ struct BeatWalk {
 /// Throws  Error::bad_data where no dithered segment has 64 samples
 BeatWalk beat_walk(const Sweep& sweep);
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

@@ -10,7 +10,7 @@
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 using Severity = Finding::Severity;
@@ -203,4 +203,4 @@ void append_curves(const Sweep& sweep, const DeadBand& band, Estimate& estimate)
   estimate.curves.push_back(std::move(fitted));
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

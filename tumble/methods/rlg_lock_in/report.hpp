@@ -6,7 +6,7 @@
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 
 /// What the parts of the test gave.
 struct Answer {
@@ -21,4 +21,4 @@ Estimate estimate_of(const Answer& answer, const Settings& settings);
 /// Table `sweep` and the figure of the dead band.
 void append_curves(const Sweep& sweep, const DeadBand& band, Estimate& estimate);
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

@@ -16,7 +16,7 @@
 namespace tumble::methods {
 namespace {
 
-using namespace rlg;
+using namespace rlg_lock_in;
 
 constexpr double K = 91237.4003;  // [fringe/rad]
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/methods/linear/rows.hpp"
+#include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 linear::Problem problem_of(const Settings& settings) {
@@ -29,9 +29,9 @@ bool turns(const Segment& segment) {
 
 /// The rows of one stretch, put together by their weights.
 Point point_of(const linear::Evidences& found, std::size_t stretch, const linear::Rows& rows) {
-  const auto& from = found.stretches[stretch];
+  const auto& from = found.test.stretches[stretch];
   Point point{.label = from.label, .run = from.run, .sample_step = from.step};
-  point.moving = turns(found.power_ups[from.power_up].rig.segments[from.segment]);
+  point.moving = turns(found.test.power_ups[from.power_up].rig.segments[from.segment]);
   double squares = 0.0, counted = 0.0;
   for (std::size_t i = 0; i < rows.segment.size(); ++i) {
     if (rows.segment[i] != stretch) continue;
@@ -52,8 +52,8 @@ Sweep assemble(const linear::Evidences& found, const linear::Problem& problem, c
   const auto rows = linear::rows_of(found, problem);
   const auto effects = linear::effects_of(found, problem, rows, {});
   Sweep sweep;
-  sweep.findings = found.findings;
-  for (std::size_t g = 0; g < found.stretches.size(); ++g) {
+  sweep.findings = found.test.findings;
+  for (std::size_t g = 0; g < found.test.stretches.size(); ++g) {
     Point point = point_of(found, g, rows);
     point.dithered = has_dither(settings, point.label);
     for (const auto& effect : effects) {
@@ -82,4 +82,4 @@ Sweep sweep_of(const Plan& plan) {
   return assemble(linear::evidence_of(plan, problem), problem, plan.settings);
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

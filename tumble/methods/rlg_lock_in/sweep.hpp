@@ -5,7 +5,7 @@
 
 #include "tumble/core/evidence.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 
 /// One segment of the test: what the rig turned at and what was counted.
 struct Point {
@@ -40,4 +40,4 @@ Sweep sweep_of(const Evidence& evidence);
 /// The segments of a planned one: no beats.
 Sweep sweep_of(const Plan& plan);
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

@@ -4,13 +4,13 @@
 
 #include <memory>
 
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/models/sagnac.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::methods::rlg {
+namespace tumble::rlg_lock_in {
 namespace {
 
 constexpr double lock_in = 0.1, dither = 15.0, frequency = 400.0, noise = 0.1;  // deg/s, deg/s, Hz, relative
@@ -73,4 +73,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::methods::rlg
+}  // namespace tumble::rlg_lock_in

@@ -8,7 +8,7 @@
 #include "tumble/methods/rlg_north_finder/solve.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 double mean_of(const std::vector<double>& values, const std::vector<std::size_t>& which) {
@@ -224,4 +224,4 @@ Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, do
   return estimate;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

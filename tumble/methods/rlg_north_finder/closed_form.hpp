@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
-#include "tumble/methods/linear/work.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/methods/rlg_north_finder/path.hpp"
+#include "tumble/reduce/linear/work.hpp"
 
 /// The formulas of the path, position by position.
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// Means of each output over its segments [pulse/s].
 using Means = std::array<std::vector<double>, outputs>;
@@ -43,7 +43,7 @@ Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<
                double drift, const Settings& rig);
 
 /// The answer of the formulas with its covariance: the noise found in the stays and the errors of the table, carried
-/// through the differences of the formulas.
+/// through the differences of the formulas. Given: gravity [m/s^2].
 Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, double gravity);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/core/say.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/reduce/stretches.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
@@ -28,7 +30,8 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
   for (const auto& recording : evidence.recordings) {
     const Channel& channel = require_channel(evidence, recording, role_of(output));
     const double step = 1.0 / mean_rate(channel);
-    for (const auto& mark : recording.marks) {
+    for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+      const Mark& mark = recording.marks[m];
       const auto found =
           std::find_if(segments.begin() + static_cast<std::ptrdiff_t>(next), segments.end(),
                        [&](const auto& segment) { return segment.label == mark.label && segment.run == mark.run; });
@@ -38,10 +41,8 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
       Counts stay{mark.label, found->predicted * found->duration, step, {}};
       const auto size = static_cast<std::size_t>(std::llround(found->duration / step));
       // what was used lies at the end of the segment
-      const std::size_t mark_next = &mark == &recording.marks.back()
-                                        ? channel.values.size()
-                                        : index_at(channel, (&mark + 1)->begin - 1e-6 * step);
-      for (std::size_t i = mark_next - std::min(size, mark_next); i < mark_next; ++i)
+      const std::size_t end = samples_between(channel, mark.begin, end_of_mark(recording, m) - 1e-6 * step).end;
+      for (std::size_t i = end - std::min(size, end); i < end; ++i)
         if (!std::isnan(channel.values[i])) stay.values.push_back(channel.values[i] * step);
       if (stay.values.size() > 1) stays.push_back(std::move(stay));
     }
@@ -84,7 +85,7 @@ void cut_dither(const std::vector<Counts>& stays, double scale, Findings& findin
   }
   if (count < 30.0) return;
   const double reading = -product / count;  // variance of one reading [pulse^2]
-  if (reading < 2.0 * reading_variance + 6.0 * square / count / std::sqrt(count)) return;
+  if (reading < 2.0 * pulses::reading_variance + 6.0 * square / count / std::sqrt(count)) return;
   const double amplitude = std::sqrt(2.0 * reading) / std::abs(scale);
   findings.push_back(
       {Severity::warning,
@@ -117,7 +118,7 @@ void not_at_rest(const std::vector<Counts>& stays, Which output, Findings& findi
     const double drift = mean_of(stay.values, half, 2 * half) - mean_of(stay.values, 0, half);
     const auto n = static_cast<double>(stay.values.size());
     const double sd =
-        std::hypot(2.0 * scatter_of(stay) / std::sqrt(n), std::sqrt(2.0 * rounding_variance(1.0, 0.5 * n)));
+        std::hypot(2.0 * scatter_of(stay) / std::sqrt(n), std::sqrt(2.0 * pulses::rounding_variance(1.0, 0.5 * n)));
     off.push_back(std::abs(drift) / sd);
   }
   sizes = off;
@@ -150,4 +151,4 @@ Findings count_faults(const Evidence& evidence, const Summaries& segments, const
   return findings;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -6,7 +6,7 @@
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 
 /// What can be wrong with such a test, by name.
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// Positions in another order, turns the other way, accelerometers exchanged or reversed: what the accelerometers show
 /// against what the plan says, stay by stay; which of these, by what the gyro shows of the Earth's rate there.
@@ -27,4 +27,4 @@ Findings turn_faults(const Evidence& evidence, const Summaries& segments);
 /// Counts within the stays: lock-in, dither that is cut off, a table that has not come to rest.
 Findings count_faults(const Evidence& evidence, const Summaries& segments, const Estimate& estimate);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

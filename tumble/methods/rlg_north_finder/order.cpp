@@ -6,7 +6,7 @@
 
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
@@ -244,4 +244,4 @@ Findings order_faults(const Summaries& segments) {
            ""}};
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

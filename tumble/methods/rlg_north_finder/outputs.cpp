@@ -7,7 +7,7 @@
 #include "tumble/core/clock.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 double one(const Felt&) { return 1.0; }
@@ -164,4 +164,4 @@ Prepared prepared(const Evidence& evidence) {
   return out;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
-#include "tumble/methods/linear/joint.hpp"
 #include "tumble/methods/method.hpp"
-#include "tumble/methods/table/recorded_angles.hpp"
+#include "tumble/reduce/linear/joint.hpp"
+#include "tumble/reduce/table/recorded_angles.hpp"
 
 /// A north finder on a two-axis table: one ring laser gyro along x and accelerometers along x and y, all of which
 /// count.
@@ -15,7 +15,7 @@
 ///   N_G  = K   INT (w_x + gamma_y w_y + gamma_z w_z + eps) dt
 ///   N_Ax = K_x INT (f_x + a_xy f_y + a_xz f_z + b_x) dt
 ///   N_Ay = K_y INT (f_y + a_yx f_x + a_yz f_z + b_y) dt
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 enum Which : std::size_t { gyro, accelerometer_x, accelerometer_y, outputs };
 
@@ -49,4 +49,4 @@ struct Prepared {
 /// Throws Error::bad_data for outputs that do not count.
 Prepared prepared(const Evidence& evidence);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -8,7 +8,7 @@
 
 #include "tumble/earth/earth.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 constexpr double upright = 0.9;   ///< share of the specific force along an axis that stands upright
@@ -99,4 +99,4 @@ std::vector<std::string> not_whole(const Path& path, const std::vector<linear::S
   return problems;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

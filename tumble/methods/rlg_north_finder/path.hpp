@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "tumble/methods/linear/linear.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 
 /// Which segment of the test is which position and rotation of the path, by what the plan says was felt there.
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// A rotation about a body axis, used whole.
 struct Turning {
@@ -33,4 +33,4 @@ std::vector<std::string> missing(const Path& path);
 /// Rotations of the plan that are not whole turns, forward and reverse that differ.
 std::vector<std::string> not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

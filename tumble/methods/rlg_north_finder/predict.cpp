@@ -8,11 +8,11 @@
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 /// Pulses for one SI unit of the indicated quantity over one second: of a long run at a rate of 1.
-double pulses_per_unit(const sim::Participant& instrument, std::size_t output) {
+double pulses_per_unit(const Participant& instrument, std::size_t output) {
   constexpr std::size_t samples = 1000;
   const Recorded recorded = instrument.model.record(instrument.truth, output, 1.0, RandomStream(0));
   std::vector<double> values(samples, 1.0);
@@ -23,7 +23,7 @@ double pulses_per_unit(const sim::Participant& instrument, std::size_t output) {
 }
 
 /// What an output indicates, noise apart.
-double indicated(const sim::Participant& instrument, const Output& output, Vector3 rate, Vector3 force) {
+double indicated(const Participant& instrument, const Output& output, Vector3 rate, Vector3 force) {
   Felt felt;
   felt.rate = instrument.own_from_first * rate;
   felt.specific_force = instrument.own_from_first * force;
@@ -35,7 +35,7 @@ double indicated(const sim::Participant& instrument, const Output& output, Vecto
 
 Vector3 axis(int i) { return {i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0}; }
 
-linear::Truth truth_of(const sim::Participant& instrument, std::size_t number, Which which) {
+linear::Truth truth_of(const Participant& instrument, std::size_t number, Which which) {
   const Output output = instrument.model.outputs(instrument.truth)[number];
   const double pulses = pulses_per_unit(instrument, number);
   const double size = which == gyro ? 0.1 : standard_gravity;
@@ -73,7 +73,7 @@ std::array<linear::Truth, outputs> truths_of(const Plan& plan) {
     const auto choice = plan.channels.find(role_of(which));
     const std::string channel = choice == plan.channels.end() ? role_of(which) : choice->second.front().channel;
     bool found = false;
-    for (const auto& instrument : sim::participants_of(plan)) {
+    for (const auto& instrument : participants_of(plan)) {
       const auto all = instrument.model.outputs(instrument.truth);
       for (std::size_t k = 0; k < all.size() && !found; ++k) {
         if (instrument.prefix + all[k].channel != channel) continue;
@@ -95,4 +95,4 @@ std::array<linear::Truth, outputs> truths_of(const Plan& plan) {
   return truths;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -8,7 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 /// Axes of the rig that the schedule turns.
@@ -145,4 +145,4 @@ Findings tilt_faults(const Tilts& tilts, const Settings& rig) {
   return findings;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -3,13 +3,13 @@
 #include "tumble/methods/rlg_north_finder/closed_form.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// Table `positions`: angles, counts measured and predicted of each output, residuals. Without recordings what is
 /// predicted alone.
 Table positions_table(const Plan& plan, const Summaries& segments);
 
-/// Table `estimators`: what both say, in the order of wanted().
+/// Table `estimators`: what both say, in the order of wanted() [SI].
 Table estimators_table(const std::vector<double>& least_squares, const std::vector<double>& closed_form,
                        const Estimate& estimate);
 
@@ -19,4 +19,4 @@ Table tilts_table(const Tilts& tilts, const Settings& rig);
 /// A tilt far beyond what the rig states: its uncertainty is then no guide.
 Findings tilt_faults(const Tilts& tilts, const Settings& rig);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -13,7 +13,7 @@
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Type = Motion::Kind;
@@ -516,4 +516,4 @@ TEST(RlgNorthFinder, outputs_that_do_not_count_are_refused) {
 }
 
 }  // namespace
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -7,7 +7,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
@@ -159,4 +159,4 @@ Findings rotation_faults(const Plan& plan, const Summaries& segments, const Esti
   return findings;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

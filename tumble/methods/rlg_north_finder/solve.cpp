@@ -7,7 +7,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 constexpr std::size_t count = outputs * per_output;
@@ -100,4 +100,4 @@ Estimate least_squares_estimate(const linear::JointSolution& solution) {
   return estimate;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

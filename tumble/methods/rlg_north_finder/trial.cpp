@@ -5,12 +5,12 @@
 #include <cmath>
 
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
-#include "tumble/methods/trial/plan.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sagnac.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Kind = Motion::Kind;
@@ -67,21 +67,21 @@ Schedule path(double stay, int turns) {
 }
 
 Plan trial_plan(double stay, int turns) {
-  Plan plan = methods::trial_plan("rlg_north_finder", options(), "ring_laser_gyro", "two_axis_table", 1.0);
+  Plan plan = trial_plan("rlg_north_finder", options(), "ring_laser_gyro", "two_axis_table", 1.0);
   plan.rig.set_number("outer_azimuth", si(53.0 - 90.0, "deg"), Unit::parse("deg"));
   for (const char* axis : {"outer", "inner"}) {
     plan.rig.set_number(std::string(axis) + "_max_rate", si(speed, "deg/s"), Unit::parse("deg/s"));
     plan.rig.set_number(std::string(axis) + "_max_acceleration", si(acceleration, "deg/s^2"), Unit::parse("deg/s^2"));
   }
   plan.rig.set_number("mount_sd", 0.0, Unit::parse("arcsec"));  // the axes of the table are those of the body
-  methods::set_truth(plan, "bias", 0.8, "deg/h");
-  methods::set_truth(plan, "misalignment_y", 60.0, "arcsec");
-  methods::set_truth(plan, "misalignment_z", -110.0, "arcsec");
-  methods::set_truth(plan, "scale_factor_error", 40.0, "ppm");
-  methods::set_truth(plan, "angle_random_walk", 0.01, "deg/sqrt(h)");
-  methods::set_truth(plan, "bias_instability", 0.05, "deg/h");
-  methods::set_setting(plan, "gyro_bias_instability", 0.05, "deg/h");
-  methods::set_setting(plan, "accelerometer_bias_instability", 3.0, "ug");
+  set_truth(plan, "bias", 0.8, "deg/h");
+  set_truth(plan, "misalignment_y", 60.0, "arcsec");
+  set_truth(plan, "misalignment_z", -110.0, "arcsec");
+  set_truth(plan, "scale_factor_error", 40.0, "ppm");
+  set_truth(plan, "angle_random_walk", 0.01, "deg/sqrt(h)");
+  set_truth(plan, "bias_instability", 0.05, "deg/h");
+  set_setting(plan, "gyro_bias_instability", 0.05, "deg/h");
+  set_setting(plan, "accelerometer_bias_instability", 3.0, "ug");
   plan.truth.set_integer("edges", 4);
   plan.beside.push_back(accelerometer("x", 0.0, 120.0, 80.0, 50.0, 300.0));
   plan.beside.push_back(accelerometer("y", 90.0, -260.0, -35.0, 90.0, -200.0));
@@ -117,4 +117,4 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

@@ -4,7 +4,7 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 
 /// The eight positions and three rotations of the path on a `two_axis_table` whose instrument sits with mount_yaw =
 /// -90 deg, so that body y lies along the outer axis at angle 0 and body z along the inner one.
@@ -14,6 +14,7 @@ namespace tumble::north_finder {
 Schedule path(double stay, int turns);
 
 /// A ring laser gyro with accelerometers along x and y beside it, all counting, and the plan of their test.
+/// Given: stay [s]; turns, whole revolutions.
 Plan trial_plan(double stay, int turns);
 
 /// What the identification of this plan should give, in the order of wanted() [SI].
@@ -21,4 +22,4 @@ std::vector<double> truth_of(const Plan& plan);
 
 Trial trial(std::uint64_t seed);
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

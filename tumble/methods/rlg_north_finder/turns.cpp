@@ -4,15 +4,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
-#include "tumble/rigs/rig.hpp"
-#include "tumble/sim/power_up.hpp"
+#include "tumble/reduce/stretches.hpp"
 
 // How the rotations went, by what is felt on the way: about a level axis gravity goes round in the accelerometers,
 // about the vertical the horizontal part of the Earth's rate does in the gyro. The totals alone show neither the sense
 // of a turn about y or z nor, but for x, whether it was made.
 
-namespace tumble::north_finder {
+namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
@@ -33,7 +33,7 @@ Samples samples_of(const Evidence& evidence, const linear::SegmentSummary& segme
     for (std::size_t m = 0; m < recording.marks.size(); ++m) {
       const Mark& mark = recording.marks[m];
       if (mark.label != segment.label || mark.run != segment.run) continue;
-      return {&recording, mark.begin, m + 1 < recording.marks.size() ? recording.marks[m + 1].begin : INFINITY};
+      return {&recording, mark.begin, end_of_mark(recording, m)};
     }
   return {};
 }
@@ -133,13 +133,13 @@ struct Profiles {
 Profiles profiles_of(const Plan& plan, const linear::SegmentSummary& segment, const Samples& samples,
                      const std::vector<double>& times) {
   Profiles profiles;
-  for (const auto& run : sim::power_ups(plan.schedule, 1.0)) {
+  for (const auto& power_up : power_ups_of(plan, 1.0)) {
+    const auto& segments = power_up.rig.segments;
     const auto found = std::ranges::find_if(
-        run.segments, [&](const Segment& one) { return one.label == segment.label && one.run == segment.run; });
-    if (found == run.segments.end()) continue;
-    const Reference reference = find_rig(plan.rig_kind).reference({run.segments, plan.rig, plan.site});
-    double begin = 0.0;
-    for (auto one = run.segments.begin(); one != found; ++one) begin += one->duration;
+        segments, [&](const Segment& one) { return one.label == segment.label && one.run == segment.run; });
+    if (found == segments.end()) continue;
+    const double begin = power_up.begins[static_cast<std::size_t>(found - segments.begin())];
+    const Reference& reference = power_up.reference;
     Felt first, felt;
     reference.felt(begin, 1.0, std::span(&first, 1));
     const double x = first.rate.x, y = first.rate.y, all = x * x + y * y;
@@ -211,4 +211,4 @@ Findings turn_faults(const Evidence& evidence, const Summaries& segments) {
   return findings;
 }
 
-}  // namespace tumble::north_finder
+}  // namespace tumble::rlg_north_finder

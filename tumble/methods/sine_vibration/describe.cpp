@@ -7,14 +7,20 @@
 #include <limits>
 #include <map>
 
+#include "tumble/core/say.hpp"
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/reduce/rig_effects.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
+namespace names = rigs::error_names;
+
 constexpr double forever = std::numeric_limits<double>::infinity();
+/// Of a shaker, where the plan has no rig that says it: harmonics and motion across the shake over the shake [1].
+constexpr double usual_distortion = 0.01, usual_cross_motion = 0.02;
 
 /// One independent error: what one standard deviation of it does to the raw quantities. Those of one group share the
 /// degrees of freedom of their variance.
@@ -38,16 +44,6 @@ struct Raw {
     return components.back();
   }
 };
-
-/// sd of an error of the plan's rig; none: there is no such.
-double rig_sd(const Evidence& evidence, const std::string& name, double without) {
-  if (evidence.plan.rig_kind.empty()) return without;
-  const Rig& rig = find_rig(evidence.plan.rig_kind);
-  if (!rig.errors) return without;
-  for (const auto& error : rig.errors(evidence.plan.rig))
-    if (error.name == name) return error.sd;
-  return without;
-}
 
 std::vector<double> unit_vector(std::size_t size, std::size_t at) {
   std::vector<double> v(size, 0.0);
@@ -111,7 +107,8 @@ void add_harmonics(const Evidence& evidence, const vibration::Data& data, const 
     if (measured.points[i].hidden_harmonic > 0) motions[measured.points[i].motion].push_back(i);
   for (const auto& [motion, points] : motions) {
     const bool second = measured.points[points.front()].hidden_harmonic == 2;
-    const double sd = rig_sd(evidence, second ? "second harmonic" : "third harmonic", 0.01);
+    const double sd =
+        rig_sd(evidence.plan, second ? names::second_harmonic : names::third_harmonic).value_or(usual_distortion);
     if (!(sd > 0.0)) continue;
     Component& component = raw.add("harmonic of the shake on the line");
     for (const std::size_t i : points)
@@ -122,8 +119,9 @@ void add_harmonics(const Evidence& evidence, const vibration::Data& data, const 
 /// A relative error of the level moves ln gain by -1 and A^2 by 2 of it.
 void add_level(const Evidence& evidence, const Measured& measured, const std::vector<Rectification>& rectified,
                Raw& raw) {
-  const double sd = measured.reference ? evidence.plan.settings.number("reference_gain_sd")
-                                       : rig_sd(evidence, "shake amplitude", 0.0);
+  const double sd = measured.reference
+                        ? evidence.plan.settings.number("reference_gain_sd")
+                        : rig_sd(evidence.plan, names::shake_amplitude).value_or(0.0);  // a finding says so
   if (!(sd > 0.0)) return;
   Component& component = raw.add(measured.reference ? "reference gain" : "shake amplitude");
   for (std::size_t i = 0; i < measured.points.size(); ++i) component.shift[raw.first_gain + i] = -sd;
@@ -160,11 +158,13 @@ void add_motion(const Evidence& evidence, const Measured& measured, const std::v
     distortion += p.distortion * p.distortion;
     ++known;
   }
-  distortion = known > 0.0 ? std::sqrt(distortion / known) : rig_sd(evidence, "second harmonic", 0.01);
+  distortion = known > 0.0 ? std::sqrt(distortion / known)
+                           : rig_sd(evidence.plan, names::second_harmonic).value_or(usual_distortion);
   const double third = settings.number("third_order") * 1.5 * distortion * level / std::sqrt(2.0);
   for (std::size_t k = 0; k < rectified.size(); ++k) {
-    for (const char* direction : {"cross motion y", "cross motion z"}) {
-      const double sd = settings.number("cross_coupling") * rig_sd(evidence, direction, 0.02);
+    for (const char* direction : {names::cross_motion_y, names::cross_motion_z}) {
+      const double sd =
+          settings.number("cross_coupling") * rig_sd(evidence.plan, direction).value_or(usual_cross_motion);
       if (!(sd > 0.0)) continue;
       Component& component = raw.add("motion across the input axis");
       for (const auto& way : rectified[k].ways) component.shift[raw.coefficient[k][way.column]] = sd;
@@ -241,8 +241,8 @@ void add_gains(const vibration::Data& data, const Measured& measured, std::size_
       log_gain += std::log(measured.points[i].gain) / static_cast<double>(points.size());
     const double gain = std::exp(log_gain);
     for (const std::size_t i : points) gradient[builder.raw.first_gain + i] = gain / static_cast<double>(points.size());
-    builder.add(data.units[unit].prefix + "gain_" + response::label_of(frequency), "|G|", "1", gain,
-                std::move(gradient), "of the motion, the counting window taken out");
+    builder.add(data.units[unit].prefix + "gain_" + frequency_label(frequency), "|G|", "1", gain, std::move(gradient),
+                "of the motion, the counting window taken out");
   }
 }
 
@@ -356,6 +356,16 @@ void propagate(Builder& builder) {
   }
 }
 
+/// An amplitude that nobody vouches for is taken as it was commanded.
+void say_unknown_level(const Evidence& evidence, const Measured& measured, Findings& findings) {
+  if (measured.reference || rig_sd(evidence.plan, names::shake_amplitude)) return;
+  findings.push_back(
+      {Finding::Severity::warning,
+       "nothing says how well the amplitude of the shake is known, so that its uncertainty is not in the results: "
+       "record a reference, or give a plan with [rig] kind = \"shaker\" and its amplitude_sd",
+       ""});
+}
+
 Raw raw_of(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
            const std::vector<Rectification>& rectified) {
   Raw raw;
@@ -394,6 +404,7 @@ Estimate describe(const Evidence& evidence, const vibration::Data& data, const M
   for (std::size_t u = 0; u < data.units.size(); ++u) add_gains(data, measured, u, builder);
   propagate(builder);
   Estimate& estimate = builder.estimate;
+  say_unknown_level(evidence, measured, estimate.findings);
   for (const auto& point : measured.points) estimate.fit.observations += point.line.samples;
   for (const auto& rest : measured.rests) estimate.fit.observations += rest.line.samples;
   for (const auto& r : rectified) {
@@ -404,4 +415,4 @@ Estimate describe(const Evidence& evidence, const vibration::Data& data, const M
   return std::move(builder.estimate);
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

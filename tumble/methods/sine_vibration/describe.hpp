@@ -5,7 +5,7 @@
 #include "tumble/methods/sine_vibration/measure.hpp"
 #include "tumble/methods/sine_vibration/rectification.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// Parameters with covariance and budget.
 Estimate describe(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
@@ -15,7 +15,7 @@ Estimate describe(const Evidence& evidence, const vibration::Data& data, const M
 void add_tables(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
                 Estimate& estimate);
 
-/// "up", "down", "level": how the input axis points.
+/// "up", "down", "level": how the input axis points. Given: rest, specific force along it at rest [m/s^2].
 std::string way_name(double rest);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -9,9 +9,9 @@
 namespace tumble {
 namespace {
 
-using namespace methods::testing;
+using namespace testing;
 
-const Method& method() { return sine_vibration(); }
+const Method& method() { return sine_method(); }
 
 TEST(SineVibrationFaults, OnHalfOfTheRateItSaysWhatToUse) {
   Evidence evidence = shaken({.tones = {{40.0, 3.0}, {100.0, 3.0}}});
@@ -92,7 +92,7 @@ TEST(SineVibrationFaults, UnitThatClipsIsLeftOut) {
   const auto narrow = [](Plan& plan) { plan.settings.set_number("range", si(3.5, "g"), Unit::parse("g")); };
   EXPECT_NE(refusal(method(), shaken({.change = narrow})).find("range of 3.5 g: it clips"), std::string::npos);
   // Not told of the range, the flat tops show.
-  const auto clipped = [](Plan& plan) { methods::set_truth(plan, "range", 3.0, "g"); };
+  const auto clipped = [](Plan& plan) { set_truth(plan, "range", 3.0, "g"); };
   const auto e = method().identify(shaken({.change = clipped}), {});
   EXPECT_TRUE(says(e.findings, "the unit is clipped"));
   EXPECT_EQ(find_parameter(e, "gain_10Hz"), nullptr);

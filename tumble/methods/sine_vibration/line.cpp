@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
 using Complex = std::complex<double>;
@@ -306,4 +306,4 @@ double raster(double cycles_per_window, double pulses_per_window, double samples
   return samples;
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

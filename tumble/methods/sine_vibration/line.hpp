@@ -5,7 +5,7 @@
 
 /// Sine waves of vibration tests: thousands of cycles, dozens of series. The same fit as fit_sine, by normal equations
 /// over columns that are nearly orthogonal there, in a few passes.
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// The tone of one series, and what is left without it.
 struct Line {
@@ -35,11 +35,11 @@ struct Line {
 /// See       (3.15); IEEE Std 1057; noise as fit_sine takes it, at f +- m/T, m = 3...12
 Line fit_line(std::span<const double> time, std::span<const double> value, double interval, double frequency);
 
-/// The same without a tone: mean, drift and what is left.
+/// A fit without a tone: mean, drift and residuals. Given: time [s], value [u], interval [s].
 Line fit_rest(std::span<const double> time, std::span<const double> value, double interval);
 
 /// Windows after which tone and total count meet the windows at the same phases again, to less than one spacing of the
-/// phases and to less than one pulse over all `samples`; `samples` where they do not.
+/// phases and to less than one pulse over all `samples`; `samples` where they do not. Given and returned: [1].
 double raster(double cycles_per_window, double pulses_per_window, double samples);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

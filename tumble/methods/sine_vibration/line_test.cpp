@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/math/sine_fit.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/sine_vibration/measure.hpp"
 
 namespace tumble {
@@ -46,12 +46,13 @@ TEST(SineLine, WindowTakesItsSinc) {
 }
 
 TEST(SineLine, SpreadThatTheWindowAloneGives) {
-  EXPECT_NEAR(sine::sd_from_window(3.0, 10.0, window, 0.0), 2.113, 1e-3);
-  EXPECT_NEAR(sine::sd_from_window(3.0, 80.0, window, 0.0), 1.606, 1e-3);
-  EXPECT_NEAR(sine::sd_from_window(3.0, 100.0, window, 0.0), 1.350, 1e-3);
-  EXPECT_NEAR(sine::sd_from_window(3.0, 130.0, window, 0.0), 0.926, 1e-3);
-  EXPECT_DOUBLE_EQ(sine::sd_from_window(0.0, 10.0, window, 1e-4), 1e-4 / window / std::sqrt(6.0));
-  EXPECT_NEAR(sd_of(windows(3.0, 80.0, 0.3, 20000).value), sine::sd_from_window(3.0, 80.0, window, 0.0), 1e-4);
+  EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 10.0, window, 0.0), 2.113, 1e-3);
+  EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 80.0, window, 0.0), 1.606, 1e-3);
+  EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 100.0, window, 0.0), 1.350, 1e-3);
+  EXPECT_NEAR(sine_vibration::sd_from_window(3.0, 130.0, window, 0.0), 0.926, 1e-3);
+  EXPECT_DOUBLE_EQ(sine_vibration::sd_from_window(0.0, 10.0, window, 1e-4), 1e-4 / window / std::sqrt(6.0));
+  EXPECT_NEAR(sd_of(windows(3.0, 80.0, 0.3, 20000).value), sine_vibration::sd_from_window(3.0, 80.0, window, 0.0),
+              1e-4);
 }
 
 TEST(SineLine, AliasesOfTheCampaign) {
@@ -68,15 +69,15 @@ TEST(SineLine, PhaseLockAtHalfOfTheRate) {
     EXPECT_NEAR(sd_of(w.value), 3.0 * 0.6366 * std::abs(std::cos(phase)), 1e-3);
   }
   EXPECT_NEAR(sd_of(windows(3.0, 100.0, -pi / 2.0, 20000).value), 1.910, 1e-3);
-  const std::string why = sine::objection(100.0, window, window, 100.0);
+  const std::string why = sine_vibration::objection(100.0, window, window, 100.0);
   EXPECT_NE(why.find("99.7 Hz or 100.3 Hz"), std::string::npos) << why;
-  EXPECT_EQ(sine::objection(99.7, window, window, 100.0), "");
+  EXPECT_EQ(sine_vibration::objection(99.7, window, window, 100.0), "");
 }
 
 TEST(SineLine, NullsOfTheWindowAreNeverCorrected) {
   for (const double f : {190.5, 200.0, 209.5, 395.0})
-    EXPECT_NE(sine::objection(f, window, window, 100.0).find("null"), std::string::npos) << f;
-  for (const double f : {10.0, 189.0, 211.0}) EXPECT_EQ(sine::objection(f, window, window, 100.0), "") << f;
+    EXPECT_NE(sine_vibration::objection(f, window, window, 100.0).find("null"), std::string::npos) << f;
+  for (const double f : {10.0, 189.0, 211.0}) EXPECT_EQ(sine_vibration::objection(f, window, window, 100.0), "") << f;
 }
 
 // 90 Hz, 100 s, 3 g: 106 micro-g at most, reached where f is off by 1/(2T) = 5 mHz, nothing where fT is whole.
@@ -84,7 +85,7 @@ TEST(SineLine, BrokenCyclesShiftThePlainMeanOnly) {
   double worst = 0.0;
   for (int k = 0; k < 16; ++k) {
     const auto w = windows(3.0, 90.005, pi * k / 8.0, 20000, 1.0);
-    const auto line = sine::fit_line(w.time, w.value, window, 90.0);
+    const auto line = sine_vibration::fit_line(w.time, w.value, window, 90.0);
     worst = std::max(worst, std::abs(line.plain_mean - 1.0));
     EXPECT_NEAR(line.mean, 1.0, 1e-8);
     EXPECT_NEAR(line.frequency, 90.005, 1e-8);
@@ -92,7 +93,7 @@ TEST(SineLine, BrokenCyclesShiftThePlainMeanOnly) {
   EXPECT_NEAR(worst, 106e-6, 1e-6);
   EXPECT_NEAR(3.0 / (pi * 90.0 * 100.0), 106e-6, 1e-6);
   const auto whole = windows(3.0, 90.0, 0.7, 20000, 1.0);
-  EXPECT_NEAR(sine::fit_line(whole.time, whole.value, window, 90.0).plain_mean, 1.0, 1e-12);
+  EXPECT_NEAR(sine_vibration::fit_line(whole.time, whole.value, window, 90.0).plain_mean, 1.0, 1e-12);
 }
 
 // 50 Hz: the second harmonic stands at 100 Hz, half of the windows a second. Over an odd number of windows, and in
@@ -100,7 +101,7 @@ TEST(SineLine, BrokenCyclesShiftThePlainMeanOnly) {
 TEST(SineVibration, HarmonicAtHalfOfTheRateLeavesTheMeansAlone) {
   auto w = windows(3.0, 50.0, 0.3, 2001, 1.0);
   for (std::size_t j = 0; j < w.value.size(); ++j) w.value[j] += j % 2 == 0 ? 0.019 : -0.019;
-  const auto line = sine::fit_line(w.time, w.value, window, 50.0);
+  const auto line = sine_vibration::fit_line(w.time, w.value, window, 50.0);
   EXPECT_NEAR(line.mean, 1.0, 1e-8);
   for (const double block : line.block_mean) EXPECT_NEAR(block, 1.0, 1e-8);
 }
@@ -116,18 +117,18 @@ TEST(SineLine, FrequencyErrorTakesTheAmplitude) {
   EXPECT_NEAR(left(5e-3) - 1.0, -0.36, 1e-2);
   EXPECT_NEAR(left(10e-3), 0.0, 1e-3);
   for (const double df : {1e-3, -4e-3, 5e-3})
-    EXPECT_NEAR(sine::fit_line(w.time, w.value, window, 40.0 + df).amplitude, full, 1e-9);
+    EXPECT_NEAR(sine_vibration::fit_line(w.time, w.value, window, 40.0 + df).amplitude, full, 1e-9);
 }
 
 TEST(SineLine, AboveHalfOfTheRateTheTrueFrequencyKeepsThePhase) {
   const double phase = 0.4;
   const auto w = windows(3.0, 130.0, phase, 20000);
-  const auto at_origin = [&](const sine::Line& line, double f) {
+  const auto at_origin = [&](const sine_vibration::Line& line, double f) {
     const double centre = 0.5 * (w.time.front() + w.time.back());
     return std::remainder(line.phase - 2.0 * pi * f * centre, 2.0 * pi);
   };
-  const auto line = sine::fit_line(w.time, w.value, window, 130.0),
-             alias = sine::fit_line(w.time, w.value, window, 70.0);
+  const auto line = sine_vibration::fit_line(w.time, w.value, window, 130.0),
+             alias = sine_vibration::fit_line(w.time, w.value, window, 70.0);
   EXPECT_NEAR(line.amplitude, 3.0 * vibration::sinc(0.65), 1e-9);
   EXPECT_NEAR(alias.amplitude, line.amplitude, 1e-9);
   EXPECT_NEAR(at_origin(line, 130.0), phase, 1e-6);
@@ -141,7 +142,7 @@ TEST(SineLine, FastFitAgreesWithTheGeneralOne) {
   for (std::size_t i = 0; i < noise.size(); ++i)
     w.value[i] += 1e-3 * noise[i] + 2e-5 * w.time[i] + 0.02 * std::cos(4.0 * pi * 61.3 * w.time[i]);
   for (std::size_t i = 3000; i < 3100; ++i) w.value[i] = std::nan("");
-  const auto fast = sine::fit_line(w.time, w.value, window, 61.301);
+  const auto fast = sine_vibration::fit_line(w.time, w.value, window, 61.301);
   const auto slow =
       fit_sine(w.time, w.value, 61.301, {.harmonics = 3, .polynomial = 1, .fit_frequency = true, .rate = 200.0});
   EXPECT_NEAR(fast.frequency, slow.frequency, 0.1 * slow.frequency_sd);

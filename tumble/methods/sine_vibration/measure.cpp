@@ -9,11 +9,11 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/parallel.hpp"
-#include "tumble/math/sine_fit.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/math/regression/sine_fit.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
 using Severity = Finding::Severity;
@@ -301,7 +301,7 @@ int hidden_harmonic(double frequency, double interval, double span) {
 
 double sd_from_window(double amplitude, double frequency, double window, double pulse) {
   const double line = amplitude * sinc(frequency * window);
-  return std::sqrt(0.5 * line * line + rounding_variance(pulse, window));
+  return std::sqrt(0.5 * line * line + pulses::rounding_variance(pulse, window));
 }
 
 std::string objection(double frequency, double window, double interval, double span) {
@@ -354,4 +354,4 @@ Measured measure(const vibration::Data& data) {
   return measured;
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -5,9 +5,9 @@
 
 #include "tumble/core/finding.hpp"
 #include "tumble/methods/sine_vibration/line.hpp"
-#include "tumble/methods/vibration/vibration.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// One unit at one frequency and level.
 struct Point {
@@ -60,7 +60,8 @@ std::string objection(double frequency, double window, double interval, double s
 int hidden_harmonic(double frequency, double interval, double span);
 
 /// sd of the window means that a sine of amplitude A gives by the window alone, with the rounding of its counts (3.8):
-/// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H. The same unit for all accelerations.
+/// sqrt((A sinc(fH))^2/2 + q^2/6), q = pulse/H.
+/// Given: amplitude [u]; frequency [Hz]; window H [s]; pulse [u s]. Returned: [u].
 double sd_from_window(double amplitude, double frequency, double window, double pulse);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

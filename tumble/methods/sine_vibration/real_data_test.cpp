@@ -12,7 +12,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/loop.hpp"
 #include "tumble/methods/sine_vibration/line.hpp"
 #include "tumble/methods/testing/answer.hpp"
@@ -75,7 +75,7 @@ TEST(SineVibrationRealData, DwellOnAShaker) {
 }
 
 /// Standard deviations by which gain and phase of each frequency are off the fit.
-std::vector<double> deviations(const response::Measured& m, const response::LoopFit& fit) {
+std::vector<double> deviations(const frequency_response::Measured& m, const frequency_response::LoopFit& fit) {
   std::vector<double> off;
   for (std::size_t i = 0; i < m.frequency.size(); ++i) {
     const double r = m.frequency[i] / std::exp(fit.theta[2]);
@@ -91,7 +91,7 @@ std::size_t beyond(const std::vector<double>& off, double limit) {
   return static_cast<std::size_t>(std::ranges::count_if(off, [&](double z) { return std::abs(z) > limit; }));
 }
 
-double sd_of(const response::LoopFit& fit, const response::Measured& m, std::size_t parameter) {
+double sd_of(const frequency_response::LoopFit& fit, const frequency_response::Measured& m, std::size_t parameter) {
   double variance = 0.0;
   const std::size_t n = m.frequency.size();
   for (std::size_t i = 0; i < n; ++i)
@@ -101,7 +101,7 @@ double sd_of(const response::LoopFit& fit, const response::Measured& m, std::siz
 }
 
 /// S_0, f_n [Hz] and zeta without delay, linear in 1/H = (1 - (f/f_n)^2 + 2 i zeta f/f_n)/S_0: another way to the same.
-std::vector<double> by_reciprocals(const response::Measured& m) {
+std::vector<double> by_reciprocals(const frequency_response::Measured& m) {
   const std::size_t n = m.frequency.size();
   Matrix x(2 * n, 3);
   std::vector<double> y(2 * n), weight(2 * n);
@@ -122,7 +122,7 @@ std::vector<double> by_reciprocals(const response::Measured& m) {
 TEST(SineVibrationRealData, ShockAccelerometerIsOfSecondOrder) {
   std::ifstream file(data + "ptb_shock_accelerometer/sinusoidal_calibration_values.txt");
   if (!file) GTEST_SKIP() << "data not here";
-  response::Measured m;
+  frequency_response::Measured m;
   double f, gain, degrees;
   while (file >> f >> gain >> degrees) {
     m.frequency.push_back(f);
@@ -133,7 +133,7 @@ TEST(SineVibrationRealData, ShockAccelerometerIsOfSecondOrder) {
     m.phase_variance.push_back(std::pow((f <= 5000.0 ? 0.25 : 0.5) * std::numbers::pi / 180.0, 2));
   }
   ASSERT_EQ(m.frequency.size(), 49u);
-  const auto fit = response::fit_loop(m, response::LoopKind::second_order);
+  const auto fit = frequency_response::fit_loop(m, frequency_response::LoopKind::second_order);
   ASSERT_TRUE(fit.converged);
   // The published example states uncertainties, no fit. 49 gains and phases: seven tenths of the chi-square come from
   // five frequencies, 9.5, 10, 14, 18.5 and 19 kHz, where the mounting resonates; the others hold what is stated.
@@ -170,7 +170,7 @@ TEST(SineVibrationRealData, Mpu9250) {
     s[6] += v[3] * v[3] / 10.0;
   }
   ASSERT_EQ(sums.size(), 17u);
-  response::Measured m;
+  frequency_response::Measured m;
   for (const auto& [f, s] : sums) {
     m.frequency.push_back(f);
     m.log_gain.push_back(std::log(s[0]));
@@ -179,8 +179,8 @@ TEST(SineVibrationRealData, Mpu9250) {
     m.log_gain_variance.push_back((std::pow(s[1] / 2.0, 2) + scatter / 9.0) / (s[0] * s[0]));
     m.phase_variance.push_back(std::pow(s[4] / 2.0, 2) + scatter_phase / 9.0);
   }
-  const auto fit = response::fit_loop(m, response::LoopKind::second_order);
-  const auto delay = response::fit_loop(m, response::LoopKind::delay);
+  const auto fit = frequency_response::fit_loop(m, frequency_response::LoopKind::second_order);
+  const auto delay = frequency_response::fit_loop(m, frequency_response::LoopKind::delay);
   // Its digital filter is of higher order: no second order holds gains known to 0.01 %, and the fit says so.
   EXPECT_FALSE(fit.accepted);
   EXPECT_NEAR(delay.theta[1], 1.511e-3, 0.0005e-3);

@@ -7,11 +7,11 @@
 #include <map>
 
 #include "tumble/core/say.hpp"
-#include "tumble/methods/linear/slow.hpp"
-#include "tumble/methods/pulses/rounding.hpp"
+#include "tumble/reduce/linear/slow.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
 using Severity = Finding::Severity;
@@ -106,7 +106,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
     for (std::size_t b = 0; b < part.line->block_mean.size(); ++b) {
       const double seconds = part.line->block_seconds[b];
       scatter += seconds * std::pow(part.line->block_mean[b] - part.line->mean, 2);
-      rounded += seconds * rounding_variance(pulse, seconds);
+      rounded += seconds * pulses::rounding_variance(pulse, seconds);
     }
   const double keep = scatter > 0.0 ? std::sqrt(std::max(1e-6, 1.0 - rounded / scatter)) : 1.0;
   std::size_t n = 0;
@@ -118,7 +118,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
     const auto& series = data.series[parts[p].series];
     const Line& line = *parts[p].line;
     const std::size_t g = groups.of_part[p];
-    const double sd = std::sqrt(rounding_variance(pulse, static_cast<double>(line.samples) * series.window));
+    const double sd = std::sqrt(pulses::rounding_variance(pulse, static_cast<double>(line.samples) * series.window));
     for (std::size_t b = 0; b < line.block_mean.size(); ++b, ++i) {
       m.observations.push_back(line.mean + keep * (line.block_mean[b] - line.mean));
       m.weights.push_back(line.block_seconds[b]);
@@ -260,4 +260,4 @@ std::vector<Rectification> rectify(const vibration::Data& data, const Measured& 
   return found;
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

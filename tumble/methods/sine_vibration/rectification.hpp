@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/math/mixed_model.hpp"
+#include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/sine_vibration/measure.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// What vibration does to the mean of one unit, over all frequencies and levels:
 ///
@@ -35,4 +35,4 @@ struct Rectification {
 std::vector<Rectification> rectify(const vibration::Data& data, const Measured& measured, const std::string& levels,
                                    Findings& findings);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -8,9 +8,9 @@
 namespace tumble {
 namespace {
 
-using namespace methods::testing;
+using namespace testing;
 
-const Method& method() { return sine_vibration(); }
+const Method& method() { return sine_method(); }
 
 // 3 g: 4.5 g^2; K_2 = 20 ug/g^2 gives 90 ug. Tones are rounded to 1/20000 g s over 6 s: 0.41 pulse/T = 3.4 ug (1
 // sigma), twice with the rests, over three tones.
@@ -30,8 +30,8 @@ TEST(SineVibration, RectificationOfThreeG) {
 TEST(SineVibration, RollOffOfTheServo) {
   const auto e = method().identify(shaken({.change =
                                                [](Plan& plan) {
-                                                 methods::set_truth(plan, "natural_frequency", 300.0, "Hz");
-                                                 methods::set_truth(plan, "damping_ratio", 0.7, "1");
+                                                 set_truth(plan, "natural_frequency", 300.0, "Hz");
+                                                 set_truth(plan, "damping_ratio", 0.7, "1");
                                                }}),
                                    {});
   EXPECT_NEAR(value(e, "gain_130Hz"), 1.0 - 0.0136, 1e-3);
@@ -52,9 +52,9 @@ TEST(SineVibration, SeveralLevelsTellTheFourthPower) {
 // The shake has a third harmonic of 1 %, which at a quarter of the rate of the windows falls upon the tone.
 TEST(SineVibration, HarmonicsOnTheLineAreInItsUncertainty) {
   constexpr double window = 5e-3;
-  EXPECT_EQ(sine::hidden_harmonic(50.0, window, 100.0), 3);
-  EXPECT_EQ(sine::hidden_harmonic(200.0 / 3.0, window, 100.0), 2);
-  EXPECT_EQ(sine::hidden_harmonic(49.7, window, 100.0), 0);
+  EXPECT_EQ(sine_vibration::hidden_harmonic(50.0, window, 100.0), 3);
+  EXPECT_EQ(sine_vibration::hidden_harmonic(200.0 / 3.0, window, 100.0), 2);
+  EXPECT_EQ(sine_vibration::hidden_harmonic(49.7, window, 100.0), 0);
   const auto real = [](Plan& plan) { plan.rig.set_flag("ideal", false); };
   const auto e = method().identify(shaken({.tones = {{40.0, 3.0}, {50.0, 3.0}}, .change = real}), {});
   EXPECT_TRUE(says(e.findings, "harmonic 3 of 50 Hz shows at the same frequency"));
@@ -93,7 +93,7 @@ TEST(SineVibration, FilesOfOnePowerUpBelongTogether) {
 TEST(SineVibration, ScaleFactorFromRest) {
   const auto forget = [](Plan& plan) {
     plan.settings.set_word("scale_factor", "");
-    methods::set_truth(plan, "bias", 2.0, "mg");
+    set_truth(plan, "bias", 2.0, "mg");
   };
   const auto e = method().identify(shaken({.change = forget}), {});
   EXPECT_TRUE(says(e.findings, "scale factor from the segments at rest"));

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/least_squares.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
 using Severity = Finding::Severity;
@@ -269,4 +269,4 @@ void add_tables(const vibration::Data& data, const Measured& measured, const std
   tell_rest(data, measured, estimate.findings);
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

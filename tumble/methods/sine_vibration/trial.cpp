@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 namespace {
 
 constexpr double natural = 400.0, damping = 0.7;
@@ -38,10 +38,8 @@ void add_run(Plan& plan, int run, const char* way, double roll_over) {
 }  // namespace
 
 Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
-  Plan plan = methods::trial_plan("sine_vibration", options, "pendulous_accelerometer", "shaker", 200.0);
-  const auto set = [&](const char* name, double value, const char* unit) {
-    methods::set_truth(plan, name, value, unit);
-  };
+  Plan plan = trial_plan("sine_vibration", options, "pendulous_accelerometer", "shaker", 200.0);
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
   plan.truth.set_word("output", "count");
   set("pulse_scale_factor", 20000.0, "pulse/s/g");
   set("natural_frequency", natural, "Hz");
@@ -75,4 +73,4 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   return trial;
 }
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -2,9 +2,9 @@
 
 #include "tumble/methods/method.hpp"
 
-namespace tumble::sine {
+namespace tumble::sine_vibration {
 
 /// A counting accelerometer on a shaker, axis up and axis down, five frequencies at 3 g with rests between them.
 Trial trial(std::uint64_t seed, const std::vector<Option>& options);
 
-}  // namespace tumble::sine
+}  // namespace tumble::sine_vibration

@@ -5,7 +5,7 @@
 
 #include "tumble/math/noise_model.hpp"
 
-namespace tumble {
+namespace tumble::static_bias {
 namespace {
 
 /// Covariance of a mean over `first` samples and one over `second`, by the lag of their beginnings.
@@ -114,4 +114,4 @@ double mean_variance(const UnitTerm& term, std::size_t samples) {
   return 0.0;
 }
 
-}  // namespace tumble
+}  // namespace tumble::static_bias

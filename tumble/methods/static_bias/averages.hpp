@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "tumble/math/allan_covariance.hpp"
+#include "tumble/math/stability/allan_covariance.hpp"
 
-namespace tumble {
+namespace tumble::static_bias {
 
 /// Scatter of the averages of a record about their mean: s^2 = sum (a_i - mean a)^2/(M - 1).
 struct AverageScatter {
@@ -14,7 +14,8 @@ struct AverageScatter {
   double variance = 0.0;     ///< s^2 [u^2]
 };
 
-/// Averages over `size` samples each, one after the other; those with a missing sample are left out.
+/// Averages over `size` samples each, one after the other; those with a missing sample are skipped.
+/// Given: values [u]; size [samples].
 AverageScatter scatter_of_averages(std::span<const double> values, std::size_t size);
 
 /// What a noise model gives for s^2 of averages over `shorter` samples and over `ratio` times as many.
@@ -38,6 +39,7 @@ ExpectedScatter expected_scatter(const std::vector<UnitTerm>& terms, const std::
 ///   2/n^2 (quantization),  1/n (white),  n/3 (random walk from zero at power-on),
 ///   2 sd^2 (r - 1 + exp(-r))/r^2, r = n/T_c, summed over the bank (flicker, from T/4 to beyond four records: what is
 ///   slower belongs to the bias itself)
+/// Returned: variance [1], of a squared coefficient of one.
 double mean_variance(const UnitTerm& term, std::size_t samples);
 
-}  // namespace tumble
+}  // namespace tumble::static_bias

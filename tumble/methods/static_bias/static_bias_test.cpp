@@ -2,13 +2,13 @@
 
 #include <cmath>
 
-#include "tumble/math/least_squares.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble {
+namespace tumble::static_bias {
 namespace {
 
 const std::vector<UnitTerm> terms{{NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
@@ -120,4 +120,4 @@ TEST(static_bias, asks_which_of_several_channels_is_meant) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::static_bias

@@ -5,10 +5,12 @@
 #include <array>
 
 #include "tumble/models/electronics/response.hpp"
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
 namespace tumble::axes {
 namespace {
+
+using namespace given;
 
 constexpr std::array<char, 3> letters{'x', 'y', 'z'};
 
@@ -113,8 +115,8 @@ namespace {
 Recorded counted(std::vector<Response> stages, const std::string& prefix, const Settings& truth, double step,
                  const RandomStream& random) {
   const std::string name = prefix + "pulse_scale_factor";
-  if (models::number_or(truth, name, 0.0) == 0.0)
-    models::refuse({prefix + "output = \"count\" needs " + name + ", not zero"});
+  if (given::number_or(truth, name, 0.0) == 0.0)
+    given::refuse({prefix + "output = \"count\" needs " + name + ", not zero"});
   stages.push_back(electronics::scaled(truth.number(name)));
   stages.push_back(electronics::pulse_counter(step, random.split("start phase").uniform(0)));
   return {QuantityKind::count, "pulse", true, electronics::in_series(std::move(stages))};
@@ -125,8 +127,8 @@ Recorded counted(std::vector<Response> stages, const std::string& prefix, const 
 Recorded record(const Output& output, const Settings& truth, double step, const RandomStream& random) {
   const std::string prefix = prefix_of(output.kind);
   std::vector<std::string> problems;
-  models::require_positive(truth, {prefix + "range", prefix + "resolution"}, problems);
-  models::refuse(std::move(problems));
+  given::require_positive(truth, {prefix + "range", prefix + "resolution"}, problems);
+  given::refuse(std::move(problems));
   std::vector<Response> stages;
   if (truth.has(prefix + "range")) {
     const double range = truth.number(prefix + "range");

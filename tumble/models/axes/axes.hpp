@@ -23,6 +23,7 @@ std::vector<Output> accelerometers();
 std::vector<Option> options(bool gyros, bool accelerometers);
 
 /// Clipping, resolution, increments or pulses. Throws Error::bad_input for pulses without a scale factor.
+/// Given: step of the simulation [s].
 Recorded record(const Output& output, const Settings& truth, double step, const RandomStream& random);
 
 }  // namespace tumble::axes

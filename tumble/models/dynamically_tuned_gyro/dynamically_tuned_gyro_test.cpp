@@ -7,13 +7,15 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble {
 namespace {
+
+using namespace testing;
 
 const Model& model() { return find_model("dynamically_tuned_gyro"); }
 
 TEST(DynamicallyTunedGyro, HarmonicsOfTheRotatingForceAreThoseOfTheReference) {
-  // eq. (1.2): f_X = -a cos th, f_Y = -a sin th, f_Z = 1 g; eq. (1.9)-(1.11) over one whole turn
+  // docs/equations (1.2): f_X = -a cos th, f_Y = -a sin th, f_Z = 1 g; docs/equations (1.9)-(1.11) over one whole turn
   const auto truth = truth_of(model(), {{"D_x", "6 deg/h/g"},
                                         {"D_y", "-2.5 deg/h/g"},
                                         {"D_xz", "0.15 deg/h/g^2"},
@@ -131,4 +133,4 @@ TEST(DynamicallyTunedGyro, ListsAllThatThePhysicsLacks) {
 }
 
 }  // namespace
-}  // namespace tumble::models
+}  // namespace tumble

@@ -2,22 +2,24 @@
 
 #include <cmath>
 
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
 namespace tumble::electronics {
 namespace {
 
+using namespace given;
+
 /// Whatever is out of bounds among the options of this file.
 void refuse_unusable(const Settings& truth) {
   std::vector<std::string> problems;
-  models::require_positive(
+  given::require_positive(
       truth, {"natural_frequency", "damping_ratio", "time_constant", "range", "range_negative", "resolution"},
       problems);
   if (truth.has("time_constant") && truth.has("natural_frequency"))
     problems.push_back("give time_constant (first-order loop) or natural_frequency (second-order), not both");
   if (truth.has("dead_zone") && truth.number("dead_zone") < 0.0) problems.push_back("dead_zone must not be negative");
   if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");
-  models::refuse(std::move(problems));
+  given::refuse(std::move(problems));
 }
 
 }  // namespace

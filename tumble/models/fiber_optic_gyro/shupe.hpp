@@ -27,7 +27,7 @@ struct Coil {
 ///   W = n/(L D) (dn/dT + n alpha) INT_0^L Tdot(z) (2 z - L) dz                                             (4.29)
 double shupe_rate(const Coil& coil, std::span<const double> temperature_rates);
 
-/// The same by layers: INT (2 z - L) dz over the fibre of each layer [m^2].
+/// Weights of the layers: INT (2 z - L) dz over the fibre of each layer [m^2].
 ///
 /// plain: the fibre goes from the innermost layer to the outermost. dipole and quadrupole: wound from its middle,
 /// layers of the halves A, B in the order A B A B ... and A B B A ..., so that near each other lie parts at the same
@@ -44,6 +44,7 @@ std::vector<double> layer_weights(const Coil& coil);
 /// Accuracy  the series ends after 4 modes a layer: 1e-3/(layers) K of a step of 1 K after thickness^2/(100 a)
 class CoilHeat {
  public:
+  /// A coil in equilibrium with its faces. Given: temperatures of the outer and the inner face [K].
   CoilHeat(const Coil& coil, double outer, double inner);
 
   /// Goes on by `step` [s] to face temperatures `outer`, `inner` [K]; with an insulated inner face `inner` is not

@@ -6,7 +6,7 @@
 
 #include "tumble/units/unit.hpp"
 
-namespace tumble {
+namespace tumble::fiber_optic_gyro {
 namespace {
 
 double deg_per_hour(double rate) { return Unit::parse("deg/h").from_si(rate); }
@@ -137,4 +137,4 @@ TEST(CoilHeat, DoesNotDependOnHowTheTimeIsDivided) {
 }
 
 }  // namespace
-}  // namespace tumble
+}  // namespace tumble::fiber_optic_gyro

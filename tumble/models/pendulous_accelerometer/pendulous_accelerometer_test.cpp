@@ -12,8 +12,10 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble {
 namespace {
+
+using namespace testing;
 
 const Model& model() { return find_model("pendulous_accelerometer"); }
 
@@ -22,7 +24,7 @@ using Written = std::vector<std::pair<std::string, std::string>>;
 /// Instrument axes (i, p, o) from the lecture's (I, O, P), o = -O.
 Vector3 ipo(Vector3 IOP) { return {IOP.x, IOP.z, -IOP.y}; }
 
-/// Pendulum of eq. (4.13)-(4.14), axes I, O, P as x, y, z; the angle is positive about -O.
+/// Pendulum of docs/equations (4.13)-(4.14), axes I, O, P as x, y, z; the angle is positive about -O.
 struct Pendulum {
   double m = 0.8e-3, L = 0.01, l_I = 2e-5;
   double K = 50.0, C = 0.5, D = 3e-3, M_d0 = 4e-9;
@@ -136,7 +138,7 @@ TEST(PendulousAccelerometer, StaticTermsWithComplianceAgreeWithTheFullEquation) 
 }
 
 TEST(PendulousAccelerometer, LecturesCoefficientsBecomeThoseOfGjb2504) {
-  // eq. (4.17) in A and m/s^2 with K_T, then divided by K_I and turned to o = -O
+  // docs/equations (4.17) in A and m/s^2 with K_T, then divided by K_I and turned to o = -O
   const double m = 0.8e-3, L = 0.01, l_I = 2e-5, K_T = 0.3, K = 50.0, C = 0.5, T = K_T * (K + C);
   const double C_II = 4e-8, C_PP = 1e-8, C_IP = 3e-9, C_IO = -2e-9, C_PO = 5e-9;
   const double K_I = m * L / K_T, K_F = 4e-9 / K_T, K_P = -m * l_I / K_T, K_IO = -m * m * C_PO / K_T;
@@ -316,4 +318,4 @@ TEST(PendulousAccelerometer, BiasAndScaleFactorFollowTheTemperature) {
 }
 
 }  // namespace
-}  // namespace tumble::models
+}  // namespace tumble

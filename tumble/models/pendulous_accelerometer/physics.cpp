@@ -1,9 +1,11 @@
 #include "tumble/models/pendulous_accelerometer/physics.hpp"
 
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
-namespace tumble::models::pendulum {
+namespace tumble::pendulous_accelerometer {
 namespace {
+
+using namespace given;
 
 void refuse_incomplete(const Settings& truth) {
   std::vector<std::string> problems;
@@ -28,7 +30,7 @@ double total_stiffness(const Settings& constants) {
   return constants.number("servo_stiffness") + constants.number("hinge_stiffness");
 }
 
-/// eq. (4.17) over K_I = m L/K_T: every coefficient carries the same K/(K + C), which cancels
+/// docs/equations (4.17) over K_I = m L/K_T: every coefficient carries the same K/(K + C), which cancels
 void static_coefficients(const Settings& truth, double moment, std::map<std::string, double>& of) {
   const auto value = [&](const char* name) { return number_or(truth, name, 0.0); };
   const double m = value("mass"), tilt = tilt_per_specific_force(truth);
@@ -44,7 +46,7 @@ void static_coefficients(const Settings& truth, double moment, std::map<std::str
   of["cross_coupling_po"] = -elastic * value("compliance_IO");  // -K_OP/K_I
 }
 
-/// eq. (4.18), J about the hinge
+/// docs/equations (4.18), J about the hinge
 void dynamic_coefficients(const Settings& truth, double moment, std::map<std::string, double>& of) {
   const auto per_moment = [&](const char* name) { return number_or(truth, name, 0.0) / moment; };
   const double difference = per_moment("pendulum_inertia_I") - per_moment("pendulum_inertia_P");
@@ -74,7 +76,7 @@ std::vector<Option> stiffness_constants() {
            "1",
            "false",
            {},
-           "the loop has an integrator: no steady tilt, 1/(K + C) = 0 in eq. (4.17)-(4.18)"}};
+           "the loop has an integrator: no steady tilt, 1/(K + C) = 0 in docs/equations (4.17)-(4.18)"}};
 }
 
 std::vector<Option> physics() {
@@ -126,4 +128,4 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   return of;
 }
 
-}  // namespace tumble::models::pendulum
+}  // namespace tumble::pendulous_accelerometer

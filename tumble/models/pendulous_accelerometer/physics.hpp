@@ -6,7 +6,7 @@
 
 #include "tumble/core/settings.hpp"
 
-namespace tumble::models::pendulum {
+namespace tumble::pendulous_accelerometer {
 
 /// Constants that the regressors depend on as well as the coefficients: m L, K and C.
 std::vector<Option> stiffness_constants();
@@ -18,12 +18,12 @@ std::vector<Option> physics();
 /// and with an integrator.
 double tilt_per_specific_force(const Settings& constants);
 
-/// K_I = (m L/K_T) K/(K + C) [A/(m/s^2)], eq. (4.15), (4.17); 0 where it is not given.
+/// K_I = (m L/K_T) K/(K + C) [A/(m/s^2)], docs/equations (4.15), (4.17); 0 where it is not given.
 double current_scale_factor(const Settings& truth);
 
-/// The coefficients of eq. (4.18) and (4.19) [SI] by name; empty where no physics is given. The static ones are those
-/// of eq. (4.17) divided by K_I and turned from the lecture's axes (I, O, P) to (i, p, o) with o = -O.
-/// Throws Error::bad_input that lists all that is missing or out of bounds.
+/// The coefficients of docs/equations (4.18) and (4.19) [SI] by name; empty where no physics is given. The static ones
+/// are those of docs/equations (4.17) divided by K_I and turned from the lecture's axes (I, O, P) to (i, p, o),
+/// o = -O. Throws Error::bad_input that lists all that is missing or out of bounds.
 std::map<std::string, double> coefficients(const Settings& truth);
 
-}  // namespace tumble::models::pendulum
+}  // namespace tumble::pendulous_accelerometer

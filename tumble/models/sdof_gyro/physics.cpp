@@ -1,9 +1,11 @@
 #include "tumble/models/sdof_gyro/physics.hpp"
 
-#include "tumble/models/support/given.hpp"
+#include "tumble/models/given/given.hpp"
 
-namespace tumble::models::sdof {
+namespace tumble::sdof_gyro {
 namespace {
+
+using namespace given;
 
 const std::vector<std::string> masses{"mass_offset_I", "mass_offset_S", "compliance_II", "compliance_SS",
                                       "compliance_IS", "compliance_IO", "compliance_SO"};
@@ -41,7 +43,7 @@ void refuse_incomplete(const Settings& truth) {
   refuse(std::move(problems));
 }
 
-/// eq. (4.4): the mass lags by C m f, the torque is (l - C m f) x (-m f)
+/// docs/equations (4.4): the mass lags by C m f, the torque is (l - C m f) x (-m f)
 void static_coefficients(const Settings& truth, double H, std::map<std::string, double>& of) {
   const auto value = [&](const char* name) { return number_or(truth, name, 0.0); };
   const double m = value("mass");
@@ -55,7 +57,7 @@ void static_coefficients(const Settings& truth, double H, std::map<std::string, 
   of["D_SS"] = -m * m * value("compliance_IS") / H;
 }
 
-/// eq. (4.11), K_III and K_ISS exact to second order in 1/k, and what -I_O w_O' adds by way of the tilt
+/// docs/equations (4.11), K_III and K_ISS exact to second order in 1/k, and what -I_O w_O' adds by way of the tilt
 void dynamic_coefficients(const Settings& truth, double H, std::map<std::string, double>& of) {
   const auto value = [&](const char* name) { return number_or(truth, name, 0.0); };
   const double k = loop_stiffness(truth), per_k = k > 0.0 ? 1.0 / k : 0.0;
@@ -105,7 +107,7 @@ std::vector<Option> physics() {
            "1",
            "false",
            {},
-           "the loop has an integrator: no steady pick-off angle, 1/k = 0 in eq. (4.11)"}};
+           "the loop has an integrator: no steady pick-off angle, 1/k = 0 in docs/equations (4.11)"}};
 }
 
 double angular_momentum(const Settings& truth) {
@@ -131,4 +133,4 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   return of;
 }
 
-}  // namespace tumble::models::sdof
+}  // namespace tumble::sdof_gyro

@@ -11,14 +11,16 @@
 #include "tumble/models/testing/truth.hpp"
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble {
 namespace {
+
+using namespace testing;
 
 const Model& model() { return find_model("sdof_gyro"); }
 
 using Written = std::vector<std::pair<std::string, std::string>>;
 
-/// Gimbal of eq. (4.7)-(4.8), axes I, O, S as x, y, z.
+/// Gimbal of docs/equations (4.7)-(4.8), axes I, O, S as x, y, z.
 struct Gimbal {
   double H = 0.0377, k = 20.0, D = 0.04;
   double I_I = 3e-5, I_O = 4e-5, I_S = 4e-5;
@@ -249,4 +251,4 @@ TEST(SdofGyro, ListsAllThatThePhysicsLacks) {
 }
 
 }  // namespace
-}  // namespace tumble::models
+}  // namespace tumble

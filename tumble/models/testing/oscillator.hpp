@@ -1,6 +1,6 @@
 #pragma once
 
-namespace tumble::models {
+namespace tumble::testing {
 
 /// Angle and angular rate of what turns about one axis.
 struct Swing {
@@ -22,4 +22,4 @@ Swing runge_kutta(Swing at, double time, double step, Acceleration acceleration)
           at.rate + step / 6.0 * (k1.rate + 2.0 * k2.rate + 2.0 * k3.rate + k4.rate)};
 }
 
-}  // namespace tumble::models
+}  // namespace tumble::testing

@@ -2,7 +2,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::models {
+namespace tumble::testing {
 
 Settings truth_of(const Model& model, const std::vector<std::pair<std::string, std::string>>& written) {
   std::vector<Given> given;
@@ -22,4 +22,4 @@ double indicated(const Model& model, const Settings& truth, const Felt& felt, st
   return sum;
 }
 
-}  // namespace tumble::models
+}  // namespace tumble::testing

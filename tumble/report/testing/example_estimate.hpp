@@ -9,7 +9,7 @@
 
 /// A result as a method would return it, made up: what the reports are tested and looked at with. The numbers are the
 /// size of a tactical fibre-optic gyro's; they come from closed formulas, so that every run has the same bytes.
-namespace tumble::example {
+namespace tumble::testing {
 
 struct Line {
   const char *name, *symbol, *unit;
@@ -236,4 +236,4 @@ inline Estimate estimate() {
   return e;
 }
 
-}  // namespace tumble::example
+}  // namespace tumble::testing

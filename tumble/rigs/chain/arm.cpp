@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 MachineAxis arm_axis() {
   using Kind = Motion::Kind;
@@ -23,9 +23,9 @@ std::vector<Option> arm_geometry(const std::string& end) {
 
 std::vector<Imperfection> arm_imperfections() {
   return {
-      {quantity("radius_sd", "um", "20 um", "radius at rest"), {"radius"}},
+      {quantity("radius_sd", "um", "20 um", "radius at rest"), {error_names::radius}},
       {quantity("stretch_sd", "um/(rad/s)^2", "0.2 um/(rad/s)^2", "growth of the radius per squared rate of the arm"),
-       {"stretch of the radius"}}};
+       {error_names::stretch_of_radius}}};
 }
 
 void check_arm(const Settings& options, std::vector<std::string>& problems) {
@@ -37,8 +37,8 @@ Joint arm_joint(const Settings& options) {
 }
 
 Joint end_joint(const Settings& options, const ErrorValues& errors) {
-  return {.offset = {options.number("radius") + errors("radius"), 0.0, 0.0},
-          .stretch = options.number("stretch") + errors("stretch of the radius")};
+  return {.offset = {options.number("radius") + errors(error_names::radius), 0.0, 0.0},
+          .stretch = options.number("stretch") + errors(error_names::stretch_of_radius)};
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -2,7 +2,7 @@
 
 #include "tumble/rigs/chain/machine.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// What the rigs with a centrifuge's arm share. The arm is axis 0 and turns about z (upwards); x points radially
 /// outwards.
@@ -20,4 +20,4 @@ Joint arm_joint(const Settings& options);
 /// The joint at its end, with the errors of the radius; it does not turn.
 Joint end_joint(const Settings& options, const ErrorValues& errors);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

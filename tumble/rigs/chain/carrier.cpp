@@ -4,11 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -49,9 +50,14 @@ Option quantity(std::string name, std::string unit, std::string fallback, std::s
 }
 
 double ErrorValues::operator()(std::string_view name, std::size_t segment) const {
-  if (values_.empty()) return 0.0;
-  const auto found = std::find_if(list_.begin(), list_.end(), [&](const RigError& e) { return e.name == name; });
-  if (found == list_.end()) return 0.0;
+  assert(std::ranges::find(list_, name, &RigError::name) != list_.end());
+  return where_present(name, segment);
+}
+
+double ErrorValues::where_present(std::string_view name, std::size_t segment) const {
+  assert(is_error_name(name));
+  const auto found = std::ranges::find(list_, name, &RigError::name);
+  if (values_.empty() || found == list_.end()) return 0.0;
   const auto row = static_cast<std::size_t>(found - list_.begin());
   return values_(row, std::min(segment, values_.columns - 1));
 }
@@ -65,20 +71,19 @@ std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists) {
 
 std::vector<Imperfection> base_imperfections() {
   return {{quantity("level_sd", "arcsec", "2 arcsec", "level of the base, about east and about north"),
-           {"level of the base about east", "level of the base about north"}},
-          {quantity("azimuth_sd", "arcsec", "10 arcsec", "azimuth of the base"), {"azimuth of the base"}},
-          {quantity("gravity_sd", "ug", "5 ug", "gravity at the rig"), {"gravity"}}};
+           {error_names::level_about_east, error_names::level_about_north}},
+          {quantity("azimuth_sd", "arcsec", "10 arcsec", "azimuth of the base"), {error_names::azimuth}},
+          {quantity("gravity_sd", "ug", "5 ug", "gravity at the rig"), {error_names::gravity}}};
 }
 
 std::vector<Imperfection> lever_imperfections(const char* sd) {
   return {{quantity("lever_sd", "mm", sd, "each of lever_x, lever_y, lever_z"),
-           {"lever arm x", "lever arm y", "lever arm z"}}};
+           {error_names::lever_x, error_names::lever_y, error_names::lever_z}}};
 }
 
 std::vector<Imperfection> mount_imperfections() {
-  return {
-      {quantity("mount_sd", "arcsec", "20 arcsec", "error of the instrument on the fixture, about each of its axes"),
-       {"mounting about x", "mounting about y", "mounting about z"}}};
+  return {{quantity("mount_sd", "arcsec", "20 arcsec", "instrument against the fixture, about each of its axes"),
+           {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
 }
 
 std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options) {
@@ -115,13 +120,14 @@ Kinematics ground_of(const std::optional<Site>& site, double gravity_error) {
 }
 
 Rotation base_from_level(const ErrorValues& errors) {
-  return about_x(errors("level of the base about east")) * about_y(errors("level of the base about north")) *
-         about_z(errors("azimuth of the base"));
+  return about_x(errors(error_names::level_about_east)) * about_y(errors(error_names::level_about_north)) *
+         about_z(errors(error_names::azimuth));
 }
 
 std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors) {
-  const Rotation misalignment =
-      about_x(errors("mounting about x")) * about_y(errors("mounting about y")) * about_z(errors("mounting about z"));
+  const auto mounting = [&](const char* name) { return errors.where_present(name); };  // by hand there is no fixture
+  const Rotation misalignment = about_x(mounting(error_names::mounting_x)) *
+                                about_y(mounting(error_names::mounting_y)) * about_z(mounting(error_names::mounting_z));
   std::vector<Pose> poses;
   double angles[3] = {0.0, 0.0, 0.0}, begin = 0.0;
   for (const auto& segment : run) {
@@ -186,4 +192,4 @@ std::vector<Schedule> runs_of(const Schedule& schedule) {
   return runs;
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

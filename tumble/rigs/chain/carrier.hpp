@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "tumble/rigs/chain/chain.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// An option that is a quantity.
 Option quantity(std::string name, std::string unit, std::string fallback, std::string description);
@@ -23,9 +24,12 @@ struct Imperfection {
 /// The values of a rig's errors in one run.
 class ErrorValues {
  public:
+  /// Given: values [errors x segments] in SI.
   ErrorValues(const std::vector<RigError>& list, const Matrix& values) : list_(list), values_(values) {}
-  /// 0 when there is no error of this name, or none was drawn.
+  /// Value [SI] of one of the rig's errors; 0 where none was drawn. The rig must have an error of this name (assertion).
   double operator()(std::string_view name, std::size_t segment = 0) const;
+  /// As above, for what several rigs share: 0 where this rig lacks the error. Another may have it (assertion).
+  double where_present(std::string_view name, std::size_t segment = 0) const;
 
  private:
   const std::vector<RigError>& list_;
@@ -52,7 +56,7 @@ std::vector<Option> laboratory_options();
 /// How the instrument sits on the fixture.
 std::vector<Axis> mount_axes();
 
-/// The level frame at rest on the Earth.
+/// The level frame at rest on the Earth. Given: gravity_error [m/s^2].
 Kinematics ground_of(const std::optional<Site>& site, double gravity_error);
 
 /// Instrument from fixture for mount_roll, mount_pitch, mount_yaw in every segment, with the mounting errors.
@@ -71,4 +75,4 @@ bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::ve
 /// The segments of each power-up.
 std::vector<Schedule> runs_of(const Schedule& schedule);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

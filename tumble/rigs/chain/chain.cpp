@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 constexpr std::size_t most_axes = 4;
@@ -153,4 +153,4 @@ double steady_until(const Chain& chain, double time) {
   return std::max(until, time);
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

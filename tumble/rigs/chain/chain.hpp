@@ -9,7 +9,7 @@
 #include "tumble/rigs/chain/oven.hpp"
 #include "tumble/rigs/chain/profile.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// How a frame moves, in its own axes.
 struct Kinematics {
@@ -18,7 +18,7 @@ struct Kinematics {
   Vector3 specific_force;  ///< at its origin [m/s^2]
 };
 
-/// The same seen in axes turned by a constant rotation.
+/// A motion seen in axes turned by a constant rotation.
 Kinematics seen_in(const Rotation& new_from_old, const Kinematics& k);
 
 /// A frame that turns against `k` about the unit vector n (the same in both), passive as in rotation.hpp:
@@ -26,7 +26,7 @@ Kinematics seen_in(const Rotation& new_from_old, const Kinematics& k);
 ///   w' = R w + n th',   alpha' = R alpha + (R w) x n th' + n th'',   f' = R f
 Kinematics turned(const Kinematics& k, Vector3 n, const Turn& turn);
 
-/// The same frame with its origin moved to p, which may itself move in the frame:
+/// A frame with its origin moved to p [m], which may itself move in the frame:
 ///
 ///   f' = f + alpha x p + w x (w x p) + 2 w x p' + p''
 Kinematics moved(const Kinematics& k, Vector3 p, Vector3 velocity = {}, Vector3 acceleration = {});
@@ -74,7 +74,7 @@ struct Chain {
 ///           Earth's centrifugal and gravity gradients (3e-6 m/s^2 for a metre of height)
 void felt(const Chain& chain, double first, double step, std::span<Felt> out);
 
-/// Until when nothing changes.
+/// Until when nothing changes [s]. Given: time [s].
 double steady_until(const Chain& chain, double time);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -6,7 +6,7 @@
 
 #include "tumble/earth/earth.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -127,4 +127,4 @@ TEST(Chain, RatesIntegrateToTheAttitude) {
 }
 
 }  // namespace
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
                        std::span<double> readings) {
@@ -65,4 +65,4 @@ Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std:
   return sensor;
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

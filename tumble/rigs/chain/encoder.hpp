@@ -6,7 +6,7 @@
 #include "tumble/rigs/chain/chain.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// The encoder of an axis. It shows where the drive stands, turns counted on, positioning and rate errors included; the
 /// errors of its own scale and zero it cannot show.
@@ -23,7 +23,8 @@ Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quan
 
 /// Adds to readings at first, first + step, ... noise of this standard deviation that depends on the time alone: one
 /// number for each interval 1/rate.
+/// Given: sd and readings [rad, or unit of the reading]; rate [Hz]; first, step [s].
 void add_reading_noise(double sd, double rate, const RandomStream& random, double first, double step,
                        std::span<double> readings);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

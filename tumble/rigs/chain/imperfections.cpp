@@ -1,6 +1,6 @@
 #include "tumble/rigs/chain/machine.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 std::vector<std::string> names(const std::vector<std::string>& axes, const char* before,
@@ -15,27 +15,28 @@ std::vector<std::string> names(const std::vector<std::string>& axes, const char*
 
 std::vector<Imperfection> axis_imperfections(const std::vector<std::string>& axes) {
   const auto phases = [&](const char* per_turn) {
-    return names(axes, "wobble of ", {std::string(per_turn) + ", cosine", std::string(per_turn) + ", sine"});
+    return names(axes, error_names::wobble_of, {std::string(per_turn) + ", cosine", std::string(per_turn) + ", sine"});
   };
-  return {{quantity("index_zero_sd", "arcsec", "3 arcsec", "zero of each angle scale"), names(axes, "index zero of ")},
-          {quantity("repeatability_sd", "arcsec", "1 arcsec", "each angle to which an axis moves"),
-           names(axes, "positioning of "), true},
-          {quantity("wobble_once_sd", "arcsec", "1 arcsec", "wobble of each axis, once per turn"),
+  return {{quantity("index_zero_sd", "arcsec", "3 arcsec", "zero of each angle scale"),
+           names(axes, error_names::index_zero_of)},
+          {quantity("repeatability_sd", "arcsec", "1 arcsec", "each angle that is gone to"),
+           names(axes, error_names::positioning_of), true},
+          {quantity("wobble_once_sd", "arcsec", "1 arcsec", "direction of each axis, going round once per turn"),
            phases(" once per turn")},
           {quantity("wobble_twice_sd", "arcsec", "0.5 arcsec", "wobble of each axis, twice per turn"),
            phases(" twice per turn")}};
 }
 
 std::vector<Imperfection> drive_imperfections(const std::vector<std::string>& axes) {
-  return {
-      {quantity("rate_error_sd", "ppm", "1 ppm", "relative error of commanded rates"), names(axes, "rate error of ")},
-      {quantity("rate_ripple_sd", "ppm", "10 ppm", "relative amplitude of the rate's ripple over the turn"),
-       names(axes, "rate ripple of ", {", cosine", ", sine"})}};
+  return {{quantity("rate_error_sd", "ppm", "1 ppm", "relative, of commanded rates"),
+           names(axes, error_names::rate_error_of)},
+          {quantity("rate_ripple_sd", "ppm", "10 ppm", "relative amplitude of the rate's ripple over the turn"),
+           names(axes, error_names::rate_ripple_of, {", cosine", ", sine"})}};
 }
 
 std::vector<Imperfection> oscillation_imperfections(const std::vector<std::string>& axes) {
-  return {{quantity("amplitude_sd", "ppm", "500 ppm", "relative error of the amplitude of oscillations"),
-           names(axes, "oscillation amplitude of ")}};
+  return {{quantity("amplitude_sd", "ppm", "500 ppm", "relative, of the amplitude of oscillations"),
+           names(axes, error_names::oscillation_amplitude_of)}};
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

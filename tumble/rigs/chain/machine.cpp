@@ -4,7 +4,7 @@
 
 #include "tumble/rigs/chain/encoder.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -29,20 +29,21 @@ AxisLimits limits_of(const Machine& machine, const MachineAxis& axis, const Sett
 }
 
 Profile driven(const RigRun& run, const AxisLimits& limits, const ErrorValues& errors) {
-  DriveErrors drive{.rate = errors("rate error of " + limits.axis),
-                    .amplitude = errors("oscillation amplitude of " + limits.axis)};
+  DriveErrors drive{.rate = errors.where_present(error_names::rate_error_of + limits.axis),
+                    .amplitude = errors.where_present(error_names::oscillation_amplitude_of + limits.axis)};
   for (std::size_t s = 0; s < run.segments.size(); ++s)
-    drive.positioning.push_back(errors("positioning of " + limits.axis, s));
+    drive.positioning.push_back(errors.where_present(error_names::positioning_of + limits.axis, s));
   return profile_of(run.segments, limits, drive, nullptr);
 }
 
 /// The two small turns by which the direction of an axis goes round, in the frame in which it would stand still.
 std::vector<Joint> wobble(const Joint& joint, const std::string& axis, const ErrorValues& errors) {
-  const std::string name = "wobble of " + axis;
+  const std::string name = error_names::wobble_of + axis;
   std::vector<Harmonic> first, second;
   for (const int order : {1, 2}) {
     const std::string per_turn = order == 1 ? " once per turn, " : " twice per turn, ";
-    const double c = errors(name + per_turn + "cosine"), s = errors(name + per_turn + "sine");
+    const double c = errors.where_present(name + per_turn + "cosine"),
+                 s = errors.where_present(name + per_turn + "sine");
     if (c == 0.0 && s == 0.0) continue;
     first.push_back({order, c, s});
     second.push_back({order, -s, c});
@@ -56,16 +57,18 @@ std::vector<Joint> wobble(const Joint& joint, const std::string& axis, const Err
 
 /// The joint of an axis with the errors of its scale, behind its wobble.
 std::vector<Joint> with_axis_errors(Joint joint, const std::string& axis, int ripple_order, const ErrorValues& errors) {
-  joint.zero = errors("index zero of " + axis);
+  joint.zero = errors.where_present(error_names::index_zero_of + axis);
   const auto add = [&](int order, double cosine, double sine) {
     if (cosine != 0.0 || sine != 0.0) joint.harmonics.push_back({order, cosine, sine});
   };
   for (const int order : {1, 2}) {
-    const std::string name = "angle error of " + axis + (order == 1 ? " once per turn, " : " twice per turn, ");
-    add(order, errors(name + "cosine"), errors(name + "sine"));
+    const std::string name =
+        error_names::angle_error_of + axis + (order == 1 ? " once per turn, " : " twice per turn, ");
+    add(order, errors.where_present(name + "cosine"), errors.where_present(name + "sine"));
   }
   // d(th')/th' = c cos(n th) + s sin(n th) is an angle of (c sin(n th) - s cos(n th))/n
-  const double c = errors("rate ripple of " + axis + ", cosine"), s = errors("rate ripple of " + axis + ", sine");
+  const double c = errors.where_present(error_names::rate_ripple_of + axis + ", cosine"),
+               s = errors.where_present(error_names::rate_ripple_of + axis + ", sine");
   add(ripple_order, -s / ripple_order, c / ripple_order);
   std::vector<Joint> out = wobble(joint, axis, errors);
   if (!out.empty()) {
@@ -79,7 +82,7 @@ std::vector<Joint> with_axis_errors(Joint joint, const std::string& axis, int ri
 
 Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& errors) {
   Chain chain;
-  chain.ground = seen_in(base_from_level(errors), ground_of(run.site, errors("gravity")));
+  chain.ground = seen_in(base_from_level(errors), ground_of(run.site, errors(error_names::gravity)));
   for (const auto& axis : machine.axes)
     chain.axes.push_back(driven(run, limits_of(machine, axis, run.options), errors));
   const int ripple_order = run.options.has("ripple_order") ? run.options.integer("ripple_order") : 1;
@@ -94,9 +97,9 @@ Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& err
   // The first joint's constant part belongs to the ground.
   chain.ground = seen_in(chain.joints.front().fixed, chain.ground);
   chain.joints.front().fixed = {};
-  chain.lever = {run.options.number("lever_x") + errors("lever arm x"),
-                 run.options.number("lever_y") + errors("lever arm y"),
-                 run.options.number("lever_z") + errors("lever arm z")};
+  chain.lever = {run.options.number("lever_x") + errors(error_names::lever_x),
+                 run.options.number("lever_y") + errors(error_names::lever_y),
+                 run.options.number("lever_z") + errors(error_names::lever_z)};
   chain.poses = poses_of(run.segments, errors);
   chain.temperature = run.options.number("temperature");
   if (machine.oven) chain.oven = oven_of(run.segments, run.options, errors);
@@ -194,4 +197,4 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
   return out;
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

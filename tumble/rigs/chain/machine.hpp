@@ -5,7 +5,7 @@
 
 #include "tumble/rigs/chain/carrier.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// A driven axis of a machine.
 struct MachineAxis {
@@ -56,4 +56,4 @@ constexpr Rig rig_of(const char* name, const char* summary) {
                          const Settings& options) { return refusals_of(machine(), schedule, options); }};
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

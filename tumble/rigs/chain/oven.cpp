@@ -8,7 +8,7 @@
 
 #include "tumble/rigs/chain/carrier.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -137,9 +137,8 @@ std::vector<Option> oven_options() {
 
 std::vector<Imperfection> oven_imperfections() {
   return {{quantity("thermometer_offset_sd", "K", "0.1 K", "offset of the thermometer, which regulates the oven"),
-           {"thermometer offset"}},
-          {quantity("thermometer_scale_sd", "%", "0.1 %", "scale error of the thermometer, from 0 degC"),
-           {"thermometer scale"}}};
+           {error_names::thermometer_offset}},
+          {quantity("thermometer_scale_sd", "%", "0.1 %", "its scale, from 0 degC"), {error_names::thermometer_scale}}};
 }
 
 void check_oven(const Settings& options, std::vector<std::string>& problems) {
@@ -158,7 +157,11 @@ void check_oven_schedule(const Schedule& schedule, const Settings& options, std:
 }
 
 Oven oven_of(const Schedule& run, const Settings& options, const ErrorValues& errors) {
-  Oven oven{options.number("oven_time"), errors("thermometer offset"), errors("thermometer scale"), {}, {}};
+  Oven oven{options.number("oven_time"),
+            errors(error_names::thermometer_offset),
+            errors(error_names::thermometer_scale),
+            {},
+            {}};
   if (!used(run)) return oven;
   const auto air = air_of(run, options);
   for (std::size_t k = 0; k < air.size(); ++k)
@@ -193,4 +196,4 @@ double steady_until(const Oven& oven, double time) {
   return piece + 1 < oven.pieces.size() ? oven.pieces[piece + 1].begin : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

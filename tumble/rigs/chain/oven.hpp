@@ -6,7 +6,7 @@
 #include "tumble/rigs/rig.hpp"
 
 /// An oven around the instrument on a machine with turning axes: the axis `temperature` of its plan.
-namespace tumble::rigs {
+namespace tumble::chain {
 
 struct Imperfection;
 class ErrorValues;
@@ -49,13 +49,13 @@ void check_oven_schedule(const Schedule& schedule, const Settings& options, std:
 /// the laboratory.
 Oven oven_of(const Schedule& run, const Settings& options, const ErrorValues& errors);
 
-/// Of the instrument at `time`; `piece` is where to look first and is left where it was found. The oven has pieces.
+/// Of the instrument at `time` [s]; `piece` is where to look first and is left where it was found. The oven has pieces.
 Warmth at(const Oven& oven, double time, std::size_t& piece);
 
 /// What the thermometer shows where the instrument is at `temperature` [K].
 double shown_by(const Oven& oven, double temperature);
 
-/// Until when the temperature stays as it is.
+/// Until when the temperature stays as it is [s]. Given: time [s].
 double steady_until(const Oven& oven, double time);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -7,7 +7,7 @@
 #include "tumble/rigs/chain/profile.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -236,4 +236,4 @@ Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErr
   return planner.take();
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 Turn oscillation(const Piece& piece, double time) {
@@ -70,4 +70,4 @@ double steady_until(const Profile& profile, double time) {
   return std::numeric_limits<double>::infinity();
 }
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

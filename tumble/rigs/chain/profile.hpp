@@ -7,7 +7,7 @@
 
 #include "tumble/core/schedule.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 
 /// Angle of an axis with its first two derivatives.
 struct Turn {
@@ -76,7 +76,7 @@ Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErr
 /// State at `time` [s]; `piece` is where to look first and is left where it was found.
 Turn at(const Profile& profile, double time, std::size_t& piece);
 
-/// Until when the axis stands where it stands at `time`; `time` itself when it moves.
+/// Until when the axis stands where it stands at `time` [s]; `time` itself when it moves.
 double steady_until(const Profile& profile, double time);
 
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

@@ -8,7 +8,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble::rigs {
+namespace tumble::chain {
 namespace {
 
 using Kind = Motion::Kind;
@@ -188,4 +188,4 @@ TEST(Profile, AllProblemsAreListedWithTheirSegments) {
 }
 
 }  // namespace
-}  // namespace tumble::rigs
+}  // namespace tumble::chain

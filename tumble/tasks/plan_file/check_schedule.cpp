@@ -6,7 +6,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/power_up.hpp"
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 namespace {
 
 /// Where the refusals of a rig point: "[rig] option ..." and "segment 'label' ..." to their lines, others to the file.
@@ -37,10 +37,10 @@ class Places {
 };
 
 std::vector<std::string> refusals_of(const Plan& plan, const Rig& rig) {
-  if (!sim::recorded_one_by_one(plan)) return rig.refusals(plan.schedule, plan.rig);
+  if (!recorded_one_by_one(plan)) return rig.refusals(plan.schedule, plan.rig);
   std::vector<std::string> refusals;
   for (std::size_t s = 0; s < plan.schedule.size(); ++s)
-    for (auto& refusal : rig.refusals({sim::standing_alone(plan.schedule, s)}, plan.rig))
+    for (auto& refusal : rig.refusals({standing_alone(plan.schedule, s)}, plan.rig))
       if (std::ranges::find(refusals, refusal) == refusals.end()) refusals.push_back(std::move(refusal));
   return refusals;
 }
@@ -55,4 +55,4 @@ void check_schedule(const Plan& plan, const Rig& rig, Section& root, Problems& p
   for (const auto& refusal : refusals) problems.all.push_back(places.of(refusal) + ": " + refusal);
 }
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

@@ -7,11 +7,11 @@ namespace tumble {
 struct Rig;
 }
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 
 /// What the rig cannot do of the plan's schedule, each problem with the line of its segment or option. Where every
 /// segment has a recording of its own, they are looked at one by one: nobody asks how the rig went from one to the
 /// next. `root` is the whole plan.
 void check_schedule(const Plan& plan, const Rig& rig, Section& root, Problems& problems);
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

@@ -9,7 +9,7 @@
 
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 namespace {
 
 using Kind = Motion::Kind;
@@ -259,4 +259,4 @@ Schedule read_schedule(const toml::array& tables, const Rig* rig, Problems& prob
   return schedule;
 }
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

@@ -7,10 +7,10 @@ namespace tumble {
 struct Rig;
 }
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 
 /// The [[schedule]] tables: every segment once for each of its runs, in order of run, durations filled in where the
 /// speed of a ramp or slew gives them. `rig` is null where the plan names none.
 Schedule read_schedule(const toml::array& tables, const Rig* rig, Problems& problems);
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

@@ -10,7 +10,7 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 
 /// What is wrong with a plan, each problem with the line where it stands.
 struct Problems {
@@ -37,7 +37,7 @@ class Section {
   /// One text or a list of them.
   std::vector<std::string> texts(std::string_view key);
   std::optional<int> integer(std::string_view key);
-  /// In SI, of the dimension of `expected`.
+  /// A quantity, or a list of them [SI], of the dimension of `expected`.
   std::optional<double> quantity(std::string_view key, const Unit& expected);
   std::vector<double> quantities(std::string_view key, const Unit& expected);
   /// One integer or a list of them.
@@ -74,4 +74,4 @@ class Section {
 /// What stands at a node as text: strings as they are, lists of numbers separated by commas.
 std::optional<std::string> text_of(const toml::node& node);
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

@@ -10,7 +10,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 namespace {
 
 using Kind = Motion::Kind;
@@ -177,4 +177,4 @@ std::string with_schedule(const std::string& plan, const std::string& file, cons
   return text;
 }
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

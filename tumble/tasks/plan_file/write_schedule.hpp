@@ -6,7 +6,7 @@
 #include "tumble/core/schedule.hpp"
 #include "tumble/rigs/rig.hpp"
 
-namespace tumble::tasks::plan_file {
+namespace tumble::plan_file {
 
 /// The [[schedule]] tables of a plan as text, quantities in the units of the axes. Read again they are the same
 /// schedule, bit for bit. Segments that several power-ups share, in the same order, are written once.
@@ -17,4 +17,4 @@ std::string schedule_text(const Schedule& schedule, const std::vector<Axis>& axe
 /// Throws Error::bad_input where the text is not TOML or holds its schedule in another form.
 std::string with_schedule(const std::string& plan, const std::string& file, const std::string& schedule);
 
-}  // namespace tumble::tasks::plan_file
+}  // namespace tumble::plan_file

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "tumble/methods/testing/answer.hpp"
-#include "tumble/methods/trial/plan.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 /// Short tests without noise for the method sine_vibration.
-namespace tumble::methods::testing {
+namespace tumble::testing {
 
-inline const Method& sine_vibration() { return find_method("sine_vibration"); }
+inline const Method& sine_method() { return find_method("sine_vibration"); }
 
 struct Tone {
   double frequency, amplitude;
@@ -31,7 +31,7 @@ struct Shaken {
 
 /// The test of `how` without noise, on an ideal rig, and what was counted.
 inline Evidence shaken(const Shaken& how) {
-  Plan plan = trial_plan("sine_vibration", sine_vibration().options(), "pendulous_accelerometer", "shaker", 200.0);
+  Plan plan = trial_plan("sine_vibration", sine_method().options(), "pendulous_accelerometer", "shaker", 200.0);
   plan.rig.set_flag("ideal", true);
   plan.truth.set_word("output", "count");
   set_truth(plan, "pulse_scale_factor", how.scale, "pulse/s/g");
@@ -70,4 +70,4 @@ inline double cell(const Estimate& estimate, std::size_t row, const char* column
   return std::nan("");
 }
 
-}  // namespace tumble::methods::testing
+}  // namespace tumble::testing

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+#include "tumble/core/channel.hpp"
+
+namespace tumble::file {
+
+/// Decides whether stamps are evenly spaced, one stamp after the other and in constant memory.
+///
+/// They are when one interval dt exists with
+///
+///   |t_k - (t_0 + k dt)| <= e_k    for every k,    e_k = min(max(q, 1e-4 D, 4 eps max(|t_0|, |t_k|)), D/3)
+///
+/// where D = (t_k - t_0)/k and q is the place of the last digit written: t_0 and t_k are each off by up to half of it.
+/// D/3 keeps a lost sample visible where the digits are coarse. 1e-4 D covers clocks summed up in floating point, and
+/// is below what any method could notice. The allowed dt form an interval, which each stamp narrows.
+class EvenClock {
+ public:
+  /// t [s]; place [s] of the last digit written, 0 where unknown.
+  void add(double t, double place);
+
+  std::size_t count() const { return count_; }
+  /// The clock, if at least two stamps were even: it starts at the first stamp, and of all rates that fit it has the
+  /// one with the fewest digits in Hz or in s. A clock that fits to rounding alone, without q and
+  /// 1e-4 D, comes first.
+  std::optional<Timeline> timeline() const;
+  /// Whether a clock that something else states (start [s], rate [Hz]) agrees with every stamp.
+  bool allows(const Timeline& stated) const;
+
+ private:
+  struct Interval {
+    double low = 0.0;
+    double high = std::numeric_limits<double>::infinity();
+    bool empty() const { return !(low <= high && high > 0.0); }
+  };
+
+  std::size_t count_ = 0;
+  double first_ = 0.0;
+  double place_ = 0.0;  ///< of the first two stamps
+  Interval written_;    ///< of dt [s], within the digits written
+  Interval exact_;      ///< to rounding alone
+};
+
+}  // namespace tumble::file

@@ -1,0 +1,47 @@
+#include "tumble/formats/file/input_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::file {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
+  throw Error{Error::Kind::bad_file, "cannot read '" + path + "': " + reason};
+}
+
+[[noreturn]] void refuse(const std::string& path, int code) { refuse(path, std::system_category().message(code)); }
+
+}  // namespace
+
+InputFile::InputFile(const std::string& path) : path_(path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) refuse(path, errno);
+  if (S_ISDIR(status.st_mode)) refuse(path, "it is a folder");
+  if (!S_ISREG(status.st_mode)) refuse(path, "it is not a regular file (a pipe or device cannot be read twice)");
+  descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0) refuse(path, errno);
+  size_ = static_cast<std::size_t>(status.st_size);
+  posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
+}
+
+InputFile::~InputFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+std::size_t InputFile::read(char* to, std::size_t count) {
+  for (;;) {
+    const auto got = ::read(descriptor_, to, count);
+    if (got >= 0) return static_cast<std::size_t>(got);
+    if (errno != EINTR) refuse(path_, errno);
+  }
+}
+
+}  // namespace tumble::file

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace tumble::file {
+
+/// A regular file opened for reading from the beginning.
+class InputFile {
+ public:
+  /// Throws Error::bad_file: not there, not allowed, a folder, a pipe.
+  explicit InputFile(const std::string& path);
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+  ~InputFile();
+
+  /// Bytes read, 0 at the end. Throws Error::bad_file.
+  std::size_t read(char* to, std::size_t count);
+  std::size_t size() const { return size_; }  ///< [bytes] when it was opened
+
+ private:
+  std::string path_;
+  int descriptor_ = -1;
+  std::size_t size_ = 0;
+};
+
+}  // namespace tumble::file

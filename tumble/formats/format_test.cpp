@@ -1,0 +1,261 @@
+#include "tumble/formats/format.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
+#include <random>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/file/plain_value.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+/// Values that a file could have said: decimals with up to 17 digits in the unit.
+Recording sample(std::size_t count, Timeline timeline = {0.5, 400.0, nullptr}) {
+  std::mt19937_64 random(99);
+  std::normal_distribution<double> normal;
+  Recording recording;
+  recording.instrument = "FOG-1 \"serial\" 17";
+  recording.marks = {{"static", 0.5, 1}, {"ramp \u00b0", 1.25, 2}};
+  recording.meta = {{"operator", "N. N."}, {"note", "line\nbreak, comma; # and \\"}};
+  for (const char* spec : {"gyro.x/deg/h", "acc/g", "case temperature/degC", "T/K", "angle/arcsec", "n/count", "r/1"}) {
+    const std::string text(spec);
+    const auto slash = text.find('/');
+    Channel channel{text.substr(0, slash), QuantityKind::other, Unit::parse(text.substr(slash + 1)), timeline, {}};
+    channel.kind = kind_of(channel.unit);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double value = i % 3 == 0 ? std::round(normal(random) * 1e4) / 1e4 : normal(random);
+      channel.values.push_back(i % 11 == 5 ? std::nan("") : channel.unit.to_si(value));
+    }
+    recording.channels.push_back(channel);
+  }
+  recording.channels.back().kind = QuantityKind::angle;  // not what the unit says
+  return recording;
+}
+
+void expect_same(const Recording& a, const Recording& b) {
+  EXPECT_EQ(a.instrument, b.instrument);
+  EXPECT_EQ(a.meta, b.meta);
+  ASSERT_EQ(a.marks.size(), b.marks.size());
+  for (std::size_t i = 0; i < a.marks.size(); ++i) {
+    EXPECT_EQ(a.marks[i].label, b.marks[i].label);
+    EXPECT_EQ(a.marks[i].begin, b.marks[i].begin);
+    EXPECT_EQ(a.marks[i].run, b.marks[i].run);
+  }
+  ASSERT_EQ(a.channels.size(), b.channels.size());
+  for (std::size_t i = 0; i < a.channels.size(); ++i) {
+    const Channel &left = a.channels[i], &right = b.channels[i];
+    EXPECT_EQ(left.name, right.name);
+    EXPECT_EQ(left.unit, right.unit);
+    EXPECT_EQ(left.kind, right.kind) << left.name;
+    EXPECT_EQ(left.timeline.uniform(), right.timeline.uniform());
+    EXPECT_EQ(left.timeline.start, right.timeline.start);
+    EXPECT_EQ(left.timeline.rate, right.timeline.rate);
+    if (!left.timeline.uniform() && !right.timeline.uniform()) {
+      EXPECT_EQ(*left.timeline.stamps, *right.timeline.stamps);
+    }
+    ASSERT_EQ(left.values.size(), right.values.size());
+    for (std::size_t k = 0; k < left.values.size(); ++k)
+      ASSERT_TRUE(left.values[k] == right.values[k] || (std::isnan(left.values[k]) && std::isnan(right.values[k])))
+          << left.name << " " << k << ": " << left.values[k] << " " << right.values[k];
+  }
+}
+
+struct Formats : testing::TestWithParam<const char*> {
+  ScratchFolder folder;
+  std::string file(const std::string& stem) const { return folder.file(stem + GetParam()); }
+  static Recording read(const std::string& path) { return read_recording(path, {}, {}); }
+};
+
+TEST_P(Formats, RecordingComesBackExactly) {
+  const auto recording = sample(3000);
+  write_recording(recording, file("a"));
+  expect_same(recording, read(file("a")));
+  EXPECT_EQ(folder.entries(), 1u);
+}
+
+TEST_P(Formats, UnevenStampsComeBackExactlyAndShared) {
+  std::mt19937_64 random(3);
+  std::vector<double> stamps;
+  for (int k = 0; k < 1000; ++k) stamps.push_back(1e3 + k + std::uniform_real_distribution<>(-0.3, 0.3)(random));
+  stamps[500] = stamps[400];  // a clock that ran backwards is not mended
+  const auto shared = std::make_shared<const std::vector<double>>(stamps);
+  const auto recording = sample(1000, {0.0, 0.0, shared});
+  write_recording(recording, file("a"));
+  const auto back = read(file("a"));
+  expect_same(recording, back);
+  EXPECT_EQ(back.channels[0].timeline.stamps, back.channels[3].timeline.stamps);
+}
+
+TEST_P(Formats, OddRatesComeBackExactly) {
+  for (const double rate : {1.0 / 3.0, 99.98765432109876, 3072.000001, 1e-3})
+    for (const double start : {0.0, -17.123456789, 1.7e9}) {
+      const auto recording = sample(100, {start, rate, nullptr});
+      write_recording(recording, file("a"));
+      const auto back = read(file("a"));
+      EXPECT_EQ(back.channels[0].timeline.rate, rate);
+      EXPECT_EQ(back.channels[0].timeline.start, start);
+    }
+}
+
+TEST_P(Formats, StreamGivesTheBlocksOfTheWhole) {
+  write_recording(sample(5000), file("a"));
+  const auto whole = read(file("a"));
+  for (const Format* format : format_catalogue()) {
+    if (!format->recognises(file("a"))) continue;
+    Recording joined;
+    std::size_t blocks = 0;
+    format->stream(file("a"), {}, 1024,
+                   [&](const Recording& block) {
+                     if (blocks++ == 0) {
+                       joined = block;
+                       return;
+                     }
+                     for (std::size_t i = 0; i < block.channels.size(); ++i) {
+                       Channel& to = joined.channels[i];
+                       const Channel& from = block.channels[i];
+                       EXPECT_NEAR(from.timeline.start, to.timeline.time(to.values.size()), 1e-9);
+                       to.values.insert(to.values.end(), from.values.begin(), from.values.end());
+                     }
+                   },
+                   {});
+    EXPECT_GE(blocks, 4u);
+    expect_same(whole, joined);
+  }
+}
+
+TEST_P(Formats, ConvertsToEveryOther) {
+  write_recording(sample(100000), file("a"));
+  const auto whole = read(file("a"));
+  for (const char* extension : {".csv", ".h5"}) {
+    convert(file("a"), folder.file(std::string("b") + extension), {}, {});
+    expect_same(whole, read(folder.file(std::string("b") + extension)));
+  }
+}
+
+TEST_P(Formats, OnlyWantedChannels) {
+  write_recording(sample(10), file("a"));
+  ReadOptions options;
+  options.only = {"acc", "not there"};
+  const auto recording = read_recording(file("a"), options, {});
+  ASSERT_EQ(recording.channels.size(), 1u);
+  EXPECT_EQ(recording.channels[0].name, "acc");
+}
+
+TEST_P(Formats, InfiniteSamplesAreNotWritten) {
+  auto recording = sample(10);
+  recording.channels[1].values[3] = INFINITY;
+  EXPECT_THROW(write_recording(recording, file("a")), Error);
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+TEST_P(Formats, NothingRemainsWithoutCommit) {
+  for (const Format* format : format_catalogue())
+    if (format->extensions.front() == GetParam()) format->writer(file("a")).append(sample(10));
+  EXPECT_EQ(folder.entries(), 0u);
+}
+
+// A limit on the file size fails writes as a full disk does, and needs no privilege.
+TEST_P(Formats, FullDiskIsSaidAndLeavesNothing) {
+  write_recording(sample(10), file("old"));
+  const auto old = read_text_file(file("old"));
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  for (const rlim_t size : {rlim_t{100}, rlim_t{5000}, rlim_t{100000}, rlim_t{3000000}}) {
+    const rlimit small{size, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    std::string message;
+    try {
+      write_recording(sample(100000), file("old"));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind, Error::Kind::bad_file);
+      message = error.what();
+    }
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_NE(message.find(file("old")), std::string::npos) << size << message;
+    EXPECT_NE(message.find("File too large"), std::string::npos) << message;
+    EXPECT_EQ(folder.entries(), 1u);
+    EXPECT_EQ(read_text_file(file("old")), old);
+  }
+  std::signal(SIGXFSZ, handler);
+  write_recording(sample(10), file("old"));  // and everything still works
+  expect_same(read(file("old")), sample(10));
+}
+
+TEST_P(Formats, OneSampleIsARecording) {
+  auto recording = sample(1);
+  write_recording(recording, file("a"));
+  EXPECT_EQ(read(file("a")).channels[0].values.size(), 1u);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Formats, testing::Values(".csv", ".h5"),
+                         [](const auto& param) { return std::string(param.param).substr(1); });
+
+TEST(FormatChoice, RefusalsNameTheFile) {
+  ScratchFolder folder;
+  const auto message = [](auto action) -> std::string {
+    try {
+      action();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message([&] { read_recording(folder.file("none.csv"), {}, {}); }).find("No such file"), std::string::npos);
+  EXPECT_NE(message([&] { read_recording(folder.path.string(), {}, {}); }).find("folder"), std::string::npos);
+  EXPECT_NE(message([&] { read_recording("/dev/null", {}, {}); }).find("not a regular file"), std::string::npos);
+  EXPECT_NE(message([&] { write_recording(sample(3), folder.file("a.xyz")); }).find(".csv, "), std::string::npos);
+  EXPECT_NE(message([&] { write_recording({}, folder.file("a.csv")); }).find("no channel"), std::string::npos);
+  EXPECT_NE(message([&] { write_recording({}, folder.file("a.h5")); }).find("no channel"), std::string::npos);
+  write_file_atomically(folder.file("a.bin"), std::string("\0\1\2", 3));
+  EXPECT_NE(message([&] { read_recording(folder.file("a.bin"), {}, {}); }).find("not a recording"), std::string::npos);
+  write_file_atomically(folder.file("a.h5"), "");
+  EXPECT_NE(message([&] { read_recording(folder.file("a.h5"), {}, {}); }).find("is empty"), std::string::npos);
+  EXPECT_EQ(folder.entries(), 2u);
+}
+
+TEST(FormatChoice, ChannelsOfDifferentRatesGoToHdf5) {
+  ScratchFolder folder;
+  auto recording = sample(100);
+  recording.channels[2].timeline.rate = 4.0;
+  recording.channels[2].values.resize(7);
+  EXPECT_THROW(write_recording(recording, folder.file("a.csv")), Error);
+  write_recording(recording, folder.file("a.h5"));
+  expect_same(recording, read_recording(folder.file("a.h5"), {}, {}));
+}
+
+TEST(PlainValue, DecimalsComeBackAsTheyWereWritten) {
+  std::mt19937_64 random(5);
+  for (const char* text : {"deg/h", "deg/s", "g", "ug", "degC", "arcsec", "ppm", "deg/sqrt(h)", "ms"}) {
+    const Unit unit = Unit::parse(text);
+    for (int i = 0; i < 20000; ++i) {
+      const int digits = 1 + static_cast<int>(random() % 15);
+      const int places = unit.offset() != 0.0 ? digits % 10 : digits - 5;  // an offset costs the digits below 1e-12
+      double magnitude = std::pow(10.0, digits);
+      if (unit.offset() != 0.0) magnitude = std::pow(10.0, places + 2);
+      const double whole = std::floor(std::uniform_real_distribution<>(-magnitude, magnitude)(random));
+      const double written = std::stod(std::to_string(static_cast<long long>(whole)) + "e" + std::to_string(-places));
+      EXPECT_EQ(file::plain_value(unit.to_si(written), unit), written) << text << " " << written;
+    }
+  }
+}
+
+TEST(PlainValue, ConvertsBackWhereAnyDoubleDoes) {
+  std::mt19937_64 random(6);
+  for (const char* text : {"deg/h", "g", "degC", "arcsec", "ms"}) {
+    const Unit unit = Unit::parse(text);
+    for (int i = 0; i < 100000; ++i) {
+      const double si = unit.to_si(std::normal_distribution<>(0.0, 100.0)(random));
+      EXPECT_EQ(unit.to_si(file::plain_value(si, unit)), si) << text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "tumble/math/noise/noise_bands.hpp"
+
+namespace tumble {
+
+/// Terms with their squared coefficients [u^2].
+struct WeightedTerm {
+  UnitTerm unit;
+  double squared = 0.0;
+};
+
+/// What the covariance between contrasts adds to that of weighted sums of squares
+///   U_t = 1/2 sum_b weight_bt count_b z_b,   covariance 1/2 sum over pairs of different contrasts w_t w_u C^2.
+/// Counted: cosines of one scale, in the same block and up to three blocks apart; of neighbouring scales; of the last
+/// scale with the sines; of the ends of the sines under quantization. The others are far apart in time or frequency.
+///
+/// Given     weights  one row a band, one column a sum
+Eigen::MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms,
+                                         const Eigen::MatrixXd& weights);
+
+/// What of the mean square of each band quantization at the two ends of the record gives: it is the same two values in
+/// all sines.
+Eigen::VectorXd variance_of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms);
+
+/// Covariance [u^2] of means over `unit` [samples] at a lag of `lag` [units], up to what contrasts do not see.
+double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit, int lag);
+
+}  // namespace tumble

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/math/matrix.hpp"
+
+namespace tumble {
+
+/// A parameter combination the data do not show: a unit null vector of the scaled design.
+struct Unobservable {
+  std::vector<double> direction;  ///< one entry a parameter, of the columns scaled to unit norm
+  std::string in_words;           ///< "bias - 0.71 K_pp": parameter names with their weights, in scaled columns
+};
+
+struct LeastSquaresOptions {
+  std::vector<std::string> names;  ///< of the parameters, for messages
+  std::vector<double> prior_mean;  ///< empty, or one a parameter
+  std::vector<double> prior_sd;    ///< empty, or one a parameter; +inf: no prior. Random effects are columns with one
+  bool known_sigma = false;        ///< true: the observations are whitened to unit variance; false: s^2 estimated
+  bool robust = false;             ///< Huber, k = 1.345, scale by MAD, leverage-corrected
+  double condition_limit = 1e6;    ///< above: the weakest combination is unobservable and left out
+};
+
+struct LeastSquaresFit {
+  std::vector<double> parameters;
+  Matrix covariance;
+  double chi_square = 0.0;  ///< weighted residual sum of squares, priors included
+  double degrees_of_freedom = 0.0;
+  double sigma = 1.0;      ///< sd of unit weight used in the covariance
+  double condition = 0.0;  ///< of the design with unit columns
+  double aicc = 0.0;
+  std::vector<double> residuals;  ///< y - X b, unweighted
+  std::vector<double> leverage;   ///< diagonal of the hat matrix
+  std::vector<double> weights;    ///< robust weights, 1 without
+  std::vector<Unobservable> unobservable;
+};
+
+/// Weighted least squares y = X b + e by Householder QR with column scaling.
+///
+///   b = (X' W X)^-1 X' W y,   Cov b = s^2 (X' W X)^-1,   s^2 = r' W r/(N - p)  unless known
+///
+/// Given     design  X, N x p; observations y [u], N; weights  1/variance [u^-2] (empty: 1)
+/// Throws    Error::bad_data for fewer observations than parameters, or values that are not finite
+/// See       AICc = N ln(RSS/N) + 2k + 2k(k+1)/(N-k-1), k = p + 1
+LeastSquaresFit least_squares(const Matrix& design, const std::vector<double>& observations,
+                              const std::vector<double>& weights, const LeastSquaresOptions& options);
+
+/// Least squares of correlated observations: whitens by the Cholesky factor of the covariance.
+///
+/// Given     design        X [N x p]; observations y [u], N
+///           covariance    of the observations [u^2, N x N]
+/// Returned  as weighted least squares of the whitened rows
+LeastSquaresFit generalised_least_squares(const Matrix& design, const std::vector<double>& observations,
+                                          const Matrix& covariance, const LeastSquaresOptions& options);
+
+/// Quantile [1] of Student's t and of chi-square; degrees_of_freedom [1] may be infinite. probability in (0, 1).
+double student_quantile(double probability, double degrees_of_freedom);
+double chi_square_quantile(double probability, double degrees_of_freedom);
+
+/// Standard uncertainty to state with a standard deviation `sd` [u] estimated with few degrees of freedom nu: such that
+/// sd +- t_0.975(nu) times it holds the true value 95 % of the time although sd is skewed (chi). Close to
+/// sd/sqrt(2 nu) for many degrees of freedom, larger for few.
+double uncertainty_of_sd(double sd, double degrees_of_freedom);
+
+}  // namespace tumble

@@ -1,0 +1,147 @@
+#include "tumble/math/regression/mixed_model/rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::mixed_model {
+namespace {
+
+/// Rows of one segment: [X | D | 1], whitened, and y.
+struct Block {
+  MatrixXd model;
+  VectorXd observations;
+};
+
+constexpr double rounding = 1e-13;
+
+/// Turns a segment's rows so that all but the first few vanish: pivoted Householder QR of the columns over `scale`.
+/// Returns how many remain; what is below `rounding` is left out.
+Index compress(Block& block, const VectorXd& scale) {
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(block.model * scale.cwiseInverse().asDiagonal());
+  const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
+  Index rank = 0;
+  while (rank < diagonal.size() && diagonal[rank] > rounding) ++rank;
+  const Index n = block.model.rows();
+  MatrixXd r = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+  block.model = r * qr.colsPermutation().transpose() * scale.asDiagonal();
+  block.observations.applyOnTheLeft(qr.householderQ().setLength(std::min(n, qr.matrixQR().cols())).transpose());
+  return rank;
+}
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+double scatter_within(const MixedData& data) {
+  double least = std::numeric_limits<double>::infinity();
+  const std::size_t n = data.segment.size();
+  for (std::size_t first = 0, last = 0; first < n; first = last) {
+    double weight = 0.0, sum = 0.0, squares = 0.0;
+    for (; last < n && data.segment[last] == data.segment[first]; ++last)
+      weight += data.weights[last], sum += data.weights[last] * data.observations[last];
+    if (last - first < 4) continue;
+    for (std::size_t i = first; i < last; ++i) squares += data.weights[i] * square(data.observations[i] - sum / weight);
+    least = std::min(least, squares / static_cast<double>(last - first - 1));
+  }
+  return std::isfinite(least) ? std::sqrt(least) : 0.0;
+}
+
+Compressed compress(const MixedData& data, double white) {
+  const Index n = at(data.design.rows), p = at(data.design.columns), q = at(data.effects.size());
+  MatrixXd model(n, p + q + 1);
+  const VectorXd root = Eigen::Map<const VectorXd>(data.weights.data(), n).cwiseSqrt();
+  model.leftCols(p) = map(data.design);
+  for (Index k = 0; k < q; ++k)
+    model.col(p + k) = Eigen::Map<const VectorXd>(data.effects[static_cast<std::size_t>(k)].column.data(), n);
+  model.col(p + q).setOnes();
+  model = root.asDiagonal() * model;
+  VectorXd scale = model.colwise().norm();
+  for (auto& s : scale)
+    if (!(s > 0.0)) s = 1.0;
+  // What a known effect does beyond the columns is of no account below a hundredth of the white noise of one row.
+  for (Index k = 0; k < q; ++k) scale[p + k] = std::max(scale[p + k], 0.01 * white / rounding);
+  VectorXd y = VectorXd::Zero(n);
+  if (!data.observations.empty()) y = root.cwiseProduct(Eigen::Map<const VectorXd>(data.observations.data(), n));
+
+  Compressed out;
+  for (const auto& effect : data.effects) out.each_segment.push_back(effect.each_segment);
+  MatrixXd rows(n, p + q + 1);
+  VectorXd kept(n);
+  Index used = 0;
+  for (Index first = 0, last = 0; first < n; first = last) {
+    while (last < n && data.segment[static_cast<std::size_t>(last)] == data.segment[static_cast<std::size_t>(first)])
+      ++last;
+    Block block{model.middleRows(first, last - first), y.segment(first, last - first)};
+    const Index rank = compress(block, scale);
+    rows.middleRows(used, rank) = block.model;
+    kept.segment(used, rank) = block.observations.head(rank);
+    out.within_squares += block.observations.tail(last - first - rank).squaredNorm();
+    out.within_freedom += static_cast<double>(last - first - rank);
+    out.parts.emplace_back(used, rank);
+    used += rank;
+  }
+  out.design = rows.topLeftCorner(used, p);
+  out.effects = rows.block(0, p, used, q);
+  out.observations = kept.head(used);
+  out.incidence = MatrixXd::Zero(used, at(out.parts.size()));
+  for (std::size_t g = 0; g < out.parts.size(); ++g) {
+    const auto [first, count] = out.parts[g];
+    out.incidence.col(at(g)).segment(first, count) = rows.col(p + q).segment(first, count);
+  }
+  return out;
+}
+
+std::pair<VectorXd, VectorXd> ordinary(const Compressed& rows) {
+  const Index p = rows.design.cols();
+  const VectorXd scale = rows.design.colwise().norm();
+  if (rows.design.rows() < p || !(scale.minCoeff() > 0.0))
+    throw Error(Error::Kind::bad_data,
+                fmt::format("{} independent observations cannot determine {} parameters", rows.design.rows(), p));
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.design * scale.cwiseInverse().asDiagonal());
+  if (std::abs(qr.matrixQR()(p - 1, p - 1)) < 1e-12 * std::abs(qr.matrixQR()(0, 0)))
+    throw Error(Error::Kind::bad_data, "the parameters cannot be told apart");
+  const VectorXd b = scale.cwiseInverse().cwiseProduct(qr.solve(rows.observations));
+  return {b, rows.observations - rows.design * b};
+}
+
+MatrixXd known_factor(const Compressed& rows) {
+  const Index n = rows.design.rows();
+  std::vector<VectorXd> columns;
+  for (Index k = 0; k < rows.effects.cols(); ++k) {
+    if (!rows.each_segment[static_cast<std::size_t>(k)]) {
+      columns.emplace_back(rows.effects.col(k));
+      continue;
+    }
+    for (const auto& [first, count] : rows.parts) {
+      columns.emplace_back(VectorXd::Zero(n));
+      columns.back().segment(first, count) = rows.effects.col(k).segment(first, count);
+    }
+  }
+  MatrixXd factor(n, at(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) factor.col(at(c)) = columns[c];
+  return factor;
+}
+
+MatrixXd known_covariance(const Compressed& rows) {
+  MatrixXd v = MatrixXd::Zero(rows.design.rows(), rows.design.rows());
+  for (Index k = 0; k < rows.effects.cols(); ++k) {
+    if (!rows.each_segment[static_cast<std::size_t>(k)]) {
+      v += rows.effects.col(k) * rows.effects.col(k).transpose();
+      continue;
+    }
+    for (const auto& [first, count] : rows.parts) {
+      const auto d = rows.effects.col(k).segment(first, count);
+      v.block(first, first, count, count) += d * d.transpose();
+    }
+  }
+  return v;
+}
+
+}  // namespace tumble::mixed_model

@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/stability/allan_fit.hpp"
+
+namespace tumble {
+namespace {
+
+/// [samples] A correlation time nearer to the sampling interval is what a filter in the instrument leaves, not a
+/// process to report.
+constexpr double shortest_time = 8.0;
+
+/// The correlation time of the best likelihood between `low` and `high`, by golden section in its logarithm.
+double best_time(const std::vector<AllanObservation>& observations, std::size_t samples, AllanFitOptions options,
+                 double low, double high) {
+  options.select = false;
+  const auto at = [&](double log_time) {
+    options.markov_time = std::exp(log_time);
+    return fit_allan(observations, samples, options).minus_twice_log_likelihood;
+  };
+  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
+  double a = std::log(low), b = std::log(high);
+  double left = b - golden * (b - a), right = a + golden * (b - a), at_left = at(left), at_right = at(right);
+  for (int i = 0; i < 10; ++i) {
+    if (at_left < at_right) {
+      b = right;
+      right = left;
+      at_right = at_left;
+      at_left = at(left = b - golden * (b - a));
+    } else {
+      a = left;
+      left = right;
+      at_left = at_right;
+      at_right = at(right = a + golden * (b - a));
+    }
+  }
+  return std::exp(0.5 * (a + b));
+}
+
+}  // namespace
+
+AllanFit fit_allan_and_markov(const std::vector<AllanObservation>& observations, std::size_t samples,
+                              const AllanFitOptions& options) {
+  const AllanFit without = fit_allan(observations, samples, options);
+  const double dof = without.degrees_of_freedom;
+  if (dof < 3.0 || chi_square_tail(without.chi_square / dof, dof) > 0.05) return without;
+  AllanFitOptions with = options;
+  with.select = false;
+  double best = 0.0, least = without.minus_twice_log_likelihood;
+  for (double time = shortest_time; time < static_cast<double>(samples) / 20.0; time *= 2.0) {
+    with.markov_time = time;
+    const double one = fit_allan(observations, samples, with).minus_twice_log_likelihood;
+    if (one >= least) continue;
+    least = one;
+    best = time;
+  }
+  if (best == 0.0) return without;
+  with.select = options.select;
+  // Twice: the terms that fall away once the process is in give its correlation time more room.
+  for (int round = 0; round < 2; ++round) {
+    AllanFitOptions narrow = with;
+    if (round > 0) {
+      const AllanFit chosen = fit_allan(observations, samples, with);
+      narrow.terms.clear();
+      for (std::size_t t = 0; t < options.terms.size(); ++t)
+        if (chosen.terms[t].kept) narrow.terms.push_back(options.terms[t]);
+    }
+    with.markov_time = best = best_time(observations, samples, narrow, 0.5 * best, 2.0 * best);
+  }
+  if (best < shortest_time) return without;
+  AllanFit fit = fit_allan(observations, samples, with);
+  const bool helps = without.minus_twice_log_likelihood - fit.minus_twice_log_likelihood > 13.8;
+  return helps && fit.terms.back().kept ? fit : without;
+}
+
+}  // namespace tumble

@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "tumble/methods/accelerometer_centrifuge/report.hpp"
+#include "tumble/methods/accelerometer_centrifuge/trial.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/rigs/capabilities.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::accelerometer_centrifuge {
+namespace {
+
+using accelerometer::Normalised;
+
+std::vector<Role> roles() { return {accelerometer::role()}; }
+
+/// By how much the effective radius is longer than the plan says [m]; nothing where the evidence does not show it.
+std::optional<double> longer_by(const Normalised& found) {
+  const auto& columns = found.solution.columns;
+  const auto radius = std::ranges::find(columns, "effective_radius", &Term::name);
+  if (radius == columns.end()) return std::nullopt;
+  return found.solution.fit.parameters[static_cast<std::size_t>(radius - columns.begin())];
+}
+
+Normalised fitted(const Evidence& evidence) {
+  const auto& settings = evidence.plan.settings;
+  auto problem = problem_of(settings);
+  if (!scale_factor_is_known(settings))
+    return accelerometer::identify(evidence, std::move(problem), leave_out_what_is_constant);
+  return accelerometer::identify_with_known_scale_factor(evidence, std::move(problem), leave_out_what_is_constant);
+}
+
+Normalised expected(const Plan& plan) {
+  auto problem = problem_of(plan.settings);
+  if (!scale_factor_is_known(plan.settings))
+    return accelerometer::predict(plan, std::move(problem), leave_out_what_is_constant);
+  return accelerometer::predict_with_known_scale_factor(plan, std::move(problem), leave_out_what_is_constant);
+}
+
+/// Where the radius is a parameter, its uncertainty is not an error besides.
+Evidence with_radius_to_find(Evidence evidence, double longer) {
+  evidence.plan = accelerometer_centrifuge::with_radius_to_find(std::move(evidence.plan), longer);
+  for (auto& plan : evidence.plans)
+    if (plan && is_fixed_on_arm(*plan))
+      plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*plan, longer));
+  return evidence;
+}
+
+/// The specific force that the other terms are taken at follows the radius, so that the fit is repeated with the radius
+/// found until it stays.
+Estimate identify(const Evidence& evidence, const Progress&) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
+  constexpr int most = 5;
+  constexpr double enough = 1e-7;  // [m], 1e-7 of K_2 on an arm of a metre
+  Evidence used = accelerometer::at_one_rate(evidence);
+  auto found = fitted(used);
+  auto longer = longer_by(found);
+  for (int i = 0; longer && i < most && (i == 0 || std::abs(*longer) > enough); ++i) {
+    used = with_radius_to_find(std::move(used), *longer);
+    found = fitted(used);
+    longer = longer_by(found);
+  }
+  return answer_of(used, std::move(found));
+}
+
+Estimate predict(const Plan& plan) {
+  auto found = expected(plan);
+  if (!longer_by(found)) return answer_of({plan, {}, {}}, std::move(found));
+  Plan free = accelerometer_centrifuge::with_radius_to_find(plan, 0.0);
+  for (auto& entry : free.recordings)
+    if (entry.plan)
+      entry.plan = std::make_shared<const Plan>(accelerometer_centrifuge::with_radius_to_find(*entry.plan, 0.0));
+  return answer_of({free, {}, {}}, expected(free));
+}
+
+}  // namespace
+
+extern const Method accelerometer_centrifuge{
+    .name = "accelerometer_centrifuge",
+    .summary = "non-linearity of an accelerometer at many g in both senses, and the radius to its effective centre",
+    .source =
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; the "
+        "idea of both senses on a centrifuge as in IEEE Std 836",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial,
+    .compensate = nullptr,
+    .predict = predict};
+
+}  // namespace tumble::accelerometer_centrifuge

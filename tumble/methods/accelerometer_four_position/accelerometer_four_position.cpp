@@ -1,0 +1,108 @@
+#include "tumble/methods/accelerometer_four_position/compensate.hpp"
+#include "tumble/methods/accelerometer_four_position/report.hpp"
+#include "tumble/methods/accelerometer_four_position/trial.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
+
+// Symbols of the source: N_ij pulses in position j, H counting window, G gravity, K_m reference scale factor, nabla
+// bias.
+
+namespace tumble::accelerometer_four_position {
+namespace {
+
+std::vector<Role> roles() {
+  return {accelerometer::role(),
+          {"temperature", "degC", false, "temperature of the accelerometer; absent: that of the schedule"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  return {accelerometer::scale_factor_option(
+              "reference scale factor K_m of a current, voltage or pulses: \"2000 pulse/s/g\""),
+          {"estimator",
+           Type::word,
+           "1",
+           "four_positions",
+           {"four_positions", "up_and_down"},
+           "bias from positions 2 and 4, or both from positions 1 and 3 as the source has it"},
+          {"order",
+           Type::word,
+           "1",
+           "auto",
+           {"auto", "0", "1", "2"},
+           "highest power of T in (3.6); auto: 2 if the "
+           "temperatures allow"},
+          {"settling", Type::quantity, "s", "2 s", {}, "time dropped in each segment after the rig has settled"},
+          {"averaging",
+           Type::quantity,
+           "s",
+           "10 s",
+           {},
+           "averages whose scatter gives the noise: at least one window, at most a quarter of a position"},
+          {"same_temperature", Type::quantity, "K", "2 K", {}, "temperatures closer than this are one"},
+          {"thermometer_sd",
+           Type::quantity,
+           "K",
+           "0 K",
+           {},
+           "standard uncertainty of the temperature, common to the test, beside what the rig states"},
+          {"report_temperature",
+           Type::quantity,
+           "degC",
+           "20 degC",
+           {},
+           "where bias and scale_factor_error are given; the nearest temperature of the test if it lies outside"}};
+}
+
+Estimate reduced(const Bench& bench, const Settings& settings, const Expected* expected) {
+  const auto found = reduce(bench, order_of(settings, bench), settings.word("estimator") == "up_and_down",
+                            settings.number("thermometer_sd"), expected);
+  return described(bench, found, settings, expected == nullptr);
+}
+
+Estimate identify(const Evidence& evidence, const Progress&) {
+  return reduced(bench_of(evidence, "accelerometer"), evidence.plan.settings, nullptr);
+}
+
+/// What the model of [truth] gives in each position.
+void set_outputs(const Plan& plan, Bench& bench) {
+  const Model& model = find_model(plan.instrument_model);
+  const Output output = model.outputs(plan.truth).front();
+  const auto coefficients = coefficients_of(model, output, plan.truth);
+  for (auto& position : bench.positions) {
+    Felt felt = bench.rows.segments[position.stretch].felt;
+    felt.temperature = position.temperature;
+    position.output = output.input(felt);
+    for (std::size_t t = 0; t < coefficients.size(); ++t)
+      position.output += coefficients[t] * output.terms[t].regressor(felt);
+  }
+}
+
+Estimate predict(const Plan& plan) {
+  const auto truth = linear::truth_of(plan, "accelerometer");
+  if (plan.instrument_model != "pendulous_accelerometer")
+    throw Error(Error::Kind::bad_input, "a prediction needs [instrument] model = \"pendulous_accelerometer\"");
+  Bench bench = bench_of(plan);
+  bench.white = truth.noise.angle_random_walk * truth.noise.angle_random_walk;
+  set_outputs(plan, bench);
+  const Expected expected{truth.turn_on_sd};
+  return reduced(bench, plan.settings, &expected);
+}
+
+}  // namespace
+
+extern const Method accelerometer_four_position{
+    .name = "accelerometer_four_position",
+    .summary = "bias, scale factor and their temperature models of an accelerometer, from four positions in gravity",
+    .source =
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "eq. (4)-(8)",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial,
+    .compensate = compensate,
+    .predict = predict};
+
+}  // namespace tumble::accelerometer_four_position

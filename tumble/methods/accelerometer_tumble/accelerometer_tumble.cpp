@@ -1,0 +1,42 @@
+#include <cmath>
+
+#include "tumble/methods/accelerometer_tumble/report.hpp"
+#include "tumble/methods/accelerometer_tumble/trial.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::accelerometer_tumble {
+namespace {
+
+std::vector<Role> roles() { return {accelerometer::role()}; }
+
+Estimate identify(const Evidence& evidence, const Progress&) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
+  const auto& settings = evidence.plan.settings;
+  const Evidence used = accelerometer::at_one_rate(evidence);
+  auto found = accelerometer::identify(used, problem_of(settings), refine_of(settings));
+  return answer_of(used, std::move(found));
+}
+
+Estimate predict(const Plan& plan) {
+  auto found = accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings));
+  return answer_of({plan, {}, {}}, std::move(found));
+}
+
+}  // namespace
+
+extern const Method accelerometer_tumble{
+    .name = "accelerometer_tumble",
+    .summary = "static model of an accelerometer from positions in gravity: any number of them, one mount or both",
+    .source =
+        "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; Lu "
+        "Hanjie, Liu Yabin, Zhou Qiang, 2019, eq. (1), (4)-(6)",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial,
+    .compensate = nullptr,
+    .predict = predict};
+
+}  // namespace tumble::accelerometer_tumble

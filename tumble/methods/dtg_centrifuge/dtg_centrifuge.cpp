@@ -1,0 +1,209 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "tumble/math/parallel.hpp"
+#include "tumble/methods/dtg_centrifuge/compensate.hpp"
+#include "tumble/methods/dtg_centrifuge/describe.hpp"
+#include "tumble/methods/dtg_centrifuge/fourier.hpp"
+#include "tumble/methods/dtg_centrifuge/options.hpp"
+#include "tumble/methods/dtg_centrifuge/screen.hpp"
+#include "tumble/methods/dtg_centrifuge/trial.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
+
+// w_t rate of the arm, w_s of the table against it, w_n = w_t - w_s; theta = -table angle, beta = arm + table angle.
+//   y = Re{Z e^{i theta}} + Re{E e^{i beta}} + ...          lines of each gyro by least squares         (1.12)
+//   c = E_g/E_f,  Z_D = Z_g - conj(c) Z_f                   true rate at the table's angle taken off
+//   Z_D/F_X = p - i sigma q,  K = |Z_D|/a                   F_X = -a, sigma = +1: spin axis up          (1.10), (1.14)
+//   p(a) = p_0 + p_2 a^2 + ..., q alike, zeta = K(a)/K(a_1) - 1                                         (1.13)
+
+namespace tumble::dtg_centrifuge {
+namespace {
+
+std::vector<Role> roles() {
+  return {{"gyro", "deg/h", true, "output X of the gyro under test"},
+          {"reference_gyro", "deg/h", true, "fibre-optic gyro on the same fixture, its input axis along X"},
+          {"gyro_y", "deg/h", false, "output Y of the gyro under test"},
+          {"table_angle", "deg", false, "angle of the table against the arm, counter-clockwise seen from above"},
+          {"arm_angle", "deg", false, "angle of the arm, counter-clockwise seen from above"},
+          {"specific_force_x", "g", false, "for compensate: specific force along X where the gyro is used"},
+          {"specific_force_y", "g", false, "for compensate: along Y"},
+          {"specific_force_z", "g", false, "for compensate: along the spin axis Z"}};
+}
+
+/// A cell: one level in one sense in one plan, alike in every power-up.
+struct Cells {
+  std::vector<const Spin*> stretch;
+  std::vector<Seen> nominal;
+  std::vector<std::size_t> of;  ///< of each measured
+};
+
+Cells cells_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction) {
+  Cells out;
+  std::map<std::tuple<const Plan*, std::size_t, double>, std::size_t> known;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const Spin& s = *measured[i].stretch;
+    const auto [cell, fresh] =
+        known.try_emplace({test.power_ups[s.power_up].plan, reduction.level_of[i], s.arm_rate}, out.stretch.size());
+    out.of.push_back(cell->second);
+    if (!fresh) continue;
+    out.stretch.push_back(&s);
+    out.nominal.push_back(reduction.nominal[i]);
+  }
+  return out;
+}
+
+int powers_of(const Settings& settings) {
+  const std::string& order = settings.word("order");
+  return order == "auto" ? -1 : order == "constant" ? 0 : order == "cubic" ? 1 : 2;
+}
+
+/// Everything of one output.
+Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction,
+                   const Cells& cells, const std::vector<SeenShift>& shifts, const Settings& settings, Signal output,
+                   const Sensitivity& sensitivity, Findings& findings) {
+  const bool fourier = settings.word("estimator") == "fourier", phase_known = test.encoders && !fourier;
+  Outcome out{.output = output, .take = phase_known ? Take::both_parts : Take::size, .corrected = !fourier};
+  out.power_ups = test.starts;
+  const auto stated = [&](const char* name) { return settings.has(name) ? settings.number(name) : 0.0; };
+  out.relation = fourier ? Relation{0.0, 0.0, stated("reference_gain_sd"), stated("reference_azimuth_sd"), false, 0.0}
+                         : relation_of(measured, output, settings, test.encoders, findings);
+  const Complex own = sensitivity.known ? sensitivity.v : 0.0;
+  std::vector<std::size_t> cell_of;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (!measured[i].of[output].present || !measured[i].of[reference].present) continue;
+    out.observations.push_back(fourier ? fourier_observation(test, measured[i], reduction, i, out.relation)
+                                       : observe(measured[i], reduction, i, output, out.relation, own, phase_known));
+    cell_of.push_back(cells.of[i]);
+  }
+  const Circumstances around{test,        measured, reduction,   settings, out.relation,
+                             sensitivity, output,   phase_known, fourier};
+  auto effects = rig_effects(around, out.observations, shifts, cell_of, cells.nominal, cells.stretch);
+  for (auto& effect : instrument_effects(around, out.observations)) effects.push_back(std::move(effect));
+  out.levels = fit_levels(out.observations, effects, reduction.levels.size(), out.take, !fourier, findings);
+  double values = 0.0;
+  for (const auto& one : out.observations) values += static_cast<double>(one.part.size()) * (phase_known ? 2.0 : 1.0);
+  out.polynomial = polynomial_of(out.levels, reduction.levels, out.take, powers_of(settings), values);
+  if (phase_known) {
+    out.second = fit_harmonic(out.observations, effects, 2);
+    out.third = fit_harmonic(out.observations, effects, 3);
+  }
+  return out;
+}
+
+void say_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
+  if (!s.known) {
+    if (fitted)
+      findings.push_back({Finding::Severity::warning,
+                          "reference_sensitivity = \"fitted\" needs at least five levels: taken as zero",
+                          "reference_gyro"});
+    return;
+  }
+  const double unit = si(1.0, "deg/h/g");
+  if (!fitted && std::abs(s.v) < 5.0 * s.sd) return;
+  findings.push_back(
+      {fitted ? Finding::Severity::info : Finding::Severity::warning,
+       fmt::format("the reference gyro's own line grows with specific force, not with the rate alone: {:.3g} deg/h/g "
+                   "along X and {:.3g} along Y, +- {:.2g}{}",
+                   -s.v.real() / unit, s.v.imag() / unit, s.sd / unit,
+                   fitted ? "; taken off"
+                          : "; D_x and D_y are wrong by it unless reference_sensitivity = \"fitted\" "
+                            "(or the table's tilt grows with load)"),
+       "reference_gyro"});
+}
+
+void say_missing(const Test& test, bool fourier, Findings& findings) {
+  std::vector<bool> rested(test.starts, false);
+  for (const Spin& rest : test.rests) rested[rest.start] = true;
+  const auto without = std::ranges::count(rested, false);
+  if (without == 0) return;
+  findings.push_back(
+      {fourier ? Finding::Severity::warning : Finding::Severity::info,
+       fmt::format("{} of {} power-ups have no static segment before the first level: {}", without, rested.size(),
+                   fourier ? "the level's own mean is taken off in its place" : "the regression needs none"),
+       ""});
+}
+
+/// What the plain difference of the source leaves of the true rate, by the reference gyro as the Earth's rate shows it.
+void say_left(const std::vector<Measured>& measured, const Outcome& outcome, const Settings& settings, bool encoders,
+              Findings& findings) {
+  Findings unused;
+  const Relation relation = relation_of(measured, gyro, settings, encoders, unused);
+  double worst = 0.0;
+  for (const Observation& one : outcome.observations) {
+    const Complex c = std::conj(relation.c(measured[one.measured].stretch->spin_up));
+    worst = std::max(worst, std::abs((c - 1.0) * one.true_rate / one.force / one.value));
+  }
+  if (!relation.from_earth || worst < 1e-3) return;
+  findings.push_back(
+      {Finding::Severity::warning,
+       fmt::format(
+           "the plain difference leaves what the reference gyro shows otherwise than the gyro: by the line of the "
+           "Earth's rate its gain is {:.2g} % off and its azimuth {:.2g} deg, and of the true rate up to {:.2g} % of "
+           "the sensitive term is left; the uncertainties do not hold it unless reference_gain_sd and "
+           "reference_azimuth_sd are given. estimator = \"regression\" takes it off",
+           100.0 * (std::exp(-relation.log_gain) - 1.0), relation.azimuth / si(1.0, "deg"), 100.0 * worst),
+       ""});
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  const Settings& settings = evidence.plan.settings;
+  refuse_impossible(settings);
+  const bool fourier = settings.word("estimator") == "fourier";
+  const Test test = test_of(evidence);
+  const Instruments instruments = instruments_of(settings);
+  std::vector<Measured> measured(test.levels.size());
+  parallel_for(measured.size(), [&](std::size_t i) { measured[i] = measure(test, test.levels[i], instruments); });
+  report(progress, 0.7, "lines");
+  Estimate estimate;
+  estimate.method = "dtg_centrifuge";
+  estimate.title = evidence.plan.title;
+  estimate.findings = test.findings;
+  measured = screened(std::move(measured), test, fourier, estimate.findings);
+  say_missing(test, fourier, estimate.findings);
+  if (!fourier) check_earth(measured, test, estimate.findings);
+  const Reduction reduction = reduction_of(test, measured);
+  const Cells cells = cells_of(test, measured, reduction);
+  const auto shifts = shifts_of(test, cells.stretch, cells.nominal);
+  report(progress, 0.9, "errors of the rig");
+  Sensitivity sensitivity = test.encoders && !fourier ? sensitivity_of(measured, reduction) : Sensitivity{};
+  const bool fitted = settings.word("reference_sensitivity") == "fitted";
+  say_sensitivity(sensitivity, fitted, estimate.findings);
+  if (!fitted) sensitivity.known = false;
+  Ledger ledger;
+  for (const Signal output : {gyro, gyro_y}) {
+    const bool whole = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
+    if (output == gyro_y && (!whole || fourier || !test.encoders)) continue;
+    const Outcome outcome =
+        outcome_of(test, measured, reduction, cells, shifts, settings, output, sensitivity, estimate.findings);
+    if (fourier) say_left(measured, outcome, settings, test.encoders, estimate.findings);
+    describe(outcome, measured, reduction, ledger, estimate);
+  }
+  ledger.settle(estimate);
+  report(progress, 1.0, "done");
+  return estimate;
+}
+
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+
+}  // namespace
+
+extern const Method dtg_centrifuge{
+    .name = "dtg_centrifuge",
+    .summary =
+        "specific-force-sensitive drift of a tuned gyro and its nonlinearity on a centrifuge with a table that "
+        "turns against it",
+    .source =
+        "CN102636185A, 2012, steps 1-9 of the claim; GUM (JCGM 100:2008); Patterson and Thompson, Biometrika 58, 1971",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial_of,
+    .compensate = compensate,
+    .predict = nullptr};
+
+}  // namespace tumble::dtg_centrifuge

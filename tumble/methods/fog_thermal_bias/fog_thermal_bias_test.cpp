@@ -1,0 +1,269 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/methods/fog_thermal_bias/data.hpp"
+#include "tumble/methods/fog_thermal_bias/range.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/models/model.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/simulate.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const Method& method() { return find_method("fog_thermal_bias"); }
+
+void set(Settings& settings, const char* name, double value, const char* unit) {
+  settings.set_number(name, si(value, unit), Unit::parse(unit));
+}
+
+/// The trial's test on an instrument with next to no noise and ideal sensors.
+Trial quiet_trial() {
+  Trial trial = method().trial(5);
+  Plan& plan = trial.evidence.plan;
+  for (const char* name : {"sensor_noise", "sensor_quantum"}) set(plan.rig, name, 0.0, "K");
+  set(plan.rig, "sensor_lag", 0.0, "s");
+  set(plan.settings, "sensor_lag", 0.0, "s");
+  set(plan.rig, "draught_sd", 0.0, "K");
+  set(plan.rig, "stability_sd", 0.0, "K");
+  set(plan.truth, "angle_random_walk", 1e-7, "deg/sqrt(h)");
+  for (const char* name : {"bias_instability", "turn_on_repeatability"}) set(plan.truth, name, 0.0, "deg/h");
+  set(plan.truth, "rate_random_walk", 0.0, "deg/h/sqrt(h)");
+  trial.evidence.recordings = {simulate(plan, 5, {})};
+  return trial;
+}
+
+TEST(FogThermalBias, recovers_the_truth_without_noise) {
+  Trial trial = quiet_trial();
+  set(trial.evidence.plan.settings, "smoothing", 10.0, "s");
+  const Estimate estimate = method().identify(trial.evidence, {});
+  for (const auto& [name, truth] : trial.truth) {
+    if (name == "turn_on_repeatability" || name.starts_with("bias_")) continue;
+    // What is left is the local quadratic over +-5 s where the air changes its rate: the slope there is wrong by up to
+    // half the change for 10 s of 10 000 s. One part in 1000 bounds it.
+    EXPECT_NEAR(find_parameter(estimate, name)->value / truth, 1.0, 1e-3) << name;
+  }
+}
+
+TEST(FogThermalBias, two_stages_agree_with_one_on_quiet_data) {
+  Trial trial = quiet_trial();
+  trial.evidence.plan.settings.set_word("estimator", "two_stage");
+  const Estimate two = method().identify(trial.evidence, {});
+  trial.evidence.plan.settings.set_word("estimator", "joint");
+  const Estimate one = method().identify(trial.evidence, {});
+  for (const char* name : {"A1_0", "A2_0", "B1_0", "C1_0"})
+    EXPECT_NEAR(find_parameter(two, name)->value / find_parameter(one, name)->value, 1.0, 0.01) << name;
+}
+
+TEST(FogThermalBias, two_stage_intervals_cover) {
+  int inside = 0, all = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    Trial trial = method().trial(seed);
+    trial.evidence.plan.settings.set_word("estimator", "two_stage");
+    const Estimate estimate = method().identify(trial.evidence, {});
+    for (const auto& [name, truth] : trial.truth)
+      for (std::size_t k = 0; k < estimate.parameters.size(); ++k) {
+        const Parameter& p = estimate.parameters[k];
+        if (p.name != name || name.starts_with("bias_") || name.starts_with("turn_on")) continue;
+        ++all;
+        inside += std::abs(p.value - truth) <=
+                  student_quantile(0.975, p.degrees_of_freedom) * standard_uncertainty(estimate, k);
+      }
+  }
+  // Eight coefficients a seed, correlated within a seed at worst wholly: 4 sigma of 60 independent draws.
+  EXPECT_EQ(all, 480);
+  EXPECT_NEAR(inside / static_cast<double>(all), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 60.0));
+}
+
+TEST(FogThermalBias, chooses_the_true_orders_on_held_out_runs) {
+  Trial trial = method().trial(3);
+  for (const char* name : {"order", "gradient_order", "rate_order"})
+    trial.evidence.plan.settings.set_word(name, "auto");
+  const Estimate estimate = method().identify(trial.evidence, {});
+  const Table& models = *find_table(estimate, "models");
+  EXPECT_EQ(models.rows.size(), 16u);
+  EXPECT_EQ(models.rows[0].size(), models.columns.size());
+  for (const auto& row : models.rows)
+    if (std::get<std::string>(row.back()) == "yes") {
+      EXPECT_EQ(std::get<double>(row[0]), 2.0);
+      EXPECT_EQ(std::get<double>(row[1]), 1.0);
+      EXPECT_EQ(std::get<double>(row[2]), 1.0);
+    }
+}
+
+TEST(FogThermalBias, says_that_a_single_soak_cannot_separate_temperature_from_its_rate) {
+  Trial trial = quiet_trial();
+  Plan& plan = trial.evidence.plan;
+  // Every run: nothing but the instrument's own warming, one exponential.
+  plan.schedule.clear();
+  for (int run = 1; run <= 4; ++run)
+    plan.schedule.push_back(
+        {"soak", 9000.0, run, {{"chamber", {.kind = Motion::Kind::dwell, .value = si(-20.0 + 20.0 * run, "degC")}}}});
+  for (const char* name : {"top_time", "side_time"}) set(plan.rig, name, 10.0, "min");
+  for (const char* name : {"top_self_heating", "side_self_heating"}) set(plan.rig, name, 20.0, "K");
+  set(plan.truth, "angle_random_walk", 1e-3, "deg/sqrt(h)");
+  plan.settings.set_word("order", "1");
+  plan.settings.set_word("gradient_order", "0");
+  trial.evidence.recordings = {simulate(plan, 8, {})};
+  const Estimate estimate = method().identify(trial.evidence, {});
+  EXPECT_TRUE(std::ranges::any_of(estimate.findings, [](const Finding& finding) {
+    return finding.message.find("ramps in both directions") != std::string::npos;
+  }));
+}
+
+TEST(FogThermalBias, refuses_fewer_start_temperatures_than_terms) {
+  Trial trial = method().trial(1);
+  trial.evidence.plan.settings.set_integer("start_temperature_power", 3);
+  trial.evidence.plan.settings.set_integers("hold_out", {1, 2, 3, 6, 7, 8});
+  try {
+    method().identify(trial.evidence, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_data);
+    EXPECT_NE(std::string(error.what()).find("start temperature"), std::string::npos);
+  }
+}
+
+TEST(FogThermalBias, refuses_runs_shorter_than_an_average) {
+  Trial trial = method().trial(1);
+  set(trial.evidence.plan.settings, "averaging", 2.0, "h");
+  EXPECT_THROW(method().identify(trial.evidence, {}), Error);
+}
+
+TEST(FogThermalBias, refuses_options_that_cannot_be_meant_all_at_once) {
+  Trial trial = method().trial(1);
+  Settings& settings = trial.evidence.plan.settings;
+  set(settings, "averaging", 20.0, "s");
+  set(settings, "sensor_lag", -1.0, "s");
+  settings.set_integers("hold_out", {99});
+  try {
+    method().identify(trial.evidence, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_EQ(error.problems.size(), 3u);
+  }
+}
+
+Estimate with_provenance(const Trial& trial) {
+  Estimate estimate = method().identify(trial.evidence, {});
+  estimate.provenance.settings = trial.evidence.plan.settings.texts();
+  return estimate;
+}
+
+TEST(FogThermalBias, compensates_another_session_to_its_noise) {
+  const Trial trial = method().trial(1), later = method().trial(2);
+  const Compensation out = method().compensate(with_provenance(trial), later.evidence.recordings[0]);
+  const Table& table = out.tables.at(0);
+  // White noise of 0.001 deg/sqrt(h) in averages of 100 s: 0.006 deg/h; slow noise adds about 0.003 deg/h over a run.
+  for (const auto& row : table.rows) EXPECT_LT(std::get<double>(row[4]), si(0.012, "deg/h"));
+  EXPECT_NE(find_channel(out.recording, "gyro.compensation_sd"), nullptr);
+  EXPECT_EQ(out.recording.channels.size(), 5u);
+}
+
+TEST(FogThermalBias, compensates_only_with_a_sound_result_and_only_once) {
+  const Trial trial = method().trial(1);
+  const Recording& recording = trial.evidence.recordings[0];
+  const Estimate sound = with_provenance(trial);
+  const auto refused = [&](const Estimate& estimate, const Recording& on) {
+    try {
+      method().compensate(estimate, on);
+      return false;
+    } catch (const Error&) {
+      return true;
+    }
+  };
+  EXPECT_FALSE(refused(sound, recording));
+  Estimate edited = sound;
+  edited.parameters[0].unit = Unit::parse("m");
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  edited.parameters[0].name = "Z9";
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  edited.parameters[0].value = std::nan("");
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  for (auto& table : edited.tables) table.rows.clear();
+  EXPECT_TRUE(refused(edited, recording));
+  edited = sound;
+  edited.provenance.settings.erase("sensor_lag");
+  EXPECT_TRUE(refused(edited, recording));
+  EXPECT_TRUE(refused(sound, method().compensate(sound, recording).recording));
+}
+
+TEST(FogThermalBias, leaves_blank_what_has_no_temperature) {
+  const Trial trial = method().trial(1);
+  Recording recording = trial.evidence.recordings[0];
+  for (auto& channel : recording.channels)
+    if (channel.name != "gyro")
+      for (std::size_t k = 200; k < 300; ++k) channel.values[k] = std::nan("");
+  const Compensation out = method().compensate(with_provenance(trial), recording);
+  EXPECT_TRUE(std::isnan(find_channel(out.recording, "gyro")->values[250]));
+  EXPECT_FALSE(std::isnan(find_channel(out.recording, "gyro")->values[350]));
+  EXPECT_FALSE(out.findings.empty());
+}
+
+TEST(FogThermalBias, flags_samples_outside_of_the_calibrated_range) {
+  const Trial trial = method().trial(1);
+  Trial hot = method().trial(2);
+  for (auto& segment : hot.evidence.plan.schedule)
+    for (auto& [axis, motion] : segment.axes) (motion.kind == Motion::Kind::ramp ? motion.to : motion.value) += 15.0;
+  const Recording recording = simulate(hot.evidence.plan, 2, {});
+  const Compensation out = method().compensate(with_provenance(trial), recording);
+  ASSERT_EQ(out.findings.size(), 1u);
+  const Channel& flag = *find_channel(out.recording, "gyro.extrapolated");
+  const auto outside = std::ranges::count(flag.values, 1.0);
+  EXPECT_GT(outside, 0);
+  EXPECT_LT(outside, static_cast<std::ptrdiff_t>(flag.values.size()));
+  // The fifth soak starts at 75 degC, 15 K beyond the hottest start: all of it is outside.
+  const std::size_t begin = index_at(flag, recording.marks[4].begin);
+  for (std::size_t k = begin; k < begin + 100; ++k) EXPECT_EQ(flag.values[k], 1.0);
+}
+
+TEST(ThermalChamber, temperature_rate_is_the_derivative_of_temperature) {
+  const Trial trial = quiet_trial();
+  const Plan& plan = trial.evidence.plan;
+  Schedule run;
+  for (const auto& segment : plan.schedule)
+    if (segment.run == 6) run.push_back(segment);
+  const auto reference = find_rig("thermal_chamber").reference({run, plan.rig, {}, 1.0, {}, RandomStream(1)});
+  std::vector<Felt> felt(10200);
+  reference.felt(0.5, 1.0, felt);
+  for (std::size_t k = 1; k + 1 < felt.size(); ++k) {
+    const double difference = 0.5 * (felt[k + 1].temperature - felt[k - 1].temperature);
+    // Central difference over 2 s: T''' /6 below 1e-8, and half a second of a jump of T'' (5 K/min over 600 s) at
+    // corners.
+    EXPECT_NEAR(difference, felt[k].temperature_rate, 0.25 * si(5.0, "K/min") / 600.0) << k;
+  }
+}
+
+TEST(ThermalChamber, refuses_all_it_cannot_do_at_once) {
+  Plan plan = method().trial(1).evidence.plan;
+  plan.schedule[0].axes["chamber"].value = si(120.0, "degC");
+  plan.schedule[6].axes["chamber"].value = si(40.0, "K/min");
+  EXPECT_EQ(find_rig("thermal_chamber").refusals(plan.schedule, plan.rig).size(), 2u);
+}
+
+TEST(Simulate, the_same_seed_gives_the_same_bytes_and_another_other_ones) {
+  const Plan plan = method().trial(1).evidence.plan;
+  const Recording a = simulate(plan, 7, {}), b = simulate(plan, 7, {}), c = simulate(plan, 8, {});
+  for (std::size_t k = 0; k < a.channels.size(); ++k) EXPECT_EQ(a.channels[k].values, b.channels[k].values);
+  EXPECT_NE(a.channels[0].values, c.channels[0].values);
+}
+
+TEST(Simulate, lists_all_that_a_plan_lacks) {
+  try {
+    simulate(Plan{}, 1, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.problems.size(), 4u);
+  }
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,187 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/methods/frequency_response/trial.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/units/error.hpp"
+
+// H(f) = Y/R, output over reference, each the complex amplitude of a sine fitted in time (tones) or of the spectra over
+// a band (sweeps). An output that is the mean over H seconds shows sinc(fH) of it:
+//   y_j = a_0 + A sinc(fH) cos(2 pi f t_mid,j + p)          (3.8)
+//   |G(f)| = amplitude/(A_ref |sinc(fH)|)                   (3.15)
+
+namespace tumble::frequency_response {
+namespace {
+
+std::vector<Role> roles() {
+  return {{"output", "", false,
+           "the instrument under test, in any unit; without it 'gyro', 'accelerometer' or the only such channel"},
+          {"reference", "", false,
+           "what it was made to feel: reference accelerometer, rate or angle of a table (an angle is differentiated); "
+           "without it the motion that the plan's rig was told to make"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  return {
+      {"scale_factor",
+       Type::text,
+       "1",
+       "",
+       {},
+       "output for one unit of the reference where they differ in kind, for example \"1000 pulse/(m/s)\" or \"0.1 "
+       "V/g\"; absent: gains relative to the lowest frequency"},
+      {"averaging",
+       Type::quantity,
+       "s",
+       "",
+       {},
+       "time over which a sample of the output is the mean, from its stamp on; absent: one sampling interval for "
+       "counts and increments, else 0 s"},
+      {"reference_averaging", Type::quantity, "s", "", {}, "the same of the reference; absent: 0 s"},
+      {"stamps",
+       Type::word,
+       "1",
+       "instant",
+       {"instant", "begin"},
+       "a sample that is no mean is the value at its stamp, or in the middle of the interval that begins there, as "
+       "`tumble simulate` writes it"},
+      {"clock_offset", Type::quantity, "s", "0 s", {}, "time by which stamps of the output are late"},
+      {"clock_offset_sd", Type::quantity, "s", "0 s", {}, "its standard uncertainty"},
+      {"reference_gain_sd", Type::quantity, "%", "0 %", {}, "standard uncertainty of the reference's scale"},
+      {"reference_maximum", Type::quantity, "Hz", "", {}, "highest frequency at which the reference is calibrated"},
+      {"settling",
+       Type::quantity,
+       "s",
+       "",
+       {},
+       "left out where a tone begins; absent: a tenth of the segment, at least two cycles"},
+      {"points_per_decade", Type::integer, "1", "10", {}, "frequencies at which a sweep is looked at, 3 to 60"},
+  };
+}
+
+void refuse_impossible(const Settings& settings) {
+  std::vector<std::string> problems;
+  for (const char* name : {"averaging", "reference_averaging", "clock_offset_sd", "reference_gain_sd", "settling"})
+    if (settings.has(name) && !(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
+      problems.push_back(fmt::format("{} must not be negative", name));
+  if (settings.has("reference_maximum") && !(settings.number("reference_maximum") > 0.0))
+    problems.push_back("reference_maximum must be positive");
+  if (!std::isfinite(settings.number("clock_offset"))) problems.push_back("clock_offset must be finite");
+  const int per_decade = settings.integer("points_per_decade");
+  if (per_decade < 3 || per_decade > 60) problems.push_back("points_per_decade must lie between 3 and 60");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+void require_points(const Points& points) {
+  if (!points.found.empty()) return;
+  auto problems = errors_among(points.findings);
+  if (problems.empty())
+    problems.push_back("no segment of the schedule oscillates: frequency_response needs sine or sweep segments");
+  throw Error(Error::Kind::bad_data, problems);
+}
+
+Source noise_source(const std::string& name, const std::vector<Point>& points, bool of_output) {
+  const std::size_t n = points.size();
+  Source source{name, Matrix(2 * n, 2 * n), std::vector<double>(2 * n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point& p = points[i];
+    source.shifts(i, i) = std::sqrt(of_output ? p.output_gain_variance : p.reference_gain_variance);
+    source.shifts(n + i, n + i) = std::sqrt(of_output ? p.output_phase_variance : p.reference_phase_variance);
+    source.degrees_of_freedom[i] = source.degrees_of_freedom[n + i] = of_output ? p.output_dof : p.reference_dof;
+  }
+  return source;
+}
+
+/// What is common to all frequencies: scale of the reference, clock.
+void add_common(const std::vector<Point>& points, const Settings& settings, bool relative,
+                std::vector<Source>& sources) {
+  const std::size_t n = points.size();
+  if (std::ranges::any_of(points, [](const Point& p) { return p.counting_variance > 0.0; })) {
+    sources.push_back({"rounding to whole pulses", Matrix(2 * n, 2 * n), {}});
+    for (std::size_t i = 0; i < 2 * n; ++i) sources.back().shifts(i, i) = std::sqrt(points[i % n].counting_variance);
+  }
+  if (const double sd = settings.number("reference_gain_sd"); sd > 0.0 && !relative) {
+    sources.push_back({"reference gain", Matrix(2 * n, 1), {}});
+    for (std::size_t i = 0; i < n; ++i) sources.back().shifts(i, 0) = sd;
+  }
+  if (const double sd = settings.number("clock_offset_sd"); sd > 0.0) {
+    sources.push_back({"clock offset", Matrix(2 * n, 1), {}});
+    for (std::size_t i = 0; i < n; ++i)
+      sources.back().shifts(n + i, 0) = 2.0 * std::numbers::pi * points[i].frequency * sd;
+  }
+}
+
+/// Each error of the rig, by moving it one standard deviation and measuring again against the reference it then gives.
+void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::vector<Source>& sources) {
+  const Measured nominal = measured_of(points);
+  const std::size_t n = points.size();
+  for (const auto& error : errors_of_rig(evidence)) {
+    Findings unused;
+    const Points moved = points_of(data_of(evidence, &error), evidence.plan.settings, {});
+    const auto others = combined(moved.found, unused);
+    if (others.size() != n) continue;
+    const Measured there = measured_of(others);
+    const bool each = error.error.each_segment;
+    Source source{error.error.name, Matrix(2 * n, each ? 2 * n : 1), {}};
+    double greatest = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double gain = there.log_gain[i] - nominal.log_gain[i], phase = there.phase[i] - nominal.phase[i];
+      source.shifts(i, each ? i : 0) = gain;
+      source.shifts(n + i, each ? n + i : 0) = phase;
+      greatest = std::max({greatest, std::abs(gain), std::abs(phase)});
+    }
+    if (greatest > 1e-9) sources.push_back(std::move(source));
+  }
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  const Settings& settings = evidence.plan.settings;
+  refuse_impossible(settings);
+  const Data data = data_of(evidence, nullptr);
+  Points points = points_of(data, settings, progress);
+  require_points(points);
+  Findings findings = data.findings;
+  findings.insert(findings.end(), points.findings.begin(), points.findings.end());
+  const auto found = combined(std::move(points.found), findings);
+  std::vector<Source> sources{noise_source("output noise", found, true)};
+  if (data.from_rig)
+    add_rig(evidence, found, sources);
+  else if (std::ranges::any_of(found, [](const Point& p) { return p.reference_gain_variance > 0.0; }))
+    sources.push_back(noise_source("reference noise", found, false));
+  add_common(found, settings, data.scaling.relative, sources);
+  Estimate estimate = describe(found, data, sources);
+  estimate.method = "frequency_response";
+  estimate.title = evidence.plan.title;
+  if (data.from_rig)
+    findings.push_back({Finding::Severity::info,
+                        "no reference is recorded: the output is held against the motion the rig was told to make",
+                        ""});
+  estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
+  report(progress, 1.0, "done");
+  return estimate;
+}
+
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+
+}  // namespace
+
+extern const Method frequency_response{
+    .name = "frequency_response",
+    .summary = "gain and phase over frequency against a reference, bandwidth, natural frequency and damping",
+    .source =
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "section 2.3; sine fits of IEEE Std 1057; local polynomial method of Pintelon and Schoukens, 2012",
+    .needs_plan = false,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial_of,
+    .compensate = nullptr,
+    .predict = nullptr};
+
+}  // namespace tumble::frequency_response

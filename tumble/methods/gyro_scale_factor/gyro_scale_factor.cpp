@@ -1,0 +1,356 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/methods/gyro_scale_factor/departures.hpp"
+#include "tumble/methods/gyro_scale_factor/screen.hpp"
+#include "tumble/methods/gyro_scale_factor/trial.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/units/error.hpp"
+
+// Output E of a gyro whose input axis feels w (the table, and what the Earth gives along it), W the greatest rate:
+//   E = K [ w + B + (A/2)|w| + k_3 W (u^3 - b_3 u) + k_5 W (u^5 - b_5 u) ],   u = w/W,
+// b_n = sum u^(n+1)/sum u^2 over the segments, so that K stays the slope of the least-squares line. Linear in K, K B,
+// K A, K k_n: the engine of linear identification finds these with their covariance.
+
+namespace tumble::gyro_scale_factor {
+namespace {
+using Severity = Finding::Severity;
+
+std::vector<Role> roles() {
+  return {{"gyro", "", true, "output of the gyro: a rate, a current, a voltage, counts or angle increments"}};
+}
+
+std::vector<Option> options() {
+  auto all = linear::options("2 s", "10 s");
+  all.push_back(linear::bias_instability_option("deg/h"));
+  all.push_back(
+      {"order", Option::Type::integer, "1", "3", {}, "highest odd power of the rate in the model: 1, 3 or 5"});
+  return all;
+}
+
+double power_of(double u, int n) { return n == 3 ? u * u * u : u * u * u * u * u; }
+
+/// Share of u in u^n over the schedule's rates.
+double own_slope(const Plan& plan, double range, int n) {
+  double with = 0.0, squares = 0.0;
+  for (const Segment& segment : plan.schedule) {
+    const double u = commanded_rate(segment) / range;
+    with += power_of(u, n) * u;
+    squares += u * u;
+  }
+  return squares > 0.0 ? with / squares : 0.0;
+}
+
+linear::Problem problem_of(const Plan& plan) {
+  linear::Problem problem;
+  problem.role = "gyro";
+  linear::set_options(plan.settings, problem);
+  problem.stated_per = "scale_factor";
+  const int order = plan.settings.integer("order");
+  if (order != 1 && order != 3 && order != 5) throw Error(Error::Kind::bad_input, "[settings] order must be 1, 3 or 5");
+  double range = 0.0;
+  for (const Segment& segment : plan.schedule) range = std::max(range, std::abs(commanded_rate(segment)));
+  if (!(range > 0.0)) range = 1.0;
+  problem.columns = {
+      {"bias", "B", "1", "output at no rate, as a rate", [](const Felt&) { return 1.0; }},
+      {"scale_factor", "K", "1", "slope of the least-squares line", [](const Felt& felt) { return felt.rate.x; }},
+      {"scale_factor_asymmetry", "A", "1", "scale factor of positive less that of negative rates, over their mean",
+       [](const Felt& felt) { return 0.5 * std::abs(felt.rate.x); }}};
+  for (int n = 3; n <= order; n += 2) {
+    const double own = own_slope(plan, range, n);
+    problem.columns.push_back({n == 3 ? "third_order_coefficient" : "fifth_order_coefficient", fmt::format("k_{}", n),
+                               "1", fmt::format("power {} of rate over full range, less its own slope", n),
+                               [range, own, n](const Felt& felt) {
+                                 const double u = felt.rate.x / range;
+                                 return range * (power_of(u, n) - own * u);
+                               }});
+  }
+  problem.leave_out_first = {"fifth_order_coefficient", "third_order_coefficient", "scale_factor_asymmetry"};
+  problem.advice = "add rates of both signs, three or more different ones each";
+  return problem;
+}
+
+/// The channel, in every recording of one kind, and the unit of the scale factor.
+struct Output {
+  Unit unit;  ///< of the scale factor
+  double scale = 1.0;
+};
+
+Output output_of(const Evidence& evidence) {
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "gyro_scale_factor needs at least one recording");
+  const Channel& channel = require_channel(evidence, evidence.recordings.front(), "gyro");
+  for (const Recording& recording : evidence.recordings)
+    if (!(require_channel(evidence, recording, "gyro").unit.dimension() == channel.unit.dimension()))
+      throw Error(Error::Kind::bad_data, "the recordings hold gyro outputs in unlike units");
+  for (const Recording& recording : evidence.recordings)
+    for (const double v : require_channel(evidence, recording, "gyro").values)
+      if (std::isinf(v)) throw Error(Error::Kind::bad_data, fmt::format("'{}' holds infinite samples", channel.name));
+  switch (channel.kind) {
+    case QuantityKind::angular_rate:
+      return {Unit(), 1.0};
+    case QuantityKind::angle:
+      return {Unit(), mean_rate(channel)};
+    case QuantityKind::count:
+      return {Unit::parse("pulse/arcsec"), mean_rate(channel)};
+    case QuantityKind::other:
+      return {Unit::parse(channel.unit.text() + "/(deg/s)"), 1.0};
+    default:
+      break;
+  }
+  throw Error(Error::Kind::bad_data,
+              fmt::format("'{}' is in {}: the output of a gyro is a rate, an angle, counts, a current or a voltage",
+                          channel.name, channel.unit.text()));
+}
+
+/// Parameters as functions of the coefficients: K itself, the others over K.
+struct Answer {
+  Estimate estimate;
+  std::vector<std::vector<double>> gradients;
+};
+
+Answer answer_of(const linear::Solution& solution, const Unit& scale_unit) {
+  Answer answer;
+  const auto& b = solution.fit.parameters;
+  const std::size_t p = b.size();
+  std::size_t slope = p, offset = p;
+  for (std::size_t j = 0; j < p; ++j) {
+    if (solution.columns[j].name == "scale_factor") slope = j;
+    if (solution.columns[j].name == "bias") offset = j;
+  }
+  if (slope == p || offset == p)
+    throw Error(Error::Kind::bad_data,
+                "one rate only: scale factor and bias cannot be told apart; add the opposite rate, or rest");
+  const double k = b[slope];
+  if (!(std::abs(k) > 5.0 * std::sqrt(solution.fit.covariance(slope, slope))) || !std::isfinite(k))
+    throw Error(Error::Kind::bad_data, "the output does not follow the rate: no scale factor can be found");
+  std::vector<std::size_t> sequence{slope, offset};
+  for (std::size_t j = 0; j < p; ++j)
+    if (j != slope && j != offset) sequence.push_back(j);
+  for (const std::size_t j : sequence) {
+    const Term& term = solution.columns[j];
+    std::vector<double> gradient(p, 0.0);
+    gradient[j] = j == slope ? 1.0 : 1.0 / k;
+    if (j != slope) gradient[slope] = -b[j] / (k * k);
+    const Unit unit = j == slope ? scale_unit : Unit::parse(j == offset ? "deg/h" : "ppm");
+    const auto meaning = solution.stands_for.find(term.name);
+    answer.estimate.parameters.push_back(
+        {term.name, term.symbol, unit, j == slope ? k : b[j] / k,
+         term.description + (meaning == solution.stands_for.end() ? "" : "; stands for " + meaning->second),
+         degrees_of_freedom(solution.fit, gradient)});
+    answer.gradients.push_back(std::move(gradient));
+  }
+  return answer;
+}
+
+double product(const std::vector<double>& a, const Matrix& m, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j) sum += a[i] * m(i, j) * b[j];
+  return sum;
+}
+
+void propagate(const linear::Solution& solution, Answer& answer) {
+  Estimate& estimate = answer.estimate;
+  const std::size_t n = answer.gradients.size();
+  estimate.covariance = Matrix(n, n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      estimate.covariance(i, j) = product(answer.gradients[i], solution.fit.covariance, answer.gradients[j]);
+  for (const auto& source : solution.fit.sources) {
+    // A rig has many errors that do nothing here: those below a hundredth of every sd share one line.
+    bool small = true;
+    for (std::size_t i = 0; i < n; ++i)
+      small = small &&
+              product(answer.gradients[i], source.covariance, answer.gradients[i]) < 1e-4 * estimate.covariance(i, i);
+    const std::string name = small ? "all other sources" : source.source;
+    auto line = std::ranges::find(estimate.budget, name, &Contribution::source);
+    if (line == estimate.budget.end()) line = estimate.budget.insert(line, {name, std::vector<double>(n, 0.0)});
+    for (std::size_t i = 0; i < n; ++i)
+      line->variance[i] += std::max(0.0, product(answer.gradients[i], source.covariance, answer.gradients[i]));
+  }
+  estimate.fit = {solution.observations, solution.fit.degrees_of_freedom, solution.fit.chi_square,
+                  solution.fit.condition};
+}
+
+/// A parameter from the scatter of segment means: independent of the others, with a line of the budget of its own.
+void add_from_scatter(Estimate& estimate, const char* name, const char* symbol, const char* unit, double value,
+                      double sd, double dof, const std::string& description) {
+  const std::size_t n = estimate.parameters.size();
+  estimate.parameters.push_back({name, symbol, Unit::parse(unit), value, description, dof});
+  Matrix wider(n + 1, n + 1);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) wider(i, j) = estimate.covariance(i, j);
+  wider(n, n) = sd * sd;
+  estimate.covariance = std::move(wider);
+  for (Contribution& line : estimate.budget) line.variance.push_back(0.0);
+  const std::string source = "scatter of segment means";
+  auto line = std::ranges::find(estimate.budget, source, &Contribution::source);
+  if (line == estimate.budget.end()) line = estimate.budget.insert(line, {source, std::vector<double>(n + 1, 0.0)});
+  line->variance.back() = sd * sd;
+}
+
+void say(Estimate& estimate, Severity severity, const std::string& message, const std::string& where = "") {
+  estimate.findings.push_back({severity, message, where});
+}
+
+void add_size(Estimate& estimate, const Size& size, const char* name, const char* symbol, const char* unit, double dof,
+              const std::string& description, bool only_if_seen = false) {
+  const bool seen = size.seen && size.value > 0.0 && size.sd > 0.0;
+  if (!seen)
+    say(estimate, Severity::info,
+        fmt::format("{} is not seen: the scatter explains what there is; below {:.3g} {} (95 %)", name,
+                    Unit::parse(unit).difference_from_si(size.limit), unit));
+  if (!seen && (only_if_seen || !(size.limit > 0.0))) return;
+  // What is not seen may still be as large as its limit.
+  add_from_scatter(estimate, name, symbol, unit, size.value, seen ? size.sd : 0.5 * (size.limit - size.value),
+                   seen ? dof : INFINITY, description);
+}
+
+void add_bracket(Estimate& estimate, const Bracket& bracket, const char* name, const char* symbol,
+                 const std::string& description) {
+  const Unit unit = Unit::parse("deg/h");
+  if (bracket.found)
+    add_from_scatter(estimate, name, symbol, "deg/h", bracket.value, bracket.sd, INFINITY, description);
+  else if (bracket.tried)
+    say(estimate, Severity::info,
+        fmt::format("{} is below {:.3g} deg/h, the smallest input tried", name, unit.from_si(bracket.smallest)));
+}
+
+void add_shape(const linear::Solution& solution, const Line& line, Estimate& estimate) {
+  const double dof = line.degrees_of_freedom;
+  if (line.departures.size() > 2) {
+    add_size(estimate, line.greatest, "nonlinearity", "N_L", "ppm", dof,
+             "largest departure of the segment means from the least-squares line, over full range; scatter from " +
+                 line.scatter_from);
+    add_size(estimate, line.rms, "nonlinearity_rms", "N_rms", "ppm", dof, "their root mean square, noise taken off");
+  } else {
+    say(estimate, Severity::warning, "two rates always lie on a line: the nonlinearity needs three or more");
+  }
+  if (line.both_ways >= 3)
+    add_size(estimate, line.hysteresis, "hysteresis", "h", "ppm", dof,
+             "largest difference between means reached from below and from above, over full range");
+  add_bracket(estimate, threshold_of(solution, line), "threshold", "w_t",
+              "smallest rate that gives half of the output due, between the rates tried");
+  add_bracket(estimate, resolution_of(solution, line), "resolution", "w_r",
+              "smallest change of a rate that gives half of the change due, between those tried");
+  const Repeatability repeat = repeatability_of(solution, line);
+  if (repeat.runs < 3) return;
+  const double runs_dof = static_cast<double>(repeat.runs) - 1.0;
+  add_size(estimate, repeat.bias, "turn_on_repeatability", "s_B", "deg/h", runs_dof,
+           "standard deviation of the bias between power-ups, noise within them taken off", true);
+  add_size(estimate, repeat.slope, "scale_factor_repeatability", "s_K", "ppm", runs_dof,
+           "standard deviation of the scale factor between power-ups, noise within them taken off", true);
+}
+
+/// Segments far from what the others lead to expect.
+void judge_segments(const linear::Solution& solution, const Line& line, Estimate& estimate) {
+  std::vector<double> ratios;
+  const auto ratio_of = [&](const linear::SegmentSummary& s) { return (s.measured - line.offset) / s.felt.rate.x; };
+  const auto large = [&](const linear::SegmentSummary& s) {
+    return std::abs(s.felt.rate.x) > 0.1 * line.range && !std::isnan(s.measured);
+  };
+  for (const auto& s : solution.segments)
+    if (large(s)) ratios.push_back(ratio_of(s));
+  if (ratios.size() < 3) return;
+  std::ranges::sort(ratios);
+  const double middle = ratios[ratios.size() / 2];
+  for (const auto& s : solution.segments) {
+    if (!large(s) || std::abs(ratio_of(s) / middle - 1.0) < 0.02) continue;
+    say(estimate, Severity::error,
+        fmt::format("output is {:.3g} % of what the other rates lead to expect: did the table reach its rate?",
+                    100.0 * ratio_of(s) / middle),
+        s.label);
+  }
+}
+
+Table residuals_table(const Line& line) {
+  Table table{"residuals",
+              "departures of the segment means at each rate from the least-squares line, over full range",
+              {{"rate", Unit::parse("deg/s")},
+               {"residual", Unit::parse("ppm")},
+               {"sd", Unit::parse("ppm")},
+               {"segments", Unit()}},
+              {}};
+  for (const Departure& d : line.departures)
+    table.rows.push_back({d.rate, d.value, d.sd, static_cast<double>(d.segments)});
+  return table;
+}
+
+Curve residuals_curve(const Line& line) {
+  Curve curve;
+  curve.name = curve.figure = "residuals";
+  curve.x = {"rate", Unit::parse("deg/s"), {}};
+  curve.y = {"departure from the line, over full range", Unit::parse("ppm"), {}};
+  curve.band = "95 % confidence";
+  curve.points = true;
+  const double t = student_quantile(0.975, line.degrees_of_freedom);
+  for (const Departure& d : line.departures) {
+    curve.x.values.push_back(d.rate);
+    curve.y.values.push_back(d.value);
+    curve.lower.push_back(d.value - t * d.sd);
+    curve.upper.push_back(d.value + t * d.sd);
+  }
+  return curve;
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  report(progress, 0.0, "scale factor");
+  const Output output = output_of(evidence);
+  linear::Problem problem = problem_of(evidence.plan);
+  problem.scale = output.scale;
+  Findings screened_out;
+  const linear::Solution solution = linear::identify(screened(evidence, "gyro", screened_out), problem);
+  Answer answer = answer_of(solution, output.unit);
+  propagate(solution, answer);
+  Estimate& estimate = answer.estimate;
+  estimate.findings = screened_out;
+  estimate.findings.insert(estimate.findings.end(), solution.findings.begin(), solution.findings.end());
+  const Line line = line_of(solution, solution.fit.parameters.size());
+  judge_segments(solution, line, estimate);
+  add_shape(solution, line, estimate);
+  estimate.tables = {residuals_table(line)};
+  estimate.curves = {residuals_curve(line)};
+  estimate.method = "gyro_scale_factor";
+  estimate.title = evidence.plan.title;
+  report(progress, 1.0, "done");
+  return std::move(answer.estimate);
+}
+
+/// With the output taken as a rate: relative uncertainties are those of any other output.
+Estimate predict(const Plan& plan) {
+  linear::Truth truth = linear::truth_of(plan, "gyro");
+  truth.coefficients["scale_factor"] = 1.0 + truth.coefficients["scale_factor_error"];
+  for (const char* name : {"scale_factor_asymmetry", "third_order_coefficient", "fifth_order_coefficient"})
+    truth.coefficients.try_emplace(name, 0.0);
+  const linear::Solution solution = linear::predict(plan, problem_of(plan), truth);
+  Answer answer = answer_of(solution, Unit());
+  propagate(solution, answer);
+  answer.estimate.findings = solution.findings;
+  answer.estimate.method = "gyro_scale_factor";
+  answer.estimate.title = plan.title;
+  return std::move(answer.estimate);
+}
+
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+
+}  // namespace
+
+extern const Method gyro_scale_factor{
+    .name = "gyro_scale_factor",
+    .summary = "scale factor of a gyro, its bias, asymmetry, nonlinearity, hysteresis, threshold and resolution",
+    .source =
+        "IEEE Std 528 terms; two-sided rates as in Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, "
+        "2015, slide 41; whole revolutions as in CN113175941B, eq. (1)",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial_of,
+    .compensate = nullptr,
+    .predict = predict};
+
+}  // namespace tumble::gyro_scale_factor

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/north_finding/report.hpp"
+#include "tumble/methods/north_finding/trial.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/table/recorded_angles.hpp"
+#include "tumble/units/error.hpp"
+
+// Symbols: i index angle, counter-clockwise seen from above; W_k rate at index angle k; A azimuth, w_ie Earth's rate,
+// phi latitude.
+
+namespace tumble::north_finding {
+namespace {
+
+std::vector<Role> roles() {
+  return {{"gyro", "", true, "output of the gyro along x: a rate, angle increments, counts, a current or a voltage"},
+          {"accelerometer_x", "", false,
+           "output of the accelerometer along x; absent: the base is as level as the rig says"},
+          {"accelerometer_y", "", false, "output of the accelerometer along y"},
+          {"table_angle", "deg", false, "recorded angle of a rate table; absent: as commanded"},
+          {"outer_angle", "deg", false, "recorded angle of the outer axis of a table of several axes"},
+          {"inner_angle", "deg", false, "recorded angle of its inner axis"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  std::vector<Option> all = instrument_options();
+  const std::vector<Option> more{
+      linear::bias_instability_option("deg/h", "gyro_"),
+      linear::bias_instability_option("ug", "accelerometer_"),
+      {"drift",
+       Type::word,
+       "1",
+       "auto",
+       {"auto", "yes", "no"},
+       "whether a linear drift of the bias is part of the model; auto: where six places or more show it apart from the "
+       "azimuth"},
+      {"azimuth_about", Type::quantity, "deg", "", {}, "rough azimuth: tells the two answers of two positions apart"},
+      {"reference_azimuth",
+       Type::quantity,
+       "deg",
+       "",
+       {},
+       "the azimuth as known otherwise: errors are shown against it"},
+      {"angle_tolerance",
+       Type::quantity,
+       "deg",
+       "0.1 deg",
+       {},
+       "by which a recorded angle may differ from the plan without a warning"},
+      {"settling", Type::quantity, "s", "2 s", {}, "time dropped in each segment after the rig has settled"},
+      {"averaging",
+       Type::quantity,
+       "s",
+       "10 s",
+       {},
+       "length of the averages whose scatter gives the noise; of a table that turns at most a tenth of a turn"}};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+bool has(const std::vector<Quantity>& free, Quantity quantity) {
+  for (const Quantity one : free)
+    if (one == quantity) return true;
+  return false;
+}
+
+Reduction reduced(const Bench& bench, Instrument instrument, bool predicted) {
+  Reduction out{std::move(instrument), {}, {}, {}};
+  out.setup = (predicted ? set_up_prediction : set_up)(bench, out.instrument);
+  if (has(out.setup.free, gyro_z)) forget(out.instrument, gyro_z);  // the turns show it
+  const auto errors = disturbances_of(bench, has(out.setup.free, pitch), has(out.setup.free, roll));
+  for (std::size_t c = 0; c < bench.signals.size(); ++c)
+    out.noise.push_back(predicted ? expected_noise(bench, c, out.setup.start)
+                                  : noise_of(bench, c, out.setup.start, errors, out.setup.drift));
+  out.solution = solve(bench, out.instrument, out.setup, out.noise, errors, predicted);
+  return out;
+}
+
+Estimate answer(const Bench& bench, bool predicted) {
+  const Plan& plan = *bench.plan;
+  if (!plan.calibration.result)
+    return described(bench, reduced(bench, nominal_instrument(plan, bench.records), predicted), nullptr, predicted);
+  const Reduction identified = reduced(bench, identified_instrument(plan, bench.records), predicted);
+  const Reduction nominal = reduced(bench, nominal_instrument(plan, bench.records), predicted);
+  return described(bench, identified, &nominal, predicted);
+}
+
+/// Where the table went elsewhere than the plan says it also came to rest at another time: a second look at the
+/// readings then knows when.
+table::RecordedAngles recorded_angles(const Evidence& evidence, double settling, double tolerance) {
+  auto first = table::with_recorded_angles(evidence, settling, tolerance);
+  if (std::ranges::none_of(first.stands, [&](const table::Stand& stand) {
+        return std::abs(stand.recorded - stand.commanded) > tolerance;
+      }))
+    return first;
+  auto second = table::with_recorded_angles(first.evidence, settling, tolerance);
+  for (std::size_t k = 0; k < second.stands.size(); ++k) second.stands[k].commanded = first.stands[k].commanded;
+  second.findings = first.findings;
+  return second;
+}
+
+Estimate identify(const Evidence& evidence, const Progress&) {
+  const auto& settings = evidence.plan.settings;
+  const double tolerance = settings.number("angle_tolerance");
+  if (!(tolerance > 0.0)) throw Error(Error::Kind::bad_input, "[settings] angle_tolerance must be above zero");
+  const auto angles = recorded_angles(evidence, settings.number("settling"), tolerance);
+  Estimate estimate = answer(bench_of(angles.evidence), false);
+  estimate.findings.insert(estimate.findings.end(), angles.findings.begin(), angles.findings.end());
+  if (!angles.stands.empty()) estimate.tables.push_back(table::angles_table(angles));
+  return estimate;
+}
+
+Estimate predict(const Plan& plan) { return answer(bench_of(plan), true); }
+
+}  // namespace
+
+extern const Method north_finding{
+    .name = "north_finding",
+    .summary = "azimuth from a gyro at index angles about the vertical: two, four, many positions or turning, any tilt",
+    .source =
+        "CN113175941B (Xi'an University of Technology, 2023): north finder with a ring laser gyro and two "
+        "accelerometers; the search for north is derived",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial,
+    .compensate = nullptr,
+    .predict = predict,
+    .takes_calibration = true};
+
+}  // namespace tumble::north_finding

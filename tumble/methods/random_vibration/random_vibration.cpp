@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/random_vibration/describe.hpp"
+#include "tumble/methods/random_vibration/measure.hpp"
+#include "tumble/methods/random_vibration/statistics.hpp"
+#include "tumble/methods/random_vibration/trial.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
+#include "tumble/units/error.hpp"
+
+// Windows of H in random vibration against those at rest:
+//   e_j = N_j - Nbar_static,  mean, s = sqrt(sum (e - mean e)^2/(n - 1))                        (3.7)
+//   sigma^2 = INT S sinc^2(f H) df                                                              (3.13)
+//   dMean/g_rms^2 = K_2 + 3 K_3 a_0                                                             (3.12)
+
+namespace tumble::random_vibration {
+namespace {
+
+std::vector<Role> roles() {
+  return {{"accelerometer", "", true,
+           "the units under test, side by side on the fixture: pulses per window, or a current, voltage or specific "
+           "force",
+           true},
+          {"reference", "g", false,
+           "reference accelerometer, without gravity: recorded as the mean over each window it is taken off"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  std::vector<Option> options = vibration::options();
+  const std::vector<Option> own{
+      {"types",
+       Type::text,
+       "1",
+       "",
+       {},
+       "units to be compared as one, \"quartz: Q1 Q2; wire: S1 S2\"; absent: each unit by itself"},
+      {"level", Type::quantity, "g", "", {}, "root mean square of the vibration as measured; absent: the plan's"},
+      {"level_from",
+       Type::word,
+       "1",
+       "plan",
+       {"plan", "reference"},
+       "what the mean shift is divided by the square of: the plan's level (or `level`), or what the reference shows"},
+      {"level_sd",
+       Type::quantity,
+       "%",
+       "",
+       {},
+       "standard uncertainty of the level by the plan; absent: the rig's amplitude_sd"},
+      {"reference_lags",
+       Type::integer,
+       "1",
+       "2",
+       {},
+       "windows of the reference before and after each that are taken off with it, 0 to 20: a unit slower than the "
+       "reference needs them"}};
+  options.insert(options.end(), own.begin(), own.end());
+  return options;
+}
+
+void refuse_impossible(const Settings& settings) {
+  std::vector<std::string> problems;
+  if (settings.has("level") && !(settings.number("level") > 0.0))
+    problems.emplace_back("[settings] level must be positive");
+  if (settings.has("level_sd") && !(settings.number("level_sd") >= 0.0))
+    problems.emplace_back("[settings] level_sd must not be negative");
+  if (settings.has("level") && settings.word("level_from") == "reference")
+    problems.emplace_back("[settings] level and level_from = \"reference\" exclude each other");
+  if (settings.integer("reference_lags") < 0 || settings.integer("reference_lags") > 20)
+    problems.emplace_back("[settings] reference_lags must lie between 0 and 20");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  const Settings& settings = evidence.plan.settings;
+  refuse_impossible(settings);
+  report(progress, 0.0, "reading windows");
+  const vibration::Data data = vibration::data_of(evidence);
+  const auto types = types_of(settings.has("types") ? settings.word("types") : "", data.units);
+  Estimate estimate;
+  estimate.method = "random_vibration";
+  estimate.title = evidence.plan.title;
+  estimate.findings = data.findings;
+  const auto exposures = exposures_of(evidence, data, estimate.findings);
+  std::vector<Common> common;
+  for (const Exposure& exposure : exposures) {
+    append(exposure, data, statistics_of(exposure, data, types, estimate.findings), common, estimate);
+    look_at(exposure, data, estimate, estimate.findings);
+    for (auto& curve : error_curves(exposure, data)) estimate.curves.push_back(std::move(curve));
+    for (const auto& unit : exposure.units) estimate.fit.observations += unit.windows;
+  }
+  append_orders(exposures, data, common, estimate);
+  estimate.fit.degrees_of_freedom = static_cast<double>(estimate.fit.observations);
+  estimate.fit.chi_square = std::nan("");  // nothing is fitted to the windows
+  estimate.tables.push_back(units_table(exposures, data, types, estimate));
+  report(progress, 1.0, "done");
+  return estimate;
+}
+
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+
+}  // namespace
+
+extern const Method random_vibration{
+    .name = "random_vibration",
+    .summary = "pulse error of accelerometers in random vibration, rectification, comparison of units and types",
+    .source =
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "section 2.4; density at zero frequency after Whittle, 1953",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial_of,
+    .compensate = nullptr,
+    .predict = nullptr};
+
+}  // namespace tumble::random_vibration

@@ -1,0 +1,162 @@
+#include <cmath>
+
+#include "tumble/earth/earth.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/rlg_north_finder/closed_form.hpp"
+#include "tumble/methods/rlg_north_finder/faults.hpp"
+#include "tumble/methods/rlg_north_finder/outputs.hpp"
+#include "tumble/methods/rlg_north_finder/predict.hpp"
+#include "tumble/methods/rlg_north_finder/report.hpp"
+#include "tumble/methods/rlg_north_finder/solve.hpp"
+#include "tumble/methods/rlg_north_finder/trial.hpp"
+#include "tumble/units/error.hpp"
+
+// One ring laser gyro and two accelerometers on a manual two-axis table: eight positions, and whole turns about each
+// body axis. Table at angles (o, i), o about the horizontal outer axis, i about the inner one = body z:
+//   1 (0, 0)  2 (-90, 0)  3 (-90, 90)  4 (-90, 180)  5 (-90, 270)  6 (0, 360)  7 (180, 0)  8 (180, 90)
+// with whole turns about z at 6, about y at 7 and about x at 8, both ways.
+
+namespace tumble::rlg_north_finder {
+namespace {
+
+Summaries summaries_of(const linear::JointSolution& solution) {
+  Summaries segments;
+  for (std::size_t i = 0; i < outputs; ++i) segments[i] = solution.outputs[i].segments;
+  return segments;
+}
+
+bool by_formulas(const Settings& settings) { return settings.word("estimator") == "closed_form"; }
+
+void append(const Findings& some, Findings& all) { all.insert(all.end(), some.begin(), some.end()); }
+
+std::vector<double> values_of(const Estimate& estimate) {
+  std::vector<double> values;
+  for (const auto& parameter : estimate.parameters) values.push_back(parameter.value);
+  return values;
+}
+
+/// By which means of the accelerometers differ from stay to stay, the larger of both [m/s^2]; without drift by noise.
+double scatter_of(const linear::JointSolution& solution, const std::vector<double>& parameters, bool with_drift) {
+  double scatter = 0.0;
+  for (const Which output : {accelerometer_x, accelerometer_y}) {
+    double noise = 0.0;
+    for (const auto& segment : solution.outputs[output].segments) noise = std::max(noise, segment.sd);
+    const double scale = std::abs(parameters[output * per_output]);
+    scatter = std::max(scatter, std::hypot(noise, with_drift ? solution.outputs[output].drift_sd : 0.0) / scale);
+  }
+  return scatter;
+}
+
+/// Tilts of the table. Those far beyond what the rig states leave residuals that pass for drift, in which the tilts
+/// would then be lost: where they may be, the fit is made again with a table that may be tilted so.
+Tilts tilts_by(const Prepared& prepared, const std::array<linear::Problem, outputs>& problems,
+               const linear::JointSolution& solution, const std::vector<double>& parameters, double gravity) {
+  const Settings& rig = prepared.evidence.plan.rig;
+  const auto tilts = [&](const linear::JointSolution& by, const std::vector<double>& b, bool with_drift) {
+    const Summaries segments = summaries_of(by);
+    return tilts_of(measured(segments), segments, b, gravity, scatter_of(by, b, with_drift), rig);
+  };
+  const Tilts by_noise = tilts(solution, parameters, false);
+  if (tilt_faults(by_noise, rig).empty()) return tilts(solution, parameters, true);
+  Evidence tilted = prepared.evidence;
+  const double largest = std::max({std::abs(by_noise.rho_x), std::abs(by_noise.rho_y), std::abs(by_noise.eta)});
+  for (const char* name : {"level_sd", "orthogonality_sd"})
+    tilted.plan.rig.set_number(name, std::max(rig.number(name), largest), Unit::parse("arcsec"));
+  const auto again = linear::identify(tilted, problems);
+  return tilts(again, values_of(least_squares_estimate(again)), true);
+}
+
+/// What the path lacks: an error for the formulas, a term on weak legs for least squares.
+void judge_path(const Summaries& segments, const Settings& settings, Findings& findings) {
+  const Path path = path_of({segments[gyro].begin(), segments[gyro].end()});
+  auto problems = missing(path);
+  const auto broken = not_whole(path, {segments[gyro].begin(), segments[gyro].end()});
+  problems.insert(problems.end(), broken.begin(), broken.end());
+  if (by_formulas(settings) && !problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  for (const auto& problem : problems)
+    findings.push_back({Finding::Severity::error, problem + " from its position, and rests on what else shows it", ""});
+}
+
+/// By the estimator chosen. Where it fails, the order of the positions or rotations may be why.
+Estimate estimate_of(const Evidence& evidence, const std::array<linear::Problem, outputs>& problems,
+                     const linear::JointSolution& solution, const Findings& order, double gravity) {
+  try {
+    if (!by_formulas(evidence.plan.settings)) return least_squares_estimate(solution);
+    return closed_form_estimate(
+        {linear::worked_out(evidence, problems[gyro]), linear::worked_out(evidence, problems[accelerometer_x]),
+         linear::worked_out(evidence, problems[accelerometer_y])},
+        gravity);
+  } catch (const Error& error) {
+    auto all = errors_among(order);
+    all.insert(all.end(), error.problems.begin(), error.problems.end());
+    throw Error(error.kind, all);
+  }
+}
+
+Estimate answer(const Prepared& prepared) {
+  const Plan& plan = prepared.evidence.plan;
+  const auto problems = problems_of(plan);
+  const double local_gravity = plan.site ? gravity(*plan.site) : standard_gravity;
+  Findings findings = prepared.angles.findings;
+  const linear::JointSolution solution = linear::identify(prepared.evidence, problems);
+  const Summaries segments = summaries_of(solution);
+  judge_path(segments, plan.settings, findings);
+  const Means means = measured(segments);
+  Findings order = order_faults(segments);
+  if (order.empty()) order = turn_faults(prepared.evidence, segments);  // the accelerometers then mean what they say
+  Estimate estimate = estimate_of(prepared.evidence, problems, solution, order, local_gravity);
+  append(findings, estimate.findings);
+  append(order, estimate.findings);
+  append(rotation_faults(plan, segments, estimate), estimate.findings);
+  append(count_faults(prepared.evidence, segments, estimate), estimate.findings);
+  const Tilts tilts = tilts_by(prepared, problems, solution, values_of(estimate), local_gravity);
+  append(tilt_faults(tilts, plan.rig), estimate.findings);
+  estimate.tables.push_back(positions_table(plan, segments));
+  if (missing(path_of({segments[gyro].begin(), segments[gyro].end()})).empty()) {
+    const auto squares = by_formulas(plan.settings) ? values_of(least_squares_estimate(solution)) : values_of(estimate);
+    estimate.tables.push_back(estimators_table(squares, closed_form(means, segments, local_gravity), estimate));
+  }
+  estimate.tables.push_back(tilts_table(tilts, plan.rig));
+  estimate.tables.push_back(linear::rig_errors(solution));
+  if (!prepared.angles.stands.empty()) estimate.tables.push_back(table::angles_table(prepared.angles));
+  return estimate;
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  report(progress, 0.0, "north finder");
+  Estimate estimate = answer(prepared(evidence));
+  estimate.title = evidence.plan.title;
+  report(progress, 1.0, "done");
+  return estimate;
+}
+
+Estimate predict(const Plan& plan) {
+  const auto problems = problems_of(plan);
+  const auto truths = truths_of(plan);
+  const linear::JointSolution solution = linear::predict(plan, problems, truths);
+  Estimate estimate = least_squares_estimate(solution);
+  const Summaries segments = summaries_of(solution);
+  for (const auto& problem : missing(path_of({segments[gyro].begin(), segments[gyro].end()})))
+    estimate.findings.push_back({Finding::Severity::warning, problem, ""});
+  estimate.tables.push_back(positions_table(plan, segments));
+  estimate.title = plan.title;
+  return estimate;
+}
+
+}  // namespace
+
+extern const Method rlg_north_finder{
+    .name = "rlg_north_finder",
+    .summary = "ring laser gyro and two accelerometers of a north finder from eight positions and three rotations",
+    .source =
+        "CN113175941B (Xi'an University of Technology, 2023): the eight-position path, eq. (1); the other estimators "
+        "are derived",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial,
+    .compensate = nullptr,
+    .predict = predict};
+
+}  // namespace tumble::rlg_north_finder

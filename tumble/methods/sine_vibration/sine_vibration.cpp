@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/sine_vibration/describe.hpp"
+#include "tumble/methods/sine_vibration/trial.hpp"
+#include "tumble/units/error.hpp"
+
+// Counts over windows of H seconds on a shaker at one frequency after the other:
+//   N_j/(K_1 H) = a_0 + A sinc(fH) cos(2 pi f t_mid,j + p) + rounding                        (3.8)
+//   |G(f)| = amplitude/(A_ref |sinc(fH)|)                                                    (3.15)
+//   mean - mean at rest = (K_2 + 3 K_3 a_0) A^2/2                                            (3.12)
+
+namespace tumble::sine_vibration {
+namespace {
+
+std::vector<Role> roles() {
+  return {
+      {"accelerometer", "", true,
+       "units under test, one or several on one fixture: pulses of each counting window, or a specific force, mA, V",
+       true},
+      {"reference", "g", false,
+       "acceleration of the fixture along the shake; without it the level that the plan says, its uncertainty in the "
+       "budget"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  auto options = vibration::options();
+  options.push_back(
+      {"levels",
+       Type::word,
+       "1",
+       "auto",
+       {"auto", "square", "quartic"},
+       "shift of the mean by A^2 alone or with A^4 too; auto: with A^4 where levels differ by half at least"});
+  options.push_back({"cross_coupling",
+                     Type::quantity,
+                     "ug/g^2",
+                     "20 ug/g^2",
+                     {},
+                     "size of K_ip and K_io, which rectify motion across the input axis"});
+  options.push_back({"third_order",
+                     Type::quantity,
+                     "ug/g^3",
+                     "1 ug/g^3",
+                     {},
+                     "size of K_3, which rectifies the second harmonic of the shake"});
+  return options;
+}
+
+void refuse_impossible(const Settings& settings) {
+  std::vector<std::string> problems;
+  for (const char* name : {"cross_coupling", "third_order"})
+    if (!(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
+      problems.push_back(fmt::format("[settings] {} must not be negative: it is a size", name));
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+void require_points(const vibration::Data& data, const Measured& measured) {
+  if (!measured.points.empty()) return;
+  auto problems = errors_among(data.findings);
+  for (auto& problem : errors_among(measured.findings)) problems.push_back(std::move(problem));
+  if (problems.empty()) problems.emplace_back("no segment of the schedule shakes the units with a sine");
+  throw Error(Error::Kind::bad_data, problems);
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  const Settings& settings = evidence.plan.settings;
+  refuse_impossible(settings);
+  const vibration::Data data = vibration::data_of(evidence);
+  report(progress, 0.2, "sine fits");
+  const Measured measured = measure(data);
+  require_points(data, measured);
+  Findings findings = data.findings;
+  findings.insert(findings.end(), measured.findings.begin(), measured.findings.end());
+  report(progress, 0.7, "rectification");
+  const auto rectified = rectify(data, measured, settings.word("levels"), findings);
+  Estimate estimate = describe(evidence, data, measured, rectified);
+  estimate.method = "sine_vibration";
+  estimate.title = evidence.plan.title;
+  if (!measured.reference)
+    findings.push_back(
+        {Finding::Severity::info,
+         "no reference is recorded: gains and rectification are held against the level that the plan says", ""});
+  add_tables(data, measured, rectified, estimate);
+  estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
+  report(progress, 1.0, "done");
+  return estimate;
+}
+
+Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+
+}  // namespace
+
+extern const Method sine_vibration{
+    .name = "sine_vibration",
+    .summary = "accelerometers on a shaker, sine by sine: mean, sd and gain of the counts, vibration rectification",
+    .source =
+        "Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers based on INS pulse counting, 2019, "
+        "sections 2.1-2.3",
+    .needs_plan = true,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial_of,
+    .compensate = nullptr,
+    .predict = nullptr};
+
+}  // namespace tumble::sine_vibration

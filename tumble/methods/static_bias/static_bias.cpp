@@ -1,0 +1,382 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tumble/core/say.hpp"
+#include "tumble/earth/earth.hpp"
+#include "tumble/math/noise_model.hpp"
+#include "tumble/math/parallel.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/stability/allan.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/static_bias/averages.hpp"
+#include "tumble/reduce/even_signal.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::static_bias {
+namespace {
+
+using Severity = Finding::Severity;
+
+constexpr double shorter_time = 10.0;  ///< [s]
+constexpr std::size_t ratio = 10;      ///< of the longer averages to the shorter
+
+const std::vector<UnitTerm> terms{
+    {NoiseTerm::quantization}, {NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
+
+std::vector<Role> roles() {
+  return {{"signal", "", false, "angular rate or specific force at rest; without it the only such channel"}};
+}
+
+std::vector<Option> options() {
+  using Type = Option::Type;
+  return {
+      {"rate", Type::quantity, "Hz", "", {}, "sampling rate, where the file does not say or is wrong", true},
+      {"timing", Type::word, "1", "auto", {"auto", "even", "stamps"}, "as in allan_noise"},
+      {"axis",
+       Type::word,
+       "1",
+       "none",
+       {"none", "up", "down", "north", "south", "east", "west"},
+       "where the input axis points: what the Earth gives there is taken off (needs [site])"},
+  };
+}
+
+/// One power-up.
+struct RunBias {
+  std::string label;
+  std::string failure;
+  Findings findings;
+  double rate = 0.0;
+  std::size_t samples = 0;
+  double mean = 0.0;
+  AverageScatter shorter, longer;
+  std::vector<double> squared;  ///< of the noise terms [u^2]
+  Matrix covariance;            ///< of `squared`
+  Fit fit;
+};
+
+double mean_of(std::span<const double> values) {
+  const double origin = *std::find_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
+  double sum = 0.0, count = 0.0;
+  for (const double value : values) {
+    if (std::isnan(value)) continue;
+    sum += value - origin;
+    ++count;
+  }
+  return origin + sum / count;
+}
+
+void fit_noise(const EvenSignal& signal, RunBias& run) {
+  std::vector<AllanObservation> observations;
+  for (const auto& point : overlapping_allan(signal.values, signal.rate, {}))
+    observations.push_back({point.factor, point.deviation * point.deviation, point.count});
+  AllanFitOptions how;
+  how.select = false;
+  const auto used = thinned(observations);
+  const AllanFit fit = fit_allan(used, signal.values.size(), how);
+  run.squared = fit.squared;
+  run.covariance = fit.covariance;
+  run.fit = {used.size(), fit.degrees_of_freedom, fit.chi_square, fit.condition};
+}
+
+RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
+  RunBias run;
+  run.label = stretch.label;
+  try {
+    const EvenSignal signal =
+        even_signal(stretch, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing"));
+    run.findings = signal.findings;
+    run.failure = unusable(signal);
+    if (!run.failure.empty()) return run;
+    const Findings disturbed = disturbances(signal, stretch.label);
+    run.findings.insert(run.findings.end(), disturbed.begin(), disturbed.end());
+    run.rate = signal.rate;
+    run.samples = signal.values.size();
+    run.mean = mean_of(signal.values);
+    const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * signal.rate)));
+    run.shorter = scatter_of_averages(signal.values, size);
+    run.longer = scatter_of_averages(signal.values, size * ratio);
+    fit_noise(signal, run);
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_data) throw;
+    run.failure = error.what();
+  }
+  return run;
+}
+
+/// The noise of all runs together: each weighs as long as it lasts.
+struct Pooled {
+  std::vector<double> squared;
+  Matrix covariance;
+};
+
+Pooled pooled(const std::vector<RunBias>& runs) {
+  double samples = 0.0;
+  for (const auto& run : runs) samples += static_cast<double>(run.samples);
+  Pooled all{std::vector<double>(terms.size(), 0.0), Matrix(terms.size(), terms.size())};
+  for (const auto& run : runs) {
+    const double weight = static_cast<double>(run.samples) / samples;
+    for (std::size_t t = 0; t < terms.size(); ++t) all.squared[t] += weight * run.squared[t];
+    for (std::size_t i = 0; i < all.covariance.values.size(); ++i)
+      all.covariance.values[i] += weight * weight * run.covariance.values[i];
+  }
+  return all;
+}
+
+/// A variance with the degrees of freedom of its estimate (Satterthwaite: 2 v^2/Var v).
+struct Variance {
+  double value = 0.0, edf = 0.0;
+};
+
+/// Of the mean of a run about the constant at power-on.
+Variance within_run(const Pooled& noise, std::size_t samples) {
+  std::vector<double> gain;
+  for (const auto& term : terms) gain.push_back(mean_variance(term, samples));
+  double value = 0.0, variance = 0.0;
+  for (std::size_t i = 0; i < gain.size(); ++i) {
+    value += gain[i] * noise.squared[i];
+    for (std::size_t j = 0; j < gain.size(); ++j) variance += gain[i] * gain[j] * noise.covariance(i, j);
+  }
+  return {value, std::max(1.0, 2.0 * value * value / variance)};
+}
+
+struct Builder {
+  Estimate estimate;
+  Unit unit;
+
+  void add(const std::string& name, const std::string& symbol, double value, double dof, double variance,
+           const std::string& description) {
+    estimate.parameters.push_back({name, symbol, unit, value, description, dof});
+    variances.push_back(variance);
+  }
+  std::vector<double> variances;
+  double scatter_covariance = 0.0;  ///< between the two that follow `scatter_at`
+  std::size_t scatter_at = 0;
+};
+
+/// sd of the 10 s and 100 s averages about the mean of their run, over all runs.
+void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder& builder) {
+  double sum[2]{}, weight[2]{}, variance[2]{}, covariance = 0.0;
+  for (const auto& run : runs) {
+    const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * run.rate)));
+    const auto expected = expected_scatter(terms, noise.squared, run.samples, size, ratio);
+    const AverageScatter* found[2]{&run.shorter, &run.longer};
+    const double each[2]{expected.shorter_variance, expected.longer_variance};
+    double own[2]{};
+    for (int k = 0; k < 2; ++k) {
+      if (found[k]->averages < 2) continue;
+      own[k] = static_cast<double>(found[k]->averages) - 1.0;
+      weight[k] += own[k];
+      sum[k] += own[k] * found[k]->variance;
+      variance[k] += own[k] * own[k] * each[k];
+    }
+    covariance += own[0] * own[1] * expected.covariance;
+  }
+  const char* names[2]{"bias_sd_10s", "bias_sd_100s"};
+  double gain[2]{};
+  builder.scatter_at = builder.estimate.parameters.size();
+  for (int k = 0; k < 2; ++k) {
+    const double seconds = k == 0 ? shorter_time : shorter_time * static_cast<double>(ratio);
+    if (weight[k] < 1.0 || !(sum[k] > 0.0)) {
+      builder.estimate.findings.push_back(
+          {Severity::warning,
+           fmt::format("too short for {}: three averages of {} are the least", names[k], say_seconds(seconds)), ""});
+      continue;
+    }
+    const double squared = sum[k] / weight[k], sd = std::sqrt(squared);
+    const double of_squared = variance[k] / (weight[k] * weight[k]);
+    gain[k] = 0.5 / sd / weight[k];
+    builder.add(names[k], k == 0 ? "s_10" : "s_100", sd,
+                root_interval_degrees_of_freedom(2.0 * squared * squared / of_squared, 1.0),
+                of_squared / (4.0 * squared),
+                fmt::format("standard deviation of averages over {} about their mean", say_seconds(seconds)));
+  }
+  builder.scatter_covariance = gain[0] * gain[1] * covariance;
+}
+
+/// Scatter of the run means: variance of one, and of what is left when the noise within runs is taken off.
+void add_repeatability(const std::vector<RunBias>& runs, double between, double within, Builder& builder) {
+  const double dof = static_cast<double>(runs.size()) - 1.0;
+  const double left = between - within;
+  if (left <= 0.0) {
+    const double limit = std::max(0.0, between * dof / chi_square_quantile(0.05, dof) - within);
+    builder.estimate.findings.push_back(
+        {Severity::info,
+         fmt::format("turn_on_repeatability is not seen: the runs differ no more than the noise within them explains; "
+                     "below {:.3g} {} (95 %)",
+                     builder.unit.difference_from_si(std::sqrt(limit)), builder.unit.text()),
+         ""});
+    return;
+  }
+  builder.add("turn_on_repeatability", "s_b", std::sqrt(left), root_interval_degrees_of_freedom(dof, left / between),
+              2.0 * between * between / dof / (4.0 * left),
+              "standard deviation of the bias from power-up to power-up, noise within runs taken off");
+}
+
+/// What the Earth gives along the axis; with findings on what the bias still holds.
+double reference(const Evidence& evidence, QuantityKind kind, Findings& findings) {
+  const std::string& axis = evidence.plan.settings.word("axis");
+  const bool is_rate = kind == QuantityKind::angular_rate;
+  if (axis == "none" || !evidence.plan.site) {
+    findings.push_back(
+        {axis == "none" ? Severity::info : Severity::warning,
+         fmt::format("the bias holds the {} along the input axis; name the axis (axis = \"up\") and the [site] to take "
+                     "it off",
+                     is_rate ? "Earth rate (up to 15.04 deg/h)" : "gravity (up to 1 g)"),
+         ""});
+    return 0.0;
+  }
+  const Site& site = *evidence.plan.site;
+  const Vector3 level = is_rate ? earth_rate_in_level(site) : Vector3{0.0, 0.0, gravity(site)};
+  const bool vertical = axis == "up" || axis == "down";
+  // A tilt by an angle a of the axis moves a gravity component by g a (level axis) or g a^2/2 (vertical axis).
+  if (!is_rate && !vertical)
+    findings.push_back({Severity::info, "a tilt of the input axis of 1 arcsec is 4.8 ug of this bias", ""});
+  const double sign = axis == "down" || axis == "south" || axis == "west" ? -1.0 : 1.0;
+  const double along = vertical ? level.z : axis == "north" || axis == "south" ? level.y : level.x;
+  return sign * along;
+}
+
+std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& found, const Settings& settings, Findings& findings) {
+  for (const auto& one : found)
+    if (one.channel->name != found.front().channel->name)
+      throw Error(
+          Error::Kind::bad_data,
+          fmt::format("several channels could be meant, {} and {} among them: name one with channels.signal=...",
+                      found.front().channel->name, one.channel->name));
+  std::vector<RunBias> all(found.size()), usable;
+  parallel_for(found.size(), [&](std::size_t i) { all[i] = analyse(found[i], settings); });
+  std::vector<std::string> failures;
+  for (auto& run : all) {
+    findings.insert(findings.end(), run.findings.begin(), run.findings.end());
+    if (run.failure.empty()) {
+      usable.push_back(std::move(run));
+    } else {
+      failures.push_back(run.label + ": " + run.failure);
+      findings.push_back({Severity::error, "left out: " + run.failure, run.label});
+    }
+  }
+  if (usable.empty()) throw Error(Error::Kind::bad_data, failures);
+  return usable;
+}
+
+/// The bias with its variance: of a single run from its noise since power-on, of several from their scatter.
+void add_bias(const std::vector<RunBias>& runs, const Pooled& noise, double earth, Builder& builder) {
+  const auto count = static_cast<double>(runs.size());
+  double mean = 0.0, within = 0.0, between = 0.0, edf = 0.0;
+  for (const auto& run : runs) {
+    mean += run.mean / count;
+    const Variance one = within_run(noise, run.samples);
+    within += one.value / count;
+    edf = one.edf;
+  }
+  for (const auto& run : runs) between += (run.mean - mean) * (run.mean - mean) / std::max(1.0, count - 1.0);
+  const bool several = runs.size() > 1;
+  builder.add("bias", "b", mean - earth, several ? count - 1.0 : edf, several ? between / count : within,
+              several ? "mean of the power-ups" : "constant output at power-on");
+  if (several) {
+    add_repeatability(runs, between, within, builder);
+  } else {
+    builder.estimate.findings.push_back(
+        {Severity::info,
+         "one run: its uncertainty is that of this power-up; several power-ups show the turn-on repeatability", ""});
+  }
+}
+
+void finish(const std::vector<RunBias>& runs, Builder& builder) {
+  Estimate& estimate = builder.estimate;
+  const std::size_t n = builder.variances.size();
+  estimate.covariance = Matrix(n, n);
+  for (std::size_t i = 0; i < n; ++i) estimate.covariance(i, i) = builder.variances[i];
+  if (builder.scatter_at + 1 < n)
+    estimate.covariance(builder.scatter_at, builder.scatter_at + 1) =
+        estimate.covariance(builder.scatter_at + 1, builder.scatter_at) = builder.scatter_covariance;
+  const bool several = runs.size() > 1;
+  Contribution noise{"output noise", builder.variances};
+  Contribution repeat{"scatter between power-ups", std::vector<double>(n, 0.0)};
+  if (several)
+    for (std::size_t i = 0; i < builder.scatter_at; ++i) std::swap(noise.variance[i], repeat.variance[i]);
+  estimate.budget.push_back(std::move(noise));
+  if (several) estimate.budget.push_back(std::move(repeat));
+  for (const auto& run : runs) {
+    estimate.fit.observations += run.fit.observations;
+    estimate.fit.degrees_of_freedom += run.fit.degrees_of_freedom;
+    estimate.fit.chi_square += run.fit.chi_square;
+    estimate.fit.condition = std::max(estimate.fit.condition, run.fit.condition);
+  }
+  Table table{"runs",
+              "mean output of each power-up",
+              {{"run", Unit()}, {"duration", Unit::parse("s")}, {"mean", builder.unit}},
+              {}};
+  for (const auto& run : runs) table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean});
+  estimate.tables.push_back(std::move(table));
+}
+
+Estimate identify(const Evidence& evidence, const Progress& progress) {
+  report(progress, 0.0, "bias");
+  const auto found = channel_runs(evidence);
+  Builder builder;
+  const QuantityKind kind = found.front().channel->kind;
+  builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
+  const auto runs = analyse_runs(found, evidence.plan.settings, builder.estimate.findings);
+  const Pooled noise = pooled(runs);
+  add_bias(runs, noise, reference(evidence, kind, builder.estimate.findings), builder);
+  add_scatter(runs, noise, builder);
+  finish(runs, builder);
+  builder.estimate.method = "static_bias";
+  builder.estimate.title = evidence.plan.title;
+  report(progress, 1.0, "bias");
+  return std::move(builder.estimate);
+}
+
+/// Eight power-ups of a gyro with bias instability and rate random walk, 20 min each.
+Trial trial(std::uint64_t seed) {
+  const double rate = 5.0;
+  const std::size_t samples = 6000, runs = 8;
+  const NoiseModel noise{.angle_random_walk = si(0.01, "deg/sqrt(h)"),
+                         .bias_instability = si(0.2, "deg/h"),
+                         .rate_random_walk = si(1.0, "deg/h/sqrt(h)")};
+  const double bias = si(2.0, "deg/h"), repeatability = si(1.5, "deg/h");
+  Trial trial;
+  trial.evidence.plan.method = "static_bias";
+  trial.evidence.plan.settings = defaults(options());
+  const RandomStream random = RandomStream(seed).split("static_bias");
+  for (std::size_t run = 0; run < runs; ++run) {
+    const double turn_on = bias + repeatability * random.split("turn_on").normal(run);
+    Channel gyro{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, rate, nullptr}, {}};
+    gyro.values.assign(samples, turn_on);
+    add_noise(noise, rate, random.split(run), gyro.values);
+    trial.evidence.recordings.emplace_back();
+    trial.evidence.recordings.back().channels.push_back(std::move(gyro));
+  }
+  const auto square = [](double x) { return x * x; };
+  const auto scatter = expected_scatter(terms,
+                                        {0.0, square(noise.angle_random_walk) * rate, square(noise.bias_instability),
+                                         square(noise.rate_random_walk) / rate},
+                                        samples, static_cast<std::size_t>(shorter_time * rate), ratio);
+  trial.truth = {{"bias", bias},
+                 {"bias_sd_10s", std::sqrt(scatter.shorter)},
+                 {"bias_sd_100s", std::sqrt(scatter.longer)},
+                 {"turn_on_repeatability", repeatability}};
+  return trial;
+}
+
+}  // namespace
+
+extern const Method static_bias{
+    .name = "static_bias",
+    .summary = "bias at rest, its stability over 10 s and 100 s, and its repeatability from power-up to power-up",
+    .source = "IEEE Std 528 terms; averages of 10 s and 100 s as usual for bias stability; noise by the Allan fit",
+    .needs_plan = false,
+    .roles = roles,
+    .options = options,
+    .identify = identify,
+    .trial = trial,
+    .compensate = nullptr,
+    .predict = nullptr};
+
+}  // namespace tumble::static_bias

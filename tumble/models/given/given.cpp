@@ -1,0 +1,50 @@
+#include "tumble/models/given/given.hpp"
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::given {
+
+Option physical(std::string name, std::string unit, std::string description) {
+  return {std::move(name), Option::Type::quantity, std::move(unit), "", {}, std::move(description)};
+}
+
+double number_or(const Settings& truth, std::string_view name, double fallback) {
+  return truth.has(name) ? truth.number(name) : fallback;
+}
+
+std::vector<std::string> given_of(const Settings& truth, const std::vector<std::string>& names) {
+  std::vector<std::string> found;
+  for (const auto& name : names)
+    if (truth.has(name)) found.push_back(name);
+  return found;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+void require_positive(const Settings& truth, const std::vector<std::string>& names,
+                      std::vector<std::string>& problems) {
+  for (const auto& name : given_of(truth, names))
+    if (!(truth.number(name) > 0.0)) problems.push_back(name + " must be positive");
+}
+
+void require_with(const Settings& truth, const std::vector<std::string>& names, const std::vector<std::string>& needed,
+                  std::vector<std::string>& problems) {
+  const auto given = given_of(truth, names);
+  if (given.empty()) return;
+  std::vector<std::string> missing;
+  for (const auto& name : needed)
+    if (!truth.has(name)) missing.push_back(name);
+  if (!missing.empty()) problems.push_back(listed(given) + ": needs " + listed(missing) + " as well");
+}
+
+void refuse(std::vector<std::string> problems) {
+  for (auto& problem : problems)
+    if (!problem.starts_with("[truth] ")) problem = "[truth] " + problem;
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+}  // namespace tumble::given

@@ -1,0 +1,89 @@
+#include "tumble/reduce/accelerometer/output.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::accelerometer {
+namespace {
+
+/// Windows of a count in a second, pauses of the recording left out.
+double windows_per_second(const Channel& channel) {
+  if (channel.timeline.uniform()) return channel.timeline.rate;
+  const double rate = clock_of(channel).rate;
+  return rate > 0.0 ? rate : mean_rate(channel);
+}
+
+}  // namespace
+
+Role role() {
+  return {"accelerometer", "", true, "output: a specific force, a current, a voltage, or pulses in each sample"};
+}
+
+Output output_of(const Channel& channel) {
+  const auto is = [&](const char* unit) { return channel.unit.dimension() == Unit::parse(unit).dimension(); };
+  if (is("g")) return {};
+  if (is("mA")) return {Unit::parse("mA/g")};
+  if (is("V")) return {Unit::parse("V/g")};
+  if (is("pulse")) return {Unit::parse("pulse/s/g"), windows_per_second(channel), true};
+  throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: the accelerometer's output must be a "
+                                                 "specific force (g), mA, V or pulses",
+                                                 channel.name, channel.unit.text()));
+}
+
+Output output_of(const Settings& truth, double sample_rate) {
+  const auto& word = truth.word("output");
+  if (word == "current") return {Unit::parse("mA/g")};
+  if (word == "voltage") return {Unit::parse("V/g")};
+  if (word == "count") return {Unit::parse("pulse/s/g"), sample_rate, true};
+  return {};
+}
+
+double scale_factor_of(const Settings& truth) {
+  const auto& word = truth.word("output");
+  if (word == "specific_force") return 1.0;
+  const std::string name = (word == "count" ? "pulse" : word) + "_scale_factor";
+  const double scale = truth.has(name) ? truth.number(name) : 0.0;
+  if (scale == 0.0)
+    throw Error(Error::Kind::bad_input, fmt::format("[truth] output = \"{}\" needs {}, not zero", word, name));
+  return scale;
+}
+
+std::vector<Term> terms_of(const std::vector<std::string>& names) {
+  const char* model = "pendulous_accelerometer";
+  return linear::terms_of(model, defaults(find_model(model).constants()), names);
+}
+
+Option scale_factor_option(const std::string& description) {
+  return {"scale_factor", Option::Type::text, "1", "", {}, description};
+}
+
+std::optional<double> given_scale_factor(const Settings& settings, const Output& output) {
+  if (!settings.has("scale_factor") || settings.word("scale_factor").empty()) return std::nullopt;
+  double scale = 0.0;
+  try {
+    scale = parse_si(settings.word("scale_factor"), output.scale_factor);
+  } catch (const Error& error) {
+    throw Error(Error::Kind::bad_input, fmt::format("[settings] scale_factor: {}", error.what()));
+  }
+  if (!(std::abs(scale) > 0.0) || !std::isfinite(scale))
+    throw Error(Error::Kind::bad_input, "[settings] scale_factor must not be zero");
+  return scale;
+}
+
+double scale_of(const Settings& settings, const Channel& channel) {
+  const Output output = output_of(channel);
+  if (output.scale_factor == Unit()) return 1.0;
+  const auto scale = given_scale_factor(settings, output);
+  if (!scale)
+    throw Error(Error::Kind::bad_input, fmt::format("channel '{}' is in {}: [settings] scale_factor must say how many "
+                                                    "{} it gives",
+                                                    channel.name, channel.unit.text(), output.scale_factor.text()));
+  return output.per_second / *scale;
+}
+
+}  // namespace tumble::accelerometer

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/core/role.hpp"
+#include "tumble/core/settings.hpp"
+#include "tumble/models/model.hpp"
+
+/// What the methods for accelerometers share: how an output is read as specific force.
+namespace tumble::accelerometer {
+
+/// The output of an accelerometer, whatever it is recorded as.
+Role role();
+
+/// What an accelerometer gives for specific force: E = K_1 A, A the indicated specific force.
+struct Output {
+  Unit scale_factor;        ///< of K_1 as shown: pulse/s/g, mA/g, V/g; "1" where the output is a specific force
+  double per_second = 1.0;  ///< E [SI] for one SI unit of the channel: pulses are counted per window of 1/per_second
+  bool pulses = false;
+};
+
+/// From the channel's unit. Throws Error::bad_data where it is no output of an accelerometer.
+Output output_of(const Channel& channel);
+
+/// What a pendulous_accelerometer with this [truth] records. Given: sample_rate [Hz].
+Output output_of(const Settings& truth, double sample_rate);
+/// Its K_1 [SI].
+double scale_factor_of(const Settings& truth);
+/// Its terms of these names, with the constants of a model that states none.
+std::vector<Term> terms_of(const std::vector<std::string>& names);
+
+/// Option `scale_factor`, a text: its unit depends on the output.
+Option scale_factor_option(const std::string& description);
+/// What it says [SI]; nothing where it is absent. Throws Error::bad_input.
+std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
+
+/// Specific force [SI] for one SI unit of the channel, with the scale factor that the settings must then give.
+/// Throws Error::bad_input, bad_data.
+double scale_of(const Settings& settings, const Channel& channel);
+
+}  // namespace tumble::accelerometer

@@ -1,0 +1,190 @@
+#include "tumble/reduce/accelerometer/samples.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/core/marks.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/reduce/accelerometer/faults.hpp"
+#include "tumble/reduce/stretches.hpp"
+
+namespace tumble::accelerometer {
+namespace {
+
+using linear::Solution;
+
+/// The samples of one segment that were used [s, recording's clock].
+struct Used {
+  std::string label;
+  double begin = 0.0, end = 0.0;
+};
+
+std::vector<Used> used_of(const Recording& recording, const Channel& channel, const Solution& solution) {
+  std::vector<Used> out;
+  const double last = channel.time(channel.values.size() - 1) + 1.0 / std::max(1e-9, mean_rate(channel));
+  for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+    const auto& mark = recording.marks[m];
+    const double end = std::min(end_of_mark(recording, m), last);
+    double length = 0.0;
+    for (const auto& segment : solution.segments)
+      if (segment.label == mark.label && (length == 0.0 || segment.duration < length)) length = segment.duration;
+    if (length > 0.0) out.push_back({mark.label, end - length, end});
+  }
+  return out;
+}
+
+std::vector<double> values_in(const Channel& channel, double begin, double end) {
+  std::vector<double> values;
+  const SampleRange range = samples_between(channel, begin, end);
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    if (std::isfinite(channel.values[i])) values.push_back(channel.values[i]);
+  return values;
+}
+
+/// By which power of two the counts of some segments must be raised to lie on the line of those near zero; 0: none.
+struct Overflow {
+  double modulus = 0.0;
+  std::vector<std::string> labels;
+};
+
+Overflow overflow_of(const Normalised& found) {
+  const auto& segments = found.solution.segments;
+  const std::size_t n = segments.size();
+  std::vector<double> a, count;
+  for (const auto& s : segments) {
+    a.push_back(s.felt.specific_force.x);
+    count.push_back(s.measured / found.problem.scale);
+  }
+  std::vector<double> sizes;
+  for (const double one : a) sizes.push_back(std::abs(one));
+  std::ranges::sort(sizes);
+  // the line through the half of the positions that feel least
+  double sa = 0, sn = 0, saa = 0, san = 0, used = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::abs(a[i]) > sizes[(n - 1) / 2] * (1.0 + 1e-9)) continue;
+    sa += a[i], sn += count[i], saa += a[i] * a[i], san += a[i] * count[i], used += 1.0;
+  }
+  const double spread = saa - sa * sa / used;
+  if (used < 3 || !(spread > 1e-6 * (saa + sizes.back() * sizes.back()))) return {};  // all of them level tell no slope
+  const double slope = (san - sa * sn / used) / spread, zero = (sn - slope * sa) / used;
+  const auto off = [&](std::size_t i) { return zero + slope * a[i] - count[i]; };
+  double worst = 0.0, most = 0.0;
+  for (std::size_t i = 0; i < n; ++i)
+    worst = std::max(worst, std::abs(off(i))), most = std::max(most, std::abs(count[i]));
+  for (int k = 32; k >= 7; --k) {  // half the modulus fits as well
+    const double modulus = std::ldexp(1.0, k);
+    if (modulus < 0.9 * most || modulus > 1.2 * worst) continue;
+    Overflow out{modulus, {}};
+    double left = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double turns = std::round(off(i) / modulus);
+      if (turns != 0.0) out.labels.push_back(segments[i].label);
+      left = std::max(left, std::abs(off(i) - turns * modulus));
+    }
+    if (!out.labels.empty() && left < 0.02 * worst) return out;
+  }
+  return {};
+}
+
+/// From the least to the greatest count. A counter of so many bits cannot show more than its modulus.
+double span_of(const Channel& channel) {
+  double low = 1e300, high = -1e300;
+  for (const double v : channel.values)
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  return std::max(0.0, high - low);
+}
+
+/// Samples of one segment that are off its median by a power of two, `least` or more.
+std::size_t overflown_samples(const Channel& channel, double begin, double end, double least, double& modulus) {
+  const auto values = values_in(channel, begin, end);
+  if (values.size() < 4) return 0;
+  auto sorted = values;
+  std::ranges::sort(sorted);
+  const double median = sorted[sorted.size() / 2];
+  for (auto& v : sorted) v = std::abs(v - median);
+  std::ranges::sort(sorted);
+  const double usual = std::max(1.0, sorted[sorted.size() / 2]);
+  std::map<int, std::size_t> by_power;
+  for (const double v : values) {
+    const double off = std::abs(v - median);
+    if (off < std::max(100.0, least)) continue;
+    const int k = static_cast<int>(std::lround(std::log2(off)));
+    if (std::abs(off - std::ldexp(1.0, k)) < 10.0 * usual && 10.0 * usual < 0.05 * off) ++by_power[k];
+  }
+  if (by_power.empty()) return 0;
+  const auto most = std::ranges::max_element(by_power, {}, [](const auto& one) { return one.second; });
+  modulus = std::ldexp(1.0, most->first);
+  return most->second;
+}
+
+/// Overflows within segments of one recording, in the samples that were used.
+void find_overflown_samples(const Evidence& evidence, const Recording& recording, const Solution& solution,
+                            std::vector<std::string>& problems) {
+  const Channel& channel = require_channel(evidence, recording, "accelerometer");
+  const double least = 0.95 * span_of(channel);
+  for (const auto& used : used_of(recording, channel, solution)) {
+    double modulus = 0.0;
+    const auto bad = overflown_samples(channel, used.begin, used.end, least, modulus);
+    if (bad > 0)
+      problems.push_back(
+          fmt::format("segment '{}': {} off the others by {:.0f}: the counter overflowed there; "
+                      "read it more often, or add {:.0f} to these counts",
+                      used.label, say_count(bad, "count"), modulus, modulus));
+  }
+}
+
+struct Half {
+  double mean = 0.0, variance = 0.0;  ///< of the mean
+};
+
+Half half_of(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+  Half half;
+  const auto n = static_cast<double>(end - begin);
+  for (std::size_t i = begin; i < end; ++i) half.mean += values[i] / n;
+  for (std::size_t i = begin; i < end; ++i)
+    half.variance += (values[i] - half.mean) * (values[i] - half.mean) / (n * (n - 1.0));
+  return half;
+}
+
+}  // namespace
+
+std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& found) {
+  std::vector<std::string> problems;
+  for (const auto& recording : evidence.recordings)
+    find_overflown_samples(evidence, recording, found.solution, problems);
+  if (!problems.empty()) return problems;
+  const auto overflow = overflow_of(found);
+  if (overflow.modulus > 0.0)
+    problems.push_back(fmt::format(
+        "the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
+        "read it more often, or add {:.0f} (subtract it where the input axis is down)",
+        quoted(overflow.labels), overflow.modulus, overflow.modulus));
+  return problems;
+}
+
+Findings about_unsettled(const Evidence& evidence, const Normalised& found) {
+  Findings findings;
+  for (const auto& recording : evidence.recordings) {
+    const Channel& channel = require_channel(evidence, recording, "accelerometer");
+    for (const auto& used : used_of(recording, channel, found.solution)) {
+      const auto values = values_in(channel, used.begin, used.end);
+      const std::size_t n = values.size();
+      if (n < 8) continue;
+      const Half first = half_of(values, 0, n / 2), second = half_of(values, n / 2, n);
+      const double change = found.problem.scale * (second.mean - first.mean);
+      const double noise = std::abs(found.problem.scale) * std::sqrt(first.variance + second.variance);
+      if (std::abs(change) < std::max(8.0 * noise, 1e-4 * std::abs(found.problem.scale * first.mean))) continue;
+      findings.push_back({Finding::Severity::warning,
+                          fmt::format("'{}' still changes, by {} from its first half to its second: the rig had not "
+                                      "settled there, or the unit warms up; lengthen the segment, or raise settling",
+                                      used.label, say_difference(change, Unit::parse("g"))),
+                          ""});
+    }
+  }
+  return findings;
+}
+
+}  // namespace tumble::accelerometer

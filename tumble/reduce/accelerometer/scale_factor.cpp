@@ -1,0 +1,186 @@
+#include "tumble/reduce/accelerometer/scale_factor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/earth/earth.hpp"
+#include "tumble/math/eigen/dense.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::accelerometer {
+namespace {
+
+constexpr const char* error_name = "scale_factor_error";
+
+/// Index of the column dK_1 among those kept. Throws where it was left out.
+std::size_t error_column(const linear::Solution& solution) {
+  const auto found = std::ranges::find(solution.columns, error_name, &Term::name);
+  if (found == solution.columns.end())
+    throw Error(Error::Kind::bad_data,
+                "the positions do not show the scale factor: the input axis must feel two specific forces at least; "
+                "take positions with it up and down");
+  return static_cast<std::size_t>(found - solution.columns.begin());
+}
+
+/// 1 + dK_1 of a first solution; an output that does not follow the specific force has none.
+double one_and_error(const linear::Solution& solution) {
+  const auto j = error_column(solution);
+  const double one = 1.0 + solution.fit.parameters[j];
+  if (!std::isfinite(one) || std::abs(one) < 1e-6)
+    throw Error(Error::Kind::bad_data,
+                "the output does not follow the specific force along the input axis: is this the accelerometer's "
+                "channel, and did the rig move as the plan says?");
+  return one;
+}
+
+/// A first guess of K_1: the greatest output over 1 g.
+double rough_scale_factor(const Channel& channel, const Output& output) {
+  double most = 0.0;
+  for (const double v : channel.values)
+    if (std::isfinite(v)) most = std::max(most, std::abs(v));
+  return most > 0.0 ? most * output.per_second / standard_gravity : 1.0;
+}
+
+void set_scale(double scale_factor, const Output& output, linear::Problem& problem) {
+  problem.scale = output.per_second / scale_factor;
+  problem.pulse = output.pulses ? 1.0 / std::abs(scale_factor) : 0.0;
+}
+
+void transform(const Eigen::MatrixXd& j, Matrix& covariance) {
+  const Eigen::Map<const Eigen::MatrixXd> before(covariance.values.data(), j.rows(), j.cols());
+  const Eigen::MatrixXd c = j * before * j.transpose();
+  const Eigen::MatrixXd symmetric = 0.5 * (c + c.transpose());
+  std::copy_n(symmetric.data(), symmetric.size(), covariance.values.begin());
+}
+
+/// g in the unit of a coefficient: its exponent of 1/g.
+int per_g(const Unit& unit) {
+  const auto is = [&](const char* text) { return unit.dimension() == Unit::parse(text).dimension(); };
+  if (is("g")) return -1;
+  if (is("1/g^2")) return 2;
+  return is("1/g") || is("pulse/s/g") || is("mA/g") || is("V/g") ? 1 : 0;
+}
+
+}  // namespace
+
+void normalise(linear::Solution& solution, double nominal, const Output& output) {
+  const std::size_t p = solution.columns.size(), at = error_column(solution);
+  auto& fit = solution.fit;
+  const double one = 1.0 + fit.parameters[at];
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(p));
+  for (std::size_t j = 0; j < p; ++j) {
+    const auto row = static_cast<Eigen::Index>(j), error = static_cast<Eigen::Index>(at);
+    jacobian(row, row) = 1.0 / one;
+    jacobian(row, error) = j == at ? nominal : -fit.parameters[j] / (one * one);
+  }
+  for (std::size_t j = 0; j < p; ++j) fit.parameters[j] = j == at ? nominal * one : fit.parameters[j] / one;
+  transform(jacobian, fit.covariance);
+  for (auto& source : fit.sources) transform(jacobian, source.covariance);
+  for (auto& sensitivity : fit.component_sensitivity) transform(jacobian, sensitivity);
+  solution.columns[at].name = "scale_factor";
+  solution.columns[at].symbol = "K_1";
+  solution.columns[at].unit = output.scale_factor.text();
+  solution.columns[at].description = "scale factor, per standard g";
+}
+
+Evidence at_one_rate(const Evidence& evidence) {
+  Evidence out = evidence;
+  if (out.recordings.empty()) return out;
+  const double first = output_of(require_channel(evidence, evidence.recordings.front(), "accelerometer")).per_second;
+  for (std::size_t r = 1; r < out.recordings.size(); ++r) {
+    const Channel& channel = require_channel(evidence, evidence.recordings[r], "accelerometer");
+    const Output output = output_of(channel);
+    if (!output.pulses || output.per_second == first) continue;
+    for (auto& one : out.recordings[r].channels)
+      if (one.name == channel.name)
+        for (double& v : one.values) v *= output.per_second / first;
+  }
+  return out;
+}
+
+Normalised identify(const Evidence& evidence, linear::Problem problem, const Refine& refine) {
+  const Channel& channel = require_channel(evidence, evidence.recordings.front(), "accelerometer");
+  const Output output = output_of(channel);
+  problem.role = "accelerometer";
+  double scale_factor = rough_scale_factor(channel, output);
+  set_scale(scale_factor, output, problem);
+  const auto first = linear::identify(evidence, problem);
+  scale_factor *= one_and_error(first);
+  if (refine) refine(first, problem);
+  set_scale(scale_factor, output, problem);
+  auto solution = linear::identify(evidence, problem);
+  const double found = scale_factor * one_and_error(solution);
+  normalise(solution, scale_factor, output);
+  return {std::move(problem), std::move(solution), output, found};
+}
+
+Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refine) {
+  const auto truth = linear::truth_of(plan, "accelerometer");
+  const Output output = output_of(plan.truth, plan.sample_rate);
+  const double nominal = scale_factor_of(plan.truth);
+  problem.role = "accelerometer";
+  problem.pulse = output.pulses ? 1.0 / std::abs(nominal) : 0.0;
+  if (refine) refine(linear::predict(plan, problem, truth), problem);
+  auto solution = linear::predict(plan, problem, truth);
+  const double found = nominal * one_and_error(solution);
+  normalise(solution, nominal, output);
+  return {std::move(problem), std::move(solution), output, found};
+}
+
+namespace {
+
+/// Scale, pulse and the uncertainty of a scale factor that is known.
+double set_known_scale(const Settings& settings, const Output& output, linear::Problem& problem) {
+  const double sd = settings.number("scale_factor_sd");
+  const bool wanted = output.scale_factor != Unit();
+  const auto given = given_scale_factor(settings, output);
+  std::vector<std::string> problems;
+  if (wanted && !given) problems.push_back("[settings] scale_factor_sd without scale_factor: give both, or neither");
+  if (!(sd >= 0.0)) problems.push_back("[settings] scale_factor_sd must not be negative");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  const double scale_factor = given.value_or(1.0);
+  set_scale(scale_factor, output, problem);
+  if (sd > 0.0)
+    problem.reading_errors.push_back({"scale factor", sd, [](const Felt&, double predicted) { return predicted; }});
+  return scale_factor;
+}
+
+}  // namespace
+
+Normalised identify_with_known_scale_factor(const Evidence& evidence, linear::Problem problem, const Refine& refine) {
+  const Output output = output_of(require_channel(evidence, evidence.recordings.front(), "accelerometer"));
+  const double scale_factor = set_known_scale(evidence.plan.settings, output, problem);
+  if (refine) refine(linear::identify(evidence, problem), problem);
+  auto solution = linear::identify(evidence, problem);
+  return {std::move(problem), std::move(solution), output, scale_factor};
+}
+
+Normalised predict_with_known_scale_factor(const Plan& plan, linear::Problem problem, const Refine& refine) {
+  const Output output = output_of(plan.truth, plan.sample_rate);
+  const double scale_factor = set_known_scale(plan.settings, output, problem);
+  problem.scale = 1.0;
+  const auto truth = linear::truth_of(plan, "accelerometer");
+  if (refine) refine(linear::predict(plan, problem, truth), problem);
+  auto solution = linear::predict(plan, problem, truth);
+  return {std::move(problem), std::move(solution), output, scale_factor};
+}
+
+Table in_local_g(const Estimate& estimate, double gravity) {
+  const double r = gravity / standard_gravity;
+  Table table{"local_g", fmt::format("coefficients where g is the local gravity, {:.5f} m/s^2", gravity), {}, {}};
+  std::vector<Table::Cell> values{"value"}, deviations{"standard uncertainty"};
+  table.columns.push_back({"", Unit()});
+  for (std::size_t j = 0; j < estimate.parameters.size(); ++j) {
+    const auto& parameter = estimate.parameters[j];
+    const double factor = std::pow(r, per_g(parameter.unit));
+    table.columns.push_back({parameter.name, parameter.unit});
+    values.emplace_back(factor * parameter.value);
+    deviations.emplace_back(factor * standard_uncertainty(estimate, j));
+  }
+  table.rows = {std::move(values), std::move(deviations)};
+  return table;
+}
+
+}  // namespace tumble::accelerometer

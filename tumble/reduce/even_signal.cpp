@@ -1,0 +1,259 @@
+#include "tumble/reduce/even_signal.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/reduce/stretches.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using Severity = Finding::Severity;
+
+bool is_inertial(const Channel& channel) {
+  return channel.kind == QuantityKind::angular_rate || channel.kind == QuantityKind::specific_force;
+}
+
+std::vector<const Channel*> chosen(const Evidence& evidence, const Recording& recording) {
+  if (const Channel* signal = channel_for(evidence, recording, "signal"); signal != nullptr) return {signal};
+  std::vector<const Channel*> channels;
+  for (const auto& channel : recording.channels)
+    if (is_inertial(channel)) channels.push_back(&channel);
+  return channels;
+}
+
+std::string described(const std::vector<Recording>& recordings) {
+  std::string text;
+  for (const auto& recording : recordings)
+    for (const auto& channel : recording.channels)
+      text += fmt::format("{}{} [{}]", text.empty() ? "" : ", ", channel.name, channel.unit.text());
+  return text.empty() ? "no channel at all" : text;
+}
+
+std::vector<double> slice(const ChannelRun& stretch) {
+  const auto& values = stretch.channel->values;
+  return {values.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
+          values.begin() + static_cast<std::ptrdiff_t>(stretch.end)};
+}
+
+/// The stretch as a channel of its own, for its clock alone.
+Channel times_of(const ChannelRun& stretch) {
+  Channel channel;
+  channel.name = stretch.label;
+  const auto& stamps = *stretch.channel->timeline.stamps;
+  channel.timeline.stamps =
+      std::make_shared<const std::vector<double>>(stamps.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
+                                                  stamps.begin() + static_cast<std::ptrdiff_t>(stretch.end));
+  channel.values.resize(stretch.end - stretch.begin);
+  return channel;
+}
+
+/// Lost samples put in as NaN, so that the count of samples is the clock again.
+std::vector<double> with_gaps(const std::vector<double>& values, const std::vector<Clock::Gap>& gaps) {
+  std::vector<double> filled;
+  std::size_t from = 0;
+  for (const auto& gap : gaps) {
+    filled.insert(filled.end(), values.begin() + static_cast<std::ptrdiff_t>(from),
+                  values.begin() + static_cast<std::ptrdiff_t>(gap.after + 1));
+    filled.insert(filled.end(), gap.lost, std::nan(""));
+    from = gap.after + 1;
+  }
+  filled.insert(filled.end(), values.begin() + static_cast<std::ptrdiff_t>(from), values.end());
+  return filled;
+}
+
+/// Mean of the samples whose stamps lie within half an interval of each point of the grid; NaN where none does.
+std::vector<double> on_grid(const std::vector<double>& stamps, const std::vector<double>& values, double rate) {
+  const double most = 64.0 * static_cast<double>(values.size());
+  const double last = std::min(most, std::floor((stamps.back() - stamps.front()) * rate + 0.5));
+  std::vector<double> sum(static_cast<std::size_t>(last) + 1, 0.0);
+  std::vector<unsigned> count(sum.size(), 0);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double at = std::floor((stamps[i] - stamps.front()) * rate + 0.5);
+    if (std::isnan(values[i]) || at > last) continue;
+    sum[static_cast<std::size_t>(at)] += values[i];
+    ++count[static_cast<std::size_t>(at)];
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = count[i] == 0 ? std::nan("") : sum[i] / count[i];
+  return sum;
+}
+
+void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& signal) {
+  const Channel times = times_of(stretch);
+  const auto& stamps = *times.timeline.stamps;
+  const Clock clock = clock_of(times);
+  if (clock.backward > 0)
+    throw Error(
+        Error::Kind::bad_data,
+        fmt::format("{}: the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
+                    "the samples as evenly spaced",
+                    stretch.label, say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
+  signal.rate = clock.rate > 0.0 ? clock.rate : mean_rate(times);
+  if (!(signal.rate > 0.0) || !std::isfinite(signal.rate)) return;
+  const auto say = [&](std::string message) {
+    signal.findings.push_back({Severity::info, std::move(message), stretch.label});
+  };
+  if (timing == "even" || (timing == "auto" && clock.even)) {
+    if (timing == "even") signal.rate = mean_rate(times);
+    if (clock.worst * signal.rate > 0.5)
+      say(fmt::format("stamps scatter by {} rms and up to {}, taken as evenly spaced at {:.6g} Hz: {}",
+                      say_seconds(clock.jitter_rms), say_seconds(clock.worst), signal.rate, clock.reason));
+  } else if (timing == "auto" && !clock.gaps.empty()) {
+    std::size_t lost = 0;
+    for (const auto& gap : clock.gaps) lost += gap.lost;
+    signal.made = with_gaps(slice(stretch), clock.gaps);
+    say(fmt::format("{} with {} lost, the first at {}: differences across them are left out",
+                    say_count(clock.gaps.size(), "gap"), say_count(lost, "sample"), say_instant(clock.gaps[0].begin)));
+  } else {
+    signal.made = on_grid(stamps, slice(stretch), signal.rate);
+    say(fmt::format("samples averaged onto an even grid of {:.6g} Hz by their stamps: {}", signal.rate, clock.reason));
+  }
+}
+
+}  // namespace
+
+std::vector<ChannelRun> channel_runs(const Evidence& evidence) {
+  std::vector<ChannelRun> found;
+  std::map<std::string, int> seen;
+  for (const auto& run : runs_of(evidence.recordings)) {
+    const Recording& recording = evidence.recordings[run.recording];
+    for (const Channel* channel : chosen(evidence, recording)) {
+      if (!is_inertial(*channel))
+        throw Error(Error::Kind::bad_data,
+                    fmt::format("{} is in {}: an angular rate or a specific force is needed, as in deg/h or m/s^2",
+                                channel->name, channel->unit.text()));
+      const SampleRange range = samples_between(*channel, run.begin, run.end);
+      ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
+      const int number = ++seen[channel->name];
+      if (number > 1) stretch.label += fmt::format(".run{}", number);
+      found.push_back(stretch);
+    }
+  }
+  if (found.empty())
+    throw Error(Error::Kind::bad_data,
+                "no channel of angular rate or specific force; the recordings hold " + described(evidence.recordings));
+  return found;
+}
+
+Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label) {
+  const auto values = std::span(channel.values).subspan(begin, end - begin);
+  const Extremes extremes = extremes_of(values);
+  if (!std::isinf(extremes.lowest) && !std::isinf(extremes.highest)) return extremes;
+  const auto first = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
+  if (first == values.end()) return extremes;  // none is present
+  const auto at = begin + static_cast<std::size_t>(first - values.begin());
+  throw Error(Error::Kind::bad_data, fmt::format("{}: infinite at {}", label, say_instant(channel.time(at))));
+}
+
+EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing) {
+  EvenSignal signal;
+  const Channel& channel = *stretch.channel;
+  const std::span<const double> values = std::span(channel.values).subspan(stretch.begin, stretch.end - stretch.begin);
+  signal.extremes = finite_extremes(channel, stretch.begin, stretch.end, stretch.label);
+  if (!values.empty()) signal.begin = channel.time(stretch.begin);
+  signal.values = values;
+  if (rate > 0.0) {
+    signal.rate = rate;
+    const double stamped = mean_rate(channel);
+    if (stamped > 0.0 && std::abs(rate / stamped - 1.0) > 0.01)
+      signal.findings.push_back({Severity::warning,
+                                 fmt::format("taken as {:.6g} Hz as asked, but the file says {:.6g} Hz", rate, stamped),
+                                 stretch.label});
+    return signal;
+  }
+  if (channel.timeline.uniform()) {
+    signal.rate = channel.timeline.rate;
+  } else if (values.size() > 1) {
+    by_clock(stretch, timing, signal);
+    if (!signal.made.empty()) {
+      signal.values = signal.made;
+      signal.extremes = extremes_of(signal.made);
+    }
+  }
+  return signal;
+}
+
+std::string unusable(const Extremes& extremes, std::size_t samples, double rate) {
+  constexpr std::size_t fewest = 16;
+  if (samples == 0) return "holds no sample";
+  if (extremes.present == 0) return "holds no number, only missing samples";
+  if (extremes.present < fewest)
+    return fmt::format("holds {}, too few: at least {} are needed", say_count(extremes.present, "sample"), fewest);
+  if (extremes.lowest == extremes.highest) return "does not change: stuck, or not connected";
+  if (!(rate > 0.0)) return "has no sampling rate: give rate=... in Hz";
+  return "";
+}
+
+std::string unusable(const EvenSignal& signal) { return unusable(signal.extremes, signal.values.size(), signal.rate); }
+
+Scatter scatter_of(std::span<const double> values, std::size_t first) {
+  constexpr std::size_t lanes = 4;
+  const auto start = std::find_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
+  if (start == values.end()) return {0.0, 0.0, 0.0, first};
+  const double origin = *start;
+  double sums[lanes] = {}, squares[lanes] = {}, count = static_cast<double>(values.size());
+  const auto add = [&](double value, std::size_t lane) {
+    sums[lane] += value - origin;
+    squares[lane] += (value - origin) * (value - origin);
+  };
+  const std::size_t whole = values.size() / lanes * lanes;
+  for (std::size_t n = 0; n < whole; n += lanes)
+    for (std::size_t k = 0; k < lanes; ++k) add(values[n + k], k);
+  for (std::size_t n = whole; n < values.size(); ++n) add(values[n], 0);
+  double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  double square = (squares[0] + squares[1]) + (squares[2] + squares[3]);
+  if (std::isnan(sum)) {
+    sum = square = count = 0.0;
+    for (const double value : values) {
+      if (std::isnan(value)) continue;
+      sum += value - origin;
+      square += (value - origin) * (value - origin);
+      ++count;
+    }
+  }
+  const double mean = sum / count;
+  return {count, origin + mean, std::sqrt(std::max(0.0, square / count - mean * mean)), first};
+}
+
+BlockScatter block_scatter(std::span<const double> values) {
+  BlockScatter scatter{std::max<std::size_t>(20, values.size() / 400), {}};
+  for (std::size_t first = 0; first + scatter.size <= values.size(); first += scatter.size)
+    scatter.blocks.push_back(scatter_of(values.subspan(first, scatter.size), first));
+  return scatter;
+}
+
+Findings disturbances(const EvenSignal& signal, const std::string& label) {
+  const BlockScatter scatter = block_scatter(signal.values);
+  return disturbances(scatter.blocks, scatter.size, signal.rate, signal.begin, label);
+}
+
+Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, double rate, double begin,
+                      const std::string& label) {
+  constexpr double unusual = 4.0;
+  std::vector<double> sds;
+  for (const auto& block : blocks)
+    if (block.count > 0.0) sds.push_back(block.sd);
+  if (sds.size() < 10) return {};
+  std::nth_element(sds.begin(), sds.begin() + static_cast<std::ptrdiff_t>(sds.size() / 2), sds.end());
+  const double usual = sds[sds.size() / 2];
+  std::size_t count = 0, first = 0;
+  for (const auto& block : blocks)
+    if (usual > 0.0 && block.count > 0.0 && block.sd > unusual * usual && count++ == 0) first = block.first;
+  if (count == 0) return {};
+  return {
+      {Severity::warning,
+       fmt::format("the scatter within {} of {} blocks of {} is more than {:g} times the usual, first at {}: motion, "
+                   "a disturbance or outliers, which the noise terms take for noise; cut them out",
+                   count, sds.size(), say_seconds(static_cast<double>(size) / rate), unusual,
+                   say_instant(begin + static_cast<double>(first) / rate)),
+       label}};
+}
+
+}  // namespace tumble

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <iterator>
+#include <vector>
+
+#include "tumble/core/channel.hpp"
+
+namespace tumble {
+
+/// Evenly spaced values, scaled: a view of those of a channel, or a copy with NaN for samples that the channel lacks.
+/// The channel must outlive the view.
+class EvenValues {
+ public:
+  class Iterator {
+   public:
+    using iterator_category = std::input_iterator_tag;
+    using difference_type = std::ptrdiff_t;
+    using value_type = double;
+
+    Iterator() = default;
+    Iterator(const double* value, double scale) : value_(value), scale_(scale) {}
+    double operator*() const { return scale_ * *value_; }
+    Iterator& operator++() { return ++value_, *this; }
+    Iterator operator++(int) { return {value_++, scale_}; }
+    bool operator==(const Iterator& other) const { return value_ == other.value_; }
+
+   private:
+    const double* value_ = nullptr;
+    double scale_ = 1.0;
+  };
+
+  EvenValues() = default;
+  /// Given     values   [SI of the channel]
+  ///           count    of values
+  ///           scale    output for one SI unit of the channel
+  EvenValues(const double* values, std::size_t count, double scale) : view_(values), count_(count), scale_(scale) {}
+  EvenValues(std::vector<double> values, double scale)
+      : count_(values.size()), scale_(scale), copy_(std::move(values)) {}
+
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+  double operator[](std::size_t i) const { return scale_ * data()[i]; }
+  Iterator begin() const { return {data(), scale_}; }
+  Iterator end() const { return {data() + count_, scale_}; }
+  /// Only the first `count` of them from now on.
+  void shorten(std::size_t count) { count_ = count; }
+
+ private:
+  const double* data() const { return copy_.empty() ? view_ : copy_.data(); }
+
+  const double* view_ = nullptr;
+  std::size_t count_ = 0;
+  double scale_ = 1.0;
+  std::vector<double> copy_;
+};
+
+/// Samples on an even grid.
+struct EvenSamples {
+  double first = 0.0;     ///< [s, channel's clock] stamp of the first one
+  double step = 0.0;      ///< [s]
+  std::size_t count = 0;  ///< present or missing
+  EvenValues values = {};
+};
+
+/// The samples of a channel whose interval lies between two times, on the even grid that begins with the first of them.
+///
+/// Given     rate         [Hz] of the channel
+///           begin, end   [s, channel's clock]
+///           scale        output for one SI unit of the channel
+EvenSamples even_samples(const Channel& channel, double rate, double begin, double end, double scale);
+
+}  // namespace tumble

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/core/settings.hpp"
+#include "tumble/math/vector3.hpp"
+#include "tumble/models/model.hpp"
+
+/// What all methods for whole inertial measurement units share.
+namespace tumble::imu {
+
+enum class Kind { accelerometer, gyro };
+
+inline constexpr std::array<Kind, 2> kinds{Kind::accelerometer, Kind::gyro};
+inline constexpr std::array<char, 3> letters{'x', 'y', 'z'};
+
+/// What names of settings for one kind begin with.
+constexpr const char* prefix_of(Kind kind) { return kind == Kind::gyro ? "gyro_" : "accelerometer_"; }
+
+/// "accelerometer_x"
+std::string role_of(Kind kind, std::size_t axis);
+
+/// Component 0, 1 or 2 of a vector [u].
+constexpr double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+/// What sensors of this kind feel.
+constexpr Vector3 field_of(Kind kind, const Felt& felt) { return kind == Kind::gyro ? felt.rate : felt.specific_force; }
+
+/// Output [SI of the quantity] for one SI unit of a channel, and what a pulse is of it.
+struct Reading {
+  double scale = 1.0;
+  double pulse = 0.0;
+};
+
+/// Angular rate or specific force, angle or velocity increments, pulses (of accelerometers also mA, V). What is not in
+/// a unit of the quantity needs the setting `gyro_scale_factor` or `accelerometer_scale_factor`.
+/// Throws Error::bad_input without that setting, bad_data for another quantity.
+Reading reading_of(Kind kind, const Settings& settings, const Channel& channel);
+
+/// Those two settings.
+std::vector<Option> scale_factor_options();
+
+}  // namespace tumble::imu

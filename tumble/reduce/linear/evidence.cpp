@@ -1,0 +1,183 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "tumble/reduce/linear/rows.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::linear {
+namespace {
+
+/// Greatest frequency [Hz] at which what is felt repeats: oscillations, and turns of the axes in gravity.
+double quickest(const Segment& segment) {
+  double quickest = 0.0;
+  for (const auto& [name, motion] : segment.axes) {
+    quickest = std::max({quickest, motion.frequency, motion.to_frequency});
+    if (motion.kind == Motion::Kind::rate || motion.kind == Motion::Kind::slew)
+      quickest = std::max(quickest, std::abs(motion.value) / (2.0 * M_PI));
+    for (const double f : motion.psd_frequency) quickest = std::max(quickest, f);
+  }
+  return quickest;
+}
+
+/// Whether the segment is one that Problem::whole_moves speaks of, by the kind of motion.
+bool moves(const Segment& segment, Motion::Kind kind) {
+  return std::ranges::any_of(segment.axes,
+                             [&](const auto& axis) { return axis.second.kind == kind && axis.second.value != 0.0; });
+}
+
+bool slews(const Segment& segment) { return moves(segment, Motion::Kind::slew); }
+
+/// So many blocks of a steady stretch are needed at least to show its noise, and are enough to tell white noise from
+/// the rounding to whole pulses.
+constexpr std::size_t least_blocks = 4, counted_blocks = 32;
+
+/// Whether what is felt stays within 1e-4 of its mean while the rig turns: on the arm of a centrifuge.
+bool hardly_changes(const PowerUp& power_up, const Stretch& stretch) {
+  constexpr std::size_t instants = 16;
+  constexpr double golden = 0.6180339887498949;
+  const double length = stretch.duration();
+  Felt first;
+  for (std::size_t k = 0; k < instants; ++k) {
+    Felt felt;
+    const double share = std::fmod(golden * static_cast<double>(k) + 0.5, 1.0);
+    power_up.reference.felt(stretch.first + share * length, stretch.step, std::span(&felt, 1));
+    if (k == 0) first = felt;
+    if (norm(felt.specific_force - first.specific_force) > 1e-4 * norm(first.specific_force) ||
+        norm(felt.rate - first.rate) > 1e-4 * norm(first.rate))
+      return false;
+  }
+  return true;
+}
+
+/// How many samples make a block, and whether the rig turns so evenly that they are averaged as at rest.
+Blocking blocking_of(const PowerUp& power_up, const Problem& problem, const Stretch& stretch) {
+  Blocking out;
+  out.even = (problem.even_averages || problem.pulse > 0.0) && !stretch.steady && hardly_changes(power_up, stretch);
+  double length = problem.averaging;
+  if (!stretch.steady && !out.even)
+    if (const double f = quickest(power_up.rig.segments[stretch.segment]); f > 0.0) length = std::min(length, 0.1 / f);
+  const auto wanted = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(length / stretch.step)));
+  std::size_t blocks = std::max<std::size_t>(1, stretch.samples / wanted);
+  if (problem.pulse > 0.0 && (stretch.steady || out.even)) blocks = std::min(blocks, counted_blocks);
+  if (stretch.steady) blocks = std::max(blocks, std::min(least_blocks, stretch.samples));
+  out.per_block = (stretch.samples + blocks - 1) / blocks;
+  return out;
+}
+
+/// Where the rate is kept, as many whole turns as the samples hold.
+void trim_to_turns(const Segment& segment, Stretch& stretch) {
+  const double turn = longest_turn(segment), turns = std::floor(stretch.duration() / turn + 1e-9);
+  const auto samples = static_cast<std::size_t>(std::llround(turns * turn / stretch.step));
+  stretch.samples = std::min(stretch.samples, samples);
+  if (!stretch.values.empty()) stretch.values.shorten(stretch.samples);
+}
+
+/// Makes one block of a move that is used whole; says why it cannot be.
+std::string make_whole(const PowerUp& power_up, const Problem& problem, Stretch& stretch, Blocking& blocking) {
+  const Segment& segment = power_up.rig.segments[stretch.segment];
+  const bool slew = slews(segment);
+  if (!problem.whole_moves || !(slew || moves(segment, Motion::Kind::rate))) return "";
+  if (!slew) trim_to_turns(segment, stretch);
+  if (stretch.samples == 0) return "it holds less than one turn";
+  const double end = stretch.first + stretch.duration();
+  const auto rests_at = [&](double time) {
+    const auto& until = power_up.reference.steady_until;
+    return time <= 0.0 || !until || until(time) > time;
+  };
+  const double slack = 1e-6 * stretch.step;
+  if (slew && (!rests_at(stretch.first - slack) || power_up.reference.settled[stretch.segment] > end + slack))
+    return "its move does not go from rest to rest, so that its total says nothing of an angle";
+  if (std::ranges::any_of(stretch.values, [](double v) { return std::isnan(v); }))
+    return "samples are missing in its move, so that the total is not known";
+  stretch.steady = false;
+  blocking = {.per_block = stretch.samples,
+              .whole = instants_of(power_up.reference, stretch.first, end, quickest(segment))};
+  return "";
+}
+
+/// Whether an axis is told to do anything but stand.
+bool does_move(const Segment& segment) {
+  return std::ranges::any_of(segment.axes, [](const auto& axis) {
+    return axis.second.kind != Motion::Kind::hold && axis.second.kind != Motion::Kind::dwell;
+  });
+}
+
+/// `scale` is one for all recordings: a rate here and a current there would be taken for the same.
+void refuse_unlike_units(const Evidence& evidence, const Problem& problem) {
+  const Channel& first = require_channel(evidence, evidence.recordings.front(), problem.role);
+  std::vector<std::string> problems;
+  for (const auto& recording : evidence.recordings) {
+    const Channel& channel = require_channel(evidence, recording, problem.role);
+    if (channel.unit.dimension() == first.unit.dimension()) continue;
+    problems.push_back(
+        fmt::format("{}: channel '{}' is in {}, but in {} it is in {}: recordings of one fit must hold "
+                    "the same quantity",
+                    recording.origin.file, channel.name, channel.unit.text(), evidence.recordings.front().origin.file,
+                    first.unit.text()));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+/// A unit that is dead, or not connected. A single position may well give the same count in every sample.
+void refuse_constant(const Evidence& evidence, const Problem& problem) {
+  double some = std::nan("");
+  for (const auto& recording : evidence.recordings)
+    for (const double v : require_channel(evidence, recording, problem.role).values) {
+      if (std::isnan(v) || v == some) continue;
+      if (!std::isnan(some)) return;
+      some = v;
+    }
+  if (std::isnan(some)) return;
+  const auto& first = evidence.recordings.front();
+  throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds the same value throughout",
+                                                 first.origin.file.empty() ? "" : first.origin.file + ": ",
+                                                 require_channel(evidence, first, problem.role).name));
+}
+
+StretchOptions options_of(const Problem& problem) {
+  StretchOptions options{.role = problem.role,
+                         .scale = problem.scale,
+                         .oversampling = problem.oversampling,
+                         .settling = problem.settling,
+                         .needs_site = problem.needs_site};
+  if (problem.rests_only) options.passed_over = does_move;
+  if (problem.whole_moves) options.unsettled = slews;
+  return options;
+}
+
+/// The stretches in blocks; those that cannot be used give way to a finding.
+Evidences in_blocks(ConductedTest test, const Problem& problem, Error::Kind kind) {
+  Evidences out{std::move(test), {}};
+  std::vector<Stretch> all = std::exchange(out.test.stretches, {});
+  for (auto& stretch : all) {
+    const PowerUp& power_up = out.test.power_ups[stretch.power_up];
+    Blocking blocking = blocking_of(power_up, problem, stretch);
+    const auto why = make_whole(power_up, problem, stretch, blocking);
+    if (!why.empty()) {
+      out.test.findings.push_back(unused_segment(stretch.label, stretch.run, why));
+      continue;
+    }
+    out.test.stretches.push_back(std::move(stretch));
+    out.blocking.push_back(std::move(blocking));
+  }
+  refuse_unused(out.test, kind);
+  return out;
+}
+
+}  // namespace
+
+Evidences evidence_of(const Plan& plan, const Problem& problem) {
+  return in_blocks(stretches(plan, options_of(problem)), problem, Error::Kind::bad_input);
+}
+
+Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
+  if (!evidence.recordings.empty()) refuse_unlike_units(evidence, problem);
+  refuse_constant(evidence, problem);
+  return in_blocks(stretches(evidence, options_of(problem)), problem, Error::Kind::bad_data);
+}
+
+}  // namespace tumble::linear

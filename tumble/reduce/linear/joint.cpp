@@ -1,0 +1,116 @@
+#include "tumble/reduce/linear/joint.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "tumble/reduce/linear/work.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::linear {
+namespace {
+
+void append(const Solution& one, Solution& all) {
+  all.columns.insert(all.columns.end(), one.columns.begin(), one.columns.end());
+  all.stands_for.insert(one.stands_for.begin(), one.stands_for.end());
+  all.observations += one.observations;
+  for (const auto& finding : one.findings)
+    if (std::ranges::find(all.findings, finding.message, &Finding::message) == all.findings.end())
+      all.findings.push_back(finding);
+}
+
+JointSolution together(std::vector<Work> works) {
+  std::vector<MixedData> data;
+  std::vector<MixedFit> alone;
+  for (auto& work : works) {
+    data.push_back(std::move(work.data));
+    alone.push_back(work.solution.fit);
+  }
+  JointFit joint = fit_joint_model(data, alone);
+  JointSolution out;
+  std::size_t parameter = 0, row = 0;
+  for (auto& work : works) {
+    const std::size_t rows = work.rows.weights.size();
+    if (!work.rows.output.empty()) set_fitted(work, std::span(joint.fit.fitted).subspan(row, rows));
+    append(work.solution, out.all);
+    out.first.push_back(parameter);
+    parameter += work.solution.columns.size();
+    row += rows;
+    out.outputs.push_back(std::move(work.solution));
+  }
+  out.all.fit = std::move(joint.fit);
+  out.errors = std::move(joint.effects);
+  return out;
+}
+
+/// The work on every output, or all that any of them complains of.
+template <class WorkOut>
+std::vector<Work> all_of(std::size_t outputs, const WorkOut& work_out) {
+  if (outputs == 0) throw Error(Error::Kind::internal, "joint identification of no output");
+  std::vector<Work> works;
+  std::vector<std::string> problems;
+  std::optional<Error::Kind> kind;
+  for (std::size_t i = 0; i < outputs; ++i) {
+    try {
+      works.push_back(work_out(i));
+    } catch (const Error& error) {
+      if (!kind) kind = error.kind;
+      for (const auto& problem : error.problems)
+        if (std::ranges::find(problems, problem) == problems.end()) problems.push_back(problem);
+    }
+  }
+  if (kind) throw Error(*kind, problems);
+  return works;
+}
+
+/// Segments show how outputs drift between them, not what all of them share.
+void say_unstated(std::span<const Problem> problems, JointSolution& solution) {
+  std::vector<std::string> settings;
+  Finding finding{Finding::Severity::info, "", ""};
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    if (problems[i].bias_instability > 0.0) continue;
+    const Solution& output = solution.outputs[i];
+    // as many as the likelihood needs to look for flicker
+    if (output.segments.size() < output.columns.size() + 4) finding.severity = Finding::Severity::warning;
+    if (std::ranges::find(settings, problems[i].stated_by) == settings.end()) settings.push_back(problems[i].stated_by);
+  }
+  if (settings.empty()) return;
+  finding.message = fmt::format(
+      "drift is taken from what the segments show, which is little: where it is not small against noise, "
+      "biases are less certain than said. Give {} as a noise test found it",
+      fmt::join(settings, " and "));
+  solution.all.findings.push_back(std::move(finding));
+}
+
+}  // namespace
+
+JointSolution identify(const Evidence& evidence, std::span<const Problem> problems) {
+  auto solution = together(all_of(problems.size(), [&](std::size_t i) { return worked_out(evidence, problems[i]); }));
+  say_unstated(problems, solution);
+  return solution;
+}
+
+JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::span<const Truth> truths) {
+  JointSolution out =
+      together(all_of(problems.size(), [&](std::size_t i) { return worked_out(plan, problems[i], truths[i]); }));
+  out.all.fit.parameters.clear();
+  for (const auto& output : out.outputs)
+    out.all.fit.parameters.insert(out.all.fit.parameters.end(), output.fit.parameters.begin(),
+                                  output.fit.parameters.end());
+  return out;
+}
+
+Table rig_errors(const JointSolution& solution) {
+  Table table{"rig_errors",
+              "errors of the rig as this test shows them, in units of the standard uncertainty stated for each",
+              {{"error", Unit()}, {"found", Unit()}, {"sd", Unit()}},
+              {}};
+  for (const auto& error : solution.errors)
+    if (error.sd < std::sqrt(0.9)) table.rows.push_back({error.draw, error.value, error.sd});
+  return table;
+}
+
+}  // namespace tumble::linear

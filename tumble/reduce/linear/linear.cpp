@@ -1,0 +1,281 @@
+#include "tumble/reduce/linear/linear.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/eigen/dense.hpp"
+#include "tumble/reduce/linear/rows.hpp"
+#include "tumble/reduce/linear/slow.hpp"
+#include "tumble/reduce/linear/words.hpp"
+#include "tumble/reduce/linear/work.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::linear {
+namespace {
+
+/// Which columns the evidence shows, as indices of Problem::columns; the rest is put into the solution's `dropped`.
+std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, Solution& solution) {
+  std::vector<std::size_t> preference, kept;
+  for (const auto& name : problem.leave_out_first)
+    for (std::size_t j = 0; j < problem.columns.size(); ++j)
+      if (problem.columns[j].name == name) preference.push_back(j);
+  solution.dropped = unobservable_columns(rows.design, rows.weights, rows.natural, preference, problem.condition_limit);
+  for (std::size_t j = 0; j < problem.columns.size(); ++j)
+    if (std::ranges::none_of(solution.dropped, [j](const Dropped& dropped) { return dropped.column == j; })) {
+      kept.push_back(j);
+      solution.columns.push_back(problem.columns[j]);
+    }
+  return kept;
+}
+
+Matrix columns_of(const Matrix& design, const std::vector<std::size_t>& kept) {
+  Matrix out(design.rows, kept.size());
+  for (std::size_t j = 0; j < kept.size(); ++j)
+    std::copy_n(design.values.begin() + static_cast<std::ptrdiff_t>(kept[j] * design.rows), design.rows,
+                out.values.begin() + static_cast<std::ptrdiff_t>(j * design.rows));
+  return out;
+}
+
+std::vector<double> times(const Matrix& design, const std::vector<double>& b) {
+  std::vector<double> y(design.rows, 0.0);
+  for (std::size_t j = 0; j < design.columns; ++j)
+    for (std::size_t i = 0; i < design.rows; ++i) y[i] += b[j] * design(i, j);
+  return y;
+}
+
+/// Every stretch is one segment of the mixed model. Power-ups of different plans are different ones.
+std::vector<Interval> intervals_of(const ConductedTest& test) {
+  std::vector<Interval> intervals;
+  for (const auto& stretch : test.stretches)
+    intervals.push_back({stretch.start, test.power_ups[stretch.power_up].offset + stretch.first, stretch.duration()});
+  return intervals;
+}
+
+/// Mean prediction of each segment and what white noise does to its mean.
+void fill_segments(const Rows& rows, const std::vector<double>& predicted, double white, Solution& solution) {
+  solution.segments = rows.segments;
+  for (auto& segment : solution.segments) {
+    segment.predicted = 0.0;
+    segment.sd = std::sqrt(white / segment.duration);
+  }
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    auto& segment = solution.segments[rows.segment[i]];
+    segment.predicted += predicted[i] * rows.weights[i] / segment.duration;
+  }
+}
+
+void refuse_too_few(std::size_t rows, std::size_t columns) {
+  if (columns == 0) throw Error(Error::Kind::bad_data, "the schedule shows none of the parameters");
+  if (rows < columns + 1)
+    throw Error(
+        Error::Kind::bad_data,
+        fmt::format("{} averages are too few for {} parameters and the noise: shorten averaging or settling, or "
+                    "add positions",
+                    rows, columns));
+}
+
+/// Coefficients of all columns from those of the ones kept.
+std::vector<double> spread(const std::vector<std::size_t>& kept, const std::vector<double>& b, std::size_t columns) {
+  std::vector<double> all(columns, 0.0);
+  for (std::size_t k = 0; k < kept.size(); ++k) all[kept[k]] = b[k];
+  return all;
+}
+
+/// Least squares for a first look: what the rig's errors do depends on the coefficients.
+std::vector<double> first_look(const Matrix& design, const std::vector<double>& y, const std::vector<double>& weights) {
+  const auto n = static_cast<Eigen::Index>(design.rows), p = static_cast<Eigen::Index>(design.columns);
+  const Eigen::VectorXd root = Eigen::Map<const Eigen::VectorXd>(weights.data(), n).cwiseSqrt();
+  Eigen::MatrixXd x = root.asDiagonal() * Eigen::Map<const Eigen::MatrixXd>(design.values.data(), n, p);
+  const Eigen::VectorXd scale = x.colwise().norm().cwiseInverse();
+  x = x * scale.asDiagonal();
+  const Eigen::VectorXd b = scale.cwiseProduct(
+      Eigen::VectorXd(x.householderQr().solve(root.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(y.data(), n)))));
+  return {b.data(), b.data() + p};
+}
+
+std::vector<double> coefficients_for(const Problem& problem, const Truth& truth) {
+  std::vector<double> all;
+  for (const auto& column : problem.columns) {
+    const auto found = truth.coefficients.find(column.name);
+    all.push_back(found == truth.coefficients.end() ? 0.0 : found->second);
+  }
+  return all;
+}
+
+/// The bias instability stated, as the output shows it.
+double stated_for(const Problem& problem, const std::vector<std::size_t>& kept, const std::vector<double>& b) {
+  double per = problem.stated_per.empty() ? 1.0 : 0.0;
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    if (problem.columns[kept[k]].name == problem.stated_per) per = std::abs(b[k]);
+  return per * problem.bias_instability;
+}
+
+/// Of one segment's shift by the slow noise of this source, as the likelihood found it or as stated.
+double shift_sd(const std::string& source, const std::vector<SlowNoise>& slow, const std::vector<double>& variance) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < slow.size(); ++c) {
+    if (slow[c].source != source) continue;
+    const Matrix& kernel = slow[c].kernel;
+    for (std::size_t g = 0; g < kernel.rows; ++g) sum += variance[c] * kernel(g, g) / static_cast<double>(kernel.rows);
+  }
+  return std::sqrt(sum);
+}
+
+double white_variance(const NoiseModel& noise) { return noise.angle_random_walk * noise.angle_random_walk; }
+
+}  // namespace
+
+Work worked_out(const Evidence& evidence, const Problem& problem) {
+  Work work{evidence_of(evidence, problem), {}, {}, {}, {}};
+  work.rows = rows_of(work.found, problem);
+  Solution& solution = work.solution;
+  solution.findings = work.found.test.findings;
+  work.kept = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.kept.size());
+  const auto counting = take_out_counting(work.found, problem, work.rows);
+
+  MixedData& data = work.data;
+  data = {
+      .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
+  data.observations = work.rows.output;
+  for (std::size_t i = 0; i < work.rows.input.size(); ++i) data.observations[i] -= work.rows.input[i];
+  const auto look = first_look(data.design, data.observations, data.weights);
+  data.effects = effects_of(work.found, problem, work.rows, spread(work.kept, look, problem.columns.size()));
+  if (problem.pulse > 0.0) data.effects.push_back(counting);
+  const double step = work.found.test.stretches.front().step;
+  data.slow =
+      unknown_slow_noise(intervals_of(work.found.test), work.kept.size(), step, stated_for(problem, work.kept, look));
+  solution.fit = fit_mixed_model(data);
+  solution.observations = work.rows.weights.size();
+  set_fitted(work, solution.fit.fitted);
+  solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);
+  warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), solution);
+  describe_dropped(problem, solution);
+  return work;
+}
+
+Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
+  Work work{evidence_of(plan, problem), {}, {}, {}, {}};
+  work.rows = rows_of(work.found, problem);
+  Solution& solution = work.solution;
+  solution.findings = work.found.test.findings;
+  work.kept = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.kept.size());
+  const auto all = coefficients_for(problem, truth);
+  MixedData& data = work.data;
+  data = {
+      .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
+  data.effects = effects_of(work.found, problem, work.rows, all);
+  if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(work.found, problem, work.rows));
+  const double step = work.found.test.stretches.front().step;
+  data.slow = known_slow_noise(intervals_of(work.found.test), truth.noise, truth.turn_on_sd, step);
+  solution.fit = predict_mixed_model(data, white_variance(truth.noise));
+  for (std::size_t k = 0; k < work.kept.size(); ++k) solution.fit.parameters[k] = all[work.kept[k]];
+  for (const auto& dropped : solution.dropped)
+    for (std::size_t k = 0; k < work.kept.size(); ++k)
+      solution.fit.parameters[k] += dropped.weights[work.kept[k]] * all[dropped.column];
+  solution.observations = work.rows.weights.size();
+  set_fitted(work, times(work.rows.design, all));
+  describe_dropped(problem, solution);
+  return work;
+}
+
+void set_fitted(Work& work, std::span<const double> fitted) {
+  std::vector<double> predicted(fitted.begin(), fitted.end());
+  for (std::size_t i = 0; i < predicted.size(); ++i) predicted[i] += work.rows.input[i];
+  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.solution);
+}
+
+Solution identify(const Evidence& evidence, const Problem& problem) { return worked_out(evidence, problem).solution; }
+
+Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
+  return worked_out(plan, problem, truth).solution;
+}
+
+namespace {
+
+/// A' V^-1 A of the rows of one segment.
+Matrix information_of(const Matrix& a, const std::vector<const KnownEffect*>& own, const std::vector<double>& weights,
+                      const std::vector<std::size_t>& taken, double white, double slow) {
+  const auto n = static_cast<Eigen::Index>(taken.size()), p = static_cast<Eigen::Index>(a.columns);
+  // Whitened rows; slow noise and errors of the segment alone are taken out by what they share with them:
+  // V^-1 = W - W U (1 + U' W U)^-1 U' W.
+  Eigen::MatrixXd rows(n, p), shared(n, static_cast<Eigen::Index>(own.size()) + 1);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t row = taken[static_cast<std::size_t>(i)];
+    const double root = std::sqrt(weights[row] / white);
+    for (Eigen::Index j = 0; j < p; ++j) rows(i, j) = root * a(row, static_cast<std::size_t>(j));
+    shared(i, 0) = root * std::sqrt(slow);
+    for (std::size_t e = 0; e < own.size(); ++e)
+      shared(i, static_cast<Eigen::Index>(e) + 1) = root * own[e]->column[row];
+  }
+  const Eigen::MatrixXd cross = shared.transpose() * rows;
+  Eigen::MatrixXd inner = shared.transpose() * shared;
+  inner.diagonal().array() += 1.0;
+  const Eigen::MatrixXd information = rows.transpose() * rows - cross.transpose() * inner.ldlt().solve(cross);
+  Matrix out(a.columns, a.columns);
+  Eigen::Map<Eigen::MatrixXd>(out.values.data(), p, p) = information;
+  return out;
+}
+
+}  // namespace
+
+Information information(const Plan& plan, const Problem& problem, const Truth& truth) {
+  const Evidences found = evidence_of(plan, problem);
+  const Rows rows = rows_of(found, problem);
+  const auto effects = effects_of(found, problem, rows, coefficients_for(problem, truth));
+  if (!(white_variance(truth.noise) > 0.0))
+    throw Error(Error::Kind::bad_input, "the plan's [truth] has no white noise: nothing limits the information");
+  Information out;
+  out.columns = problem.columns.size();
+  std::vector<const KnownEffect*> own;
+  Matrix a = rows.design;
+  for (const auto& effect : effects) {
+    if (effect.each_segment) {
+      own.push_back(&effect);
+      continue;
+    }
+    out.errors.push_back(effect.source);
+    a.values.insert(a.values.end(), effect.column.begin(), effect.column.end());
+    ++a.columns;
+  }
+  std::vector<std::vector<std::size_t>> taken(found.test.stretches.size());
+  for (std::size_t i = 0; i < rows.segment.size(); ++i) taken[rows.segment[i]].push_back(i);
+  std::map<std::pair<std::size_t, std::size_t>, Matrix> by_place;
+  for (std::size_t g = 0; g < found.test.stretches.size(); ++g) {
+    const Stretch& stretch = found.test.stretches[g];
+    // on its own: as if the segment began with power-on
+    const auto slow = known_slow_noise({{0, 0.0, stretch.duration()}}, truth.noise, 0.0, stretch.step);
+    by_place[{stretch.power_up, stretch.segment}] =
+        information_of(a, own, rows.weights, taken[g], white_variance(truth.noise), slow[0].kernel(0, 0));
+  }
+  for (std::size_t u = 0; u < found.test.power_ups.size(); ++u)
+    for (std::size_t s = 0; s < found.test.power_ups[u].rig.segments.size(); ++s) {
+      const auto place = by_place.find({u, s});
+      out.of_segment.push_back(place == by_place.end() ? Matrix(a.columns, a.columns) : place->second);
+    }
+  return out;
+}
+
+Truth truth_of(const Plan& plan, const std::string& channel) {
+  std::vector<std::string> problems;
+  if (plan.instrument_model.empty()) problems.push_back("a prediction needs [instrument] model = \"...\"");
+  if (plan.truth.texts().empty()) problems.push_back("a prediction needs [truth] with the noise that is expected");
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  const Model& model = find_model(plan.instrument_model);
+  for (const auto& output : model.outputs(plan.truth)) {
+    if (output.channel != channel) continue;
+    Truth truth;
+    const auto values = coefficients_of(model, output, plan.truth);
+    for (std::size_t k = 0; k < values.size(); ++k) truth.coefficients[output.terms[k].name] = values[k];
+    truth.noise = noise_of(plan.truth, output.noise_prefix);
+    truth.turn_on_sd = plan.truth.number(output.noise_prefix + "turn_on_repeatability");
+    return truth;
+  }
+  throw Error(Error::Kind::bad_input, fmt::format("model {} has no output '{}'", plan.instrument_model, channel));
+}
+
+}  // namespace tumble::linear

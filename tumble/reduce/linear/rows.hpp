@@ -1,0 +1,59 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/linear/moves.hpp"
+#include "tumble/reduce/stretches.hpp"
+#include "tumble/rigs/rig.hpp"
+
+/// From plans and recordings to the rows of a mixed model.
+namespace tumble::linear {
+
+/// How the samples of a stretch are averaged.
+struct Blocking {
+  bool even = false;  ///< the rig turns, but what is felt hardly changes: blocks as if it were steady
+  std::size_t per_block = 1;
+  Instants whole = {};  ///< a move that is used whole, as one block: the instants that stand for it; else empty
+};
+
+/// The test as carried out, and the blocks of each stretch.
+struct Evidences {
+  ConductedTest test;
+  std::vector<Blocking> blocking;  ///< one a stretch
+
+  /// At rest, or in blocks as if it were: all rows have one mean.
+  bool uniform(std::size_t stretch) const { return test.stretches[stretch].steady || blocking[stretch].even; }
+};
+
+Evidences evidence_of(const Evidence& evidence, const Problem& problem);
+Evidences evidence_of(const Plan& plan, const Problem& problem);
+
+/// Averages over blocks: the same samples in output, input and columns.
+struct Rows {
+  Matrix design;
+  std::vector<double> input, output;  ///< [SI]; output empty where predicted
+  std::vector<double> weights;        ///< [s] of samples present
+  std::vector<double> time;           ///< [s] since power-on, mean of the samples
+  std::vector<std::size_t> segment;   ///< index of the stretch
+  std::vector<std::size_t> block;     ///< counted in the stretch
+  std::vector<SegmentSummary> segments;
+  std::vector<double> natural;  ///< size of each column were all that is felt along all axes at its greatest
+};
+
+Rows rows_of(const Evidences& evidence, const Problem& problem);
+
+/// Shift of every row by one standard deviation of each error of the rigs and of the reading, where the instrument has
+/// these coefficients [SI], one a column.
+std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& problem, const Rows& rows,
+                                    const std::vector<double>& coefficients);
+
+/// What rounding to whole pulses does to the means of steady stretches. Its share in the scatter of their blocks, whose
+/// errors cancel in the mean, is taken out of `rows`; elsewhere it is left in the white noise.
+///
+/// Each reading of the counter is off by a part of a pulse with variance 1/12; the total of a stretch by two of them.
+KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem, Rows& rows);
+
+}  // namespace tumble::linear

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tumble/reduce/linear/rows.hpp"
+
+/// One output on its way from evidence or plan to a solution.
+namespace tumble::linear {
+
+struct Work {
+  Evidences found;
+  Rows rows;
+  std::vector<std::size_t> kept;  ///< columns of the problem that the evidence shows
+  MixedData data;
+  Solution solution;  ///< of this output alone
+};
+
+Work worked_out(const Evidence& evidence, const Problem& problem);
+Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth);
+
+/// Puts what the columns give on every row, X b [SI], into the solution's segments.
+void set_fitted(Work& work, std::span<const double> fitted);
+
+}  // namespace tumble::linear

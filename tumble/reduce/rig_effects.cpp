@@ -1,0 +1,259 @@
+#include "tumble/reduce/rig_effects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "tumble/rigs/error_names.hpp"
+
+namespace tumble {
+
+std::optional<double> rig_sd(const Plan& plan, std::string_view name) {
+  assert(rigs::is_error_name(name));
+  if (plan.rig_kind.empty()) return {};
+  for (const auto& error : find_rig(plan.rig_kind).errors(plan.rig))
+    if (error.name == name) return error.sd;
+  return {};
+}
+
+std::vector<PlanError> rig_errors(const std::vector<PowerUp>& power_ups) {
+  std::vector<PlanError> all;
+  std::set<std::size_t> plans;
+  for (const auto& power_up : power_ups) {
+    if (power_up.plan->rig_kind.empty() || !plans.insert(power_up.plan_number).second) continue;
+    const auto errors = find_rig(power_up.plan->rig_kind).errors(power_up.plan->rig);
+    for (std::size_t e = 0; e < errors.size(); ++e)
+      if (errors[e].sd > 0.0) all.push_back({power_up.plan_number, e, errors.size(), errors[e]});
+  }
+  return all;
+}
+
+std::string name_of(const PlanError& error) {
+  return error.plan == 0 ? error.error.name : fmt::format("{} of plan {}", error.error.name, error.plan + 1);
+}
+
+Matrix error_values(const PowerUp& power_up, const PlanError& error, const InSegment& chosen) {
+  Matrix values(error.count, power_up.rig.segments.size());
+  for (std::size_t s = 0; s < values.columns; ++s) values(error.index, s) = chosen(s) ? error.error.sd : 0.0;
+  return values;
+}
+
+Reference reference_with(const PowerUp& power_up, const PlanError& error, const InSegment& chosen) {
+  RigRun run = power_up.rig;
+  run.errors = error_values(power_up, error, chosen);
+  return find_rig(power_up.plan->rig_kind).reference(run);
+}
+
+std::vector<ErrorDraw> draws_of(const std::vector<const ConductedTest*>& channels) {
+  std::vector<ErrorDraw> draws;
+  std::set<std::pair<std::size_t, std::size_t>> starts;
+  for (const ConductedTest* channel : channels)
+    for (const auto& stretch : channel->stretches) starts.insert({stretch.power_up, stretch.start});
+  const auto& power_ups = channels.front()->power_ups;
+  for (const auto& error : rig_errors(power_ups)) {
+    if (!error.error.each_segment) draws.push_back({error});
+    for (const auto& [power_up, start] : starts)
+      if (error.error.each_segment && power_ups[power_up].plan_number == error.plan)
+        for (std::size_t s = 0; s < power_ups[power_up].rig.segments.size(); ++s)
+          draws.push_back({error, ErrorDraw::Segment{power_up, s, start}});
+  }
+  return draws;
+}
+
+namespace {
+
+bool everywhere(std::size_t) { return true; }
+
+/// What is observed on every row; differences of it are the effects.
+class Difference {
+ public:
+  Difference(const ConductedTest& test, const Observation& observation) : test_(test), observation_(observation) {
+    const std::size_t rows = observation.stretch.size();
+    for (std::size_t row = 0; row < rows; ++row) {
+      const std::size_t g = observation.stretch[row];
+      if (row == 0 || observation.stretch[row - 1] != g) parts_.push_back({g, row, row});
+      parts_.back().end = row + 1;
+    }
+    for (const Detail detail : {Detail::full, Detail::coarse}) {
+      auto& without = without_[static_cast<std::size_t>(detail)];
+      without.assign(rows, 0.0);
+      for (const auto& part : parts_) add(power_up_of(part).reference, part, detail, without);
+    }
+    for (const double one : without_[0]) size_ = std::max(size_, std::abs(one));
+  }
+
+  /// The shift where the error is at its standard deviation in the segments (of each power-up) chosen.
+  std::vector<double> of(const PlanError& error, Detail detail, const InSegment& chosen) const {
+    std::vector<Reference> references(test_.power_ups.size());
+    for (std::size_t u = 0; u < references.size(); ++u)
+      if (test_.power_ups[u].plan_number == error.plan)
+        references[u] = reference_with(test_.power_ups[u], error, chosen);
+    std::vector<double> shift(observation_.stretch.size(), 0.0);
+    for (const auto& part : parts_) {
+      if (power_up_of(part).plan_number != error.plan) continue;
+      add(references[test_.stretches[part.stretch].power_up], part, detail, shift);
+      for (std::size_t row = part.begin; row < part.end; ++row)
+        shift[row] -= without_[static_cast<std::size_t>(detail)][row];
+    }
+    return shift;
+  }
+
+  /// The shift of a total, which is one row, by the draw of one segment.
+  double of_total(const PlanError& error, std::size_t row, std::size_t segment) const {
+    const Stretch& stretch = test_.stretches[observation_.stretch[row]];
+    const PowerUp& power_up = test_.power_ups[stretch.power_up];
+    if (power_up.plan_number != error.plan) return 0.0;
+    const Reference reference = reference_with(power_up, error, [=](std::size_t s) { return s == segment; });
+    double with = 0.0;
+    observation_.add(reference, observation_.stretch[row], Detail::full, std::span(&with, 1));
+    return with - without_[0][row];
+  }
+
+  bool is_total(std::size_t stretch) const { return observation_.is_total && observation_.is_total(stretch); }
+  bool any_total() const {
+    return std::ranges::any_of(parts_, [this](const Part& part) { return is_total(part.stretch); });
+  }
+  bool rounding(double shift) const { return std::abs(shift) <= 1e-13 * size_; }
+  bool rounding(const std::vector<double>& shift) const {
+    return std::ranges::all_of(shift, [&](double one) { return rounding(one); });
+  }
+
+ private:
+  /// The rows of one stretch.
+  struct Part {
+    std::size_t stretch = 0, begin = 0, end = 0;
+  };
+
+  const PowerUp& power_up_of(const Part& part) const { return test_.power_ups[test_.stretches[part.stretch].power_up]; }
+  void add(const Reference& reference, const Part& part, Detail detail, std::vector<double>& rows) const {
+    observation_.add(reference, part.stretch, detail, std::span(rows).subspan(part.begin, part.end - part.begin));
+  }
+
+  const ConductedTest& test_;
+  const Observation& observation_;
+  std::vector<Part> parts_;
+  double size_ = 0.0;
+  std::array<std::vector<double>, 2> without_;  ///< by Detail
+};
+
+/// Which segment's error moves each stretch: an angle that is gone to once stays wrong until the next. The bits of
+/// their numbers distinguish the segments, one look at the rig a bit.
+std::vector<std::size_t> drivers_of(const ConductedTest& test, const Observation& observation,
+                                    const Difference& difference, const PlanError& error) {
+  const auto all = difference.of(error, Detail::coarse, everywhere);
+  std::size_t most = 0;
+  for (const auto& power_up : test.power_ups) most = std::max(most, power_up.rig.segments.size());
+  std::vector<std::size_t> drivers(test.stretches.size(), 0);
+  std::vector<bool> clear(drivers.size(), true);
+  for (std::size_t bit = 0; (most >> bit) > 0; ++bit) {
+    const auto some =
+        difference.of(error, Detail::coarse, [bit](std::size_t segment) { return ((segment >> bit) & 1) != 0; });
+    std::vector<double> product(drivers.size(), 0.0), square(drivers.size(), 0.0);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      product[observation.stretch[i]] += some[i] * all[i];
+      square[observation.stretch[i]] += all[i] * all[i];
+    }
+    for (std::size_t g = 0; g < drivers.size(); ++g) {
+      const double share = square[g] > 0.0 ? product[g] / square[g] : 0.0;
+      if (std::abs(share - 1.0) < 0.1)
+        drivers[g] |= std::size_t{1} << bit;
+      else if (std::abs(share) > 0.1)
+        clear[g] = false;
+    }
+  }
+  for (std::size_t g = 0; g < drivers.size(); ++g)
+    if (!clear[g]) drivers[g] = test.stretches[g].segment;
+  return drivers;
+}
+
+/// One draw of an error that is drawn anew for each segment: the rows it shifts.
+struct Shifted {
+  std::vector<std::size_t> stretches;                  ///< shifted as by all draws together
+  std::vector<std::pair<std::size_t, double>> totals;  ///< rows that are totals, and the shift
+};
+
+/// By power-up, start and segment.
+using DrawKey = std::tuple<std::size_t, std::size_t, std::size_t>;
+
+/// A move from rest to rest is shifted by the draw of its own angle and by that of the angle it begins at.
+void add_totals(const ConductedTest& test, const Observation& observation, const Difference& difference,
+                const PlanError& error, std::map<DrawKey, Shifted>& draws) {
+  for (std::size_t row = 0; row < observation.stretch.size(); ++row) {
+    if (!difference.is_total(observation.stretch[row])) continue;
+    const Stretch& stretch = test.stretches[observation.stretch[row]];
+    for (std::size_t segment = stretch.segment + 1, earlier = 0; segment-- > 0 && earlier == 0;) {
+      const double shift = difference.of_total(error, row, segment);
+      if (difference.rounding(shift)) continue;
+      draws[{stretch.power_up, stretch.start, segment}].totals.emplace_back(row, shift);
+      if (segment < stretch.segment) ++earlier;
+    }
+  }
+}
+
+std::string draw_name(const ConductedTest& test, const PlanError& error, const Stretch& stretch, std::size_t segment) {
+  const auto& segments = test.power_ups[stretch.power_up].rig.segments;
+  const std::string again = stretch.repetition == 0 ? "" : fmt::format(", repetition {}", stretch.repetition);
+  return fmt::format("{}, segment '{}' ({} of power-up {}, run {}{})", name_of(error), segments[segment].label,
+                     segment + 1, stretch.power_up + 1, stretch.run, again);
+}
+
+/// The shift by an error drawn anew for each segment. Stretches moved by one and the same draw share a column; the
+/// others have draws of their own.
+void add_each_segment(const ConductedTest& test, const Observation& observation, const Difference& difference,
+                      const PlanError& error, const std::vector<double>& all, std::vector<KnownEffect>& effects) {
+  const auto drivers = drivers_of(test, observation, difference, error);
+  std::map<DrawKey, Shifted> draws;
+  std::map<std::pair<std::size_t, std::size_t>, const Stretch*> starts;
+  KnownEffect own{error.error.name, all, true};
+  for (std::size_t g = 0; g < drivers.size(); ++g) {
+    const auto& stretch = test.stretches[g];
+    starts.try_emplace({stretch.power_up, stretch.start}, &stretch);
+    if (!difference.is_total(g)) draws[{stretch.power_up, stretch.start, drivers[g]}].stretches.push_back(g);
+    own.draws.push_back(draw_name(test, error, stretch, difference.is_total(g) ? stretch.segment : drivers[g]));
+  }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (difference.is_total(observation.stretch[i])) own.column[i] = 0.0;
+  add_totals(test, observation, difference, error, draws);
+  for (const auto& [key, draw] : draws) {
+    if (draw.stretches.size() < 2 && draw.totals.empty()) continue;
+    const auto& [power_up, start, driver] = key;
+    KnownEffect shared{error.error.name,
+                       std::vector<double>(all.size(), 0.0),
+                       false,
+                       {draw_name(test, error, *starts.at({power_up, start}), driver)}};
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (std::ranges::find(draw.stretches, observation.stretch[i]) != draw.stretches.end())
+        std::swap(shared.column[i], own.column[i]);
+    for (const auto& [row, shift] : draw.totals) shared.column[row] = shift;
+    if (!difference.rounding(shared.column)) effects.push_back(std::move(shared));
+  }
+  if (!difference.rounding(own.column)) effects.push_back(std::move(own));
+}
+
+}  // namespace
+
+std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observation& observation) {
+  const Difference difference(test, observation);
+  const auto errors = rig_errors(test.power_ups);
+  const bool totals = difference.any_total();
+  std::vector<std::vector<KnownEffect>> found(errors.size());
+  parallel_for(errors.size(), [&](std::size_t k) {
+    auto all = difference.of(errors[k], Detail::full, everywhere);
+    if (difference.rounding(all) && !(errors[k].error.each_segment && totals)) return;
+    if (errors[k].error.each_segment)
+      add_each_segment(test, observation, difference, errors[k], all, found[k]);
+    else
+      found[k].push_back({errors[k].error.name, std::move(all), false, {name_of(errors[k])}});
+  });
+  std::vector<KnownEffect> effects;
+  for (auto& some : found) std::ranges::move(some, std::back_inserter(effects));
+  return effects;
+}
+
+}  // namespace tumble

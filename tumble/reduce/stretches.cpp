@@ -1,0 +1,333 @@
+#include "tumble/reduce/stretches.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <tuple>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/core/marks.hpp"
+#include "tumble/sim/power_up.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+/// How often each segment of a plan has been taken in a run.
+using Uses = std::map<std::tuple<const Plan*, int, std::size_t>, std::size_t>;
+
+/// The segments of a plan that a mark may stand for: of its run, else of any run that states its label.
+std::vector<std::size_t> candidates_of(const Plan& plan, const Mark& mark) {
+  std::vector<std::size_t> of_run, elsewhere;
+  for (std::size_t s = 0; s < plan.schedule.size(); ++s)
+    if (plan.schedule[s].label == mark.label) (plan.schedule[s].run == mark.run ? of_run : elsewhere).push_back(s);
+  return of_run.empty() ? elsewhere : of_run;
+}
+
+/// Of several segments of one label a recording that holds them all has them in order; one that holds some has those
+/// that have been taken least often. It holds each of them once.
+void place(const Plan& plan, const Recording& recording, Uses& uses, std::set<std::pair<int, std::size_t>>& taken,
+           MarkedSegment& marked) {
+  const Mark& mark = recording.marks[marked.mark];
+  const auto candidates = candidates_of(plan, mark);
+  const auto held = std::ranges::count_if(
+      recording.marks, [&](const Mark& one) { return one.label == mark.label && one.run == mark.run; });
+  const bool holds_all = static_cast<std::size_t>(held) >= candidates.size();
+  for (const std::size_t s : candidates) {
+    const std::size_t before = uses[{&plan, mark.run, s}];
+    if (taken.contains({mark.run, s})) continue;
+    if (marked.planned != nullptr && (holds_all || before >= marked.repetition)) continue;
+    marked.planned = &plan.schedule[s];
+    marked.index = s;
+    marked.repetition = before;
+  }
+  if (marked.planned != nullptr) taken.insert({mark.run, marked.index});
+}
+
+/// One power-up may lie in several files; the same segment in another file is another power-up, and so are the other
+/// segments of that run in that file.
+void set_repetitions(const Plan& plan, Uses& uses, std::vector<MarkedSegment>& of_recording) {
+  std::map<int, std::size_t> repetitions;
+  for (const auto& marked : of_recording)
+    repetitions[marked.run] = std::max(repetitions[marked.run], marked.repetition);
+  for (auto& marked : of_recording) {
+    marked.repetition = repetitions[marked.run];
+    if (marked.planned != nullptr) uses[{&plan, marked.run, marked.index}] = marked.repetition + 1;
+  }
+}
+
+}  // namespace
+
+std::vector<std::vector<MarkedSegment>> marked_segments(const Evidence& evidence) {
+  std::vector<std::vector<MarkedSegment>> all;
+  Uses uses;
+  std::map<std::tuple<const Plan*, int, std::size_t>, std::size_t> starts;
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const Plan& plan = plan_of(evidence, r);
+    const Recording& recording = evidence.recordings[r];
+    auto& of_recording = all.emplace_back();
+    std::set<std::pair<int, std::size_t>> taken;
+    for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+      const Mark& mark = recording.marks[m];
+      of_recording.push_back({r, m, mark.label, mark.run, mark.begin, end_of_mark(recording, m)});
+      place(plan, recording, uses, taken, of_recording.back());
+    }
+    set_repetitions(plan, uses, of_recording);
+    for (auto& marked : of_recording)
+      marked.start = starts.try_emplace({&plan, marked.run, marked.repetition}, starts.size()).first->second;
+  }
+  return all;
+}
+
+PowerUp power_up_of(const Plan& plan, Schedule segments, double rate) {
+  PowerUp out{.plan = &plan, .step = 1.0 / rate, .begins = {0.0}};
+  for (const auto& segment : segments) out.begins.push_back(out.begins.back() + segment.duration);
+  out.rig = {std::move(segments), plan.rig, plan.site, rate, {}, RandomStream(0)};
+  if (!plan.rig_kind.empty()) out.reference = find_rig(plan.rig_kind).reference(out.rig);
+  return out;
+}
+
+std::vector<PowerUp> power_ups_of(const Plan& plan, double rate) {
+  std::vector<PowerUp> out;
+  for (auto& run : power_ups(plan.schedule, rate)) out.push_back(power_up_of(plan, std::move(run.segments), rate));
+  return out;
+}
+
+double settled_at(const PowerUp& power_up, std::size_t segment) {
+  const auto& settled = power_up.reference.settled;
+  const double begin = power_up.begins[segment];
+  return segment < settled.size() ? std::max(begin, settled[segment]) : begin;
+}
+
+double longest_turn(const Segment& segment) {
+  double turn = 0.0;
+  for (const auto& [name, motion] : segment.axes)
+    if (motion.kind == Motion::Kind::rate && motion.value != 0.0)
+      turn = std::max(turn, 2.0 * std::numbers::pi / std::abs(motion.value));
+  return turn;
+}
+
+Finding unused_segment(const std::string& label, int run, const std::string& why) {
+  return {Finding::Severity::warning, fmt::format("segment '{}' is not used: {}", label, why),
+          fmt::format("run {}", run)};
+}
+
+void refuse_unused(const ConductedTest& test, Error::Kind kind) {
+  if (!test.stretches.empty()) return;
+  std::vector<std::string> why;
+  for (const auto& finding : test.findings) why.push_back(finding.message);
+  why.push_back("no segment of the schedule has usable samples");
+  throw Error(kind, why);
+}
+
+SampleRange samples_between(const Channel& channel, double begin, double end) {
+  SampleRange range{0, channel.values.size()};
+  if (channel.values.empty()) return range;
+  if (std::isfinite(begin)) range.begin = index_at(channel, begin);
+  if (std::isfinite(end)) range.end = std::max(range.begin, index_at(channel, end));
+  return range;
+}
+
+namespace {
+
+void require(const Plan& plan, double rate, const StretchOptions& options, std::vector<std::string>& problems) {
+  const std::string where = plan.file.empty() ? "" : plan.file + ": ";
+  if (plan.rig_kind.empty()) problems.push_back(where + "the plan needs [rig] kind = \"...\" that says what was felt");
+  if (plan.schedule.empty()) problems.push_back(where + "the plan needs at least one [[schedule]]");
+  if (options.needs_site && !plan.site)
+    problems.push_back(
+        where +
+        "the plan needs [site] latitude = \"34.25 deg\" or the like: the Earth's rate and gravity are part "
+        "of what the instrument feels");
+  if (!(rate > 0.0)) problems.push_back(where + "the plan needs [instrument] rate = \"1 Hz\" or the like");
+}
+
+/// Whether a recording is the file of one segment, as [[recording]] says.
+bool stands_alone(const Evidence& evidence, std::size_t recording) {
+  const auto& entries = evidence.plan.recordings;
+  return recording < entries.size() && !entries[recording].segment.empty();
+}
+
+/// Where the segments of a plan's schedule stand among the power-ups.
+struct Place {
+  std::size_t power_up = 0, segment = 0;
+};
+using Places = std::vector<Place>;
+
+/// Adds the power-ups of a plan, as its schedule says. With `alone` each segment is one by itself, as it is where it
+/// was recorded in a file of its own.
+Places add_power_ups(const Plan& plan, std::size_t number, bool alone, double rate, ConductedTest& test) {
+  Places places;
+  auto power_ups = alone ? std::vector<PowerUp>{} : power_ups_of(plan, rate);
+  double begin = 0.0;
+  for (std::size_t s = 0; alone && s < plan.schedule.size(); ++s) {
+    if (s > 0 && plan.schedule[s].run != plan.schedule[s - 1].run) begin = 0.0;
+    power_ups.push_back(power_up_of(plan, {standing_alone(plan.schedule, s)}, rate));
+    power_ups.back().offset = begin;
+    begin += plan.schedule[s].duration;
+  }
+  for (auto& power_up : power_ups) {
+    power_up.plan_number = number;
+    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) places.push_back({test.power_ups.size(), s});
+    test.power_ups.push_back(std::move(power_up));
+  }
+  return places;
+}
+
+bool passed_over(const Segment& segment, const StretchOptions& options) {
+  return options.passed_over && options.passed_over(segment);
+}
+
+/// From when the segment's samples are used [s since power-on].
+double used_from(const PowerUp& power_up, std::size_t segment, const StretchOptions& options) {
+  if (options.unsettled && options.unsettled(power_up.rig.segments[segment])) return power_up.begins[segment];
+  return settled_at(power_up, segment) + options.settling;
+}
+
+bool is_steady(const PowerUp& power_up, const Stretch& stretch) {
+  const double from = stretch.first + 0.5 * power_up.step;
+  const double last = stretch.first + (static_cast<double>(stretch.samples) - 0.5) * stretch.step;
+  const auto& until = power_up.reference.steady_until;
+  return !until || until(from) >= last;
+}
+
+/// How the samples of a channel lie on its clock [Hz].
+double rate_of(const Channel& channel) {
+  if (channel.values.empty()) return 0.0;
+  return channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate;
+}
+
+double checked_rate(const Recording& recording, const Channel& channel) {
+  const double rate = rate_of(channel);
+  const auto finite = [](double v) { return std::isfinite(v); };
+  if (rate > 0.0 && std::isfinite(rate) && channel.values.size() > 1 && std::ranges::any_of(channel.values, finite))
+    return rate;
+  const auto& file = recording.origin.file;
+  throw Error(Error::Kind::bad_data, fmt::format("{}channel '{}' holds no evenly timed samples",
+                                                 file.empty() ? "" : file + ": ", channel.name));
+}
+
+/// Whether any sample was taken from `begin` to `end` [s, recording's clock].
+bool has_samples(const Channel& channel, double begin, double end) {
+  const SampleRange range = samples_between(channel, begin, end);
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    if (!std::isnan(channel.values[i])) return true;
+  return false;
+}
+
+/// Adds the samples of one marked segment, or a finding why not.
+void add_stretch(const Channel& channel, double rate, const MarkedSegment& marked, const Place& place,
+                 const StretchOptions& options, ConductedTest& test) {
+  const PowerUp& power_up = test.power_ups[place.power_up];
+  if (passed_over(power_up.rig.segments[place.segment], options)) return;
+  Stretch out{.power_up = place.power_up,
+              .segment = place.segment,
+              .label = marked.label,
+              .run = marked.run,
+              .start = marked.start,
+              .repetition = marked.repetition,
+              .recording = marked.recording};
+  out.power_on = marked.begin - power_up.begins[place.segment];
+  out.begin = out.power_on + used_from(power_up, place.segment, options);
+  out.end = std::min(marked.end, out.power_on + power_up.begins[place.segment + 1]);
+  auto samples = even_samples(channel, rate, out.begin, out.end, options.scale);
+  out.first = samples.first - out.power_on;
+  out.step = samples.step;
+  out.samples = samples.count;
+  out.values = std::move(samples.values);
+  if (std::ranges::all_of(out.values, [](double v) { return std::isnan(v); })) {
+    const bool any = has_samples(channel, marked.begin, out.end);
+    test.findings.push_back(unused_segment(
+        marked.label, marked.run, any ? "no sample is left after settling" : "the recording holds no samples of it"));
+    return;
+  }
+  out.steady = is_steady(power_up, out);
+  test.stretches.push_back(std::move(out));
+}
+
+/// Of a plan that was not yet carried out.
+void add_planned(const PowerUp& power_up, Place place, std::size_t start, const StretchOptions& options,
+                 ConductedTest& test) {
+  const Segment& segment = power_up.rig.segments[place.segment];
+  if (passed_over(segment, options)) return;
+  Stretch out{.power_up = place.power_up,
+              .segment = place.segment,
+              .label = segment.label,
+              .run = segment.run,
+              .start = start,
+              .step = 1.0 / power_up.plan->sample_rate};
+  out.begin = out.first = std::ceil(used_from(power_up, place.segment, options) / out.step - 1e-6) * out.step;
+  out.end = power_up.begins[place.segment + 1];
+  const double length = out.end - out.first + 1e-6 * out.step;
+  out.samples = length > 0.0 ? static_cast<std::size_t>(length / out.step) : 0;
+  if (out.samples == 0) {
+    test.findings.push_back(unused_segment(segment.label, segment.run, "no sample is left after settling"));
+    return;
+  }
+  out.steady = is_steady(power_up, out);
+  test.stretches.push_back(std::move(out));
+}
+
+}  // namespace
+
+ConductedTest stretches(const Evidence& evidence, const StretchOptions& options) {
+  ConductedTest test;
+  std::map<const Plan*, std::size_t> numbers;
+  std::map<std::pair<const Plan*, bool>, Places> places;
+  std::vector<std::string> problems;
+  const auto marks = marked_segments(evidence);
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const Plan& plan = plan_of(evidence, r);
+    const Channel& channel = require_channel(evidence, evidence.recordings[r], options.role);
+    const double rate = checked_rate(evidence.recordings[r], channel);
+    require(plan, rate, options, problems);
+    if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+    const bool alone = stands_alone(evidence, r);
+    const std::size_t number = numbers.try_emplace(&plan, numbers.size()).first->second;
+    if (!places.contains({&plan, alone}))
+      places[{&plan, alone}] = add_power_ups(plan, number, alone, rate * options.oversampling, test);
+    if (marks[r].empty())
+      throw Error(Error::Kind::bad_data,
+                  "the recording does not say when its segments begin, and the plan has no schedule");
+    for (const auto& marked : marks[r]) {
+      test.starts = std::max(test.starts, marked.start + 1);
+      if (marked.planned == nullptr)
+        test.findings.push_back(unused_segment(marked.label, marked.run, "the schedule has no segment of that name"));
+      else
+        add_stretch(channel, rate, marked, places[{&plan, alone}][marked.index], options, test);
+    }
+  }
+  test.plans = numbers.size();
+  refuse_unused(test, Error::Kind::bad_data);
+  return test;
+}
+
+ConductedTest stretches(const Plan& plan, const StretchOptions& options) {
+  std::vector<const Plan*> plans{&plan};
+  for (const auto& entry : plan.recordings)
+    if (entry.plan && std::ranges::find(plans, entry.plan.get()) == plans.end()) plans.push_back(entry.plan.get());
+  std::vector<std::string> problems;
+  for (const Plan* one : plans) require(*one, one->sample_rate, options, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  ConductedTest test;
+  for (const Plan* one : plans) {
+    std::map<int, std::size_t> starts;
+    const auto places =
+        add_power_ups(*one, test.plans++, recorded_one_by_one(*one), one->sample_rate * options.oversampling, test);
+    for (const auto& place : places) {
+      const PowerUp& power_up = test.power_ups[place.power_up];
+      const auto start = starts.try_emplace(power_up.rig.segments[place.segment].run, test.starts);
+      if (start.second) ++test.starts;
+      add_planned(power_up, place, start.first->second, options, test);
+    }
+  }
+  if (test.stretches.empty()) throw Error(Error::Kind::bad_input, "no segment has samples left after settling");
+  return test;
+}
+
+}  // namespace tumble

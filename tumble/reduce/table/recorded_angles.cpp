@@ -1,0 +1,311 @@
+#include "tumble/reduce/table/recorded_angles.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include "tumble/core/say.hpp"
+#include "tumble/reduce/stretches.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble::table {
+namespace {
+
+using Kind = Motion::Kind;
+using Severity = Finding::Severity;
+constexpr double turn = 2.0 * std::numbers::pi;
+constexpr double beyond_chance = 6.0;  ///< standard deviations
+
+/// A segment of a schedule and where it was recorded [s, recording's clock].
+struct Place {
+  std::size_t segment = 0;  ///< in the schedule
+  double begin = 0.0, settled = 0.0, end = 0.0;
+};
+
+/// When every segment of a schedule has settled, after its own beginning [s].
+std::vector<double> settled_after(const Plan& plan) {
+  std::vector<double> after;
+  for (const auto& power_up : power_ups_of(plan, 1.0))
+    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s)
+      after.push_back(settled_at(power_up, s) - power_up.begins[s]);
+  return after;
+}
+
+/// Where the segments of the plan stand in a recording. A run that the schedule lacks says nothing of where it stood.
+std::vector<Place> places_of(const std::vector<MarkedSegment>& marks, const std::vector<double>& settled, bool alone) {
+  std::vector<Place> places;
+  for (const auto& marked : marks)
+    if (marked.planned != nullptr && marked.planned->run == marked.run)
+      places.push_back({marked.index, marked.begin, marked.begin + (alone ? 0.0 : settled[marked.index]),
+                        std::min(marked.end, marked.begin + marked.planned->duration)});
+  return places;
+}
+
+/// The smallest change between readings, where they come in steps [rad].
+double step_of(const Channel& channel) {
+  double step = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (std::size_t i = 1; i < channel.values.size(); ++i) {
+    const double change = std::abs(channel.values[i] - channel.values[i - 1]);
+    if (std::isnan(change)) continue;
+    largest = std::max(largest, std::abs(channel.values[i]));
+    if (change > 1e-15 * largest) step = std::min(step, change);
+  }
+  return std::isfinite(step) && step < 1e-3 ? step : 0.0;
+}
+
+struct Mean {
+  double value = 0.0, sd = 0.0;
+  std::size_t count = 0;
+};
+
+/// Of readings from `from` to before `to` taken nearest to `command` where turns are not counted. The step of the
+/// readings remains in their mean.
+Mean mean_of(const Channel& channel, std::size_t from, std::size_t to, double command, bool counts_turns, double step) {
+  Mean mean;
+  double squares = 0.0;
+  for (std::size_t i = from; i < std::min(to, channel.values.size()); ++i) {
+    if (std::isnan(channel.values[i])) continue;
+    double off = channel.values[i] - command;
+    if (!counts_turns) off = std::remainder(off, turn);
+    mean.value += off;
+    squares += off * off;
+    ++mean.count;
+  }
+  if (mean.count == 0) return mean;
+  const auto n = static_cast<double>(mean.count);
+  mean.value /= n;
+  const double scatter = n > 1.0 ? std::max(0.0, squares - n * mean.value * mean.value) / (n - 1.0) : 0.0;
+  mean.sd = std::sqrt(scatter / n + step * step / 12.0);
+  mean.value += command;
+  return mean;
+}
+
+/// One axis in one recording.
+struct Encoder {
+  std::string axis;
+  const Channel* channel = nullptr;
+  bool counts_turns = false;
+  double step = 0.0;
+};
+
+std::vector<Encoder> encoders_of(const Evidence& evidence, std::size_t recording) {
+  std::vector<Encoder> encoders;
+  for (const auto& axis : find_rig(plan_of(evidence, recording).rig_kind).axes()) {
+    const Channel* channel = channel_for(evidence, evidence.recordings[recording], axis.name + "_angle");
+    if (channel == nullptr || channel->values.size() < 2 || channel->kind != QuantityKind::angle) continue;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double v : channel->values)
+      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    if (!(low <= high)) continue;
+    encoders.push_back({axis.name, channel, high - low > 1.001 * turn, step_of(*channel)});
+  }
+  return encoders;
+}
+
+const Motion* motion_of(const Segment& segment, const std::string& axis) {
+  const auto found = segment.axes.find(axis);
+  return found == segment.axes.end() ? nullptr : &found->second;
+}
+
+/// Where the axis stood. No reading in the rest: nothing.
+std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Encoder& encoder,
+                             const std::vector<Place>& places, double settling) {
+  std::vector<Stand> stands;
+  const auto commands = commands_of(plan.schedule, encoder.axis);
+  const Channel& channel = *encoder.channel;
+  for (const auto& place : places) {
+    const double command = commands[place.segment];
+    if (std::isnan(command)) continue;
+    const Segment& segment = plan.schedule[place.segment];
+    const Motion* motion = motion_of(segment, encoder.axis);
+    const bool slews = motion != nullptr && motion->kind == Kind::slew;
+    const double slack = 1e-6 / mean_rate(channel);
+    if (place.begin > channel.time(channel.values.size() - 1) + slack) continue;  // the recording ends before
+    std::size_t from = index_at(channel, place.settled + (slews ? 0.0 : settling) - slack);
+    const std::size_t end = index_at(channel, place.end - slack);
+    if (slews && from >= end && end > 0) from = end - 1;
+    const auto mean = [&](std::size_t a, std::size_t b) {
+      return mean_of(channel, a, b, command, encoder.counts_turns, encoder.step);
+    };
+    const Mean all = mean(from, end), first = mean(from, from + (end - from) / 2),
+               second = mean(from + (end - from) / 2, end);
+    if (all.count == 0) continue;
+    Stand stand{recording, segment.label, segment.run, encoder.axis, command, all.value, all.sd};
+    if (first.count > 1 && second.count > 1) {
+      stand.drift = second.value - first.value;
+      stand.drift_sd = std::hypot(first.sd, second.sd);
+    }
+    stands.push_back(stand);
+  }
+  return stands;
+}
+
+/// Puts the angles into the schedule. An axis that a segment does not mention stays where it was.
+void replace_angles(const std::vector<Stand>& stands, Plan& plan) {
+  std::map<std::tuple<std::string, int, std::string>, std::pair<double, double>> sums;
+  for (const auto& stand : stands) {
+    auto& [sum, count] = sums[{stand.label, stand.run, stand.axis}];
+    sum += stand.recorded;
+    count += 1.0;
+  }
+  for (auto& segment : plan.schedule)
+    for (auto& [axis, motion] : segment.axes) {
+      const auto found = sums.find({segment.label, segment.run, axis});
+      if (found == sums.end()) continue;
+      const double angle = found->second.first / found->second.second;
+      if (motion.kind == Kind::hold) motion.value = angle;
+      if (motion.kind == Kind::slew) motion.to = angle;
+    }
+}
+
+/// What is left of the positioning errors where every axis that moves was read.
+void replace_repeatability(const std::vector<Stand>& stands, const std::vector<std::string>& axes, Plan& plan) {
+  for (const auto& axis : find_rig(plan.rig_kind).axes())
+    for (const auto& segment : plan.schedule)
+      if (!axis.name.starts_with("mount_") && motion_of(segment, axis.name) != nullptr &&
+          std::ranges::find(axes, axis.name) == axes.end())
+        return;
+  const auto options = find_rig(plan.rig_kind).options();
+  if (stands.empty() || std::ranges::none_of(options, [](const Option& o) { return o.name == "repeatability_sd"; }))
+    return;
+  double squares = 0.0;
+  for (const auto& stand : stands) squares += stand.sd * stand.sd / static_cast<double>(stands.size());
+  plan.rig.set_number("repeatability_sd", std::sqrt(squares), Unit::parse("arcsec"));
+}
+
+std::string in_degrees(double angle) { return fmt::format("{:.4f} deg", Unit::parse("deg").from_si(angle)); }
+
+void judge(const std::vector<Stand>& stands, double tolerance, Findings& findings) {
+  std::vector<std::string> moving, off;
+  for (const auto& stand : stands) {
+    if (std::abs(stand.drift) > std::max(beyond_chance * stand.drift_sd, 0.02 * tolerance))
+      moving.push_back(
+          fmt::format("'{}' ({} by {})", stand.label, stand.axis, say_difference(stand.drift, Unit::parse("arcsec"))));
+    if (std::abs(stand.recorded - stand.commanded) > tolerance)
+      off.push_back(fmt::format("'{}' ({} at {} instead of {})", stand.label, stand.axis, in_degrees(stand.recorded),
+                                in_degrees(stand.commanded)));
+  }
+  if (!moving.empty())
+    findings.push_back({Severity::error,
+                        fmt::format("the table did not come to rest: the recorded angle differs between the first and "
+                                    "the second half of {}: let it settle longer, clamp the axis, or repeat these",
+                                    fmt::join(moving, ", ")),
+                        ""});
+  if (!off.empty())
+    findings.push_back(
+        {Severity::warning,
+         fmt::format("the recorded angles are used, which differ from the plan in {}", fmt::join(off, ", ")), ""});
+}
+
+/// Slews that pass their middle at another time than the plan says, by more than two samples and a second.
+void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Place>& places, Findings& findings) {
+  if (!encoder.counts_turns) return;
+  const auto commands = commands_of(plan.schedule, encoder.axis);
+  const Channel& channel = *encoder.channel;
+  const double step = 1.0 / mean_rate(channel);
+  std::vector<std::string> late;
+  for (const auto& place : places) {
+    const Motion* motion = motion_of(plan.schedule[place.segment], encoder.axis);
+    if (motion == nullptr || motion->kind != Kind::slew || place.segment == 0) continue;
+    const double from = commands[place.segment - 1], middle = 0.5 * (from + motion->to);
+    if (!(std::abs(motion->to - from) > 0.5)) continue;
+    const double sense = motion->to > from ? 1.0 : -1.0;
+    for (std::size_t i = index_at(channel, place.begin); i < channel.values.size() && channel.time(i) < place.end;
+         ++i) {
+      if (!(sense * (channel.values[i] - middle) >= 0.0)) continue;
+      const double off = channel.time(i) + 0.5 * step - 0.5 * (place.begin + place.settled);
+      if (std::abs(off) > 2.0 * step + 1.0)
+        late.push_back(fmt::format("'{}' ({} {})", plan.schedule[place.segment].label, say_seconds(std::abs(off)),
+                                   off > 0.0 ? "late" : "early"));
+      break;
+    }
+  }
+  if (!late.empty())
+    findings.push_back(
+        {Severity::warning,
+         fmt::format("{} passed the middle of its turn at another time than the plan says in {}: what "
+                     "the Earth adds on the way is computed from the plan, so state the speed at which it "
+                     "was turned",
+                     encoder.axis, fmt::join(late, ", ")),
+         ""});
+}
+
+bool recorded_alone(const Evidence& evidence, std::size_t recording) {
+  const auto& entries = evidence.plan.recordings;
+  return recording < entries.size() && !entries[recording].segment.empty();
+}
+
+}  // namespace
+
+std::vector<double> commands_of(const Schedule& schedule, const std::string& axis) {
+  std::vector<double> commands;
+  double now = 0.0;
+  for (std::size_t s = 0; s < schedule.size(); ++s) {
+    if (s > 0 && schedule[s].run != schedule[s - 1].run) now = 0.0;
+    if (const Motion* motion = motion_of(schedule[s], axis)) {
+      const bool stands = motion->kind == Kind::hold || motion->kind == Kind::slew;
+      now = motion->kind == Kind::hold ? motion->value : stands ? motion->to : std::nan("");
+    }
+    commands.push_back(now);
+  }
+  return commands;
+}
+
+RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, double tolerance) {
+  RecordedAngles out{evidence, {}, {}, {}};
+  std::map<const Plan*, std::vector<Stand>> by_plan;
+  std::map<const Plan*, std::vector<double>> settled;
+  const auto marks = marked_segments(evidence);
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
+    const Plan& plan = plan_of(evidence, r);
+    if (plan.rig_kind.empty() || plan.schedule.empty()) continue;
+    if (!settled.contains(&plan)) settled[&plan] = settled_after(plan);
+    const auto places = places_of(marks[r], settled[&plan], recorded_alone(evidence, r));
+    for (const auto& encoder : encoders_of(evidence, r)) {
+      if (std::ranges::find(out.axes, encoder.axis) == out.axes.end()) out.axes.push_back(encoder.axis);
+      judge_times(plan, encoder, places, out.findings);
+      for (auto& stand : stands_of(plan, r, encoder, places, settling)) {
+        by_plan[&plan].push_back(stand);
+        out.stands.push_back(std::move(stand));
+      }
+    }
+  }
+  for (const auto& [plan, stands] : by_plan) {
+    const auto changed = [&](Plan copy) {
+      replace_angles(stands, copy);
+      replace_repeatability(stands, out.axes, copy);
+      return copy;
+    };
+    if (plan == &evidence.plan) out.evidence.plan = changed(*plan);
+    for (auto& own : out.evidence.plans)
+      if (own.get() == plan) own = std::make_shared<const Plan>(changed(*plan));
+  }
+  judge(out.stands, tolerance, out.findings);
+  return out;
+}
+
+Table angles_table(const RecordedAngles& angles) {
+  const Unit deg = Unit::parse("deg"), arcsec = Unit::parse("arcsec");
+  Table table{"angles",
+              "where the axes stood: commanded by the plan and recorded by the encoders",
+              {{"label", Unit()},
+               {"run", Unit()},
+               {"axis", Unit()},
+               {"commanded", deg},
+               {"recorded", deg},
+               {"difference", arcsec},
+               {"sd", arcsec}},
+              {}};
+  for (const auto& stand : angles.stands)
+    table.rows.push_back({stand.label, static_cast<double>(stand.run), stand.axis, stand.commanded, stand.recorded,
+                          stand.recorded - stand.commanded, stand.sd});
+  return table;
+}
+
+}  // namespace tumble::table

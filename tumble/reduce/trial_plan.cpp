@@ -1,0 +1,30 @@
+#include "tumble/reduce/trial_plan.hpp"
+
+#include "tumble/models/model.hpp"
+#include "tumble/rigs/rig.hpp"
+
+namespace tumble {
+
+Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& model,
+                const std::string& rig, double rate) {
+  Plan plan;
+  plan.method = method;
+  plan.instrument_model = model;
+  plan.sample_rate = rate;
+  plan.site = Site{si(34.25, "deg"), si(108.9, "deg"), 400.0, {}};
+  plan.rig_kind = rig;
+  plan.rig = defaults(find_rig(rig).options());
+  plan.settings = defaults(options);
+  plan.truth = defaults(truth_options(find_model(model)));
+  return plan;
+}
+
+void set_truth(Plan& plan, const char* name, double value, const char* unit) {
+  plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
+}
+
+void set_setting(Plan& plan, const char* name, double value, const char* unit) {
+  plan.settings.set_number(name, si(value, unit), Unit::parse(unit));
+}
+
+}  // namespace tumble

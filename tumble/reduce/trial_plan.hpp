@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/plan.hpp"
+
+/// What the trials of the methods begin with.
+namespace tumble {
+
+/// An instrument of that model without errors, on a rig with all its errors, in a laboratory; no schedule. Given: rate
+/// [Hz].
+Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& model,
+                const std::string& rig, double rate);
+
+/// `value` [unit] as the truth of the trial.
+void set_truth(Plan& plan, const char* name, double value, const char* unit);
+
+/// `value` [unit] as a setting of the method.
+void set_setting(Plan& plan, const char* name, double value, const char* unit);
+
+}  // namespace tumble

@@ -1,0 +1,237 @@
+#include "tumble/reduce/vibration/faults.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/say.hpp"
+#include "tumble/reduce/vibration/scale.hpp"
+
+namespace tumble::vibration {
+namespace {
+
+using Severity = Finding::Severity;
+
+/// Greatest specific force of a vibration about its mean, as windows of H show it; of random vibration, 4 standard
+/// deviations of the widest band's.
+double reach_of(const Motion& shake, double window) {
+  if (shake.kind == Motion::Kind::sine) return shake.amplitude * std::abs(sinc(shake.frequency * window));
+  double variance = 0.0;
+  for (std::size_t i = 1; i < shake.psd.size(); ++i)
+    variance +=
+        0.5 * (shake.psd[i] + shake.psd[i - 1]) * (shake.psd_frequency[i] - shake.psd_frequency[i - 1]) *
+        std::pow(sinc(std::min(0.5 / window, 0.5 * (shake.psd_frequency[i] + shake.psd_frequency[i - 1])) * window), 2);
+  return 4.0 * std::sqrt(variance);
+}
+
+/// Counts of a window at rest, and per m/s^2.
+struct Expected {
+  double count = std::nan(""), scale = std::nan("");
+};
+
+Expected expected_of(const Settings& settings, const Draft& draft, const Data& data) {
+  double sum = 0.0, rest = 0.0, n = 0.0;
+  for (const std::size_t s : draft.series) {
+    if (!data.series[s].at_rest()) continue;
+    for (const double c : data.series[s].force) {
+      if (std::isnan(c)) continue;
+      sum += c;
+      rest += data.series[s].rest;
+      ++n;
+    }
+  }
+  Expected expected;
+  if (n == 0.0) return expected;
+  expected.count = sum / n;
+  if (const auto given = given_scale(settings, data.units[data.series[draft.series.front()].unit], *draft.channel))
+    expected.scale = *given * draft.windows.window;
+  else if (std::abs(rest / n) > 0.2 * 9.80665)
+    expected.scale = sum / rest;
+  return expected;
+}
+
+double spread(const std::vector<double>& values) {
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (const double v : values)
+    if (!std::isnan(v)) ++n, sum += v;
+  for (const double v : values)
+    if (!std::isnan(v)) squares += (v - sum / n) * (v - sum / n);
+  return std::sqrt(squares / n);
+}
+
+}  // namespace
+
+void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems) {
+  if (reading_of(*draft.channel) != Reading::pulses || draft.series.empty()) return;
+  const Expected expected = expected_of(settings, draft, data);
+  for (const std::size_t s : draft.series) {
+    Series& series = data.series[s];
+    if (series.at_rest()) continue;
+    const double reach = reach_of(series.shake, series.window) * std::abs(expected.scale);
+    const Unwrapped result = unwrap(series.force, expected.count, reach);
+    if (result.outcome == Unwrapped::Outcome::repaired)
+      data.findings.push_back(
+          {Severity::warning,
+           fmt::format("the counter ran over its {} bits in {}: put right, since all lie well within "
+                       "half of 2^{} of the count at rest; use a wider register or a shorter H",
+                       result.bits, say_count(result.windows, "window"), result.bits),
+           draft.channel->name + ", " + series.label});
+    if (result.outcome == Unwrapped::Outcome::ambiguous)
+      problems.push_back(
+          fmt::format("{}, {}: the counter ran over its {} bits and which windows did cannot be told: use "
+                      "a wider register, a shorter counting period or less amplitude",
+                      draft.channel->name, series.label, result.bits));
+  }
+}
+
+void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string>& problems) {
+  if (reading_of(*draft.channel) != Reading::pulses) return;
+  std::vector<double> steps;
+  for (const std::size_t s : draft.series) {
+    const Series& series = data.series[s];
+    if (!series.at_rest()) continue;
+    for (std::size_t j = 1; j < series.force.size(); ++j)
+      if (const double step = series.force[j] - series.force[j - 1]; !std::isnan(step)) steps.push_back(step);
+  }
+  if (steps.size() < 16) return;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::ranges::nth_element(steps, middle);
+  const double step = *middle;
+  const auto alike = std::ranges::count_if(steps, [&](double other) { return other * step > 0.0; });
+  // Noise has as many down as up, and no drift is as fast.
+  if (std::abs(step) >= 1.0 && static_cast<double>(alike) > 0.9 * static_cast<double>(steps.size()))
+    problems.push_back(
+        fmt::format("'{}': at rest the counts grow by {:.4g} from window to window: they are a running "
+                    "total; record the pulses of each window, or take the differences",
+                    draft.channel->name, step));
+}
+
+namespace {
+
+/// A stretch of one and the same value.
+struct Standstill {
+  std::size_t begin = 0, length = 0;
+  double value = 0.0;
+};
+
+/// The longest; missed windows do not end it.
+Standstill longest_standstill(const std::vector<double>& values) {
+  Standstill now, longest;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    if (now.length == 0 || values[i] != now.value) now = {i, 0, values[i]};
+    ++now.length;
+    if (now.length > longest.length) longest = now;
+  }
+  return longest;
+}
+
+/// Whether a unit that is shaken stands still for longer than flat tops and coarse counts explain: two cycles, 32
+/// windows, while elsewhere it moves by more than three of its least steps.
+bool stands_still(const Series& series, const Standstill& still) {
+  const double lowest = series.shake.kind == Motion::Kind::random ? 0.0 : series.shake.frequency;
+  const double cycles = lowest > 0.0 ? 2.0 / (lowest * series.interval) : 0.0;
+  if (static_cast<double>(still.length) < std::max(32.0, cycles)) return false;
+  double least = INFINITY, last = std::nan("");
+  for (const double v : series.force) {
+    if (std::isnan(v)) continue;
+    if (v != last && !std::isnan(last)) least = std::min(least, std::abs(v - last));
+    last = v;
+  }
+  return !std::isfinite(least) || spread(series.force) > 3.0 * least;
+}
+
+}  // namespace
+
+void drop_dead(Data& data) {
+  std::vector<std::pair<std::size_t, double>> died;  // unit, value
+  std::vector<Series> alive;
+  for (auto& series : data.series) {
+    const Standstill still = longest_standstill(series.force);
+    if (series.at_rest() || !stands_still(series, still)) {
+      alive.push_back(std::move(series));
+      continue;
+    }
+    const bool throughout =
+        std::ranges::all_of(series.force, [&](double v) { return std::isnan(v) || v == still.value; });
+    died.emplace_back(series.unit, still.value);
+    data.findings.push_back(
+        {Severity::error,
+         fmt::format("left out: the unit gives the same value {} although it is shaken: see to its supply and its "
+                     "connection",
+                     throughout ? "throughout"
+                                : fmt::format("in {} on end from {:.6g} s", say_count(still.length, "window"),
+                                              series.time[still.begin])),
+         data.units[series.unit].name + ", " + series.label});
+  }
+  std::erase_if(alive, [&](const Series& series) {
+    const Standstill still = longest_standstill(series.force);
+    return series.at_rest() &&
+           still.length ==
+               static_cast<std::size_t>(std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); })) &&
+           std::ranges::find(died, std::pair(series.unit, still.value)) != died.end();
+  });
+  data.series = std::move(alive);
+}
+
+void compare_rests(Data& data) {
+  const Unit g = Unit::parse("g");
+  for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
+    if (data.units[unit].scale_from_rest) continue;
+    for (const Series& series : data.series) {
+      if (series.unit != unit || !series.at_rest() || !std::isfinite(series.rest)) continue;
+      const double found = mean_of(series, 0.0).value;
+      if (std::abs(found - series.rest) < si(0.1, "g")) continue;
+      data.findings.push_back(
+          {Severity::warning,
+           fmt::format(
+               "at rest the unit shows {:+.4g} g where the plan lets expect {:+.4g} g: it is mounted another way "
+               "(mount_pitch of the schedule), or its scale factor has another size or sign; the sign of the "
+               "rectification goes with it",
+               g.from_si(found), g.from_si(series.rest)),
+           data.units[unit].name + ", " + series.label});
+      break;
+    }
+  }
+}
+
+void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& data) {
+  std::vector<double> quietest(data.units.size(), INFINITY);
+  for (const Series& s : data.series)
+    if (s.at_rest()) quietest[s.unit] = std::min(quietest[s.unit], spread(s.force));
+  std::erase_if(data.series, [&](const Series& s) {
+    if (!s.at_rest()) return false;
+    const bool pulses = reading_of(*drafts.at(s.unit).front().channel) == Reading::pulses;
+    const double own = spread(s.force), least = pulses ? 3.0 / s.window : 1e-3 * std::abs(mean_of(s, 0.0).value);
+    if (own <= std::max(20.0 * quietest[s.unit], least)) return false;
+    data.findings.push_back(
+        {Severity::warning,
+         fmt::format("not at rest, as planned: it spreads {:.3g} times as much as the quietest; not "
+                     "used as the unit at rest",
+                     own / quietest[s.unit]),
+         data.units[s.unit].prefix + s.label});
+    return true;
+  });
+}
+
+void set_power_ups(Data& data) {
+  std::map<int, std::map<std::pair<std::size_t, std::string>, std::size_t>>
+      seen;  // by run: recording of unit and label
+  std::map<int, bool> split, repeated;
+  for (const Series& s : data.series) {
+    const auto [known, first] = seen[s.run].emplace(std::pair(s.unit, s.label), s.recording);
+    repeated[s.run] = repeated[s.run] || !first;
+    split[s.run] = split[s.run] || seen[s.run].begin()->second != s.recording;
+  }
+  std::map<std::pair<std::size_t, int>, std::size_t> power_ups;
+  for (Series& s : data.series) {
+    const bool one = split[s.run] && !repeated[s.run];
+    s.power_up = power_ups.emplace(std::pair(one ? 0 : s.recording, s.run), power_ups.size()).first->second;
+    if (!one) continue;
+    s.end = s.planned_begin + s.end - s.begin;
+    s.begin = s.planned_begin;
+  }
+}
+
+}  // namespace tumble::vibration

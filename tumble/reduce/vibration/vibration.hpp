@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/evidence.hpp"
+#include "tumble/core/finding.hpp"
+#include "tumble/core/schedule.hpp"
+#include "tumble/core/settings.hpp"
+
+/// What vibration tests of accelerometers share: units under test, read as the mean specific force over each counting
+/// window, segment by segment of the schedule.
+///
+///   N_j/(K_1 H) = mean of a over window j                                                              (3.3), (3.8)
+///
+/// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019; docs/equations (3.3)-(3.15).
+namespace tumble::vibration {
+
+/// One accelerometer on the fixture.
+struct UnitUnderTest {
+  /// "S2" of a channel S2 or S2.accelerometer; of "accelerometer" with others beside it the plan's serial.
+  std::string name;
+  std::string prefix;              ///< of its parameters: "S1."; empty where it is the only one
+  std::string channel;             ///< as recorded
+  double force_per_value = 1.0;    ///< specific force [m/s^2] for one SI unit of the channel, over one window
+  double pulse = 0.0;              ///< [m/s] velocity of one pulse, 1/K_1; 0: not counted
+  double scale_relative_sd = 0.0;  ///< of force_per_value
+  bool scale_from_rest = false;    ///< K_1 was found from the segments at rest
+};
+
+/// One unit over one segment of the schedule, settling left out.
+struct Series {
+  std::size_t unit = 0;       ///< index in Data::units
+  std::size_t recording = 0;  ///< index in Evidence::recordings
+  int run = 1;
+  std::size_t power_up = 0;        ///< series of one power-up share it, whichever recordings hold them
+  double planned_begin = 0.0;      ///< [s] of the segment, since the power-up began
+  std::string label;               ///< of the segment
+  Motion shake;                    ///< as commanded; hold: at rest
+  double window = 0.0;             ///< H [s], mean
+  double averaging = 0.0;          ///< [s] over which a sample is the mean: H, or 0 where units are read as instants
+  double interval = 0.0;           ///< [s] from one window to the next
+  double begin = 0.0;              ///< [s] beginning of the first window, on a clock common to the power-up
+  double end = 0.0;                ///< [s] end of the last
+  std::vector<double> time = {};   ///< [s] middle of each window
+  std::vector<double> force = {};  ///< [m/s^2] mean over each window; NaN: missed
+  /// [m/s^2] of the reference, without gravity, over the same windows (see Data::reference_integrated); empty: none.
+  std::vector<double> reference = {};
+  double rest = 0.0;  ///< a_0 [m/s^2]: along the input axis with the shaker at rest, by the plan's rig
+
+  bool at_rest() const { return shake.kind == Motion::Kind::hold; }
+  double middle() const { return 0.5 * (begin + end); }  ///< [s]
+};
+
+struct Data {
+  std::vector<UnitUnderTest> units;
+  std::vector<Series> series;         ///< by unit, then power-up, then time
+  bool reference_integrated = false;  ///< false: the reference is read as an instant in the middle of each window
+  std::optional<double> range;        ///< [m/s^2] of the units
+  Findings findings;
+};
+
+/// Options that every vibration test has.
+std::vector<Option> options();
+
+/// Units, windows and reference of all recordings, with what is wrong with the windows as findings: counters that
+/// overflowed (unwrapped where that is unambiguous), missed windows, counts of several windows in one after a gap,
+/// gate times that scatter (each count divided by its own H), units that give a constant, a reference that is missing.
+///
+/// Throws Error::bad_input, bad_data that list all that is missing or cannot be: no recording, no unit, a scale factor
+/// that neither the settings nor segments at rest give, counters that overflowed beyond repair.
+Data data_of(const Evidence& evidence);
+
+/// A mean as a sum of weights times the means of segments at rest.
+struct AtRest {
+  struct Part {
+    std::size_t series = 0;  ///< index in Data::series
+    double weight = 0.0;
+  };
+  std::vector<Part> parts;  ///< one or two; none: no segment at rest in that run
+  bool both_sides = false;  ///< at rest before and after: drift is interpolated
+};
+
+/// What the unit would show in the middle of `series` with the shaker at rest: its segments at rest before and after,
+/// in the same power-up, interpolated linearly in time.
+AtRest at_rest(const Data& data, const Series& series);
+
+/// Mean of a series and its uncertainty.
+struct Mean {
+  double value = 0.0;     ///< [m/s^2]
+  double variance = 0.0;  ///< of the mean: of white noise by means over blocks, and of the rounding to pulses
+  double degrees_of_freedom = 1.0;
+  std::size_t windows = 0;
+};
+
+/// Plain mean over the windows. The rounding to pulses adds up to one pulse at most however long the series, so that
+/// its variance is 1/6 pulse^2 over the time squared (3.14); that of everything else is taken from means over 16
+/// blocks, with the rounding of these subtracted. Given: pulse [m/s].
+Mean mean_of(const Series& series, double pulse);
+
+/// sin(pi x)/(pi x) [1]
+double sinc(double x);
+
+}  // namespace tumble::vibration

@@ -1,0 +1,200 @@
+#include "tumble/reduce/vibration/windows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/core/clock.hpp"
+#include "tumble/core/say.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::vibration {
+namespace {
+
+void refuse_backwards(const Channel& channel, const Clock& clock) {
+  if (clock.backward == 0 && clock.duplicates == 0) return;
+  throw Error(Error::Kind::bad_data,
+              fmt::format("'{}': {} not later than the one before: counting windows cannot be told from such a clock; "
+                          "write the stamps with more digits, or leave them out and give the rate (--set rate=200)",
+                          channel.name, say_count(clock.backward + clock.duplicates, "stamp")));
+}
+
+/// Samples beside a gap of the clock or beside missing samples.
+void leave_out_neighbours(const Channel& channel, const Clock& clock, Windows& windows) {
+  const std::size_t n = channel.values.size();
+  std::vector<bool> bad(n, false);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!std::isnan(channel.values[i])) continue;
+    bad[i] = true;
+    if (i > 0) bad[i - 1] = true;
+    if (i + 1 < n) bad[i + 1] = true;
+  }
+  for (const auto& gap : clock.gaps) {
+    bad[gap.after] = true;
+    if (gap.after + 1 < n) bad[gap.after + 1] = true;
+  }
+  for (std::size_t i = 0; i < n; ++i) windows.usable[i] = !bad[i];
+}
+
+/// What an even clock leaves of the stamps of samples `from` to `to`: the mean over 257 neighbours follows a clock that
+/// wanders, and not the scatter of single stamps.
+std::vector<double> wander(const Channel& channel, std::size_t from, std::size_t to, double rate) {
+  constexpr std::size_t half = 128;
+  const std::size_t n = to - from;
+  std::vector<double> total(n + 1, 0.0), mean(n);
+  for (std::size_t i = 0; i < n; ++i)
+    total[i + 1] = total[i] + (channel.time(from + i) - channel.time(from) - static_cast<double>(i) / rate);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t reach = std::min({half, i, n - 1 - i});  // symmetric: a drift does not shift it
+    mean[i] = (total[i + reach + 1] - total[i - reach]) / static_cast<double>(2 * reach + 1);
+  }
+  return mean;
+}
+
+/// Even times in each part between gaps, with the wander of its clock where that is more than a thousandth of a window.
+void set_even_times(const Channel& channel, const Clock& clock, Windows& windows) {
+  const std::size_t n = channel.values.size();
+  std::size_t from = 0;
+  for (std::size_t g = 0; g <= clock.gaps.size(); ++g) {
+    const std::size_t to = g < clock.gaps.size() ? clock.gaps[g].after + 1 : n;
+    const double length = static_cast<double>(to - from);
+    const double rate = length > 64.0 ? (length - 1.0) / (channel.time(to - 1) - channel.time(from)) : clock.rate;
+    const auto off = wander(channel, from, to, rate);
+    double mean = 0.0, squares = 0.0;
+    for (const double x : off) mean += x / length;
+    for (const double x : off) squares += (x - mean) * (x - mean) / length;
+    const bool wanders = std::sqrt(squares) > 1e-3 / rate;
+    for (std::size_t i = from; i < to; ++i)
+      windows.begin[i] = channel.time(from) + static_cast<double>(i - from) / rate + (wanders ? off[i - from] : mean);
+    from = to;
+  }
+}
+
+}  // namespace
+
+Windows even_windows(const Channel& channel, Findings& findings) {
+  const std::size_t n = channel.values.size();
+  if (n < 16)
+    throw Error(Error::Kind::bad_data,
+                fmt::format("'{}' has {}: too few for a vibration test", channel.name, say_count(n, "sample")));
+  for (std::size_t i = 0; i < n; ++i)
+    if (std::isinf(channel.values[i]))
+      throw Error(Error::Kind::bad_data, fmt::format("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));
+  const Clock clock = clock_of(channel);
+  refuse_backwards(channel, clock);
+  if (!(clock.rate > 0.0))
+    throw Error(Error::Kind::bad_data, fmt::format("'{}': the counting period cannot be told", channel.name));
+  Windows windows;
+  windows.begin.resize(n);
+  windows.length.assign(n, 1.0 / clock.rate);
+  windows.usable.assign(n, true);
+  windows.window = 1.0 / clock.rate;
+  windows.scatter = clock.jitter_rms;
+  if (channel.timeline.uniform())
+    for (std::size_t i = 0; i < n; ++i) windows.begin[i] = channel.time(i);
+  else
+    set_even_times(channel, clock, windows);
+  leave_out_neighbours(channel, clock, windows);
+  std::size_t lost = 0, holes = clock.gaps.size();
+  for (const auto& gap : clock.gaps) lost += gap.lost;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!std::isnan(channel.values[i])) continue;
+    ++lost;
+    holes += i == 0 || !std::isnan(channel.values[i - 1]) ? 1 : 0;
+  }
+  if (lost > 0)
+    findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("{} missed in {}: nothing is put in their place, and the windows on either side are "
+                     "left out, since a card that goes on counting gives the pulses of several windows "
+                     "as one",
+                     say_count(lost, "window"), say_count(holes, "gap")),
+         channel.name});
+  return windows;
+}
+
+Windows stamped_windows(const Channel& channel, const Windows& even) {
+  Windows windows = even;
+  windows.by_stamps = true;
+  const std::size_t n = channel.values.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    windows.begin[i] = channel.time(i);
+    if (i + 1 < n) windows.length[i] = channel.time(i + 1) - channel.time(i);
+    if (i + 1 == n) windows.usable[i] = false;
+  }
+  return windows;
+}
+
+double slope_with_interval(const Channel& channel, const std::vector<std::pair<double, double>>& at_rest) {
+  double with = 0.0, squares = 0.0, counts = 0.0, windows = 0.0;
+  for (const auto& [begin, end] : at_rest) {
+    double n = 0.0, count = 0.0, time = 0.0;
+    const std::size_t first = index_at(channel, begin);
+    std::size_t last = first;
+    for (; last + 1 < channel.values.size() && channel.time(last + 1) < end; ++last) {
+      if (std::isnan(channel.values[last])) continue;
+      count += channel.values[last];
+      time += channel.time(last + 1) - channel.time(last);
+      ++n;
+    }
+    if (n < 16.0 || count == 0.0) continue;
+    for (std::size_t i = first; i < last; ++i) {
+      if (std::isnan(channel.values[i])) continue;
+      const double interval = (channel.time(i + 1) - channel.time(i)) * n / time - 1.0;
+      if (std::abs(interval) > 0.5) continue;  // a gap
+      const double more = channel.values[i] * n / count - 1.0;
+      with += interval * more;
+      squares += interval * interval;
+      counts += more * more;
+      ++windows;
+    }
+  }
+  if (!(squares > 0.0)) return std::nan("");
+  const double slope = with / squares;
+  const double variance = (counts - slope * with) / (windows * squares);
+  return variance < 0.01 ? slope : std::nan("");
+}
+
+Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
+  double low = INFINITY, high = -INFINITY, sum = 0.0, n = 0.0;
+  for (const double c : counts) {
+    if (std::isnan(c)) continue;
+    low = std::min(low, c);
+    high = std::max(high, c);
+    sum += c;
+    ++n;
+  }
+  if (n < 16.0 || !std::isfinite(expected) || !(reach > 0.0)) return {};
+  for (const int bits : {8, 10, 12, 14, 15, 16, 20, 24}) {
+    const double m = std::ldexp(1.0, bits);
+    const bool is_signed = low < 0.0;
+    const double bottom = is_signed ? -0.5 * m : 0.0, top = bottom + m - 1.0;
+    if (low < bottom || high > top || (expected - 0.9 * reach > bottom && expected + 0.9 * reach < top)) continue;
+    Unwrapped result{Unwrapped::Outcome::repaired, bits, 0};
+    std::vector<double> moved = counts;
+    double mean = 0.0, before = 0.0, after = 0.0, farthest = 0.0;
+    for (double& c : moved) {
+      if (std::isnan(c)) continue;
+      const double turns = std::round((expected - c) / m);
+      result.windows += turns != 0.0 ? 1 : 0;
+      c += turns * m;
+      mean += c / n;
+      farthest = std::max(farthest, std::abs(c - expected));
+    }
+    if (result.windows == 0) continue;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      if (std::isnan(counts[i])) continue;
+      before += (counts[i] - sum / n) * (counts[i] - sum / n);
+      after += (moved[i] - mean) * (moved[i] - mean);
+    }
+    if (farthest < 0.47 * m && after < 0.98 * before) {
+      counts = std::move(moved);
+      return result;
+    }
+    if (std::abs(sum / n - expected) > 0.1 * reach) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
+  }
+  return {};
+}
+
+}  // namespace tumble::vibration

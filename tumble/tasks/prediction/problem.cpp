@@ -1,0 +1,189 @@
+#include "tumble/tasks/prediction/problem.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/core/budget.hpp"
+#include "tumble/rigs/rig.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::prediction {
+namespace {
+
+constexpr double least_excitation = 1e-8;
+constexpr int instants_in_motion = 40;
+constexpr int probes = 16;
+
+/// Fractions that no period of a motion hits twice: multiples of the golden section.
+double fraction(int i) {
+  const double x = 0.5 + 0.6180339887498949 * i;
+  return x - std::floor(x);
+}
+
+/// A bench, a table and a chamber in all directions: what a regressor is measured against.
+std::vector<Felt> strong_motions() {
+  std::vector<Felt> out;
+  const RandomStream random(1);
+  const auto vector = [&](int i, int k, double size) {
+    const auto draw = random.split(static_cast<std::uint64_t>(i)).split(static_cast<std::uint64_t>(k));
+    return size * Vector3{draw.normal(0), draw.normal(1), draw.normal(2)};
+  };
+  for (int i = 0; i < probes; ++i) {
+    const Vector3 thermal = vector(i, 3, 10.0);
+    out.push_back({.rate = vector(i, 0, 1.0),
+                   .angular_acceleration = vector(i, 1, 1.0),
+                   .specific_force = vector(i, 2, 10.0),
+                   .temperature = 293.15 + thermal.x,
+                   .temperature_gradient = 0.1 * thermal.y,
+                   .temperature_rate = 1e-3 * thermal.z,
+                   .start_temperature = 293.15 + thermal.y,
+                   .since_power_on = 100.0 * i});
+  }
+  return out;
+}
+
+double largest(const Term& term, const std::vector<Felt>& felt) {
+  double most = 0.0;
+  for (const auto& one : felt) most = std::max(most, std::abs(term.regressor(one)));
+  return most;
+}
+
+/// The columns that may go first where not all can be told apart: those without a true value, then the others, the
+/// last in the table first.
+std::vector<std::string> dispensable(const std::vector<Term>& terms, const std::map<std::string, double>& truth) {
+  std::vector<std::string> out;
+  for (const bool zero : {true, false})
+    for (auto term = terms.rbegin(); term != terms.rend(); ++term)
+      if ((truth.at(term->name) == 0.0) == zero) out.push_back(term->name);
+  return out;
+}
+
+void describe(const OutputProblem& output, Estimate& estimate) {
+  if (output.not_excited.empty()) return;
+  std::string names;
+  for (const auto& term : output.not_excited) names += (names.empty() ? "" : ", ") + term.name;
+  estimate.findings.push_back({Finding::Severity::info,
+                               "not excited by this schedule, and assumed to be known: " + names,
+                               output.problem.channel});
+}
+
+/// Block after block; contributions of one name are one line.
+void append(Estimate& whole, const Estimate& part) {
+  const auto before = whole.parameters.size(), added = part.parameters.size();
+  Matrix covariance(before + added, before + added);
+  for (std::size_t i = 0; i < before; ++i)
+    for (std::size_t j = 0; j < before; ++j) covariance(i, j) = whole.covariance(i, j);
+  for (std::size_t i = 0; i < added; ++i)
+    for (std::size_t j = 0; j < added; ++j) covariance(before + i, before + j) = part.covariance(i, j);
+  whole.covariance = std::move(covariance);
+  whole.parameters.insert(whole.parameters.end(), part.parameters.begin(), part.parameters.end());
+  for (auto& line : whole.budget) line.variance.resize(before + added, 0.0);
+  for (const auto& line : part.budget) {
+    auto found = std::ranges::find(whole.budget, line.source, &Contribution::source);
+    if (found == whole.budget.end())
+      found = whole.budget.insert(found, {line.source, std::vector<double>(before + added, 0.0)});
+    for (std::size_t i = 0; i < added; ++i) found->variance[before + i] += line.variance[i];
+  }
+  whole.fit.observations += part.fit.observations;
+  whole.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
+  whole.fit.condition = std::max(whole.fit.condition, part.fit.condition);
+  whole.findings.insert(whole.findings.end(), part.findings.begin(), part.findings.end());
+}
+
+}  // namespace
+
+void refuse_unpredictable(const Plan& plan) {
+  std::vector<std::string> problems;
+  if (plan.instrument_model.empty()) problems.push_back("to predict, the plan needs [instrument] model = \"...\"");
+  if (plan.rig_kind.empty()) problems.push_back("to predict, the plan needs [rig] kind = \"...\"");
+  if (!(plan.sample_rate > 0.0))
+    problems.push_back("to predict, the plan needs [instrument] rate = \"1 Hz\" or the like");
+  if (plan.schedule.empty()) problems.push_back("to predict, the plan needs at least one [[schedule]]");
+  if (plan.truth.texts().empty())
+    problems.push_back(
+        "to predict, the plan needs [truth] with the noise of the instrument: angle_random_walk = \"...\"");
+  else if (!plan.instrument_model.empty()) {
+    std::vector<std::string> silent;
+    for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
+      if (!(noise_of(plan.truth, output.noise_prefix).angle_random_walk > 0.0))
+        if (const auto name = output.noise_prefix + "angle_random_walk";
+            std::ranges::find(silent, name) == silent.end())
+          silent.push_back(name);
+    for (const auto& name : silent)
+      problems.push_back(fmt::format(
+          "to predict, [truth] must state the white noise of the instrument: {} = \"...\"; without it the uncertainty "
+          "would be that of the rig alone",
+          name));
+  }
+  for (auto& problem : problems) problem = plan.file.empty() ? problem : plan.file + ": " + problem;
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+std::vector<Felt> felt_over(const Plan& plan) {
+  std::vector<Felt> out;
+  for (std::size_t first = 0; first < plan.schedule.size();) {
+    RigRun run{{}, plan.rig, plan.site, plan.sample_rate, {}, RandomStream{0}};
+    while (first < plan.schedule.size() && (run.segments.empty() || plan.schedule[first].run == run.segments[0].run))
+      run.segments.push_back(plan.schedule[first++]);
+    const Reference reference = find_rig(plan.rig_kind).reference(run);
+    double begin = 0.0;
+    for (std::size_t s = 0; s < run.segments.size(); ++s) {
+      const double end = begin + run.segments[s].duration, from = std::clamp(reference.settled[s], begin, end);
+      const bool rests = !reference.steady_until || reference.steady_until(from) >= end;
+      for (int i = 0; i < (rests ? 1 : instants_in_motion); ++i) {
+        Felt felt;
+        reference.felt(from + fraction(i) * (end - from), 1.0, {&felt, 1});
+        out.push_back(felt);
+      }
+      begin = end;
+    }
+  }
+  return out;
+}
+
+bool excited(const Term& term, const std::vector<Felt>& felt) {
+  return largest(term, felt) > least_excitation * largest(term, strong_motions());
+}
+
+std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<Felt>& felt,
+                                           const std::vector<std::string>& only) {
+  const Model& model = find_model(plan.instrument_model);
+  std::vector<OutputProblem> out;
+  for (const auto& output : model.outputs(plan.truth)) {
+    OutputProblem one;
+    one.problem.channel = output.channel;
+    one.problem.input = output.input;
+    std::map<std::string, double> truth;
+    const auto coefficients = coefficients_of(model, output, plan.truth);
+    for (std::size_t k = 0; k < coefficients.size(); ++k) truth[output.terms[k].name] = coefficients[k];
+    for (const auto& term : output.terms) {
+      if (!only.empty() && std::ranges::find(only, term.name) == only.end()) continue;
+      (excited(term, felt) ? one.problem.columns : one.not_excited).push_back(term);
+    }
+    one.problem.leave_out_first = dispensable(one.problem.columns, truth);
+    one.problem.oversampling = std::max(1, plan.truth.integer("oversampling"));
+    one.problem.averaging = std::max(1.0, 1.0 / plan.sample_rate);
+    for (const auto& [name, member] :
+         {std::pair{"settling", &TermProblem::settling}, std::pair{"averaging", &TermProblem::averaging}})
+      if (plan.settings.texts().contains(name)) one.problem.*member = plan.settings.number(name);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+Estimate predict_outputs(const Plan& plan, const std::vector<OutputProblem>& outputs) {
+  Estimate whole;
+  for (const auto& output : outputs) {
+    if (output.problem.columns.empty()) continue;
+    auto part = predict_terms(plan, output.problem);
+    describe(output, part);
+    append(whole, part);
+  }
+  gather_small(whole);
+  return whole;
+}
+
+}  // namespace tumble::prediction
