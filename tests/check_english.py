@@ -18,7 +18,7 @@ NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 CLEAN = ("apps/", "tumble/units/", "tumble/core/", "tumble/earth/", "tumble/models/", "tumble/rigs/", "tumble/sim/",
          "tumble/checks/", "tumble/formats/", "tumble/report/", "tumble/tasks/")
 # Names in the result JSON do not change.
-FIXED = {"tumble/tasks/optimise/report.cpp": ("told", "told apart")}
+FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart")}
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
 
 
@@ -93,7 +93,7 @@ SOUND = {
     "apps/cli/a.cpp": '// left out\n#include "left out"\n/* told */ auto told = "skipped";  // "told"\nchar c = \'"\';\n',
     "tumble/core/a_test.cpp": 'auto s = "told";\n',
     "tumble/methods/a.cpp": 'auto s = "told";\n',
-    "tumble/tasks/optimise/report.cpp": 'column("told");\n',
+    "tumble/tasks/optimisation/report.cpp": 'column("told");\n',
 }
 TAMPERED = {  # file, its new text, words of the fault
     "page": ("docs/a/b.md", "A sample\nis Told so.\n", "docs/a/b.md:2: 'Told'"),

@@ -119,6 +119,6 @@ Findings run(const Recording& recording, const Plan*) {
 }  // namespace
 
 extern const Check counter_overflow{"counter_overflow",
-                                    "pulse counts that run over the end of their register or stop there", run};
+                                    "pulse counts that pass the end of their register or stop there", run};
 
 }  // namespace tumble::checks

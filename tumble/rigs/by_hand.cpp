@@ -13,12 +13,12 @@ namespace {
 using namespace chain;
 
 std::vector<Imperfection> imperfections() {
-  return joined(
-      {{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {error_names::gravity}}},
-       lever_imperfections("20 mm"),
-       {{quantity("pose_sd", "deg", "2 deg", "orientation in which the instrument is laid down, about each axis"),
-         {error_names::pose_x, error_names::pose_y, error_names::pose_z},
-         true}}});
+  return joined({{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {error_names::gravity}}},
+                 lever_imperfections("20 mm"),
+                 {{quantity("pose_sd", "deg", "2 deg",
+                            "error of the orientation in which the instrument is laid down, about each axis"),
+                   {error_names::pose_x, error_names::pose_y, error_names::pose_z},
+                   true}}});
 }
 
 std::vector<Option> options() {

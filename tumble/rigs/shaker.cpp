@@ -23,13 +23,14 @@ constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a roundin
 std::vector<Imperfection> imperfections() {
   return joined({base_imperfections(),
                  mount_imperfections(),
-                 {{quantity("amplitude_sd", "%", "1 %", "relative, of the commanded acceleration"),
+                 {{quantity("amplitude_sd", "%", "1 %", "relative error of the commanded acceleration"),
                    {error_names::shake_amplitude}},
-                  {quantity("cross_motion_sd", "%", "2 %", "motion across the shake over the shake, in each direction"),
+                  {quantity("cross_motion_sd", "%", "2 %",
+                            "ratio of the motion across the shake to the shake, in each direction"),
                    {error_names::cross_motion_y, error_names::cross_motion_z}},
-                  {quantity("distortion_sd", "%", "1 %", "second and third harmonic over the fundamental"),
+                  {quantity("distortion_sd", "%", "1 %", "ratio of the second and third harmonic to the fundamental"),
                    {error_names::second_harmonic, error_names::third_harmonic}},
-                  {quantity("reference_gain_sd", "%", "0.5 %", "relative, of the reference accelerometer's gain"),
+                  {quantity("reference_gain_sd", "%", "0.5 %", "relative error of the reference accelerometer's gain"),
                    {error_names::reference_gain}}}});
 }
 

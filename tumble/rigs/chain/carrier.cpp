@@ -82,8 +82,9 @@ std::vector<Imperfection> lever_imperfections(const char* sd) {
 }
 
 std::vector<Imperfection> mount_imperfections() {
-  return {{quantity("mount_sd", "arcsec", "20 arcsec", "instrument against the fixture, about each of its axes"),
-           {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
+  return {
+      {quantity("mount_sd", "arcsec", "20 arcsec", "error of the instrument on the fixture, about each of its axes"),
+       {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
 }
 
 std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options) {
