@@ -26,7 +26,7 @@ std::vector<Option> constants() {
        "degC",
        "20 degC",
        {},
-       "the start temperature enters docs/equations (5.3) as its difference from this"},
+       "reference of the start temperature in docs/equations (5.3)"},
       {"form",
        Type::word,
        "1",
