@@ -46,9 +46,9 @@ Verb add_compensate(CLI::App& program) {
   app->add_option("--plan", arguments->plan,
                   "plan whose rig and schedule say what was felt, where the recording does not");
   add_sets(*app, arguments->sets,
-           "what the file does not say itself:\n"
+           "information that the file does not contain:\n"
            "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
            "segment_column=COLUMN with labels; repeatable");
   app->footer("Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n");
   return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};

@@ -12,11 +12,12 @@ Verb add_convert(CLI::App& program) {
   auto* app = program.add_subcommand("convert", "Write a recording in another format");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RECORDING", arguments->recording, "recording to read")->required();
-  app->add_option("-o,--output", arguments->output, "recording to write; its ending says the format")->required();
+  app->add_option("-o,--output", arguments->output, "recording to write; the end of its name selects the format")
+      ->required();
   add_sets(*app, arguments->sets,
-           "what the file does not say itself:\n"
+           "information that the file does not contain:\n"
            "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
            "segment_column=COLUMN with labels; repeatable");
   app->footer(
       "Examples:\n"

@@ -61,26 +61,25 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb add_identify(CLI::App& program) {
-  auto* app = program.add_subcommand("identify", "Parameters with their uncertainty, from a plan and recordings");
+  auto* app =
+      program.add_subcommand("identify", "Identify parameters with their uncertainty, from a plan and recordings");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("PLAN|METHOD", arguments->what, "plan file (.toml), or the name of a method that needs none")
       ->required();
-  app->add_option("RECORDING", arguments->recordings, "recordings, after those that the plan names");
-  app->add_option("-o,--output", arguments->output, "result to write (.json); the table is printed all the same");
+  app->add_option("RECORDING", arguments->recordings, "recordings, in addition to those of the plan");
+  app->add_option("-o,--output", arguments->output, "result to write (.json); the table is printed as well");
   app->add_flag("--json", arguments->json, "print the result as JSON instead of a table");
-  app->add_flag("--strict", arguments->strict,
-                "exit status 1 when a limit of the plan is not kept or cannot be judged");
+  app->add_flag("--strict", arguments->strict, "exit status 1 if a limit of the plan fails or cannot be decided");
   app->add_option("--memory-limit", arguments->memory,
-                  "a recording with more bytes of samples is worked\n"
-                  "through block after block, where the method can")
+                  "a recording with more bytes of samples is processed\nin blocks, if the method supports it")
       ->transform(CLI::AsSizeValue(true))
       ->type_name("SIZE")
       ->default_str("2 GB");
   add_sets(*app, arguments->sets,
            "a setting of the method (see `tumble list methods NAME`), or\n"
-           "channels.ROLE=COLUMN, or what a file does not say itself:\n"
+           "channels.ROLE=COLUMN, or information that a file does not contain:\n"
            "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
            "segment_column=COLUMN with labels; repeatable");
   app->footer(
       "Examples:\n"

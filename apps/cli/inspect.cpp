@@ -145,14 +145,14 @@ Verb add_inspect(CLI::App& program) {
     std::vector<std::string> sets;
     bool json = false;
   };
-  auto* app = program.add_subcommand("inspect", "What a recording holds, and what is odd in it");
+  auto* app = program.add_subcommand("inspect", "Show the channels of a recording, and its faults");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RECORDING", arguments->recording, "recording to read")->required();
   app->add_flag("--json", arguments->json, "print JSON instead of a table");
   add_sets(*app, arguments->sets,
-           "what the file does not say itself:\n"
+           "information that the file does not contain:\n"
            "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" where there is no header,\n"
+           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
            "segment_column=COLUMN with labels; repeatable");
   app->footer(
       "Examples:\n"

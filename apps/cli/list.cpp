@@ -104,11 +104,11 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Verb add_list(CLI::App& program) {
-  auto* app = program.add_subcommand("list", "What there is: methods, models, rigs, formats, checks");
+  auto* app = program.add_subcommand("list", "List methods, models, rigs, formats, checks");
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("KIND", arguments->kind, "methods, models, rigs, formats or checks; without it all of them");
-  app->add_option("NAME", arguments->name, "one of them, with its options and where they come from");
-  app->add_flag("--json", arguments->json, "print JSON, options and all");
+  app->add_option("KIND", arguments->kind, "methods, models, rigs, formats or checks (default: all)");
+  app->add_option("NAME", arguments->name, "name of one entry, to show its options and sources");
+  app->add_flag("--json", arguments->json, "print JSON, including the options");
   app->footer(
       "Examples:\n"
       "  tumble list\n"

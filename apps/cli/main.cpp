@@ -67,15 +67,15 @@ int refuse_extras(const CLI::App& program, const Terminal& terminal) {
 }
 
 int run(int argc, char** argv, Terminal& terminal) {
-  CLI::App program("Identification of inertial instruments: a plan and recordings in, parameters with uncertainty out.",
+  CLI::App program("Identify inertial instruments: from a plan and recordings to parameters with uncertainty.",
                    "tumble");
   program.set_version_flag("--version", fmt::format("tumble {}", version));
-  program.add_flag("--quiet", terminal.quiet, "no notes and no progress on standard error");
+  program.add_flag("--quiet", terminal.quiet, "print only errors on standard error");
   program.fallthrough();
   const std::vector<Verb> verbs{add_list(program),     add_inspect(program), add_simulate(program),
                                 add_identify(program), add_predict(program), add_compensate(program),
                                 add_report(program),   add_convert(program)};
-  program.footer("`tumble VERB --help` tells more of each, with examples.");
+  program.footer("`tumble VERB --help` describes a verb, with examples.");
   try {
     program.parse(argc, argv);
   } catch (const CLI::ExtrasError&) {
@@ -112,7 +112,7 @@ int run_and_catch(int argc, char** argv) {
 /// The HDF5 library can fall over bytes that were changed in a file without checksums. The handler may only write.
 extern "C" void last_words(int) {
   static constexpr char text[] =
-      "error: internal: memory fault. A damaged HDF5 file can do this to the HDF5 library: check the recording with "
+      "error: internal: memory fault. A damaged HDF5 file can cause this in the HDF5 library: check the recording with "
       "h5dump. If it is sound, this is a defect of the program, please report it. Nothing was written.\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, text, sizeof text - 1);
   unlink_unfinished();

@@ -82,7 +82,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb add_predict(CLI::App& program) {
-  auto* app = program.add_subcommand("predict", "The uncertainty of every parameter before the test is run");
+  auto* app = program.add_subcommand("predict", "Predict the uncertainty of every parameter before the test");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("PLAN", arguments->plan, "plan file (.toml) with [instrument], [rig], [[schedule]] and [truth]")
       ->required();
@@ -91,15 +91,16 @@ Verb add_predict(CLI::App& program) {
                 "find the positions, rates and dwell times that the rig allows with the smallest uncertainties");
   app->add_option("--criterion", arguments->criterion, "A: mean variance (default); D: determinant of the covariance")
       ->check(CLI::IsMember({"A", "D"}));
-  app->add_option("--total-time", arguments->total_time, "of all power-ups together (default: the plan's own)")
+  app->add_option("--total-time", arguments->total_time, "total time of all power-ups (default: that of the plan)")
       ->type_name("TIME");
-  app->add_option("--step", arguments->step, "of the grid of positions (default: 15 deg)")->type_name("ANGLE");
-  app->add_option("--terms", arguments->terms, "only these terms of the model, the others taken as known; repeatable")
+  app->add_option("--step", arguments->step, "step of the grid of positions (default: 15 deg)")->type_name("ANGLE");
+  app->add_option("--terms", arguments->terms,
+                  "only these terms of the model, the others are assumed to be known; repeatable")
       ->type_name("TERM,...")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app->add_option("-o,--output", arguments->output, "plan to write with the schedule found (.toml)");
-  add_sets(*app, arguments->sets, "in place of what the plan says: KEY, truth.KEY, rig.KEY; repeatable");
+  app->add_option("-o,--output", arguments->output, "plan to write, with the new schedule (.toml)");
+  add_sets(*app, arguments->sets, "value that replaces that of the plan: KEY, truth.KEY, rig.KEY; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble predict gyro.toml\n"

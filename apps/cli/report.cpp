@@ -11,7 +11,7 @@ Verb add_report(CLI::App& program) {
   struct Arguments {
     std::string result, output;
   };
-  auto* app = program.add_subcommand("report", "A result as one HTML page that needs no network");
+  auto* app = program.add_subcommand("report", "Write a result as one HTML page that needs no network");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("RESULT", arguments->result, "result (.json) of identify or predict")->required();
   app->add_option("-o,--output", arguments->output, "page to write (.html)")->required();

@@ -38,11 +38,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 Verb add_simulate(CLI::App& program) {
-  auto* app = program.add_subcommand("simulate", "Carry a plan out on a simulated rig and instrument");
+  auto* app = program.add_subcommand("simulate", "Simulate the test of a plan, with rig and instrument");
   auto arguments = std::make_shared<Arguments>();
   app->add_option("PLAN", arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]")->required();
-  app->add_option("-o,--output", arguments->output, "recording to write; without it <plan>.h5 in this folder");
-  app->add_option("--seed", arguments->seed, "of the random numbers: the same seed gives the same bytes")
+  app->add_option("-o,--output", arguments->output, "recording to write (default: <plan>.h5 in this folder)");
+  app->add_option("--seed", arguments->seed, "seed of the random numbers; the same seed gives the same bytes")
       ->check(
           [](const std::string& text) {
             std::uint64_t value = 0;
@@ -53,7 +53,7 @@ Verb add_simulate(CLI::App& program) {
           },
           "SEED")
       ->capture_default_str();
-  add_sets(*app, arguments->sets, "in place of what the plan says: truth.KEY, rig.KEY; repeatable");
+  add_sets(*app, arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable");
   app->footer(
       "Examples:\n"
       "  tumble simulate fog.toml -o fog.h5 --seed 7\n"

@@ -29,6 +29,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check backward_stamps{"backward_stamps", "stamps that lie before the one before", run};
+extern const Check backward_stamps{"backward_stamps", "stamps that are earlier than the stamp before", run};
 
 }  // namespace tumble::checks

@@ -71,8 +71,8 @@ std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
     const Jumps jumps = jumps_in(channel.values, r, step);
     if (jumps.count == 0) continue;
     return Finding{Finding::Severity::error,
-                   fmt::format("the counter ran over its {} bits{} {} ({:.0f} after {:.0f}), first at {}: add or take "
-                               "off {:.0f} where it did, or count in a wider register or a shorter period",
+                   fmt::format("the counter passed the end of its {} bits{} {} ({:.0f} after {:.0f}), first at {}: add "
+                               "or subtract {:.0f} there, or count in a wider register or a shorter period",
                                r.bits, r.lowest < 0.0 ? " with sign" : "",
                                jumps.count == 1 ? "once" : fmt::format("{} times", jumps.count),
                                channel.values[jumps.first], channel.values[jumps.first - 1],
@@ -93,7 +93,7 @@ std::optional<Finding> stopped(const Channel& channel, const Spread& spread) {
                            static_cast<double>(before) + 4.0 * std::sqrt(static_cast<double>(before) + 1.0))
         continue;
       return Finding{Finding::Severity::error,
-                     fmt::format("the counter stands at {:.0f}, the end of {} bits{}, in {}: pulses beyond are lost; "
+                     fmt::format("the counter stays at {:.0f}, the end of {} bits{}, in {}: further pulses are lost; "
                                  "count in a wider register or a shorter period",
                                  end, r.bits, r.lowest < 0.0 ? " with sign" : "",
                                  say_count(static_cast<std::size_t>(there), "window")),
@@ -119,6 +119,6 @@ Findings run(const Recording& recording, const Plan*) {
 }  // namespace
 
 extern const Check counter_overflow{"counter_overflow",
-                                    "pulse counts that run over the end of their register or stop there", run};
+                                    "pulse counts that pass the end of their register or stop there", run};
 
 }  // namespace tumble::checks

@@ -31,6 +31,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check duplicate_stamps{"duplicate_stamps", "samples with the same stamp as the one before", run};
+extern const Check duplicate_stamps{"duplicate_stamps", "samples with the stamp of the sample before", run};
 
 }  // namespace tumble::checks

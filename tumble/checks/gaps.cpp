@@ -31,7 +31,8 @@ Findings run(const Recording& recording, const Plan*) {
   for (const auto& timeline : stamped_timelines(recording)) {
     const Clock clock = clock_of(*timeline.channel);
     if (!clock.gaps.empty())
-      findings.push_back({Finding::Severity::warning, sentence(clock.gaps) + "; what needs even sampling stops there",
+      findings.push_back({Finding::Severity::warning,
+                          sentence(clock.gaps) + "; methods that need a constant rate cannot use data across a gap",
                           timeline.where});
   }
   return findings;

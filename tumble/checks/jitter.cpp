@@ -21,7 +21,7 @@ Findings run(const Recording& recording, const Plan*) {
       if (clock.longest_pause * clock.rate > 2.0)
         message += ", with pauses of up to " + say_seconds(clock.longest_pause) + " (at " +
                    say_instant(timeline.channel->time(clock.pause_after)) + ") in which no sample was lost";
-      findings.push_back({Finding::Severity::info, message + ": taken as evenly sampled", timeline.where});
+      findings.push_back({Finding::Severity::info, message + ": treated as evenly sampled", timeline.where});
     }
   }
   return findings;

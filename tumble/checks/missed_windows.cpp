@@ -74,7 +74,8 @@ Findings run(const Recording& recording, const Plan*) {
     findings.push_back(
         {Finding::Severity::warning,
          fmt::format("{} the pulses of several ({:.0f} times those of its neighbours at {}), {} missed: the card was "
-                     "read too late and counted on; leave such windows blank, or share their pulses among those missed",
+                     "read too late, after it had counted further; leave such windows blank, or distribute their "
+                     "pulses over the missed windows",
                      late.windows == 1 ? "one window holds" : fmt::format("{} windows hold", late.windows), late.times,
                      say_instant(channel.time(late.first)), say_count(late.missed, "window")),
          channel.name});

@@ -101,8 +101,8 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum, moves);
   if (found.count == 0) return {};
   return {{Finding::Severity::warning,
-           fmt::format("{} apart from both neighbours, the farthest by {} ({:.0f} times the usual) at {}",
-                       found.count == 1 ? "one sample stands" : fmt::format("{} samples stand", found.count),
+           fmt::format("{} far from both neighbours, the farthest by {} ({:.0f} times the usual) at {}",
+                       found.count == 1 ? "one sample is" : fmt::format("{} samples are", found.count),
                        say_difference(found.distance, channel.unit), found.distance / found.usual,
                        say_instant(channel.time(found.farthest))),
            channel.name}};

@@ -136,6 +136,6 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check saturation{"saturation", "samples that pile up at the end of the channel's range", run};
+extern const Check saturation{"saturation", "samples that accumulate at the end of the channel's range", run};
 
 }  // namespace tumble::checks

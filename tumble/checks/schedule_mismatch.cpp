@@ -97,7 +97,7 @@ Findings by_marks(const Recording& recording, const Schedule& segments, const Ex
     const double planned_duration = segments[k].duration, allowed = allowance(planned_duration, extent.sample);
     const bool too_long = found > planned_duration + allowed && (!last_of_run || i + 1 == marks.size());
     if (found < planned_duration - allowed || too_long)
-      findings.push_back(warning(fmt::format("{} lasts {}, planned were {}", named(marks[i].label, marks[i].run),
+      findings.push_back(warning(fmt::format("{} lasts {}, but the plan says {}", named(marks[i].label, marks[i].run),
                                              say_seconds(found), say_seconds(planned_duration)),
                                  where));
   }

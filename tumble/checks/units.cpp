@@ -90,6 +90,6 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 }  // namespace
 
-extern const Check units{"units", "units that do not fit what the channel is for, and impossible temperatures", run};
+extern const Check units{"units", "units that do not fit the purpose of the channel, and impossible temperatures", run};
 
 }  // namespace tumble::checks

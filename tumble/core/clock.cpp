@@ -184,8 +184,9 @@ void judge(const std::vector<double>& departures, Clock& clock) {
   else if (!clock.gaps.empty())
     clock.reason = fmt::format("{} lost in {}", say_count(lost, "sample"), say_count(clock.gaps.size(), "gap"));
   else if (slow > 0.01)
-    clock.reason = fmt::format("the rate is not constant: up to {:.2g} % off its mean over a sixteenth of the record",
-                               100.0 * slow);
+    clock.reason = fmt::format(
+        "the rate is not constant: it differs by up to {:.2g} % from its mean over a sixteenth of the record",
+        100.0 * slow);
   else if (local > 0.03)
     clock.reason = fmt::format("the samples are irregular: the time that {} takes scatters by {:.2g} % rms",
                                say_count(lag, "sample"), 100.0 * local);

@@ -25,7 +25,7 @@ std::vector<Option> noise_options(QuantityKind output, const std::string& prefix
           zero("rate_random_walk", u + "/sqrt(h)", "K: random walk of the output since power-on"),
           zero("rate_ramp", u + "/h", "R: linear drift"),
           zero("markov_sd", u, "standard deviation of a first-order Markov process"),
-          quantity(prefix + "markov_time", "s", "its correlation time", "100 s"),
+          quantity(prefix + "markov_time", "s", "correlation time of the Markov process", "100 s"),
           zero("turn_on_repeatability", u, "standard deviation of the bias from power-up to power-up")};
 }
 

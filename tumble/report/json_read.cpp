@@ -50,12 +50,12 @@ Parameter parameter_of(const Node& node) {
 /// Rows in displayed units; empty when the size is wrong.
 Matrix matrix_of(const Node& node, std::size_t count) {
   const auto rows = node.elements();
-  expect_size(node, rows.size(), count, "one row a parameter");
+  expect_size(node, rows.size(), count, "one row for each parameter");
   bool fits = rows.size() == count;
   Matrix matrix(count, count);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto row = rows[i].numbers();
-    expect_size(rows[i], row.size(), count, "one a parameter");
+    expect_size(rows[i], row.size(), count, "one for each parameter");
     fits = fits && row.size() == count;
     for (std::size_t j = 0; fits && j < count; ++j) matrix(i, j) = row[j];
   }
@@ -100,7 +100,7 @@ Matrix factor_of(const Node& node, const std::vector<Parameter>& parameters) {
 /// A result of before the factors says standard uncertainties alone: one error a parameter then.
 Contribution contribution_of(const Node& node, const std::vector<Parameter>& parameters) {
   auto variance = node["sd"].numbers();
-  expect_size(node["sd"], variance.size(), parameters.size(), "one a parameter");
+  expect_size(node["sd"], variance.size(), parameters.size(), "one for each parameter");
   variance.resize(parameters.size(), NAN);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double sd = parameters[i].unit.difference_to_si(variance[i]);
@@ -154,7 +154,7 @@ Table table_of(const Node& node) {
   }
   for (const auto& row : node["rows"].elements()) {
     const auto cells = row.elements();
-    expect_size(row, cells.size(), table.columns.size(), "one a column");
+    expect_size(row, cells.size(), table.columns.size(), "one for each column");
     auto& target = table.rows.emplace_back();
     for (std::size_t i = 0; i < std::min(cells.size(), table.columns.size()); ++i) {
       if (cells[i].is_text()) {
@@ -258,8 +258,7 @@ nlohmann::json parsed(const std::string& text, const std::string& file) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
-    throw Error{Error::Kind::bad_file, fmt::format("{}:{}: not JSON: nothing that can be read stands here, or the "
-                                                   "file ends too early",
+    throw Error{Error::Kind::bad_file, fmt::format("{}:{}: not JSON: no valid value here, or the file ends too early",
                                                    file, line_and_column(text, error.byte))};
   } catch (const nlohmann::json::exception&) {
     throw Error{Error::Kind::bad_file, file + ": a number is too large for a double"};

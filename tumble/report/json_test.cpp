@@ -278,9 +278,9 @@ TEST(ResultJson, NamesEveryProblemWithItsPath) {
   const auto problems = problems_of(json.dump());
   for (const std::string expected :
        {"parameters[0].value: a number (or null) is expected, not string", "parameters[1].unit: is missing",
-        "parameters[2].unit: ", "covariance[3]: 12 values are expected (one a parameter), not 11",
-        "budget[1].sd: 12 values are expected (one a parameter), not 13",
-        "tables[0].rows[2]: 8 values are expected (one a column), not 9",
+        "parameters[2].unit: ", "covariance[3]: 12 values are expected (one for each parameter), not 11",
+        "budget[1].sd: 12 values are expected (one for each parameter), not 13",
+        "tables[0].rows[2]: 8 values are expected (one for each column), not 9",
         "curves[1].y.values: [5]: a number (or null) is expected, not boolean",
         "verdicts[0].outcome: 'maybe' is not one of pass, fail, undecided",
         "provenance.seed: a whole number, not negative, is expected", "fit.condition: is missing",
@@ -295,8 +295,9 @@ TEST(ResultJson, NamesEveryProblemWithItsPath) {
 TEST(ResultJson, RefusesACovarianceOfTheWrongSize) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["covariance"].erase(11);
-  EXPECT_EQ(problems_of(json.dump()),
-            std::vector<std::string>{"result.json: covariance: 12 values are expected (one row a parameter), not 11"});
+  EXPECT_EQ(
+      problems_of(json.dump()),
+      std::vector<std::string>{"result.json: covariance: 12 values are expected (one row for each parameter), not 11"});
 }
 
 TEST(ResultJson, RefusesAnSdThatTheCovarianceContradicts) {

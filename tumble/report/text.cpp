@@ -120,9 +120,8 @@ std::string table_text(const Table& table) {
   std::string text = "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + ": ", printable(table.caption)));
   text += text_table(columns);
   if (left_out > 0) {
-    text +=
-        fmt::format("  ({} rows from the middle of {} are left out here; the result file and the report have all)\n",
-                    left_out, table.rows.size());
+    text += fmt::format("  ({} rows from the middle of {} are not shown; the result file and the report have all)\n",
+                        left_out, table.rows.size());
   }
   return text;
 }

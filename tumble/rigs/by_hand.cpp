@@ -13,17 +13,17 @@ namespace {
 using namespace chain;
 
 std::vector<Imperfection> imperfections() {
-  return joined(
-      {{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {error_names::gravity}}},
-       lever_imperfections("20 mm"),
-       {{quantity("pose_sd", "deg", "2 deg", "orientation in which the instrument is laid down, about each axis"),
-         {error_names::pose_x, error_names::pose_y, error_names::pose_z},
-         true}}});
+  return joined({{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {error_names::gravity}}},
+                 lever_imperfections("20 mm"),
+                 {{quantity("pose_sd", "deg", "2 deg",
+                            "error of the orientation in which the instrument is laid down, about each axis"),
+                   {error_names::pose_x, error_names::pose_y, error_names::pose_z},
+                   true}}});
 }
 
 std::vector<Option> options() {
   std::vector<Option> options{
-      quantity("move_time", "s", "2 s", "from one rest to the next, at the beginning of a segment"),
+      quantity("move_time", "s", "2 s", "time of the move from one rest to the next, at the beginning of a segment"),
       quantity("tremor_sd", "deg", "0.3 deg", "shaking of the hand in the middle of a move, about each axis"),
       quantity("tremor_lowest", "Hz", "2 Hz", "lowest frequency of the shaking"),
       quantity("tremor_highest", "Hz", "10 Hz", "highest frequency of the shaking")};
@@ -191,7 +191,7 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
     const auto rests = rests_of(run, ErrorValues(list, none));
     for (std::size_t s = 0; s < run.size(); ++s)
       if (rests[s].angle != 0.0 && run[s].duration < options.number("move_time"))
-        problems.push_back(fmt::format("segment '{}' lasts {:.4g} s, and to lay the instrument down takes {:.4g} s",
+        problems.push_back(fmt::format("segment '{}' lasts {:.4g} s, but the move of the instrument takes {:.4g} s",
                                        run[s].label, run[s].duration, options.number("move_time")));
   }
   return problems;

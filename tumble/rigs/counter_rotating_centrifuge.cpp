@@ -26,12 +26,12 @@ const Machine& machine() {
                 "30 deg/s^2",
                 false}},
       .geometry = arm_geometry("the table's axis"),
-      .imperfections = joined(
-          {axis_imperfections({"arm", "table"}),
-           drive_imperfections({"arm", "table"}),
-           arm_imperfections(),
-           {{quantity("table_tilt_sd", "arcsec", "10 arcsec", "table's axis against the arm's, each of two directions"),
-             {error_names::table_tilt_about_arm, error_names::table_tilt_across_arm}}}}),
+      .imperfections = joined({axis_imperfections({"arm", "table"}),
+                               drive_imperfections({"arm", "table"}),
+                               arm_imperfections(),
+                               {{quantity("table_tilt_sd", "arcsec", "10 arcsec",
+                                          "tilt of the table's axis against the arm's, in each of two directions"),
+                                 {error_names::table_tilt_about_arm, error_names::table_tilt_across_arm}}}}),
       .joints = joints,
       .check = check_arm};
   return machine;

@@ -24,7 +24,7 @@ std::vector<Joint> joints(const Settings& options, const ErrorValues&) {
 std::vector<Imperfection> scale_imperfections() {
   return {{quantity("angle_once_sd", "arcsec", "0.5 arcsec", "error of the divided circle, once per turn"),
            {"angle error of head once per turn, cosine", "angle error of head once per turn, sine"}},
-          {quantity("angle_twice_sd", "arcsec", "0.3 arcsec", "the same, twice per turn"),
+          {quantity("angle_twice_sd", "arcsec", "0.3 arcsec", "error of the divided circle, twice per turn"),
            {"angle error of head twice per turn, cosine", "angle error of head twice per turn, sine"}}};
 }
 
@@ -35,8 +35,8 @@ const Machine& machine() {
                 {Kind::hold, Kind::slew},
                 "10 deg/s",
                 "20 deg/s^2"}},
-      .geometry = {quantity("axis_elevation", "deg", "0 deg", "of the head's axis; 0 deg: level"),
-                   quantity("axis_azimuth", "deg", "0 deg", "of the head's axis, from north to the east")},
+      .geometry = {quantity("axis_elevation", "deg", "0 deg", "elevation of the head's axis; 0 deg: level"),
+                   quantity("axis_azimuth", "deg", "0 deg", "azimuth of the head's axis, from north to the east")},
       .imperfections = joined({axis_imperfections({"head"}), scale_imperfections()}),
       .joints = joints,
       .check = nullptr,

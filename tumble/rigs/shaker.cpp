@@ -23,13 +23,14 @@ constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a roundin
 std::vector<Imperfection> imperfections() {
   return joined({base_imperfections(),
                  mount_imperfections(),
-                 {{quantity("amplitude_sd", "%", "1 %", "relative, of the commanded acceleration"),
+                 {{quantity("amplitude_sd", "%", "1 %", "relative error of the commanded acceleration"),
                    {error_names::shake_amplitude}},
-                  {quantity("cross_motion_sd", "%", "2 %", "motion across the shake over the shake, in each direction"),
+                  {quantity("cross_motion_sd", "%", "2 %",
+                            "ratio of the motion across the shake to the shake, in each direction"),
                    {error_names::cross_motion_y, error_names::cross_motion_z}},
-                  {quantity("distortion_sd", "%", "1 %", "second and third harmonic over the fundamental"),
+                  {quantity("distortion_sd", "%", "1 %", "ratio of the second and third harmonic to the fundamental"),
                    {error_names::second_harmonic, error_names::third_harmonic}},
-                  {quantity("reference_gain_sd", "%", "0.5 %", "relative, of the reference accelerometer's gain"),
+                  {quantity("reference_gain_sd", "%", "0.5 %", "relative error of the reference accelerometer's gain"),
                    {error_names::reference_gain}}}});
 }
 
@@ -44,14 +45,15 @@ std::vector<Axis> axes() {
 
 std::vector<Option> options() {
   std::vector<Option> options{
-      quantity("shake_elevation", "deg", "90 deg", "direction of the shake; 90 deg: upwards"),
-      quantity("shake_azimuth", "deg", "90 deg", "of the shake, from north to the east"),
+      quantity("shake_elevation", "deg", "90 deg", "elevation of the shake; 90 deg: upwards"),
+      quantity("shake_azimuth", "deg", "90 deg", "azimuth of the shake, from north to the east"),
       quantity("max_acceleration", "g", "100 g", "greatest peak; of random vibration, 3 standard deviations"),
       quantity("max_rms", "g", "40 g", "greatest standard deviation of random vibration"),
       quantity("max_velocity", "m/s", "2 m/s", "greatest peak; of random vibration, 3 standard deviations"),
-      quantity("stroke", "mm", "50 mm", "greatest way from peak to peak; of random vibration, 6 standard deviations"),
-      quantity("lowest_frequency", "Hz", "5 Hz", "of what it can do"),
-      quantity("highest_frequency", "Hz", "3 kHz", "of what it can do"),
+      quantity("stroke", "mm", "50 mm",
+               "greatest displacement from peak to peak; of random vibration, 6 standard deviations"),
+      quantity("lowest_frequency", "Hz", "5 Hz", "lowest frequency of the shaker"),
+      quantity("highest_frequency", "Hz", "3 kHz", "highest frequency of the shaker"),
       quantity("reference_noise", "mg", "1 mg", "standard deviation of one reading of the reference accelerometer"),
       {"reference_output",
        Option::Type::word,

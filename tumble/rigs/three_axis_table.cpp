@@ -36,7 +36,7 @@ const Machine& machine() {
                 "500 deg/s",
                 "500 deg/s^2"}},
       .geometry = {quantity("inner_azimuth", "deg", "90 deg",
-                            "of the inner axis when all angles are 0, from north to the east")},
+                            "azimuth of the inner axis when all angles are 0, from north to the east")},
       .imperfections =
           joined({axis_imperfections({"outer", "middle", "inner"}),
                   drive_imperfections({"outer", "middle", "inner"}),

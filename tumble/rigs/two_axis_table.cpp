@@ -31,8 +31,9 @@ const Machine& machine() {
                 {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
                 "500 deg/s",
                 "500 deg/s^2"}},
-      .geometry = {quantity("outer_elevation", "deg", "0 deg", "of the outer axis; 0 deg: level, 90 deg: upwards"),
-                   quantity("outer_azimuth", "deg", "90 deg", "of the outer axis, from north to the east")},
+      .geometry = {quantity("outer_elevation", "deg", "0 deg",
+                            "elevation of the outer axis; 0 deg: level, 90 deg: upwards"),
+                   quantity("outer_azimuth", "deg", "90 deg", "azimuth of the outer axis, from north to the east")},
       .imperfections =
           joined({axis_imperfections({"outer", "inner"}),
                   drive_imperfections({"outer", "inner"}),

@@ -106,7 +106,7 @@ TEST_F(CalibrationFile, AMethodThatBuildsOnNoneRefusesIt) {
     ADD_FAILURE();
   } catch (const Error& error) {
     ASSERT_EQ(error.problems.size(), 1u);
-    EXPECT_NE(error.problems[0].find("plan.toml:2: calibration: static_bias builds on no earlier result"),
+    EXPECT_NE(error.problems[0].find("plan.toml:2: calibration: static_bias does not use a calibration"),
               std::string::npos)
         << error.problems[0];
   }

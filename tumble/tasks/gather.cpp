@@ -102,7 +102,7 @@ void refuse_copies(const std::vector<Recording>& recordings) {
   for (std::size_t a = 0; a < recordings.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
       if (const auto sum = sha256_of(recordings[a].origin); !sum.empty() && sum == sha256_of(recordings[b].origin))
-        problems.push_back(fmt::format("{} holds the same bytes as {}: a recording can be used once only",
+        problems.push_back(fmt::format("{} holds the same bytes as {}: a recording can be used only once",
                                        recordings[a].origin.file, recordings[b].origin.file));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
@@ -126,7 +126,7 @@ std::vector<std::string> unit_conflicts(const Recording& recording, const ReadOp
     const auto* channel = find_channel(recording, column);
     if (channel && (channel->unit.factor() != unit.factor() || channel->unit.offset() != unit.offset() ||
                     channel->unit.dimension() != unit.dimension()))
-      problems.push_back(fmt::format("{}: column '{}' is in {} by the file itself, but {} was said; one is wrong",
+      problems.push_back(fmt::format("{}: column '{}' is in {} in the file, but {} was given; one is wrong",
                                      recording.origin.file, column, channel->unit.text(), unit.text()));
   }
   return problems;
@@ -228,8 +228,8 @@ Recording header_of(const Recording& block, const Plan& plan, const RecordingEnt
   mark_from_schedule(plan, entry, header);
   if (const auto runs = runs_of({header}).size(); runs > 1)
     throw Error(Error::Kind::unsupported,
-                fmt::format("{} holds {} power-ups and is too large for memory: one at a time can be worked through "
-                            "block after block; write each to a file of its own, or raise --memory-limit",
+                fmt::format("{} holds {} power-ups and is too large for memory: only a single power-up can be "
+                            "processed in blocks; write each power-up to its own file, or raise --memory-limit",
                             entry.file, runs));
   check_roles({plan, {header}, {nullptr}}, find_method(plan.method).roles(), {options});
   return header;

@@ -94,12 +94,11 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   complete(evidence, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
-  estimate.findings.push_back(
-      {Finding::Severity::info,
-       fmt::format("{} of samples, with a memory limit of {}: worked through block after block, without the checks, "
-                   "which see a recording as a whole",
-                   say_bytes(streamed.bytes), say_bytes(memory)),
-       streamed.file});
+  estimate.findings.push_back({Finding::Severity::info,
+                               fmt::format("{} of samples, with a memory limit of {}: processed in blocks, without the "
+                                           "checks, which need the complete recording",
+                                           say_bytes(streamed.bytes), say_bytes(memory)),
+                               streamed.file});
   estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
   return estimate;
 }
@@ -126,7 +125,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   const auto& method = find_method(estimate.method);
   if (!method.compensate)
     throw Error(Error::Kind::unsupported,
-                estimate.method + " identifies nothing that could be subtracted from a recording");
+                estimate.method + " identifies no error model that could be subtracted from a recording");
   return method.compensate(estimate, recording, plan);
 }
 

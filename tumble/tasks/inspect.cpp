@@ -83,7 +83,7 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     format_of(path).stream(
         path, options, block_samples, [&](const Recording& block) { add(block, inspection); }, progress);
     inspection.findings.push_back(
-        {Finding::Severity::info, "too large for the checks, which see a file as a whole", path});
+        {Finding::Severity::info, "too large for the checks, which need the complete file", path});
   }
   for (auto& channel : inspection.channels) finish(channel);
   return inspection;

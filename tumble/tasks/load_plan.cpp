@@ -88,7 +88,7 @@ void read_site(Reading& reading, const toml::table& table) {
   else if (const double normal = normal_gravity(site.latitude, site.height);
            site.gravity && std::abs(*site.gravity / normal - 1.0) > 0.01)
     section.problem_at("gravity",
-                       fmt::format("{:g} m/s^2 cannot be: at this latitude and height it is about {:.3f} m/s^2",
+                       fmt::format("{:g} m/s^2 is impossible: at this latitude and height it is about {:.3f} m/s^2",
                                    *site.gravity, normal));
   section.close();
   reading.plan.site = site;
@@ -134,7 +134,7 @@ void read_channels(Reading& reading, const toml::table& table) {
       }
     if (const auto given = reading.plan.channels.find(name);
         given != reading.plan.channels.end() && given->second.size() > 1 && !takes_several(reading, name))
-      section.problem_at(name, "only one channel can play this role");
+      section.problem_at(name, "only one channel can have this role");
   }
   section.close();
 }
@@ -214,8 +214,9 @@ std::shared_ptr<const Plan> plan_of_recording(Reading& reading, Section& section
     auto plan = load(file, {}, true);
     if (plan.instrument_model == model || (reading.method && reading.method->several_instruments))
       return std::make_shared<const Plan>(std::move(plan));
-    section.problem_at("plan", fmt::format("{} is of a '{}', this plan of a '{}': one instrument is identified", file,
-                                           plan.instrument_model, model));
+    section.problem_at(
+        "plan", fmt::format("{} is for a '{}', this plan is for a '{}': all recordings must be of one instrument", file,
+                            plan.instrument_model, model));
   } catch (const Error& error) {
     for (const auto& problem : error.problems) reading.problems.all.push_back(problem);
   }
@@ -314,7 +315,7 @@ void read_channel_sets(Reading& reading) {
                                                         did_you_mean(role, roles), fmt::join(roles, ", ")));
       auto choices = parse_choices(text);
       if (choices.size() > 1 && !takes_several(reading, role))
-        throw Error(Error::Kind::bad_input, "only one channel can play this role");
+        throw Error(Error::Kind::bad_input, "only one channel can have this role");
       reading.plan.channels[role] = std::move(choices);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
@@ -330,7 +331,7 @@ void read_calibration(Reading& reading, Section& root) {
   if (text) reading.plan.calibration.file = (folder / *text).lexically_normal().string();
   if (set) reading.plan.calibration.file = *set;
   if ((!text && !set) || !reading.method || reading.method->takes_calibration) return;
-  const auto problem = fmt::format("{} builds on no earlier result", reading.plan.method);
+  const auto problem = fmt::format("{} does not use a calibration", reading.plan.method);
   if (set) reading.problems.all.push_back("--set calibration: " + problem);
   if (text) root.problem_at("calibration", problem);
 }
@@ -407,7 +408,7 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   reading.sets = sorted(sets, has_option(method, "rate"));
   reading.plan.settings = resolve(method.options(), reading.sets.settings, "method " + name, reading.problems.all);
   if (reading.sets.calibration && !method.takes_calibration)
-    reading.problems.all.push_back(fmt::format("--set calibration: {} builds on no earlier result", name));
+    reading.problems.all.push_back(fmt::format("--set calibration: {} does not use a calibration", name));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");
   for (const auto* other : {&reading.sets.truth, &reading.sets.rig})
     for (const auto& given : *other)

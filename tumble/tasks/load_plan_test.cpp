@@ -200,7 +200,7 @@ TEST_F(LoadPlan, RefusesAPlanOfARecordingThatDoesNotFit) {
   std::ofstream(folder_ / "other.toml") << "[instrument]\nmodel = \"sdof_gyro\"\n";
   const auto stranger = problems(chamber + with);
   ASSERT_EQ(stranger.size(), 1u);
-  EXPECT_NE(stranger[0].find("one instrument is identified"), std::string::npos) << stranger[0];
+  EXPECT_NE(stranger[0].find("all recordings must be of one instrument"), std::string::npos) << stranger[0];
 }
 
 TEST_F(LoadPlan, FindsEveryProblemWithItsLine) {

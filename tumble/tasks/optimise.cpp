@@ -319,8 +319,9 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
   if (work.instead_of_method)
     out.estimate.findings.push_back(
         {Finding::Severity::warning,
-         fmt::format("not every parameter of {} is a term of {}: optimised, and predicted here, for the terms {}",
-                     plan.method, plan.instrument_model, fmt::join(work.terms, ", ")),
+         fmt::format(
+             "not every parameter of {} is a term of {}; instead of them the terms {} were optimised and predicted",
+             plan.method, plan.instrument_model, fmt::join(work.terms, ", ")),
          ""});
   return out;
 }
@@ -329,7 +330,7 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
 
 Optimised optimise(const Plan& plan, const OptimiseOptions& options, const Progress& progress) {
   refuse_impossible(plan, options);
-  report(progress, 0.0, "looking at what the rig can do");
+  report(progress, 0.0, "searching the motions of the rig");
   const Work work = prepare(plan, options);
   const double dwell = std::max(10.0 / plan.sample_rate, 0.25 * work.time / static_cast<double>(work.terms.size()));
   const auto space = design_space(plan, work.all, outputs_of(work), work.time, dwell);

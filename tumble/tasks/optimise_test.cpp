@@ -120,9 +120,9 @@ TEST_F(Predict, NamesWhatSixFacesDoNotShowAndWhatWould) {
   ASSERT_EQ(estimate.parameters.size(), 6u);
   EXPECT_EQ(estimate.parameters[0].name, "D_F");
   EXPECT_DOUBLE_EQ(estimate.parameters[0].value, si(3.0, "deg/h")) << "the truth";
-  EXPECT_TRUE(finding(estimate, "not excited by this schedule, and taken as known: D_IO, D_OS, D_IS"));
+  EXPECT_TRUE(finding(estimate, "not excited by this schedule, and assumed to be known: D_IO, D_OS, D_IS"));
   EXPECT_TRUE(finding(estimate, "add to the schedule: outer 45 deg, inner 45 deg"));
-  EXPECT_TRUE(finding(estimate, "tells D_F, D_II, D_OO, D_SS apart"));
+  EXPECT_TRUE(finding(estimate, "distinguishes D_F, D_II, D_OO, D_SS"));
 }
 
 // The additions that it advises do show what it says.

@@ -30,15 +30,14 @@ void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputPro
   const auto advice = advise(plan, felt, output.problem.columns, output.not_excited);
   if (!advice.add.empty())
     findings.push_back({Finding::Severity::info,
-                        fmt::format("to tell more terms apart add to the schedule: {}", fmt::join(advice.add, "; ")),
+                        fmt::format("to distinguish more terms, add to the schedule: {}", fmt::join(advice.add, "; ")),
                         output.problem.channel});
   if (!advice.out_of_reach.empty())
-    findings.push_back(
-        {Finding::Severity::info,
-         fmt::format("nothing that the rig {} can do here tells {} apart: another rig or field would have "
-                     "to (a centrifuge for terms that add up to one in 1 g)",
-                     plan.rig_kind, fmt::join(advice.out_of_reach, ", ")),
-         output.problem.channel});
+    findings.push_back({Finding::Severity::info,
+                        fmt::format("no motion of the rig {} here distinguishes {}: use another rig or field (a "
+                                    "centrifuge for terms that add up to one in 1 g)",
+                                    plan.rig_kind, fmt::join(advice.out_of_reach, ", ")),
+                        output.problem.channel});
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ std::vector<std::string> separate(const std::string& text) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::size_t first = std::min(text.find_first_not_of(' ', begin), end);
     const std::size_t last = text.find_last_not_of(' ', end - 1) + 1;
-    if (first >= last) throw Error(Error::Kind::bad_input, "a column has no name; write - for one not to be read");
+    if (first >= last) throw Error(Error::Kind::bad_input, "a column has no name; write - for a column to skip");
     parts.push_back(text.substr(first, last - first));
     begin = end + 1;
   }

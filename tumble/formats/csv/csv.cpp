@@ -27,7 +27,7 @@ std::uintmax_t memory(const std::string& path, const ReadOptions&) { return file
 }  // namespace
 
 extern const Format csv{"csv",
-                        "text table: a header name[unit] a column, then one line a sample",
+                        "text table: a header with name[unit] for each column, then one line for each sample",
                         {".csv", ".txt", ".tsv", ".dat"},
                         recognises,
                         tumble::csv::read,

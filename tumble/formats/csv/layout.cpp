@@ -199,8 +199,8 @@ std::string shown(std::string_view line) {
   for (std::size_t at = 0; (at = listed.find(',', at)) != std::string::npos; at += 4) listed.replace(at, 1, "\", \"");
   throw Error{Error::Kind::bad_file,
               where + ": numbers where the header is expected, " + columns + ": " + shown(line) +
-                  "; say what each column is, as name[unit], and - for one that is not to be read: --set columns=\"" +
-                  example + "\", or in the plan, [[recording]] columns = [" + listed + "]"};
+                  "; name each column as name[unit], or - for a column to skip: --set columns=\"" + example +
+                  "\", or in the plan, [[recording]] columns = [" + listed + "]"};
 }
 
 /// Whether the first line holds samples, now that its columns are known: what is to be a number looks like one.
@@ -219,11 +219,11 @@ void replace_header(Layout& layout, std::string_view line, const std::vector<std
   for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
     const auto own = name_and_unit(cells[i]).second, said = name_and_unit(columns[i]).second;
     if (!own.empty() && !said.empty() && own != said)
-      header.problems.push_back("column " + std::to_string(i + 1) + " is '" + cells[i] + "' by the file itself, but '" +
-                                columns[i] + "' was said; one is wrong");
+      header.problems.push_back("column " + std::to_string(i + 1) + " is '" + cells[i] + "' in the file, but '" +
+                                columns[i] + "' was given; one is wrong");
   }
   layout.annotations.findings.push_back(
-      {Finding::Severity::info, "the columns given were used in place of the header " + shown(line), header.path});
+      {Finding::Severity::info, "the given columns replace the header " + shown(line), header.path});
 }
 
 /// False where the line holds samples, and options.columns stand for the header that is not there.
@@ -328,7 +328,7 @@ Layout read_layout(const std::string& path, std::string_view& text, const ReadOp
     return layout;
   }
   throw Error{Error::Kind::bad_file, "'" + path +
-                                         "' has no header line: one name[unit] a column is expected, for "
+                                         "' has no header line: one name[unit] for each column is expected, for "
                                          "example time[s],gyro[deg/h]"};
 }
 

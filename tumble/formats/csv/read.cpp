@@ -79,7 +79,7 @@ Recording frame(const std::string& path, const Layout& layout) {
         {column.name, kind == layout.kinds.end() ? kind_of(column.unit) : kind->second, column.unit, {}, {}});
   }
   if (recording.channels.empty())
-    throw Error{Error::Kind::bad_file, "'" + path + "' has no channel to read besides the time"};
+    throw Error{Error::Kind::bad_file, "'" + path + "' has no channel to read except the time"};
   if (layout.mark == ',')
     recording.findings.push_back({Finding::Severity::info, "numbers were read with a decimal comma", path});
   return recording;

@@ -180,7 +180,7 @@ void Rows::finish() const {
   problems.insert(problems.end(), notes_.begin(), notes_.end());
   if (bad_ > notes_.size()) problems.push_back("and " + std::to_string(bad_ - notes_.size()) + " more");
   problems.push_back("accepted are decimal numbers; leave the cell blank for a missing sample, or pass --set missing=" +
-                     (word_.empty() ? "NaN" : word_) + " if that word stands for one");
+                     (word_.empty() ? "NaN" : word_) + " if that word means one");
   throw Error{Error::Kind::bad_file, problems};
 }
 

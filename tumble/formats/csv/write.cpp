@@ -50,7 +50,7 @@ std::string header_cell(const Channel& channel) {
   const std::string cell = channel.name + "[" + channel.unit.text() + "]";
   const bool plain = cell.find_first_of(",;\t\"\n\r") == std::string::npos;
   if (cell.find_first_of("\n\r\"") != std::string::npos || channel.name.empty())
-    throw Error{Error::Kind::bad_input, "the channel name '" + channel.name + "' cannot stand in a CSV header"};
+    throw Error{Error::Kind::bad_input, "the channel name '" + channel.name + "' cannot be written in a CSV header"};
   return plain ? cell : '"' + cell + '"';
 }
 

@@ -21,7 +21,7 @@ bool recognises(const std::string& path) {
 }  // namespace
 
 extern const Format hdf5{"hdf5",
-                         "HDF5: one dataset a channel in /channels, with attributes unit, quantity, rate",
+                         "HDF5: one dataset for each channel in /channels, with attributes unit, quantity, rate",
                          {".h5", ".hdf5", ".hdf"},
                          recognises,
                          tumble::hdf5::read,

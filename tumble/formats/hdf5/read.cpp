@@ -42,10 +42,9 @@ class Source {
     if (file::annotate_all(recording_, text) &&
         (recording_.marks.size() > before || !recording_.meta.contains("marks")))
       return;
-    recording_.findings.push_back({Finding::Severity::warning,
-                                   "/meta cannot be understood as the JSON this program writes: marks, power-ups and "
-                                   "other notes it may hold are lost",
-                                   "/meta"});
+    recording_.findings.push_back(
+        {Finding::Severity::warning,
+         "/meta is not JSON as this program writes it: its marks, power-ups and notes are not used", "/meta"});
   }
 
   /// The channels without samples.
@@ -79,7 +78,7 @@ class Source {
   /// Datasets below /channels, in the order they were made where the file knows it. Links to elsewhere are not
   /// followed.
   std::vector<std::string> names() {
-    if (!exists(file_, "/channels")) refuse("has no group /channels with one dataset a channel");
+    if (!exists(file_, "/channels")) refuse("has no group /channels with one dataset for each channel");
     const Handle group(H5Gopen2(file_, "/channels", H5P_DEFAULT), H5Gclose);
     if (!group.valid()) refuse("cannot be read: /channels: " + last_reason());
     const Handle plist(H5Gget_create_plist(group), H5Pclose);

@@ -22,7 +22,7 @@ void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, cons
   const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
   if (!plist.valid()) fail(last_reason());
   const auto layout = H5Pget_layout(plist);
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(plist) > 0) fail("its samples lie in another file");
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(plist) > 0) fail("its samples are in another file");
   if (layout != H5D_CHUNKED) return;
   std::vector<hsize_t> chunk(extent.size());
   if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
@@ -87,7 +87,7 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   if (longer > 1 || numbers.rank == 0) {
     std::string shape;
     for (const hsize_t length : extent) shape += (shape.empty() ? "" : " x ") + std::to_string(length);
-    fail("it is " + (shape.empty() ? "one number" : shape) + ", and one row of samples a channel is expected");
+    fail("it is " + (shape.empty() ? "one number" : shape) + ", and one row of samples for each channel is expected");
   }
   const auto longest = std::find_if(extent.begin(), extent.end(), [](hsize_t length) { return length != 1; });
   numbers.axis = longest == extent.end() ? 0 : static_cast<int>(longest - extent.begin());

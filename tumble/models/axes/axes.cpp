@@ -70,7 +70,7 @@ std::vector<Output> accelerometers() {
          }});
     for (std::size_t j = 0; j < 3; ++j)
       terms.push_back({fmt::format("{}_lever_{}", channel, letters[j]), fmt::format("r_{}", letters[j]), "mm",
-                       fmt::format("its place along {} from the reference point", letters[j]),
+                       fmt::format("position of this accelerometer along {} from the reference point", letters[j]),
                        [=](const Felt& felt) { return lever_effect(felt, i, j); }});
     outputs.push_back({channel, QuantityKind::specific_force, "m/s^2",
                        [=](const Felt& felt) { return component(felt.specific_force, i); }, std::move(terms),
@@ -81,16 +81,17 @@ std::vector<Output> accelerometers() {
 
 std::vector<Option> options(bool gyros, bool accelerometers) {
   using Type = Option::Type;
-  std::vector<Option> out{{"output",
-                           Type::word,
-                           "1",
-                           "rates",
-                           {"rates", "increments"},
-                           "what a sample holds: the mean rate and specific force, or the angle and velocity gained"}};
+  std::vector<Option> out{
+      {"output",
+       Type::word,
+       "1",
+       "rates",
+       {"rates", "increments"},
+       "content of a sample: the mean rate and specific force, or the angle and velocity increment"}};
   const auto limits = [&](const std::string& prefix, const char* unit) {
     out.push_back(
-        {prefix + "range", Type::quantity, unit, "", {}, "beyond it the output is clipped; absent: no limit"});
-    out.push_back({prefix + "resolution", Type::quantity, unit, "", {}, "step of the output; absent: none"});
+        {prefix + "range", Type::quantity, unit, "", {}, "limit at which the output is clipped; default: no limit"});
+    out.push_back({prefix + "resolution", Type::quantity, unit, "", {}, "step of the output; default: none"});
   };
   const auto pulses = [&](const std::string& prefix, const char* unit, const char* of) {
     out.push_back({prefix + "output",

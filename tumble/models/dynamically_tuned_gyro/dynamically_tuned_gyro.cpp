@@ -11,8 +11,12 @@ using namespace given;
 
 std::vector<Option> constants() {
   using Type = Option::Type;
-  std::vector<Option> options{
-      {"time_constant", Type::quantity, "s", "", {}, "of a first-order capture loop, instead of natural_frequency"}};
+  std::vector<Option> options{{"time_constant",
+                               Type::quantity,
+                               "s",
+                               "",
+                               {},
+                               "time constant of a first-order capture loop, instead of natural_frequency"}};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("deg/s")) options.push_back(std::move(option));
   return options;

@@ -31,8 +31,8 @@ std::vector<Option> loop_options() {
            "Hz",
            "",
            {},
-           "of the loop that holds the pick-off at null; without it the output follows at once"},
-          {"damping_ratio", Type::quantity, "1", "0.7", {}, "of that loop"}};
+           "natural frequency of the loop that holds the pick-off at null; default: no lag"},
+          {"damping_ratio", Type::quantity, "1", "0.7", {}, "damping ratio of that loop"}};
 }
 
 Response loop(const Settings& truth, double step) {
@@ -50,7 +50,7 @@ Response balanced(double inertia, double damping, double stiffness, double step)
 
 std::vector<Option> limit_options(const std::string& unit) {
   using Type = Option::Type;
-  return {{"range", Type::quantity, unit, "", {}, "largest output; without it there is no limit"},
+  return {{"range", Type::quantity, unit, "", {}, "largest output; default: no limit"},
           {"range_negative", Type::quantity, unit, "", {}, "largest negative output, as a magnitude (default: range)"},
           {"dead_zone", Type::quantity, unit, "", {}, "outputs up to this magnitude are recorded as zero"},
           {"resolution", Type::quantity, unit, "", {}, "the output is rounded to whole multiples of this"}};

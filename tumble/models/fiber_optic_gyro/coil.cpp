@@ -70,27 +70,31 @@ class Drift {
 }  // namespace
 
 std::vector<Option> coil_options() {
-  return {
-      {"winding",
-       Type::word,
-       "1",
-       "none",
-       {"none", "plain", "dipole", "quadrupole"},
-       "of the coil: heat on its way through it drifts, docs/equations (4.29); none leaves that out"},
-      {"fibre_length", Type::quantity, "m", "1000 m", {}, "L"},
-      {"coil_diameter", Type::quantity, "mm", "100 mm", {}, "D, mean"},
-      {"refractive_index", Type::quantity, "1", "1.45", {}, "n of the core"},
-      {"index_slope", Type::quantity, "1/K", "1e-5 1/K", {}, "dn/dT"},
-      {"fibre_expansion", Type::quantity, "1/K", "5.5e-7 1/K", {}, "alpha, of the fibre's length"},
-      {"layers", Type::integer, "1", "32", {}, "of the winding: even for a dipole, a multiple of 4 for a quadrupole"},
-      {"coil_thickness", Type::quantity, "mm", "10 mm", {}, "of all layers"},
-      {"coil_diffusivity", Type::quantity, "mm^2/s", "0.2 mm^2/s", {}, "of heat, across the layers"},
-      {"inner_face",
-       Type::word,
-       "1",
-       "insulated",
-       {"insulated", "exposed"},
-       "of the coil; exposed: the gradient is the difference between its faces"}};
+  return {{"winding",
+           Type::word,
+           "1",
+           "none",
+           {"none", "plain", "dipole", "quadrupole"},
+           "winding of the coil: heat flow through it causes drift, docs/equations (4.29); none: no such drift"},
+          {"fibre_length", Type::quantity, "m", "1000 m", {}, "L"},
+          {"coil_diameter", Type::quantity, "mm", "100 mm", {}, "D, mean"},
+          {"refractive_index", Type::quantity, "1", "1.45", {}, "n of the core"},
+          {"index_slope", Type::quantity, "1/K", "1e-5 1/K", {}, "dn/dT"},
+          {"fibre_expansion", Type::quantity, "1/K", "5.5e-7 1/K", {}, "alpha, of the fibre's length"},
+          {"layers",
+           Type::integer,
+           "1",
+           "32",
+           {},
+           "layers of the winding: even for a dipole, a multiple of 4 for a quadrupole"},
+          {"coil_thickness", Type::quantity, "mm", "10 mm", {}, "thickness of all layers"},
+          {"coil_diffusivity", Type::quantity, "mm^2/s", "0.2 mm^2/s", {}, "diffusivity of heat across the layers"},
+          {"inner_face",
+           Type::word,
+           "1",
+           "insulated",
+           {"insulated", "exposed"},
+           "inner face of the coil; exposed: the gradient is the difference between its faces"}};
 }
 
 History coil_drift(const Settings& truth, double step) {

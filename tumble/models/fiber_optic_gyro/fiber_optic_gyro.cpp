@@ -26,7 +26,7 @@ std::vector<Option> constants() {
        "degC",
        "20 degC",
        {},
-       "the start temperature enters docs/equations (5.3) as its difference from this"},
+       "reference of the start temperature in docs/equations (5.3)"},
       {"form",
        Type::word,
        "1",
@@ -34,7 +34,12 @@ std::vector<Option> constants() {
        {"from_start", "raw"},
        "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
       {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"},
-      {"time_constant", Type::quantity, "s", "", {}, "of a loop of first order; natural_frequency makes it second"}};
+      {"time_constant",
+       Type::quantity,
+       "s",
+       "",
+       {},
+       "time constant of a loop of first order; give natural_frequency for second order"}};
   for (auto& part : {coil_options(), electronics::loop_options(), electronics::limit_options("deg/s")})
     options.insert(options.end(), part.begin(), part.end());
   return options;

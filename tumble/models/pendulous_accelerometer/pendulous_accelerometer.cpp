@@ -22,11 +22,11 @@ std::vector<Option> constants() {
        "1",
        "specific_force",
        {"specific_force", "current", "voltage", "count"},
-       "what is recorded: the indicated specific force, the torquer current, its voltage, or pulses of an I/F"},
+       "recorded quantity: the indicated specific force, the torquer current, its voltage, or pulses of an I/F"},
       {"current_scale_factor", Type::quantity, "mA/g", "", {}, "K_1 of the current (default: from the physics)"},
       {"voltage_scale_factor", Type::quantity, "V/g", "", {}, "K_1 of the voltage"},
       {"pulse_scale_factor", Type::quantity, "pulse/s/g", "", {}, "K_1 of the pulses"},
-      {"reference_temperature", Type::quantity, "degC", "20 degC", {}, "from which the temperature terms count"}};
+      {"reference_temperature", Type::quantity, "degC", "20 degC", {}, "reference of the temperature terms"}};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("g")) options.push_back(std::move(option));
   for (auto& option : stiffness_constants()) options.push_back(std::move(option));
@@ -70,9 +70,9 @@ std::vector<Term> static_terms() {
           // beyond GJB 2504
           {"cross_coupling_po", "K_po", second, "per a_p a_o",
            [](const Felt& felt) { return felt.specific_force.y * felt.specific_force.z; }},
-          {"second_order_pp", "K_pp", second, "per a_p^2 (hidden in a 1 g tumble)",
+          {"second_order_pp", "K_pp", second, "per a_p^2 (not observable in a 1 g tumble)",
            [](const Felt& felt) { return felt.specific_force.y * felt.specific_force.y; }},
-          {"second_order_oo", "K_oo", second, "per a_o^2 (hidden in a 1 g tumble)",
+          {"second_order_oo", "K_oo", second, "per a_o^2 (not observable in a 1 g tumble)",
            [](const Felt& felt) { return felt.specific_force.z * felt.specific_force.z; }},
           {"odd_quadratic_coefficient", "K_oq", second, "per a_i |a_i|",
            [](const Felt& felt) { return felt.specific_force.x * std::abs(felt.specific_force.x); }}};

@@ -15,24 +15,24 @@ using Type = Option::Type;
 
 std::vector<Option> constants() {
   return {
-      {"scale_factor", Type::quantity, "pulse/arcsec", "", {}, "K: fringes an angle; left out, it is 4 A/(lambda L)"},
+      {"scale_factor", Type::quantity, "pulse/arcsec", "", {}, "K: fringes for each angle; default: 4 A/(lambda L)"},
       {"wavelength", Type::quantity, "nm", "632.8 nm", {}, "lambda, in vacuum"},
-      {"shape", Type::word, "1", "triangle", {"triangle", "square"}, "of the ring"},
-      {"side", Type::quantity, "mm", "100 mm", {}, "of the ring; area and perimeter win over it"},
-      {"area", Type::quantity, "cm^2", "", {}, "A: enclosed by the ring, with perimeter"},
-      {"perimeter", Type::quantity, "mm", "", {}, "L: of the ring, with area"},
+      {"shape", Type::word, "1", "triangle", {"triangle", "square"}, "shape of the ring"},
+      {"side", Type::quantity, "mm", "100 mm", {}, "side of the ring; area and perimeter replace it"},
+      {"area", Type::quantity, "cm^2", "", {}, "A: area inside the ring; needs perimeter"},
+      {"perimeter", Type::quantity, "mm", "", {}, "L: perimeter of the ring; needs area"},
       {"lock_in_rate", Type::quantity, "deg/s", "0 deg/s", {}, "W_L: half width of the dead band without dither"},
       {"dither_rate", Type::quantity, "deg/s", "0 deg/s", {}, "W_A: peak rate of the dither; 0: none"},
-      {"dither_frequency", Type::quantity, "Hz", "400 Hz", {}, "f_D: of the dither"},
+      {"dither_frequency", Type::quantity, "Hz", "400 Hz", {}, "f_D: frequency of the dither"},
       {"dither_noise", Type::quantity, "1", "0", {}, "sd of the angle of each turn-around, relative to the angle"},
       {"readout",
        Type::word,
        "1",
        "case",
        {"case", "block"},
-       "what carries the readout: on the block it shows the dither's angle too"},
-      {"output", Type::word, "1", "count", {"count", "rate"}, "counts an interval, or the mean rate over it"},
-      {"edges", Type::integer, "1", "1", {}, "counts a fringe: 1, 2 or 4"},
+       "support of the readout: on the block its output contains the dither angle"},
+      {"output", Type::word, "1", "count", {"count", "rate"}, "counts in each interval, or the mean rate over it"},
+      {"edges", Type::integer, "1", "1", {}, "counts for each fringe: 1, 2 or 4"},
   };
 }
 
@@ -49,7 +49,7 @@ void refuse(const Settings& truth) {
     positive(name);
   for (const char* name : {"lock_in_rate", "dither_rate", "dither_noise"}) not_negative(name);
   if (truth.has("area") != truth.has("perimeter"))
-    problems.push_back("ring_laser_gyro: area and perimeter come together");
+    problems.push_back("ring_laser_gyro: area needs perimeter, and perimeter needs area");
   const int edges = truth.integer("edges");
   if (edges != 1 && edges != 2 && edges != 4)
     problems.push_back(fmt::format("ring_laser_gyro: edges = {}, but a fringe gives 1, 2 or 4 counts", edges));
@@ -66,9 +66,9 @@ std::vector<Output> outputs(const Settings& truth) {
                       [](const Felt&) { return 1.0; }},
                      {"scale_factor_error", "dK/K", "ppm", "departure of the scale factor from K",
                       [](const Felt& felt) { return felt.rate.x; }},
-                     {"misalignment_y", "M_y", "arcsec", "of the input axis toward y",
+                     {"misalignment_y", "M_y", "arcsec", "angle of the input axis toward y",
                       [](const Felt& felt) { return felt.rate.y; }},
-                     {"misalignment_z", "M_z", "arcsec", "of the input axis toward z",
+                     {"misalignment_z", "M_z", "arcsec", "angle of the input axis toward z",
                       [](const Felt& felt) { return felt.rate.z; }}},
            .noise_prefix = ""}};
 }

@@ -21,7 +21,7 @@ std::vector<Option> constants() {
        "1",
        "rate",
        {"rate", "current"},
-       "what is recorded: the rate that the loop balances, or the torquer current that does it"},
+       "recorded quantity: the rate that the loop balances, or the torquer current"},
       {"torquer_scale_factor", Type::quantity, "deg/h/mA", "", {}, "S_g = k_m/H, of the current (default: physics)"}};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("deg/s")) options.push_back(std::move(option));

@@ -105,7 +105,7 @@ std::string bars(const Estimate& estimate) {
   std::string text = fmt::format(
       "<figure class=\"bars\">\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"Share of each source in "
       "the "
-      "variance of each parameter; the numbers stand in the table above\">\n<defs><pattern id=\"stripes\" width=\"6\" "
+      "variance of each parameter; the numbers are in the table above\">\n<defs><pattern id=\"stripes\" width=\"6\" "
       "height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" "
       "fill=\"#fff\" fill-opacity=\"0.7\"/></pattern></defs>\n",
       label_width + bar_width + 2, height);

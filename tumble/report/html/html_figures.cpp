@@ -131,11 +131,11 @@ std::string caption(const Plot& plot, std::size_t number) {
         fmt::format(" {} of “{}”: {}.", curve->points ? "Bars" : "Band", escaped(curve->name), escaped(curve->band));
   }
   if (!plot.not_positive.empty()) {
-    text += " Not positive, so without a place on logarithmic axes: " + plot.not_positive + ".";
+    text += " Zero or negative, and therefore not drawn on logarithmic axes: " + plot.not_positive + ".";
   }
   if (!plot.shortened.empty()) {
-    text += " Drawn with fewer points, the smallest and the largest of each stretch kept: " + plot.shortened +
-            "; the result file holds all.";
+    text += " Drawn with fewer points; the smallest and the largest of each interval remain: " + plot.shortened +
+            "; the result file has all points.";
   }
   return text;
 }

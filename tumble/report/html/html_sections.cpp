@@ -260,7 +260,7 @@ std::string correlation(const Estimate& estimate) {
   if (count < 2) return {};
   const auto shown_matrix = count <= most
                                 ? heat_map(estimate)
-                                : fmt::format("<p>The matrix of {} parameters stands in the result file.</p>\n", count);
+                                : fmt::format("<p>The matrix of {} parameters is in the result file.</p>\n", count);
   return "<section id=\"correlation\">\n<h2>Correlation</h2>\n" + strong_pairs(estimate) + shown_matrix +
          "</section>\n";
 }

@@ -16,9 +16,9 @@ MachineAxis arm_axis() {
 
 std::vector<Option> arm_geometry(const std::string& end) {
   return {
-      quantity("radius", "m", "1 m", "from the arm's axis to " + end + ", arm at rest"),
+      quantity("radius", "m", "1 m", "distance from the arm's axis to " + end + ", arm at rest"),
       quantity("stretch", "um/(rad/s)^2", "0 um/(rad/s)^2", "known growth of the radius per squared rate of the arm"),
-      quantity("arm_azimuth", "deg", "90 deg", "of the arm at angle 0, from north to the east")};
+      quantity("arm_azimuth", "deg", "90 deg", "azimuth of the arm at angle 0, from north to the east")};
 }
 
 std::vector<Imperfection> arm_imperfections() {

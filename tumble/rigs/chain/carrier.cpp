@@ -82,8 +82,9 @@ std::vector<Imperfection> lever_imperfections(const char* sd) {
 }
 
 std::vector<Imperfection> mount_imperfections() {
-  return {{quantity("mount_sd", "arcsec", "20 arcsec", "instrument against the fixture, about each of its axes"),
-           {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
+  return {
+      {quantity("mount_sd", "arcsec", "20 arcsec", "error of the instrument on the fixture, about each of its axes"),
+       {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
 }
 
 std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options) {
@@ -96,14 +97,14 @@ std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, 
 }
 
 std::vector<Option> lever_options(const char* x, const char* y, const char* z) {
-  return {quantity("lever_x", "mm", x, "place of the instrument's reference point, along x"),
+  return {quantity("lever_x", "mm", x, "position of the instrument's reference point, along x"),
           quantity("lever_y", "mm", y, "along y"), quantity("lever_z", "mm", z, "along z")};
 }
 
 std::vector<Option> laboratory_options() {
   return {
-      quantity("temperature", "degC", "20 degC", "of the laboratory and the instrument"),
-      {"ideal", Option::Type::flag, "1", "false", {}, "true: without any error of the rig or noise of its sensors"}};
+      quantity("temperature", "degC", "20 degC", "temperature of the laboratory and the instrument"),
+      {"ideal", Option::Type::flag, "1", "false", {}, "true: the rig has no errors, and its sensors have no noise"}};
 }
 
 std::vector<Axis> mount_axes() {

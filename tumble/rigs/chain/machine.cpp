@@ -139,9 +139,9 @@ std::vector<Option> options_of(const Machine& machine) {
   std::vector<Option> options = machine.geometry;
   for (const auto& axis : machine.axes) {
     const auto named = [&](const char* what) { return option_of(machine, axis, what); };
-    options.push_back(quantity(named("max_rate"), "deg/s", axis.max_rate, "fastest turn of " + axis.name));
+    options.push_back(quantity(named("max_rate"), "deg/s", axis.max_rate, "highest rate of " + axis.name));
     options.push_back(quantity(named("max_acceleration"), "deg/s^2", axis.max_acceleration,
-                               "with which " + axis.name + " changes its rate"));
+                               "acceleration with which " + axis.name + " changes its rate"));
     if (!axis.stops) continue;
     options.push_back(quantity(named("lowest"), "deg", "", "stop of " + axis.name + "; absent: none"));
     options.push_back(quantity(named("highest"), "deg", "", "stop of " + axis.name + "; absent: none"));

@@ -138,7 +138,8 @@ std::vector<Option> oven_options() {
 std::vector<Imperfection> oven_imperfections() {
   return {{quantity("thermometer_offset_sd", "K", "0.1 K", "offset of the thermometer, which regulates the oven"),
            {error_names::thermometer_offset}},
-          {quantity("thermometer_scale_sd", "%", "0.1 %", "its scale, from 0 degC"), {error_names::thermometer_scale}}};
+          {quantity("thermometer_scale_sd", "%", "0.1 %", "scale error of the thermometer, from 0 degC"),
+           {error_names::thermometer_scale}}};
 }
 
 void check_oven(const Settings& options, std::vector<std::string>& problems) {

@@ -44,8 +44,8 @@ class Planner {
     const std::size_t before = profile_.pieces.size();
     motion ? command(*motion) : rest();
     if (motion && motion->kind != Kind::slew && now_ > end * slack)
-      problem(fmt::format("{} needs {:.4g} s to do as commanded, and the segment lasts {:.4g} s", limits_.axis,
-                          now_ - begin, segment.duration));
+      problem(fmt::format("{} needs {:.4g} s to reach the commanded motion, but the segment lasts {:.4g} s",
+                          limits_.axis, now_ - begin, segment.duration));
     auto& pieces = profile_.pieces;
     while (pieces.size() > before && pieces.back().begin >= end) pieces.pop_back();
     check_travel(before, end);
@@ -78,7 +78,7 @@ class Planner {
       case Kind::sweep:
         return oscillate(motion);
       default:
-        problem(fmt::format("{} cannot do this motion", limits_.axis));
+        problem(fmt::format("{} cannot make this motion", limits_.axis));
     }
   }
 

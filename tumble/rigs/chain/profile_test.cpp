@@ -179,7 +179,7 @@ TEST(Profile, AllProblemsAreListedWithTheirSegments) {
   for (const auto& problem : problems) all += problem + "\n";
   EXPECT_NE(all.find("above its max_rate"), std::string::npos) << all;
   EXPECT_NE(all.find("beyond its stop"), std::string::npos) << all;
-  EXPECT_NE(all.find("to do as commanded"), std::string::npos) << all;
+  EXPECT_NE(all.find("to reach the commanded motion"), std::string::npos) << all;
   EXPECT_NE(all.find("would oscillate at"), std::string::npos) << all;
   EXPECT_NE(all.find("above its max_acceleration"), std::string::npos) << all;
   problems.clear();

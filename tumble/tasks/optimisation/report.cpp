@@ -31,9 +31,9 @@ double total_of(const Schedule& schedule) {
 Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std::string>& terms,
                      const std::vector<double>& reference) {
   Table table{"schedules",
-              "each in the same total time but the plan as it is. det, trace, worst: uncertainty relative to the "
-              "reference of each parameter as geometric mean over all directions, root mean square and largest; the "
-              "smaller the better",
+              "each in the same total time, except the plan as it is. det, trace, worst: uncertainty relative to the "
+              "reference of each parameter as geometric mean over all directions, root mean square and largest; "
+              "smaller is better",
               {{"schedule", one},
                {"segments", one},
                {"time", Unit::parse("min")},
@@ -66,8 +66,8 @@ Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std
 Table sd_table(const std::vector<ScheduleRow>& rows, const Estimate& chosen, const std::vector<std::string>& terms,
                const std::vector<double>& reference) {
   Table table{"schedule_sd",
-              "standard uncertainty of every parameter; - where the schedule does not tell it; reference: "
-              "what the criteria are relative to",
+              "standard uncertainty of every parameter; - if the schedule does not determine it; reference: the value "
+              "to which the criteria are relative",
               {{"schedule", one}},
               {}};
   for (const auto& term : terms) {
@@ -86,7 +86,7 @@ Table sd_table(const std::vector<ScheduleRow>& rows, const Estimate& chosen, con
 }
 
 Table schedule_table(const Schedule& schedule) {
-  Table table{"schedule", "the segments chosen, in order", {{"label", one}, {"duration", Unit::parse("s")}}, {}};
+  Table table{"schedule", "the chosen segments, in order", {{"label", one}, {"duration", Unit::parse("s")}}, {}};
   for (const auto& segment : schedule)
     if (segment.run == schedule.front().run) table.rows.push_back({segment.label, segment.duration});
   return table;

@@ -89,7 +89,7 @@ void read_values(Section& section, Kind kind, const AxisUnits& units, Problems& 
       const auto speed = section.quantity(key, units.speed);
       const auto to = section.quantity("to", units.position);
       if (!section.find("to")) section.missing("to", "\"1 " + units.position.text() + "\"");
-      if (speed && *speed <= 0.0) section.problem_at(key, "the speed must be above zero; `to` gives the sense");
+      if (speed && *speed <= 0.0) section.problem_at(key, "the speed must be above zero; `to` gives the direction");
       motion.value = speed.value_or(1.0);
       motion.to = to.value_or(0.0);
       break;
@@ -126,7 +126,7 @@ bool read_motion(const toml::table& table, const std::string& name, const Axis& 
     motion.kind = kind;
     read_values(section, kind, AxisUnits(axis), problems, motion);
   }
-  if (found > 1) section.problem("one motion at a time, please");
+  if (found > 1) section.problem("one motion for each axis of a segment");
   if (found == 0) {
     for (const auto& key : accepted) section.find(key);
     if (section.unread().empty()) section.problem(fmt::format("needs one of {}", fmt::join(accepted, ", ")));
@@ -210,7 +210,7 @@ std::optional<double> duration_of(const Draft& draft, const Positions& positions
   }
   if (!duration || *duration == 0.0)
     problems.add(draft.table->source(), fmt::format("[[schedule]] \"{}\": duration {}", draft.segment.label,
-                                                    duration ? "would be zero: it stands there already"
+                                                    duration ? "would be zero: the axis is already there"
                                                              : "is missing, for example duration = \"5 min\""));
   return duration;
 }

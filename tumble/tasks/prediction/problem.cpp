@@ -66,8 +66,9 @@ void describe(const OutputProblem& output, Estimate& estimate) {
   if (output.not_excited.empty()) return;
   std::string names;
   for (const auto& term : output.not_excited) names += (names.empty() ? "" : ", ") + term.name;
-  estimate.findings.push_back(
-      {Finding::Severity::info, "not excited by this schedule, and taken as known: " + names, output.problem.channel});
+  estimate.findings.push_back({Finding::Severity::info,
+                               "not excited by this schedule, and assumed to be known: " + names,
+                               output.problem.channel});
 }
 
 }  // namespace

@@ -1,0 +1,142 @@
+"""The check of words: no text for users has a phrase that docs/english.md says we do not write.
+
+The phrases are the first column of the table of words in docs/english.md. Looked through are the pages (README and the
+like, docs/ without decisions/ and equations/; code blocks and `code` do not count) and the string literals of the C++
+files in apps/ and tumble/ (tests do not count). In the folders of CLEAN a phrase is a fault; in the others it is counted.
+
+    check_english.py REPOSITORY [--all]     exit 1 and one line a fault; --all: the counted ones too, one line each
+    check_english.py --self-test            a sound small tree passes, and every kind of tampering with it is caught
+"""
+
+import pathlib
+import re
+import sys
+import tempfile
+
+PAGE_OF_WORDS = "docs/english.md"
+NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
+CLEAN = ("apps/", "tumble/units/", "tumble/core/", "tumble/earth/", "tumble/models/", "tumble/rigs/", "tumble/sim/",
+         "tumble/checks/", "tumble/formats/", "tumble/report/", "tumble/tasks/")
+# Names in the result JSON do not change.
+FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart")}
+TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
+
+
+def phrases_of(page):
+    """The phrases of the table of words, as written in its first column."""
+    table = re.search(r"^\| we do not write.*?(?=^$)", page, re.MULTILINE | re.DOTALL)
+    rows = table[0].splitlines()[2:] if table else []
+    return [phrase for row in rows for phrase in re.findall(r"`([^`]+)`", row.split("|")[1])]
+
+
+def blanked(match):
+    """As many lines, without letters."""
+    return re.sub(r"[^\n]", " ", match[0])
+
+
+def text_of_page(text):
+    """The prose of a page; what a program reads or prints is blank."""
+    text = re.sub(r"^```.*?^```", blanked, text, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`\n]+`|\]\([^)]*\)", blanked, text)
+
+
+def text_of_source(text):
+    """The string literals of a C++ file, at their places; literals that follow each other are one text."""
+    out, end = [], 0
+    for token in TOKEN.finditer(text):
+        out.append(re.sub(r"[^\n\s]", "|", text[end:token.start()]))
+        is_text = token[0].startswith('"') and not text[:token.start()].rstrip(" ").endswith("#include")
+        out.append(" " + token[0][1:-1] + " " if is_text else blanked(token))
+        end = token.end()
+    return "".join(out)
+
+
+def faults_of_text(relative, text, pattern):
+    """One line for each phrase in a text whose other characters are blank."""
+    return [f"{relative}:{text.count(chr(10), 0, hit.start()) + 1}: '{' '.join(hit[0].split())}'"
+            for hit in pattern.finditer(text)]
+
+
+def pages(root):
+    found = sorted(root.glob("*.md")) + sorted((root / "docs").rglob("*.md"))
+    return [p for p in found if not any(part in NOT_PAGES for part in p.relative_to(root).parts)]
+
+
+def sources(root):
+    found = [p for folder in ("apps", "tumble") for p in (root / folder).rglob("*.?pp")]
+    return sorted(p for p in found if not p.stem.endswith("_test") and "testing" not in p.parts)
+
+
+def check(root):
+    """Faults, and lines that are only counted."""
+    listed = phrases_of((root / PAGE_OF_WORDS).read_text(encoding="utf-8"))
+    if not listed:
+        return [f"{PAGE_OF_WORDS}: no table of words found"], []
+    words = "|".join(r"\s+".join(map(re.escape, p.split())) for p in sorted(listed, key=len, reverse=True))
+    pattern = re.compile(rf"\b(?:{words})\b", re.IGNORECASE)
+    faults, counted = [], []
+    for path in pages(root):
+        faults += faults_of_text(path.relative_to(root), text_of_page(path.read_text(encoding="utf-8")), pattern)
+    for path in sources(root):
+        relative = path.relative_to(root).as_posix()
+        lines = faults_of_text(relative, text_of_source(path.read_text(encoding="utf-8")), pattern)
+        lines = [line for line in lines if not line.endswith(tuple(f"'{name}'" for name in FIXED.get(relative, ())))]
+        (faults if relative.startswith(CLEAN) else counted).extend(lines)
+    return [f"{fault}: {PAGE_OF_WORDS} says what we write instead" for fault in faults], counted
+
+
+SOUND = {
+    PAGE_OF_WORDS: "| we do not write | we write | why |\n|---|---|---|\n| `left out`, `told` | skip | x |\n\nleft out\n",
+    "README.md": "Nothing is told`told` here: toldness.\n\n```\nleft out\n```\n".replace("is told", "is"),
+    "docs/decisions/001.md": "left out\n",
+    "CHANGELOG.md": "left out\n",
+    "apps/cli/a.cpp": '// left out\n#include "left out"\n/* told */ auto told = "skipped";  // "told"\nchar c = \'"\';\n',
+    "tumble/core/a_test.cpp": 'auto s = "told";\n',
+    "tumble/methods/a.cpp": 'auto s = "told";\n',
+    "tumble/tasks/optimisation/report.cpp": 'column("told");\n',
+}
+TAMPERED = {  # file, its new text, words of the fault
+    "page": ("docs/a/b.md", "A sample\nis Told so.\n", "docs/a/b.md:2: 'Told'"),
+    "page, over two lines": ("README.md", "a\nb left\nout c\n", "README.md:2: 'left out'"),
+    "program": ("apps/cli/a.cpp", 'auto s = "x";\nauto t = "is left out";\n', "apps/cli/a.cpp:2: 'left out'"),
+    "program, over two literals": ("tumble/core/a.cpp", 'say("is left "\n    "out");\n', "tumble/core/a.cpp:1: 'left out'"),
+    "raw literal before it": ("tumble/core/a.cpp", 'a(R"(" // )");\nsay("told");\n', "tumble/core/a.cpp:2: 'told'"),
+    "quote in a literal": ("tumble/core/a.hpp", 'say("\\"//"); say("told");\n', "tumble/core/a.hpp:1: 'told'"),
+    "no list": (PAGE_OF_WORDS, "words\n", "no table of words"),
+}
+
+
+def self_test():
+    def result_with(change):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in {**SOUND, **change}.items():
+                path = pathlib.Path(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+            return check(pathlib.Path(folder))
+
+    faults, counted = result_with({})
+    failures = [f"the sound tree is refused: {fault}" for fault in faults]
+    if counted != ["tumble/methods/a.cpp:1: 'told'"]:
+        failures.append(f"counted {counted}, expected the one of tumble/methods/a.cpp")
+    for name, (path, text, words) in TAMPERED.items():
+        faults, _ = result_with({path: text})
+        if len(faults) != 1 or words not in faults[0]:
+            failures.append(f"tampered tree '{name}' gives {faults}, expected one fault with {words}")
+    return failures
+
+
+def main():
+    if len(sys.argv) not in (2, 3):
+        sys.exit(__doc__)
+    if sys.argv[1] == "--self-test":
+        faults, counted = self_test(), []
+    else:
+        faults, counted = check(pathlib.Path(sys.argv[1]).resolve())
+    print("\n".join(faults + (counted if "--all" in sys.argv else [])) or "no phrase that we do not write")
+    print(f"{len(faults)} faults; {len(counted)} phrases in folders that are not yet clean")
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
