@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace tumble {
+namespace tumble::fiber_optic_gyro {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -115,4 +115,4 @@ std::vector<double> CoilHeat::layers() const {
   return temperatures;
 }
 
-}  // namespace tumble
+}  // namespace tumble::fiber_optic_gyro

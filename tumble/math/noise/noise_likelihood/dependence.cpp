@@ -7,7 +7,7 @@
 
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::Index;
@@ -186,4 +186,4 @@ MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, const std
   return 0.5 * sum;
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood
