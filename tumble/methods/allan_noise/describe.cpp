@@ -11,6 +11,7 @@
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -23,7 +24,7 @@ std::string shown(double value_si, const std::string& unit) {
 
 std::string duration(const ChannelNoise& channel) {
   const double seconds = static_cast<double>(channel.samples) / channel.rate;
-  return seconds < 7200.0 ? say_seconds(std::round(seconds)) : fmt::format("{:.3g} h", seconds / 3600.0);
+  return seconds < 2.0 * hour ? say_seconds(std::round(seconds)) : fmt::format("{:.3g} h", seconds / hour);
 }
 
 /// What would show a term that this record does not.
