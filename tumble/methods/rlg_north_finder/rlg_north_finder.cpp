@@ -3,6 +3,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_north_finder/closed_form.hpp"
+#include "tumble/methods/rlg_north_finder/compensate.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/methods/rlg_north_finder/predict.hpp"
@@ -119,6 +120,7 @@ Estimate answer(const Prepared& prepared) {
   }
   estimate.tables.push_back(tilts_table(tilts, plan.rig));
   estimate.tables.push_back(linear::rig_errors(solution));
+  estimate.tables.push_back(covered(solution));
   if (!prepared.angles.stands.empty()) estimate.tables.push_back(table::angles_table(prepared.angles));
   return estimate;
 }
@@ -157,7 +159,7 @@ extern const Method rlg_north_finder{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::rlg_north_finder
