@@ -13,7 +13,7 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  check_output(arguments.output, {arguments.result, arguments.recording}, recording_extensions());
+  check_recording_output(arguments.output, {arguments.result, arguments.recording});
   const auto options = tumble::read_options(parse_sets(arguments.sets));
   const auto estimate = read_result(arguments.result);
   std::optional<Plan> plan;

@@ -24,7 +24,7 @@ Verb add_convert(CLI::App& program) {
       "  tumble convert data.csv -o data.h5\n"
       "  tumble convert old.csv -o new.csv --set rate=100 --set unit.x=deg/h --set missing=NA\n");
   return {app, [arguments](const Terminal& terminal) {
-            check_output(arguments->output, {arguments->recording}, recording_extensions());
+            check_recording_output(arguments->output, {arguments->recording});
             const auto options = tumble::read_options(parse_sets(arguments->sets));
             {
               ProgressLine line(terminal);

@@ -20,13 +20,20 @@ struct Arguments {
   bool json = false;
 };
 
+/// Of a format, whether it can be written; of anything else nothing.
+std::string directions(const Json& entry) {
+  if (!entry.contains("writes")) return "";
+  return entry["writes"].get<bool>() ? " (read and written)" : " (read only)";
+}
+
 /// One line an entry.
 std::string lines(const Json& entries) {
   std::size_t width = 0;
   for (const auto& entry : entries) width = std::max(width, entry["name"].get_ref<const std::string&>().size());
   std::string text;
   for (const auto& entry : entries)
-    text += fmt::format("  {:<{}}  {}\n", entry["name"].get<std::string>(), width, entry["summary"].get<std::string>());
+    text += fmt::format("  {:<{}}  {}{}\n", entry["name"].get<std::string>(), width,
+                        entry["summary"].get<std::string>(), directions(entry));
   return text.empty() ? "  none\n" : text;
 }
 
@@ -54,7 +61,8 @@ std::string page(const Json& entry) {
   std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
   if (entry.contains("source")) text += wrapped("source: ", entry["source"]);
   if (entry.contains("extensions"))
-    text += fmt::format("file names end in {}\n", fmt::join(entry["extensions"].get<std::vector<std::string>>(), ", "));
+    text += fmt::format("file names end in {}{}\n",
+                        fmt::join(entry["extensions"].get<std::vector<std::string>>(), ", "), directions(entry));
   if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += "needs a plan\n";
   text += items(entry, "roles", "channels", [](const Json& role) {
     return fmt::format("[{}]{}", role["unit"].get<std::string>(), role["required"].get<bool>() ? "" : ", optional");

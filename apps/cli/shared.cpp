@@ -51,11 +51,15 @@ void check_output(const std::string& output, const std::vector<std::string>& inp
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-std::vector<std::string> recording_extensions() {
+void check_recording_output(const std::string& output, const std::vector<std::string>& inputs) {
   std::vector<std::string> extensions;
+  const auto extension = fs::path(output).extension().string();
   for (const auto* format : format_catalogue())
-    if (format->writer) extensions.insert(extensions.end(), format->extensions.begin(), format->extensions.end());
-  return extensions;
+    if (format->writer)
+      extensions.insert(extensions.end(), format->extensions.begin(), format->extensions.end());
+    else if (std::ranges::find(format->extensions, extension) != format->extensions.end())
+      format_to_write(output);  // says that the format is only read
+  check_output(output, inputs, extensions);
 }
 
 }  // namespace tumble::cli

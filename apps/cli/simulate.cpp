@@ -25,7 +25,7 @@ std::size_t free_memory() {
 int run(const Arguments& arguments, const Terminal& terminal) {
   const auto output =
       arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
-  check_output(output, {arguments.plan}, recording_extensions());
+  check_recording_output(output, {arguments.plan});
   const auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   {
     ProgressLine line(terminal);

@@ -37,7 +37,7 @@ Estimate read_result(const std::string& path);
 /// not there: before any work is done.
 void check_output(const std::string& output, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& extensions);
-/// Of the formats that recordings are written in.
-std::vector<std::string> recording_extensions();
+/// For an output that is a recording: as check_output(), with the extensions of the formats that can be written.
+void check_recording_output(const std::string& output, const std::vector<std::string>& inputs);
 
 }  // namespace tumble::cli

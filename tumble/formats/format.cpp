@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/unread.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -11,8 +12,8 @@ namespace {
 
 constexpr std::size_t block_samples = 65536;
 
-const Format* by_extension(const std::string& path) {
-  for (const Format* format : format_catalogue())
+const Format* by_extension(const std::string& path, const FormatList& formats) {
+  for (const Format* format : formats)
     for (const std::string& extension : format->extensions)
       if (path.size() > extension.size() &&
           std::equal(extension.rbegin(), extension.rend(), path.rbegin(),
@@ -21,60 +22,75 @@ const Format* by_extension(const std::string& path) {
   return nullptr;
 }
 
-std::string extensions() {
+/// ".csv, .txt" of the formats that `which` selects.
+template <class Which>
+std::string extensions(const FormatList& formats, Which which) {
   std::string text;
-  for (const Format* format : format_catalogue())
-    for (const std::string& extension : format->extensions) text += (text.empty() ? "" : ", ") + extension;
+  for (const Format* format : formats)
+    if (which(*format))
+      for (const std::string& extension : format->extensions) text += (text.empty() ? "" : ", ") + extension;
   return text;
 }
 
-/// MATLAB's own files say so in their first bytes, except those of version 4, where the name has to do.
-bool is_matlab(const std::string& path) {
-  std::string bytes(6, '\0');
-  bytes.resize(file::InputFile(path).read(bytes.data(), bytes.size()));
-  return bytes == "MATLAB" || path.ends_with(".mat");
-}
+bool can_be_written(const Format& format) { return format.writer != nullptr; }
 
-const Format& format_for(const std::string& path) {
-  if (const Format* format = by_extension(path)) return *format;
-  throw Error{Error::Kind::bad_input,
-              "'" + path + "': the name must say which format to write; known are " + extensions()};
+/// "csv (.csv, .txt), hdf5 (.h5)"
+std::string written_formats(const FormatList& formats) {
+  std::string text;
+  for (const Format* format : formats)
+    if (can_be_written(*format))
+      text +=
+          (text.empty() ? "" : ", ") + std::string(format->name) + " (" + extensions({format}, can_be_written) + ")";
+  return text;
 }
 
 }  // namespace
 
-const Format& format_of(const std::string& path) {
+const Format& format_of(const std::string& path, const FormatList& formats) {
   if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
-  for (const Format* format : format_catalogue())
+  for (const Format* format : formats)
     if (format->recognises(path)) return *format;
-  if (is_matlab(path))
-    throw Error{Error::Kind::bad_file,
-                "'" + path +
-                    "' is a MATLAB binary file, which is not read; write it from MATLAB as text, "
-                    "writetable(array2table(data, 'VariableNames', names), 'data.csv'), or as HDF5, h5write"};
-  if (const Format* format = by_extension(path)) return *format;
+  if (const auto advice = file::advice_for_unread(path); !advice.empty())
+    throw Error{Error::Kind::bad_file, "'" + path + "' is " + advice};
+  if (const Format* format = by_extension(path, formats)) return *format;
   throw Error{Error::Kind::bad_file, "'" + path +
                                          "' is not a recording that can be read: neither its content nor its "
                                          "name says which; known are " +
-                                         extensions()};
+                                         extensions(formats, [](const Format&) { return true; })};
 }
 
-Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress) {
-  return format_of(path).read(path, options, progress);
+const Format& format_to_write(const std::string& path, const FormatList& formats) {
+  const Format* format = by_extension(path, formats);
+  if (!format)
+    throw Error{Error::Kind::bad_input, "'" + path + "': the name must say which format to write; known are " +
+                                            extensions(formats, can_be_written)};
+  if (!can_be_written(*format))
+    throw Error{Error::Kind::bad_input, "'" + path + "': files of format " + format->name +
+                                            " are read, but cannot be written; the formats that can be written are " +
+                                            written_formats(formats)};
+  return *format;
 }
 
-RecordingWriter recording_writer(const std::string& path) { return format_for(path).writer(path); }
+Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,
+                         const FormatList& formats) {
+  return format_of(path, formats).read(path, options, progress);
+}
 
-void write_recording(const Recording& recording, const std::string& path) {
-  const RecordingWriter writer = recording_writer(path);
+RecordingWriter recording_writer(const std::string& path, const FormatList& formats) {
+  return format_to_write(path, formats).writer(path);
+}
+
+void write_recording(const Recording& recording, const std::string& path, const FormatList& formats) {
+  const RecordingWriter writer = recording_writer(path, formats);
   writer.append(recording);
   writer.commit();
 }
 
-void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress) {
-  const Format& source = format_of(from);
-  const RecordingWriter writer = recording_writer(to);
-  source.stream(from, options, block_samples, writer.append, progress);
+void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress,
+             const FormatList& formats) {
+  const Format& source = format_of(from, formats);
+  const RecordingWriter writer = recording_writer(to, formats);
+  stream_recording(source, from, options, block_samples, writer.append, progress);
   writer.commit();
 }
 

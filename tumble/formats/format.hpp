@@ -35,7 +35,7 @@ struct RecordingWriter {
 };
 
 /// A catalogue entry of formats/: file <-> Recording. Reading throws Error::bad_file that says what, where and what
-/// would be accepted, whatever the bytes are.
+/// would be accepted, whatever the bytes are. The members up to `read` are enough for a format that is only read.
 struct Format {
   const char* name;
   const char* summary;
@@ -43,27 +43,50 @@ struct Format {
   bool (*recognises)(const std::string& path);  ///< by its first bytes
   /// Everything at once, with origin (file, checksum).
   Recording (*read)(const std::string& path, const ReadOptions& options, const Progress& progress);
-  /// Bytes that the samples wanted take in memory, about. Throws as read where the file says too little.
-  std::uintmax_t (*memory)(const std::string& path, const ReadOptions& options);
-  /// For files larger than memory: blocks of about `samples` samples a channel. Without origin.checksum.
+  /// Bytes that the samples wanted take in memory, about. Throws as read where the file says too little. Null: see
+  /// recording_memory().
+  std::uintmax_t (*memory)(const std::string& path, const ReadOptions& options) = nullptr;
+  /// For files larger than memory: blocks of about `samples` samples a channel. Without origin.checksum. Null: see
+  /// stream_recording().
   void (*stream)(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
-                 const Progress& progress);
-  /// Whole or not at all. The first block says which channels there are, and carries marks and meta.
-  RecordingWriter (*writer)(const std::string& path);
+                 const Progress& progress) = nullptr;
+  /// Whole or not at all. The first block says which channels there are, and carries marks and meta. Null: files of
+  /// this format are only read.
+  RecordingWriter (*writer)(const std::string& path) = nullptr;
 };
 
+/// FormatList to choose among.
+using FormatList = std::vector<const Format*>;
+
 /// All entries, in the order of their names.
-const std::vector<const Format*>& format_catalogue();
+const FormatList& format_catalogue();
 
 /// The format of a file, by content, else by extension. Throws Error::bad_file.
-const Format& format_of(const std::string& path);
-/// In that format; with origin (file, checksum). Throws Error::bad_file.
-Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress);
-/// By extension. Throws Error::bad_input for an unknown one (with those accepted), Error::bad_file when it cannot.
-void write_recording(const Recording& recording, const std::string& path);
+const Format& format_of(const std::string& path, const FormatList& formats = format_catalogue());
+/// The format that the extension of a target names. Throws Error::bad_input for an unknown extension, and for a format
+/// that is only read; the message names the formats that can be written.
+const Format& format_to_write(const std::string& path, const FormatList& formats = format_catalogue());
+
+/// Bytes that the samples wanted take in memory, about. Of a format that does not say, the size of the file: such a
+/// file is read whole in any case, so nothing is gained by reading it twice for an exact answer. Throws as read.
+std::uintmax_t recording_memory(const Format& format, const std::string& path, const ReadOptions& options);
+/// Blocks of about `samples` samples [1], > 0, of the channel with the most; channels of other rates come in equal
+/// shares, so that a block holds about one stretch of time. Without origin.checksum. A file whose format has no stream
+/// of its own is read whole and handed out in blocks. Throws as read.
+void stream_recording(const Format& format, const std::string& path, const ReadOptions& options, std::size_t samples,
+                      const BlockSink& sink, const Progress& progress);
+
+/// In the format of the file; with origin (file, checksum). Throws Error::bad_file.
+Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,
+                         const FormatList& formats = format_catalogue());
+/// By extension. Throws as format_to_write(), before anything is written; Error::bad_file when it cannot.
+void write_recording(const Recording& recording, const std::string& path,
+                     const FormatList& formats = format_catalogue());
 /// A writer of the format that the extension names. Throws as write_recording().
-RecordingWriter recording_writer(const std::string& path);
-/// From one file to another, block after block, so that neither has to fit into memory. Throws as the two above.
-void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress);
+RecordingWriter recording_writer(const std::string& path, const FormatList& formats = format_catalogue());
+/// From one file to another, block after block, so that neither has to fit into memory (but for a format that can only
+/// be read whole). Throws as the two above.
+void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress,
+             const FormatList& formats = format_catalogue());
 
 }  // namespace tumble

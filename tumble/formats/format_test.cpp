@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <csignal>
+#include <functional>
 #include <random>
+#include <sstream>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/file/plain_value.hpp"
@@ -228,6 +230,140 @@ TEST(FormatChoice, ChannelsOfDifferentRatesGoToHdf5) {
   EXPECT_THROW(write_recording(recording, folder.file("a.csv")), Error);
   write_recording(recording, folder.file("a.h5"));
   expect_same(recording, read_recording(folder.file("a.h5"), {}, {}));
+}
+
+/// A format that is only read: a line "RATE Hz", then one value [deg/s] a line.
+namespace listing {
+
+bool recognises(const std::string& path) { return read_text_file(path).starts_with("RATE "); }
+
+Recording read(const std::string& path, const ReadOptions&, const Progress&) {
+  std::istringstream lines(read_text_file(path));
+  std::string word;
+  double rate = 0.0;
+  lines >> word >> rate;
+  if (!(rate > 0.0)) throw Error(Error::Kind::bad_file, path + ": RATE is followed by a rate [Hz] above zero");
+  const Unit unit = Unit::parse("deg/s");
+  Recording recording{"listing", {{"gyro", kind_of(unit), unit, {0.0, rate, nullptr}, {}}}, {}, {path}, {}, {}};
+  recording.marks = {{"static", 0.0, 1}};
+  recording.origin.checksum = [] { return std::string("checksum"); };
+  while (lines >> word) recording.channels[0].values.push_back(unit.to_si(std::stod(word)));
+  return recording;
+}
+
+const Format format{
+    .name = "listing", .summary = "values", .extensions = {".lst"}, .recognises = recognises, .read = read};
+
+/// The catalogue with this format; before csv, which reads all text.
+FormatList formats() {
+  FormatList all{&format};
+  all.insert(all.end(), format_catalogue().begin(), format_catalogue().end());
+  return all;
+}
+
+}  // namespace listing
+
+/// 100 Hz, `count` values: 0.5, 1.5, ... [deg/s].
+void write_listing(const std::string& path, int count) {
+  std::string text = "RATE 100\n";
+  for (int i = 0; i < count; ++i) text += std::to_string(i) + ".5\n";
+  write_file_atomically(path, text);
+}
+
+TEST(ReadOnlyFormat, IsReadByItsContent) {
+  ScratchFolder folder;
+  write_listing(folder.file("a"), 7);
+  const auto recording = read_recording(folder.file("a"), {}, {}, listing::formats());
+  ASSERT_EQ(recording.channels.size(), 1u);
+  ASSERT_EQ(recording.channels[0].values.size(), 7u);
+  EXPECT_EQ(recording.channels[0].values[6], Unit::parse("deg/s").to_si(6.5));
+}
+
+TEST(ReadOnlyFormat, TakesTheMemoryOfItsFile) {
+  ScratchFolder folder;
+  write_listing(folder.file("a.lst"), 7);
+  EXPECT_EQ(recording_memory(listing::format, folder.file("a.lst"), {}),
+            std::filesystem::file_size(folder.file("a.lst")));
+}
+
+TEST(ReadOnlyFormat, StreamsItsWholeInBlocks) {
+  ScratchFolder folder;
+  write_listing(folder.file("a.lst"), 1000);
+  const auto whole = read_recording(folder.file("a.lst"), {}, {}, listing::formats());
+  Recording joined;
+  std::size_t blocks = 0;
+  const auto join = [&](const Recording& block) {
+    EXPECT_FALSE(block.origin.checksum);
+    EXPECT_LE(block.channels[0].values.size(), 64u);
+    if (blocks++ == 0) {
+      joined = block;
+      return;
+    }
+    auto& values = joined.channels[0].values;
+    EXPECT_EQ(block.channels[0].timeline.start, whole.channels[0].time(values.size()));
+    values.insert(values.end(), block.channels[0].values.begin(), block.channels[0].values.end());
+  };
+  stream_recording(listing::format, folder.file("a.lst"), {}, 64, join, {});
+  EXPECT_EQ(blocks, 16u);  // 1000 / 64, rounded up
+  expect_same(joined, whole);
+}
+
+TEST(ReadOnlyFormat, BlocksOfManyRatesJoinToTheWhole) {
+  static Recording whole;  // two channels that share uneven stamps, one of another rate, one without a sample
+  whole = sample(500);
+  const auto shared = std::make_shared<std::vector<double>>();
+  for (int k = 0; k < 500; ++k) shared->push_back(k + 0.1 * (k % 3));
+  whole.channels[1].timeline = whole.channels[2].timeline = {0.0, 0.0, shared};
+  whole.channels[3].values.resize(7);
+  whole.channels[4].values.clear();
+  Format format = listing::format;
+  format.read = [](const std::string&, const ReadOptions&, const Progress&) { return whole; };
+  std::vector<std::vector<double>> values(whole.channels.size()), times(whole.channels.size());
+  const auto join = [&](const Recording& block) {
+    EXPECT_EQ(block.channels[1].timeline.stamps, block.channels[2].timeline.stamps);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      for (std::size_t k = 0; k < block.channels[i].values.size(); ++k) {
+        values[i].push_back(block.channels[i].values[k]);
+        times[i].push_back(block.channels[i].time(k));
+      }
+  };
+  stream_recording(format, "", {}, 30, join, {});
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    ASSERT_EQ(values[i].size(), whole.channels[i].values.size());
+    for (std::size_t k = 0; k < values[i].size(); ++k) {
+      EXPECT_TRUE(values[i][k] == whole.channels[i].values[k] || std::isnan(values[i][k])) << i << " " << k;
+      EXPECT_NEAR(times[i][k], whole.channels[i].time(k), 1e-12);  // start and part are rounded once each, below 500 s
+    }
+  }
+}
+
+TEST(ReadOnlyFormat, ConvertsToOneThatCanBeWritten) {
+  ScratchFolder folder;
+  write_listing(folder.file("a.lst"), 100000);
+  convert(folder.file("a.lst"), folder.file("b.h5"), {}, {}, listing::formats());
+  auto expected = read_recording(folder.file("a.lst"), {}, {}, listing::formats());
+  expect_same(read_recording(folder.file("b.h5"), {}, {}), expected);
+}
+
+TEST(ReadOnlyFormat, IsRefusedAsTargetBeforeAnythingIsWritten) {
+  ScratchFolder folder;
+  const auto formats = listing::formats();
+  const auto target = folder.file("b.lst"), source = folder.file("a.csv");
+  write_recording(sample(10), source);
+  const std::vector<std::function<void()>> attempts{
+      [&] { write_recording(sample(10), target, formats); }, [&] { recording_writer(target, formats); },
+      [&] { format_to_write(target, formats); }, [&] { convert(source, target, {}, {}, formats); }};
+  for (const auto& attempt : attempts) try {
+      attempt();
+      ADD_FAILURE() << "no error";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind, Error::Kind::bad_input);
+      const std::string message = error.what();
+      for (const char* part : {"b.lst", "format listing", "csv (.csv, .txt", "hdf5 (.h5"})
+        EXPECT_NE(message.find(part), std::string::npos) << message;
+    }
+  EXPECT_EQ(folder.entries(), 1u);
+  EXPECT_EQ(&format_to_write(folder.file("b.csv"), formats), format_catalogue().front());
 }
 
 TEST(PlainValue, DecimalsComeBackAsTheyWereWritten) {

@@ -237,7 +237,7 @@ Recording header_of(const Recording& block, const Plan& plan, const RecordingEnt
 
 /// Bytes of the samples in memory; 0 where the file cannot be read, which gather() says better.
 std::uintmax_t memory_of(const std::string& file, const ReadOptions& options) try {
-  return format_of(file).memory(file, options);
+  return recording_memory(format_of(file), file, options);
 } catch (const Error&) {
   return 0;
 }
@@ -268,7 +268,7 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
       first = false;
       sink(block);
     };
-    format_of(entry.file).stream(entry.file, options, block_samples, checked, progress);
+    stream_recording(format_of(entry.file), entry.file, options, block_samples, checked, progress);
   };
   return streamed;
 }

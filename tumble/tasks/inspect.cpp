@@ -80,8 +80,9 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     const auto found = run_checks(recording, nullptr);
     inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
   } else {
-    format_of(path).stream(
-        path, options, block_samples, [&](const Recording& block) { add(block, inspection); }, progress);
+    stream_recording(
+        format_of(path), path, options, block_samples, [&](const Recording& block) { add(block, inspection); },
+        progress);
     inspection.findings.push_back(
         {Finding::Severity::info, "too large for the checks, which need the complete file", path});
   }

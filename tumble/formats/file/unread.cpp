@@ -1,0 +1,24 @@
+#include "tumble/formats/file/unread.hpp"
+
+#include "tumble/formats/file/input_file.hpp"
+
+namespace tumble::file {
+namespace {
+
+/// MATLAB's own files say so in their first bytes, except those of version 4, where the name has to do.
+bool is_matlab(const std::string& path) {
+  std::string bytes(6, '\0');
+  bytes.resize(InputFile(path).read(bytes.data(), bytes.size()));
+  return bytes == "MATLAB" || path.ends_with(".mat");
+}
+
+}  // namespace
+
+std::string advice_for_unread(const std::string& path) {
+  if (is_matlab(path))
+    return "a MATLAB binary file, which is not read; write it from MATLAB as text, "
+           "writetable(array2table(data, 'VariableNames', names), 'data.csv'), or as HDF5, h5write";
+  return "";
+}
+
+}  // namespace tumble::file

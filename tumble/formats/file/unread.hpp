@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace tumble::file {
+
+/// For a file of a well-known kind that is not read: what it is, and how its samples can be brought here, to follow
+/// "'file' is ". Empty for any other file. Throws Error::bad_file.
+std::string advice_for_unread(const std::string& path);
+
+}  // namespace tumble::file
