@@ -1,6 +1,9 @@
 # An entry of a catalogue module is `<module>/<name>.cpp` or `<module>/<name>/<name>.cpp` that defines
-# `extern const <Descriptor> <name>`, in namespace tumble::<module> or tumble::<name>. This writes the function that lists them all, so that adding one thing is adding
-# one file, and so that a static library cannot drop an entry nobody names.
+# `extern const <Descriptor> <name>`, in namespace tumble::<module> or tumble::<name>. This writes the function that lists
+# them all, so that adding one thing is adding one file, and so that a static library cannot drop an entry nobody names.
+#
+# Further arguments are entries that stand elsewhere, each as `<space>::<name>`. The list with them is written to a file
+# of its own: a program that compiles it together with these entries finds them in its catalogue, and nobody else does.
 function(tumble_catalogue folder result)
   string(REGEX REPLACE "s$" "" noun ${folder})
   string(SUBSTRING ${noun} 0 1 first)
@@ -9,8 +12,7 @@ function(tumble_catalogue folder result)
   set(type ${first}${rest})
   set(module ${PROJECT_SOURCE_DIR}/tumble/${folder})
   file(GLOB candidates CONFIGURE_DEPENDS RELATIVE ${module} ${module}/*.cpp ${module}/*/*.cpp)
-  set(declarations "")
-  set(addresses "")
+  set(entries "")
   foreach(candidate ${candidates})
     get_filename_component(stem ${candidate} NAME_WE)
     if(NOT candidate MATCHES "^(${stem}/)?${stem}\\.cpp$")
@@ -24,10 +26,22 @@ function(tumble_catalogue folder result)
     if(candidate MATCHES "/")
       set(space ${stem})
     endif()
-    string(APPEND declarations "namespace ${space} {\nextern const ${type} ${stem};\n}\n")
-    string(APPEND addresses "      &${space}::${stem},\n")
+    list(APPEND entries "${stem}/${space}")
   endforeach()
   set(output ${PROJECT_BINARY_DIR}/generated/tumble/${folder}/catalogue.cpp)
+  if(ARGN)
+    set(output ${PROJECT_BINARY_DIR}/generated/tumble/${folder}/catalogue_with_more.cpp)
+    list(TRANSFORM ARGN REPLACE "^(.+)::(.+)$" "\\2/\\1" OUTPUT_VARIABLE more)
+    list(APPEND entries ${more})
+  endif()
+  list(SORT entries)
+  set(declarations "")
+  set(addresses "")
+  foreach(entry ${entries})
+    string(REGEX MATCH "^(.+)/(.+)$" entry ${entry})
+    string(APPEND declarations "namespace ${CMAKE_MATCH_2} {\nextern const ${type} ${CMAKE_MATCH_1};\n}\n")
+    string(APPEND addresses "      &${CMAKE_MATCH_2}::${CMAKE_MATCH_1},\n")
+  endforeach()
   file(CONFIGURE OUTPUT ${output} CONTENT [[// Generated from the files of tumble/@folder@.
 #include "tumble/@folder@/@noun@.hpp"
 

@@ -7,6 +7,8 @@
   units      a public function that takes or returns a double, span, Matrix or vector<double> says a unit or a shape in
              square brackets: [rad/s], [u], [1], [N x p]
   words      no comment of a public header begins with "The same"
+  code       a block of a page below the comment <!-- from FILE --> stands in that file, line for line; in
+             docs/adding.md every block of C++ has such a comment
 
     check_docs.py REPOSITORY      exit 1 and one line a fault; prints how many functions say a unit
     check_docs.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
@@ -28,6 +30,8 @@ NUMERIC = re.compile(r"\bdouble\b|\bspan<|\bMatrix\b")
 BRACKET = re.compile(r"(?<![\w)])\[([^\[\]\n]{1,60})\]")
 PLAN_TABLES = {"settings", "site", "rig", "channels", "truth", "limit", "instrument", "schedule", "recording", "beside"}
 ACCESS = ("public", "private", "protected")
+FROM = re.compile(r"(?m)^<!-- from (\S+) -->\n```cpp\n((?:.*\n)*?)```$|^```cpp\n")
+ALL_FROM_FILES = ("docs/adding.md",)
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.S)
 NO_FUNCTION = {"double", "int", "bool", "void", "char", "if", "return", "decltype", "noexcept", "alignas"}
 
@@ -134,6 +138,27 @@ def check_links(root):
                 faults.append(f"{where}: the link {match[1]} leads to no file")
             elif anchor and other.suffix == ".md" and anchor not in anchors_of(other):
                 faults.append(f"{where}: the link {match[1]} leads to no heading")
+    return faults
+
+
+# ---- code of pages ----------------------------------------------------------------------------------------------
+
+
+def check_code(root):
+    """Blocks of C++ that do not stand in the file that they are said to come from."""
+    faults = []
+    for path in sorted((root / "docs").rglob("*.md")) + sorted(root.glob("*.md")):
+        name, text = path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")
+        for match in FROM.finditer(text):
+            where = f"{name}:{line_of(text, match.start())}"
+            if match[1] is None:
+                if name in ALL_FROM_FILES:
+                    faults.append(f"{where}: a block of C++ without <!-- from FILE -->")
+                continue
+            source = root / match[1]
+            code = "\n" + source.read_text(encoding="utf-8") if source.exists() else ""
+            if "\n" + match[2] not in code:
+                faults.append(f"{where}: this block does not stand in {match[1]}")
     return faults
 
 
@@ -269,7 +294,7 @@ def same_as_what(path):
 
 def check(root):
     faults, report = check_units(root)
-    return check_equations(root) + check_links(root) + faults, report
+    return check_equations(root) + check_links(root) + check_code(root) + faults, report
 
 
 # ---- self-test --------------------------------------------------------------------------------------------------
@@ -309,6 +334,9 @@ SOUND = {
     "tumble/models/m.cpp": 'const M m{.source = "Lee, 2001, eq. (4)-(6); "\n "slide 3"};\n',
     "tumble/methods/x/part.hpp": "/// One line,\n/// The same line goes on.\nint later(int x);\n",
     "tumble/math/testing/help.hpp": "double not_public(double x);\n",
+    "examples/adding/my.cpp": "int a() { return 1; }\n\nint b() { return 2; }\n",
+    "docs/adding.md": "<!-- from examples/adding/my.cpp -->\n```cpp\nint b() { return 2; }\n```\n",
+    "docs/other.md": "```cpp\nint c() { return 3; }\n```\n",
 }
 TAMPERED = {  # file, its new text, words of the fault
     "number without a page": ("plans/one.toml", "# (2.2)\n", "(2.2) stands on no page"),
@@ -336,6 +364,10 @@ TAMPERED = {  # file, its new text, words of the fault
     "call operator": ("tumble/core/a.hpp",
                       "struct A {\n  double operator()(int i) const { return i; }\n  int f();\n};\n", "no unit"),
     "template": ("tumble/core/a.hpp", "template <class T>\nstd::vector<double> f(T x) {\n  return {};\n}\n", "no unit"),
+    "code that has changed": ("examples/adding/my.cpp", "int b() { return 3; }\n", "does not stand in"),
+    "code of a part of a line": ("examples/adding/my.cpp", "// int b() { return 2; }\n", "does not stand in"),
+    "code from no file": ("docs/adding.md", "<!-- from my.cpp -->\n```cpp\nint b();\n```\n", "does not stand in"),
+    "code without its file": ("docs/adding.md", "```cpp\nint b() { return 2; }\n```\n", "without <!-- from"),
     "begins with The same": ("tumble/core/a.hpp", "/// The same for two.\nint f(int x);\n", 'begins with "The same"'),
 }
 
