@@ -11,7 +11,7 @@
 namespace {
 
 /// Everything inside the library is in SI; a unit turns it into what people read.
-void print(const tumble::tasks::ChannelSummary& channel) {
+void print(const tumble::ChannelSummary& channel) {
   const tumble::Unit& unit = channel.unit;
   std::printf("%-12s %6zu samples  %7.2f Hz  mean %9.4f  sd %8.4f %s\n", channel.name.c_str(), channel.samples,
               channel.rate(), unit.from_si(channel.mean), unit.difference_from_si(channel.sd), unit.text().c_str());
@@ -37,11 +37,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const auto inspection = tumble::tasks::inspect(argv[1], {}, {});
+    const auto inspection = tumble::inspect(argv[1], {}, {});
     for (const auto& channel : inspection.channels) print(channel);
-    std::printf("%zu findings\n", inspection.findings.size());
+    std::printf("findings: %zu\n", inspection.findings.size());
     for (const auto& finding : inspection.findings)
-      std::printf("  %s: %s\n", finding.where.c_str(), finding.message.c_str());
+      std::printf("  %s%s%s\n", finding.where.c_str(), finding.where.empty() ? "" : ": ", finding.message.c_str());
 
     const auto recording = tumble::read_recording(argv[1], {}, {});
     if (const auto* gyro = tumble::find_channel(recording, "gyro.x"))

@@ -37,8 +37,8 @@ void print_terms(std::vector<double> rate) {
                                 .unit = tumble::Unit::parse("deg/h"),
                                 .timeline = {.start = 0.0, .rate = sample_rate, .stamps = nullptr},
                                 .values = std::move(rate)});
-  const tumble::Evidence evidence{tumble::tasks::plan_for_method("allan_noise", {}), {recording}};
-  const auto estimate = tumble::tasks::identify(evidence, {});
+  const tumble::Evidence evidence{tumble::plan_for_method("allan_noise", {}), {recording}};
+  const auto estimate = tumble::identify(evidence, {});
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     const auto& parameter = estimate.parameters[i];
     const double sd = tumble::standard_uncertainty(estimate, i);

@@ -33,10 +33,10 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const auto plan = tumble::tasks::load_plan(argv[1], {});
-    const auto predicted = tumble::tasks::predict(plan);
-    const auto recording = tumble::tasks::simulate(plan, 1, {});
-    const auto estimate = tumble::tasks::identify({plan, {recording}}, {});
+    const auto plan = tumble::load_plan(argv[1], {});
+    const auto predicted = tumble::predict(plan);
+    const auto recording = tumble::simulate(plan, 1, {});
+    const auto estimate = tumble::identify({plan, {recording}}, {});
     print(predicted, estimate, plan.truth);
     for (const auto& finding : estimate.findings) std::printf("%s\n", finding.message.c_str());
   } catch (const std::exception& error) {

@@ -33,11 +33,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const auto plan = tumble::tasks::load_plan(argv[1], {});
-    const auto estimate = tumble::tasks::identify({plan, {tumble::tasks::simulate(plan, 1, {})}}, {});
+    const auto plan = tumble::load_plan(argv[1], {});
+    const auto estimate = tumble::identify({plan, {tumble::simulate(plan, 1, {})}}, {});
 
-    const auto session = tumble::tasks::simulate(plan, 2, {});
-    const auto compensated = tumble::tasks::compensate(estimate, session);
+    const auto session = tumble::simulate(plan, 2, {});
+    const auto compensated = tumble::compensate(estimate, session);
     const auto unit = tumble::Unit::parse("deg/h");
     std::printf("scatter of the gyro before %.4f deg/h\n", unit.from_si(scatter(session, "gyro")));
     std::printf("scatter of the gyro after  %.4f deg/h\n", unit.from_si(scatter(compensated.recording, "gyro")));

@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const auto plan = tumble::tasks::load_plan(argv[1], {});
+    const auto plan = tumble::load_plan(argv[1], {});
     std::vector<std::size_t> inside(terms().columns.size(), 0);
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
       const auto test = trial(plan, seed);

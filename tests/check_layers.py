@@ -6,6 +6,8 @@ namespace tumble::<folder>, and are internal to the module. Two kinds serve all 
 with a heavy library (math/eigen/, for .cpp files and folders), and the rooms of reduce/, which several methods share.
 Helpers of tests (testing/) serve all tests. No method includes a header of another method. No two headers define a type of one name in one namespace.
 
+The digits of a constant stand in tumble/units alone: code of tumble/ and apps/, but for tests, uses tumble/units/constants.hpp.
+
     check_layers.py REPOSITORY      exit 1 and one line a fault
     check_layers.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
 """
@@ -23,6 +25,14 @@ ROOMS = "tumble/reduce/"  # what several methods share
 NAMESPACE = re.compile(r"^(?:inline )?namespace ([a-z][\w:]*) \{")
 DEFINITION = re.compile(r"^(?:struct|class|enum class|enum) (\w+)[^;]*$")
 METHODS_THAT_BUILD_ON = {("imu_channel_calibration", "accelerometer_four_position")}  # the split test is that method
+LITERAL_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\])*"|//.*')
+PI = r"(?:std::numbers::)?\bpi\b"
+CONSTANTS = (  # what is not written outside of tumble/units, and the name to use
+    (re.compile(r"(?<![\w.])9\.80665"), "standard_gravity or micro_g"),
+    (re.compile(r"\bM_PI"), "pi, two_pi or half_pi"),
+    (re.compile(rf"(?<![\w.])180(?:\.0?)? */ *{PI}|{PI} */ *180(?:\.0?)?(?![\w.])"), "degree or degrees_per_radian"),
+    (re.compile(r"(?<![\w.])3600(?:\.0?)?(?![\w.])"), "hour"),
+)
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
 HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "nlopt", "CLI/")
 
@@ -94,6 +104,21 @@ def faults_of_namespace(relative, lines, layer, types):
     return faults
 
 
+def faults_of_constants(root):
+    """Constants written as digits in code, outside of tumble/units and of tests."""
+    faults = []
+    for path in sorted(p for folder in ("tumble", "apps") for p in (root / folder).rglob("*.[ch]pp")):
+        relative = path.relative_to(root)
+        if relative.parts[:2] == ("tumble", "units") or path.stem.endswith("_test") or "testing" in relative.parts:
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            code = LITERAL_OR_COMMENT.sub("", line)
+            for pattern, name in CONSTANTS:
+                if digits := pattern.search(code):
+                    faults.append(f"{relative}:{number}: writes {digits[0]}: use {name} of tumble/units/constants.hpp")
+    return faults
+
+
 def check(root):
     """All faults of the tree under `root`, as lines 'file:line: what'."""
     layers = (root / "tumble/layers.txt").read_text().split()
@@ -123,7 +148,7 @@ def check(root):
     for (space, name), places in sorted(types.items()):
         if len(places) > 1:
             faults.append(f"{places[1]}: {space}::{name} is defined at {places[0]} too")
-    return faults
+    return faults + faults_of_constants(root)
 
 
 SOUND = {
@@ -138,6 +163,10 @@ SOUND = {
     "tumble/core/part/deep.cpp": '#include "tumble/math/fit.hpp"\n#include "tumble/core/part/deep.hpp"\n',
     "tumble/core/part/deep.hpp": '#include <hdf5.h>\n#include "tumble/math/eigen/view.hpp"\n',
     "tumble/core/shared.cpp": '#include "tumble/math/eigen/view.hpp"\n',
+    "tumble/units/constants.hpp": "namespace tumble {\ninline constexpr double g = 9.80665, hour = 3600.0;\n}\n",
+    "tumble/core/constants_test.cpp": "EXPECT_EQ(g, 9.80665);\nconstexpr double degree = 180.0 / M_PI;\n",
+    "tumble/core/testing/place.hpp": "namespace tumble::testing {\nconstexpr double g = 9.80665;\n}\n",
+    "tumble/core/words.cpp": 'say("3600 s, \\"9.80665"); // 9.80665, M_PI\nx = 13600.0 + 3600.5 + 180.0 / pitch + 1e3600;\n',
     "apps/cli/main.cpp": '#include "tumble/core/any.hpp"\n#include "apps/cli/verbs.hpp"\n',
 }
 TAMPERED = {  # file, its new text, words of the fault
@@ -160,6 +189,15 @@ TAMPERED = {  # file, its new text, words of the fault
     "a type above its folder": ("tumble/reduce/rows/y.hpp", "namespace tumble {\nstruct Row {\n", "belongs in tumble::rows"),
     "a type defined twice": ("tumble/core/x.hpp", "namespace tumble {\nstruct Model {\n", "defined at"),
     "one method in another": ("tumble/methods/noise/x.cpp", '#include "tumble/methods/bias/part.hpp"\n', "reduce/"),
+    "gravity in digits": ("tumble/core/x.cpp", 'say("g"); double g = -9.80665; // m/s^2\n', "writes 9.80665"),
+    "a part of gravity in digits": ("tumble/core/x.cpp", "double ug = 9.80665e-6;\n", "micro_g"),
+    "gravity in the digits of a front end": ("apps/cli/x.cpp", "return a / 9.80665;\n", "standard_gravity"),
+    "pi of the C library": ("tumble/math/fit.cpp", "return 2.0 * M_PI * f;\n", "writes M_PI"),
+    "half of the C library's pi": ("tumble/math/fit.cpp", "return M_PI_2;\n", "writes M_PI"),
+    "degrees a radian": ("tumble/core/x.cpp", "return angle * 180.0 / std::numbers::pi;\n", "degrees_per_radian"),
+    "radians a degree": ("tumble/core/x.hpp", "namespace tumble {\nconstexpr double d = pi / 180;\n}\n", "degree"),
+    "seconds an hour": ("tumble/core/x.cpp", "return seconds / 3600.0;\n", "use hour"),
+    "seconds an hour as an integer": ("tumble/core/x.cpp", "return 3600 * hours;\n", "use hour"),
     "unlisted module": ("tumble/extra/x.cpp", "\n", "extra is not in"),
     "include of an unlisted module": ("tumble/core/x.cpp", '#include "tumble/extra/x.hpp"\n', "extra is not in"),
     "nothing there": (None, None, "no source file"),

@@ -18,6 +18,7 @@
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/optimise.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/unit.hpp"
 #include "tumble/version.hpp"

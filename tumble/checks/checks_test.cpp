@@ -296,7 +296,7 @@ TEST(Checks, CounterThatRunsOver) {
   const Findings found = findings_of("counter_overflow", recording({counts(wrapped)}));
   ASSERT_EQ(found.size(), 1u) << said(found);
   EXPECT_EQ(found[0].severity, Finding::Severity::error);
-  EXPECT_NE(found[0].message.find("ran over its 16 bits"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("passed the end of its 16 bits"), std::string::npos) << found[0].message;
   EXPECT_NE(found[0].message.find("add or subtract 65536"), std::string::npos) << found[0].message;
   // With sign, and a total that runs on.
   for (const int bits : {16, 24, 32}) {
@@ -316,7 +316,7 @@ TEST(Checks, CounterThatStopsAtItsEnd) {
   const auto noise = white(4000, 32);
   const auto stopped =
       series(4000, [&](std::size_t i) { return std::min(4095.0, std::round(4090.0 + 5.0 * noise[i])); });
-  EXPECT_NE(only("counter_overflow", recording({counts(stopped)})).find("stands at 4095, the end of 12 bits, in "),
+  EXPECT_NE(only("counter_overflow", recording({counts(stopped)})).find("stays at 4095, the end of 12 bits, in "),
             std::string::npos);
 }
 

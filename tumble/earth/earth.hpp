@@ -8,9 +8,6 @@ namespace tumble {
 /// The Earth's rotation against inertial space [rad/s] (WGS84).
 inline constexpr double earth_rate = 7.292115e-5;
 
-/// Standard acceleration of free fall [m/s^2]: the unit g, not the gravity of any place.
-inline constexpr double standard_gravity = 9.80665;
-
 /// The Earth's rotation as seen at a site, in local level axes.
 ///
 ///   x east 0, y north w cos(latitude), z up w sin(latitude)

@@ -2,7 +2,8 @@
 
 #include <bit>
 #include <cstdint>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 
@@ -24,7 +25,7 @@ struct CirclePoint {
 inline CirclePoint on_circle(double turns) {
   const double turned = 4.0 * turns + 0x1.8p52;  // rounds to the nearest quarter
   const auto quarter = std::bit_cast<std::uint64_t>(turned);
-  const double x = (4.0 * turns - (turned - 0x1.8p52)) * (std::numbers::pi / 2), q = x * x;
+  const double x = (4.0 * turns - (turned - 0x1.8p52)) * half_pi, q = x * x;
   const double sine = x * polynomial(q, -1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800, 1.0 / 362880,
                                      -1.0 / 5040, 1.0 / 120, -1.0 / 6, 1.0);
   const double cosine = polynomial(q, 1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800,

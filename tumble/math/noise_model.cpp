@@ -5,10 +5,11 @@
 #include <cstddef>
 #include <numbers>
 
+#include "tumble/units/constants.hpp"
+
 namespace tumble {
 namespace {
 
-using std::numbers::pi;
 constexpr double log4 = 2.0 * std::numbers::ln2;
 constexpr std::size_t block = 4096;  ///< normal numbers drawn at a time
 

@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr std::size_t reach = 6;         ///< coefficients in a value
 constexpr double lead = 3.0;             ///< coefficients before time 0
 constexpr std::size_t longest = 131072;  ///< of the filter

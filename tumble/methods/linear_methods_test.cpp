@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/method.hpp"
@@ -179,7 +180,7 @@ TEST(Linear, AnUnknownLoopLeavesItsLagInKI) {
   trial.evidence.plan.settings = defaults(find_method("sdof_gyro_dynamic").options());
   const auto estimate = find_method("sdof_gyro_dynamic").identify(trial.evidence, {});
   // D/k = 2 zeta/w_n = 2.42 ms; the second order of the lag is 1 % of it at 0.5 Hz.
-  EXPECT_NEAR(value_of(estimate, "K_I"), 1e-6 - 2.0 * 0.7 / (2.0 * M_PI * 92.0), 3e-5);
+  EXPECT_NEAR(value_of(estimate, "K_I"), 1e-6 - 2.0 * 0.7 / (2.0 * std::numbers::pi * 92.0), 3e-5);
   bool said = false;
   for (const auto& finding : estimate.findings) said = said || finding.message.find("K_I - D/k") != std::string::npos;
   EXPECT_TRUE(said);
@@ -351,7 +352,7 @@ TEST(Linear, ARippleOfTheRateAveragesOutOverTheTurns) {
     // what the last part of a turn leaves of 12 periods in each of the 410 turns: at most 1/(pi 12 410) of the
     // amplitude
     for (const double shift : effect.column)
-      EXPECT_LT(std::abs(shift), 1e-4 * Unit::parse("deg/s").to_si(151.0) / (M_PI * 12.0 * 410.0));
+      EXPECT_LT(std::abs(shift), 1e-4 * Unit::parse("deg/s").to_si(151.0) / (std::numbers::pi * 12.0 * 410.0));
   }
   EXPECT_GT(ripples, 0u);
 }

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/math/circle.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 /// Steps a second such that the phase turns by less than 2 rad a step, the coupling moves it by less than 0.05 rad,
 /// and 256 steps or more make a period of the dither.

@@ -2,12 +2,11 @@
 
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 double width_of(const LockIn& lock_in, double excursion, int n) {
   return lock_in.rate * std::abs(boost::math::cyl_bessel_j(std::abs(n), excursion));

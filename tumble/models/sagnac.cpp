@@ -1,9 +1,9 @@
 #include "tumble/models/sagnac.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/settings.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 
@@ -14,7 +14,7 @@ double ring_laser_scale_factor(double area, double perimeter, double wavelength)
 }
 
 double ring_laser_scale_factor(int corners, double side, double wavelength) {
-  return side / (wavelength * std::tan(std::numbers::pi / corners));
+  return side / (wavelength * std::tan(pi / corners));
 }
 
 double ring_laser_scale_factor(const Settings& truth) {
@@ -29,7 +29,7 @@ double coil_path_difference(double length, double diameter, double rate) {
 }
 
 double coil_phase_difference(double length, double diameter, double wavelength, double rate) {
-  return 2.0 * std::numbers::pi / wavelength * coil_path_difference(length, diameter, rate);
+  return two_pi / wavelength * coil_path_difference(length, diameter, rate);
 }
 
 }  // namespace tumble

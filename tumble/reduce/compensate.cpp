@@ -1,14 +1,14 @@
 #include "tumble/reduce/compensate.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
+#include <map>
 
 #include "tumble/reduce/compensation/inputs.hpp"
+#include "tumble/reduce/compensation/work.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -17,35 +17,15 @@ namespace {
 using compensation::input_count;
 using compensation::Inputs;
 using compensation::inputs;
+using compensation::UsedTerm;
+using compensation::Work;
 
 constexpr std::size_t block = 4096;           ///< samples
 constexpr double tolerance = 1e-12;           ///< of the size of u
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
-constexpr int most_steps = 30;
+constexpr int most_steps = 30, most_passes = 30;
 
-struct UsedTerm {
-  Term term;
-  std::size_t parameter = 0;
-  double coefficient = 0.0, least = 0.0, greatest = 0.0;
-  std::vector<std::size_t> missing;  ///< inputs
-  std::set<std::string> from;        ///< where the others come from
-  double sum = 0.0, squares = 0.0, largest = 0.0;
-};
-
-/// A model with the numbers of a result.
-struct Work {
-  const ErrorModel* model = nullptr;
-  const Estimate* estimate = nullptr;
-  std::vector<UsedTerm> terms, staying;  ///< subtracted, and those whose inputs are missing
-  double scale_factor = 1.0;
-  std::size_t scale_parameter = SIZE_MAX;
-  double staying_variance = 0.0;
-};
-
-struct Counts {
-  std::size_t samples = 0, outside = 0, blank = 0, lost = 0;
-  double first_outside = 0.0;
-};
+using Works = std::vector<Work>;
 
 std::size_t index_of(const Estimate& estimate, const std::string& name) {
   const auto match = std::ranges::find(estimate.parameters, name, &Parameter::name);
@@ -87,23 +67,30 @@ std::vector<UsedTerm> used_terms(const ErrorModel& model, const Estimate& estima
   return out;
 }
 
-bool is_shown(const ErrorModel& model, std::size_t input) {
+/// The output that shows an input; the number of outputs where none does.
+std::size_t shown_by(const Works& works, std::size_t input) {
   Felt felt;
-  return &inputs()[input].of(felt) == &model.shown(felt);
+  const auto match = std::ranges::find_if(
+      works, [&](const Work& work) { return &inputs()[input].of(felt) == &work.model->shown(felt); });
+  return static_cast<std::size_t>(match - works.begin());
 }
 
 /// Terms whose inputs are all known, and the others.
-void sort_terms(const Inputs& known, std::vector<UsedTerm> terms, Work& work) {
+void sort_terms(const Inputs& known, const Works& works, const Recording& recording, std::vector<UsedTerm> terms,
+                Work& work) {
   for (auto& used : terms) {
     const auto needed = compensation::needs(used.term);
     for (std::size_t k = 0; k < input_count; ++k) {
       if (!needed[k]) continue;
-      if (is_shown(*work.model, k))
-        used.from.insert("the channel itself");
-      else if (known.from[k].empty())
+      if (const std::size_t by = shown_by(works, k); by < works.size()) {
+        const bool itself = &works[by] == &work;
+        used.from.insert(itself ? "the channel itself" : "channel " + recording.channels[works[by].place].name);
+        if (!itself && std::ranges::find(work.others, by) == work.others.end()) work.others.push_back(by);
+      } else if (known.from[k].empty()) {
         used.missing.push_back(k);
-      else
+      } else {
         used.from.insert(known.from[k]);
+      }
     }
     const double middle = 0.5 * (used.least + used.greatest), width = used.greatest - used.least;
     if (!used.missing.empty())
@@ -114,54 +101,100 @@ void sort_terms(const Inputs& known, std::vector<UsedTerm> terms, Work& work) {
   }
 }
 
-void set_scale_factor(Work& work) {
-  if (work.model->scale_factor.empty()) return;
-  work.scale_parameter = index_of(*work.estimate, work.model->scale_factor);
-  if (work.scale_parameter == work.estimate->parameters.size())
-    throw Error(Error::Kind::bad_file, "the result has no parameter " + work.model->scale_factor);
-  work.scale_factor = work.estimate->parameters[work.scale_parameter].value;
-  if (!std::isfinite(work.scale_factor) || work.scale_factor == 0.0)
-    throw Error(Error::Kind::bad_file, "the result's parameter '" + work.model->scale_factor + "' has no value");
+/// Index and value of a parameter that the model cannot do without. Nothing where it names none.
+void set_parameter(const Estimate& estimate, const std::string& name, std::size_t& index, double& value) {
+  if (name.empty()) return;
+  index = index_of(estimate, name);
+  if (index == estimate.parameters.size()) throw Error(Error::Kind::bad_file, "the result has no parameter " + name);
+  value = estimate.parameters[index].value;
+  if (!std::isfinite(value)) throw Error(Error::Kind::bad_file, "the result's parameter '" + name + "' has no value");
 }
 
-double errors_at(const Work& work, Felt& felt, double u) {
-  work.model->shown(felt) = u;
+void set_parameters(Work& work) {
+  const ErrorModel& model = *work.model;
+  set_parameter(*work.estimate, model.scale_factor, work.scale_parameter, work.scale_factor);
+  if (work.scale_factor == 0.0)
+    throw Error(Error::Kind::bad_file, "the result's parameter '" + model.scale_factor + "' has no value");
+  set_parameter(*work.estimate, model.offset, work.offset_parameter, work.offset);
+  if (const Parameter* spread = find_parameter(*work.estimate, model.spread))
+    work.spread_variance = spread->value * spread->value;
+}
+
+double errors_at(const Work& work, const Felt& felt) {
   double sum = 0.0;
   for (const auto& used : work.terms) sum += used.coefficient * used.term.regressor(felt);
   return sum;
 }
 
-/// dE/du by the difference over a small step to both sides.
-double error_slope(const Work& work, Felt& felt, double u) {
+double errors_at(const Work& work, Felt& felt, double u) {
+  work.model->shown(felt) = u;
+  return errors_at(work, felt);
+}
+
+/// dE/du by the difference over a small step to both sides; u may be that of another output.
+double error_slope(const Work& work, const ErrorModel& by, Felt& felt, double u) {
   const double step = 1e-4 * std::max(std::abs(u), 1e-6);
-  return (errors_at(work, felt, u + step) - errors_at(work, felt, u - step)) / (2.0 * step);
+  by.shown(felt) = u + step;
+  const double above = errors_at(work, felt);
+  by.shown(felt) = u - step;
+  const double below = errors_at(work, felt);
+  by.shown(felt) = u;
+  return (above - below) / (2.0 * step);
 }
 
 /// u and dE/du there; NaN where there is no root of which the model is sure.
-struct Solved {
-  double value = std::nan(""), slope = 0.0;
-};
-
-Solved solve(const Work& work, Felt& felt, double y) {
+void solve(Work& work, Felt& felt) {
+  const double y = work.y;
+  if (work.model->by_output) {
+    work.u = y - errors_at(work, felt);
+    return;
+  }
   double u = y;
   for (int n = 0; n < most_steps; ++n) {
-    const double slope = error_slope(work, felt, u), g = u + errors_at(work, felt, u) - y;
-    if (!(std::abs(slope) < greatest_error_slope)) return {};
-    if (std::abs(g) <= (1.0 - std::abs(slope)) * tolerance * std::max(std::abs(u), std::abs(y))) return {u, slope};
+    const double slope = error_slope(work, *work.model, felt, u), g = u + errors_at(work, felt, u) - y;
+    if (!(std::abs(slope) < greatest_error_slope)) break;
+    if (std::abs(g) <= (1.0 - std::abs(slope)) * tolerance * std::max(std::abs(u), std::abs(y))) {
+      work.u = u, work.slope = slope;
+      return;
+    }
     u -= g / (1.0 + slope);
   }
-  return {};
+  work.u = work.model->shown(felt) = std::nan("");
 }
 
-/// d' C d with d the derivatives of u by the parameters.
-double variance_of(const Work& work, const std::vector<double>& x, double y, double slope) {
-  std::vector<std::pair<std::size_t, double>> d;
-  for (std::size_t t = 0; t < x.size(); ++t) d.emplace_back(work.terms[t].parameter, -x[t] / (1.0 + slope));
-  if (work.scale_parameter != SIZE_MAX) d.emplace_back(work.scale_parameter, -y / work.scale_factor / (1.0 + slope));
+/// One output after the other, each with what the others show by now, until nothing changes.
+void solve_together(Works& works, Felt& felt) {
+  for (int pass = 0; pass < most_passes; ++pass) {
+    bool settled = true;
+    for (Work& work : works) {
+      const double before = work.u;
+      solve(work, felt);
+      const bool blank = std::isnan(work.u) && std::isnan(before);
+      settled = settled && (work.others.empty() || work.model->by_output || blank ||
+                            std::abs(work.u - before) <= tolerance * std::max(std::abs(work.u), std::abs(work.y)));
+    }
+    if (settled) return;
+  }
+  for (Work& work : works)
+    if (!work.others.empty()) work.u = std::nan("");
+}
+
+/// Derivatives of u by all parameters, those of the outputs that it depends on with them (their own dependence on each
+/// other is of second order), and the variance of what stays in.
+double variance_of(const Works& works, const Work& work, Felt& felt) {
+  auto d = work.d;
+  double staying = work.staying_variance;
+  for (const std::size_t other : work.others) {
+    if (work.model->by_output) break;
+    const Work& by = works[other];
+    const double share = -error_slope(work, *by.model, felt, by.u) / (1.0 + work.slope);
+    for (const auto& [parameter, derivative] : by.d) d.emplace_back(parameter, share * derivative);
+    staying += share * share * by.staying_variance;
+  }
   double sum = 0.0;
   for (const auto& [i, a] : d)
     for (const auto& [j, b] : d) sum += a * b * work.estimate->covariance(i, j);
-  return std::max(0.0, sum);
+  return std::max(0.0, sum) + staying + work.spread_variance;
 }
 
 bool outside(const UsedTerm& used, double x) {
@@ -170,101 +203,65 @@ bool outside(const UsedTerm& used, double x) {
   return x < used.least - slack || x > used.greatest + slack;
 }
 
-/// One sample: u in place of the output, its uncertainty, and whether the calibration covered it.
-void take_sample(Work& work, Felt& felt, double& value, double& sd, double& flag, std::vector<double>& x) {
-  const double y = value * work.model->scale / work.scale_factor;
-  const auto [u, slope] = solve(work, felt, y);
-  value = u;
-  sd = flag = std::isnan(u) ? std::nan("") : 0.0;
-  if (std::isnan(u)) return;
-  work.model->shown(felt) = u;
-  for (std::size_t t = 0; t < x.size(); ++t) {
-    UsedTerm& used = work.terms[t];
-    x[t] = used.term.regressor(felt);
-    const double part = used.coefficient * x[t];
+/// The terms at the solution: their sizes, u's derivatives, whether the calibration covered them (false).
+bool take_terms(Work& work, const Felt& felt) {
+  bool far = false;
+  work.d.clear();
+  for (UsedTerm& used : work.terms) {
+    const double x = used.term.regressor(felt), part = used.coefficient * x;
     used.sum += part;
     used.squares += part * part;
     used.largest = std::max(used.largest, std::abs(part));
-    if (outside(used, x[t])) flag = 1.0;
+    work.d.emplace_back(used.parameter, -x / (1.0 + work.slope));
+    far = far || outside(used, x);
   }
-  sd = std::sqrt(variance_of(work, x, y, slope) + work.staying_variance);
+  if (work.scale_parameter != SIZE_MAX)
+    work.d.emplace_back(work.scale_parameter, -work.y / work.scale_factor / (1.0 + work.slope));
+  if (work.offset_parameter != SIZE_MAX)
+    work.d.emplace_back(work.offset_parameter, -1.0 / work.scale_factor / (1.0 + work.slope));
+  return far;
 }
 
-Counts take_all(const Inputs& known, Work& work, Channel& channel, Channel& sd, Channel& flags) {
-  Counts counts;
+/// One sample of all outputs: u in place of each, its uncertainty, and whether the calibration covered it.
+void take_sample(Works& works, Felt& felt, std::size_t i, Recording& recording) {
+  for (Work& work : works) {
+    const double value = recording.channels[work.place].values[i];
+    work.y = work.u = (value * work.model->scale - work.offset) / work.scale_factor;
+    work.model->shown(felt) = work.y;
+  }
+  std::vector<bool> informed;
+  for (const Work& work : works) informed.push_back(!std::isnan(errors_at(work, felt)));
+  solve_together(works, felt);
+  for (std::size_t k = 0; k < works.size(); ++k) {
+    Work& work = works[k];
+    const bool measured = !std::isnan(work.y), solved = !std::isnan(work.u);
+    work.counts.blank += measured && !informed[k];
+    work.counts.lost += measured && informed[k] && !solved;
+    recording.channels[work.place].values[i] = work.u;
+    work.flags.values[i] = !solved ? std::nan("") : take_terms(work, felt) ? 1.0 : 0.0;
+    if (!solved) work.d.clear();
+    work.counts.samples += solved;
+    if (work.flags.values[i] > 0.0 && work.counts.outside++ == 0) work.counts.first_outside = work.sd.time(i);
+  }
+  for (Work& work : works) work.sd.values[i] = std::isnan(work.u) ? work.u : std::sqrt(variance_of(works, work, felt));
+}
+
+void take_all(const Inputs& known, Works& works, Recording& recording) {
+  const std::size_t samples = recording.channels[works.front().place].values.size();
   std::vector<Felt> felt(block);
-  std::vector<double> x(work.terms.size());
-  for (std::size_t first = 0; first < channel.values.size(); first += block) {
-    const std::size_t size = std::min(block, channel.values.size() - first);
+  for (std::size_t first = 0; first < samples; first += block) {
+    const std::size_t size = std::min(block, samples - first);
     known.fill(first, std::span(felt).first(size));
-    for (std::size_t i = first; i < first + size; ++i) {
-      const bool measured = !std::isnan(channel.values[i]);
-      const bool known_all = !std::isnan(errors_at(work, felt[i - first], channel.values[i])) || !measured;
-      take_sample(work, felt[i - first], channel.values[i], sd.values[i], flags.values[i], x);
-      counts.blank += measured && !known_all;
-      counts.lost += measured && known_all && std::isnan(channel.values[i]);
-      if (std::isnan(channel.values[i])) continue;
-      ++counts.samples;
-      if (flags.values[i] > 0.0 && counts.outside++ == 0) counts.first_outside = channel.time(i);
-    }
+    for (std::size_t i = 0; i < size; ++i) take_sample(works, felt[i], first + i, recording);
   }
-  return counts;
 }
 
-std::string joined(const std::set<std::string>& words) { return fmt::format("{}", fmt::join(words, ", ")); }
-
-void say_staying(const Work& work, const std::string& channel, Findings& findings) {
-  std::map<std::set<std::string>, std::set<std::string>> terms;  // by what is missing
-  for (const auto& used : work.staying) {
-    std::set<std::string> names;
-    for (const std::size_t k : used.missing) names.insert(inputs()[k].name);
-    terms[names].insert(used.term.name);
-  }
-  for (const auto& [missing, names] : terms)
-    findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("neither a channel nor a plan says {}: {} cannot be subtracted and remains in the output; channel "
-                     "{}.compensation_sd counts it with the range that the calibration covered. Name the channel in "
-                     "[channels], or give the plan by --plan",
-                     joined(missing), joined(names), channel),
-         channel});
-}
-
-void say(const Counts& counts, const std::string& channel, Findings& findings) {
-  const auto add = [&](std::string text) {
-    findings.push_back({Finding::Severity::warning, std::move(text), channel});
-  };
-  if (counts.outside > 0)
-    add(
-        fmt::format("{:.2g} % of the samples lie outside of what the calibration covered, the first at {:.6g} s: the "
-                    "compensation is extrapolated there and its stated uncertainty does not hold; channel "
-                    "{}.extrapolated marks them",
-                    100.0 * static_cast<double>(counts.outside) / static_cast<double>(counts.samples),
-                    counts.first_outside, channel));
-  if (counts.blank > 0)
-    add(fmt::format("{} samples lack an input of the error model: they could not be compensated and are missing now",
-                    counts.blank));
-  if (counts.lost > 0)
-    add(
-        fmt::format("in {} samples the error changes by more than half of what is measured: the error model does not "
-                    "hold there, and they are missing now",
-                    counts.lost));
-}
-
-Table subtracted(const Work& work, const Counts& counts, const Unit& unit) {
-  Table table{"subtracted",
-              "what each term of the error model gave over the recording",
-              {{"term", Unit()}, {"mean", unit}, {"sd", unit}, {"largest", unit}, {"inputs", Unit()}},
-              {}};
-  const double n = std::max(1.0, static_cast<double>(counts.samples));
-  for (const auto& used : work.terms) {
-    const double mean = used.sum / n;
-    table.rows.push_back({used.term.name, mean, std::sqrt(std::max(0.0, used.squares / n - mean * mean)), used.largest,
-                          joined(used.from)});
-  }
-  for (const auto& used : work.staying)
-    table.rows.push_back({used.term.name, std::nan(""), std::nan(""), std::nan(""), std::string("missing: remains")});
-  return table;
+bool one_clock(const Channel& a, const Channel& b) {
+  if (a.values.size() != b.values.size()) return false;
+  if (a.timeline.uniform() && b.timeline.uniform())
+    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
+  return a.timeline.stamps == b.timeline.stamps ||
+         (a.timeline.stamps && b.timeline.stamps && *a.timeline.stamps == *b.timeline.stamps);
 }
 
 std::size_t place_of(const Estimate& estimate, const Recording& recording, const std::string& role) {
@@ -275,6 +272,32 @@ std::size_t place_of(const Estimate& estimate, const Recording& recording, const
     throw Error(Error::Kind::bad_data,
                 where + "channel " + channel->name + " is compensated already: it would be subtracted twice");
   return static_cast<std::size_t>(channel - recording.channels.data());
+}
+
+/// The channels of all outputs, sampled together. Throws Error::bad_data with all that is wrong.
+void set_places(const Recording& recording, Works& works) {
+  std::vector<std::string> problems;
+  for (Work& work : works) try {
+      work.place = place_of(*work.estimate, recording, work.model->role);
+      const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
+      if (problems.empty() && !one_clock(first, channel))
+        problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
+                                       first.name, channel.name));
+    } catch (const Error& error) {
+      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
+    }
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+void set_channels(Recording& recording, Work& work) {
+  Channel& channel = recording.channels[work.place];
+  channel.unit = Unit::parse(work.model->unit);
+  channel.kind = kind_of(channel.unit);
+  work.sd = work.flags = channel;
+  work.sd.name += ".compensation_sd";
+  work.flags.name += ".extrapolated";
+  work.flags.kind = QuantityKind::other;
+  work.flags.unit = Unit();
 }
 
 }  // namespace
@@ -307,32 +330,39 @@ Table regressors_table(const std::vector<Term>& terms, const std::vector<double>
   return table;
 }
 
-Compensation compensate(const ErrorModel& model, const Estimate& estimate, const Recording& recording,
+Compensation compensate(const std::vector<ErrorModel>& models, const Estimate& estimate, const Recording& recording,
                         const Plan* plan) {
-  Work work{&model, &estimate, {}, {}};
-  set_scale_factor(work);
-  auto terms = used_terms(model, estimate);
-  const std::size_t place = place_of(estimate, recording, model.role);
-  const Channel& raw = recording.channels[place];
-  const Inputs known = compensation::inputs_of(estimate, recording, raw, plan);
-  sort_terms(known, std::move(terms), work);
+  Works works;
+  std::vector<std::vector<UsedTerm>> terms;
+  for (const ErrorModel& model : models) {
+    Work& work = works.emplace_back();
+    work.model = &model;
+    work.estimate = &estimate;
+    set_parameters(work);
+    terms.push_back(used_terms(model, estimate));
+  }
+  set_places(recording, works);
+  const Inputs known = compensation::inputs_of(estimate, recording, recording.channels[works.front().place], plan);
+  for (std::size_t k = 0; k < works.size(); ++k) sort_terms(known, works, recording, std::move(terms[k]), works[k]);
 
   Compensation out{recording, {}, {}};
-  Channel& channel = out.recording.channels[place];
-  channel.unit = Unit::parse(model.unit);
-  channel.kind = kind_of(channel.unit);
-  Channel sd = channel, flags = channel;
-  sd.name += ".compensation_sd";
-  flags.name += ".extrapolated";
-  flags.kind = QuantityKind::other;
-  flags.unit = Unit();
-  const Counts counts = take_all(known, work, channel, sd, flags);
-  say_staying(work, channel.name, out.findings);
-  say(counts, channel.name, out.findings);
-  out.tables.push_back(subtracted(work, counts, channel.unit));
-  out.recording.channels.push_back(std::move(sd));
-  out.recording.channels.push_back(std::move(flags));
+  for (Work& work : works) set_channels(out.recording, work);
+  take_all(known, works, out.recording);
+  for (Work& work : works) {
+    const Channel& channel = out.recording.channels[work.place];
+    say_staying(work, channel.name, out.findings);
+    say(work.counts, channel.name, out.findings);
+    out.tables.push_back(
+        subtracted(work, works.size() > 1 ? "subtracted_" + work.model->role : "subtracted", channel.unit));
+    out.recording.channels.push_back(std::move(work.sd));
+    out.recording.channels.push_back(std::move(work.flags));
+  }
   return out;
+}
+
+Compensation compensate(const ErrorModel& model, const Estimate& estimate, const Recording& recording,
+                        const Plan* plan) {
+  return compensate(std::vector<ErrorModel>{model}, estimate, recording, plan);
 }
 
 }  // namespace tumble

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -48,7 +49,7 @@ std::vector<KnownEffect> effects_named(const std::vector<KnownEffect>& all, cons
 }
 
 TEST(RigEffects, GravityMovesEveryRowByItsShareOfGravity) {
-  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * M_PI)});
+  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi)});
   const auto test = stretches(plan, {.role = "accelerometer"});
   const auto all = rig_effects(test, rows_of(test));
   const auto gravity = effects_named(all, names::gravity);
@@ -61,7 +62,7 @@ TEST(RigEffects, GravityMovesEveryRowByItsShareOfGravity) {
 TEST(RigEffects, StretchesAtOneAngleShareItsPositioning) {
   Segment stays = held("stays", 0.0);
   stays.axes.clear();
-  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * M_PI), stays, held("c", M_PI)});
+  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi), stays, held("c", std::numbers::pi)});
   const auto test = stretches(plan, {.role = "accelerometer"});
   ASSERT_EQ(test.stretches.size(), 4u);
   const auto effects = effects_named(rig_effects(test, rows_of(test)), std::string(names::positioning_of) + "head");
@@ -96,7 +97,7 @@ TEST(RigEffects, ErrorsOfDifferentPlansAreDifferent) {
 }
 
 TEST(RigEffects, ObservedWithErrorsIsTheDifferenceThatTheColumnsHold) {
-  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * M_PI)});
+  const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi)});
   const auto test = stretches(plan, {.role = "accelerometer"});
   const auto observe = [](const Reference& reference, const Stretch& stretch) {
     Felt felt;

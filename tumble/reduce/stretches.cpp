@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <set>
 #include <tuple>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/marks.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -108,7 +108,7 @@ double longest_turn(const Segment& segment) {
   double turn = 0.0;
   for (const auto& [name, motion] : segment.axes)
     if (motion.kind == Motion::Kind::rate && motion.value != 0.0)
-      turn = std::max(turn, 2.0 * std::numbers::pi / std::abs(motion.value));
+      turn = std::max(turn, two_pi / std::abs(motion.value));
   return turn;
 }
 

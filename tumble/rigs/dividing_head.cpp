@@ -1,6 +1,6 @@
-#include <numbers>
 
 #include "tumble/rigs/chain/machine.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -9,12 +9,10 @@ using namespace chain;
 
 using Kind = Motion::Kind;
 
-constexpr double quarter = std::numbers::pi / 2.0;
-
 /// The axis of the head is z, pointing to the given azimuth and elevation. At angle 0, y is up as far as it can be and
 /// x horizontal, so that with a level axis f = (g sin th, g cos th, 0).
 std::vector<Joint> joints(const Settings& options, const ErrorValues&) {
-  return {{.fixed = about_z(2.0 * quarter) * about_x(options.number("axis_elevation") - quarter) *
+  return {{.fixed = about_z(2.0 * half_pi) * about_x(options.number("axis_elevation") - half_pi) *
                     about_z(-options.number("axis_azimuth")),
            .axis = 0,
            .about = About::z}};

@@ -1,6 +1,6 @@
-#include <numbers>
 
 #include "tumble/rigs/chain/machine.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -9,12 +9,10 @@ using namespace chain;
 
 using Kind = Motion::Kind;
 
-constexpr double quarter = std::numbers::pi / 2.0;
-
 /// The axis of the table is z, pointing to the given azimuth and elevation. At angle 0, x is horizontal and to the
 /// right of that azimuth: a vertical axis and azimuth 0 give x east, y north.
 std::vector<Joint> joints(const Settings& options, const ErrorValues&) {
-  return {{.fixed = about_x(options.number("axis_elevation") - quarter) * about_z(-options.number("axis_azimuth")),
+  return {{.fixed = about_x(options.number("axis_elevation") - half_pi) * about_z(-options.number("axis_azimuth")),
            .axis = 0,
            .about = About::z}};
 }

@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 #include "tumble/math/shaped_noise.hpp"
 #include "tumble/rigs/chain/carrier.hpp"
 #include "tumble/rigs/chain/encoder.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -17,7 +17,6 @@ using namespace chain;
 
 using Kind = Motion::Kind;
 
-constexpr double turn = 2.0 * std::numbers::pi;
 constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a rounding of the units
 
 std::vector<Imperfection> imperfections() {
@@ -76,7 +75,7 @@ struct Demand {
 
 /// The density of the n-th integral.
 SpectralDensity integrated(SpectralDensity psd, int n) {
-  for (std::size_t i = 0; i < psd.frequency.size(); ++i) psd.density[i] /= std::pow(turn * psd.frequency[i], 2 * n);
+  for (std::size_t i = 0; i < psd.frequency.size(); ++i) psd.density[i] /= std::pow(two_pi * psd.frequency[i], 2 * n);
   return psd;
 }
 
@@ -89,7 +88,7 @@ Demand demand_of(const Motion& motion) {
   const bool sweep = motion.kind == Kind::sweep;
   const double low = sweep ? std::min(motion.frequency, motion.to_frequency) : motion.frequency,
                high = sweep ? std::max(motion.frequency, motion.to_frequency) : motion.frequency;
-  const double a = std::abs(motion.amplitude), w = turn * low;
+  const double a = std::abs(motion.amplitude), w = two_pi * low;
   return {a, a / w, 2.0 * a / (w * w), low, high};
 }
 
@@ -173,7 +172,7 @@ double oscillation(const Shaker& shaker, const Shaking& s, double time) {
     const double growth = std::log(s.motion.to_frequency / f) / (s.end - s.begin);
     if (growth != 0.0) cycles = f * std::expm1(growth * since) / growth;
   }
-  const double psi = turn * cycles + s.motion.phase, fade = 0.5 * f * since;
+  const double psi = two_pi * cycles + s.motion.phase, fade = 0.5 * f * since;
   const double shape = std::sin(psi) + shaker.second * std::sin(2.0 * psi) + shaker.third * std::sin(3.0 * psi);
   return s.motion.amplitude * (fade < 1.0 ? smooth_step(fade, 1.0).angle : 1.0) * shape;
 }
@@ -246,7 +245,7 @@ Shaker shaker_of(const RigRun& run) {
   shaker.second = error(error_names::second_harmonic);
   shaker.third = error(error_names::third_harmonic);
   const Rotation fixture =
-      about_y(-run.options.number("shake_elevation")) * about_z(turn / 4.0 - run.options.number("shake_azimuth"));
+      about_y(-run.options.number("shake_elevation")) * about_z(two_pi / 4.0 - run.options.number("shake_azimuth"));
   shaker.chain.ground = seen_in(fixture * base_from_level(error), ground_of(run.site, error(error_names::gravity)));
   shaker.chain.poses = poses_of(run.segments, error);
   shaker.chain.temperature = run.options.number("temperature");

@@ -1,6 +1,6 @@
-#include <numbers>
 
 #include "tumble/rigs/chain/machine.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -9,11 +9,9 @@ using namespace chain;
 
 using Kind = Motion::Kind;
 
-constexpr double quarter = std::numbers::pi / 2.0;
-
 /// Outer axis z, middle axis y, inner axis x: the fixture is turned from the level axes by yaw, pitch and roll.
 std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
-  return {{.fixed = about_z(quarter - options.number("inner_azimuth")), .axis = 0, .about = About::z},
+  return {{.fixed = about_z(half_pi - options.number("inner_azimuth")), .axis = 0, .about = About::z},
           {.fixed = about_x(errors(error_names::middle_to_outer)), .axis = 1, .about = About::y},
           {.fixed = about_z(errors(error_names::inner_to_middle)), .axis = 2, .about = About::x}};
 }

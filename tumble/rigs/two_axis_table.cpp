@@ -1,6 +1,6 @@
-#include <numbers>
 
 #include "tumble/rigs/chain/machine.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rigs {
 namespace {
@@ -9,12 +9,10 @@ using namespace chain;
 
 using Kind = Motion::Kind;
 
-constexpr double quarter = std::numbers::pi / 2.0;
-
 /// x along the outer axis, z along the inner one at angle 0. The defaults give x east, y north, z up.
 std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
   const Rotation base =
-      about_y(-options.number("outer_elevation")) * about_z(quarter - options.number("outer_azimuth"));
+      about_y(-options.number("outer_elevation")) * about_z(half_pi - options.number("outer_azimuth"));
   return {{.fixed = base, .axis = 0, .about = About::x},
           {.fixed = about_y(errors(error_names::inner_to_outer)), .axis = 1, .about = About::z}};
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <numbers>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/formats/atomic_file.hpp"
@@ -15,6 +14,7 @@
 #include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -80,8 +80,8 @@ void read_site(Reading& reading, const toml::table& table) {
   site.height = section.quantity("height", Unit::parse("m")).value_or(0.0);
   site.gravity = section.quantity("gravity", Unit::parse("m/s^2"));
   if (!table.contains("latitude")) section.missing("latitude", "\"34.25 deg\"");
-  if (std::abs(site.latitude) > std::numbers::pi / 2) section.problem_at("latitude", "must be from -90 to 90 deg");
-  if (std::abs(site.longitude) > 2 * std::numbers::pi) section.problem_at("longitude", "must be from -360 to 360 deg");
+  if (std::abs(site.latitude) > half_pi) section.problem_at("latitude", "must be from -90 to 90 deg");
+  if (std::abs(site.longitude) > two_pi) section.problem_at("longitude", "must be from -360 to 360 deg");
   if (std::abs(site.height) > 1e5) section.problem_at("height", "must be from -100 to 100 km");
   if (site.gravity && !(*site.gravity > 0.0)) section.problem_at("gravity", "must be above zero");
   // what rock and relief do to gravity stays below 1e-3 of it

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "tumble/core/say.hpp"
@@ -19,6 +18,7 @@
 #include "tumble/tasks/optimisation/standard.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/tasks.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -94,7 +94,7 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
   };
   collect([&] { refuse_unpredictable(plan); });
   if (options.total_time && !(*options.total_time > 0.0)) problems.push_back("the total time must be above zero");
-  if (!(options.step > 0.0) || options.step > std::numbers::pi)
+  if (!(options.step > 0.0) || options.step > pi)
     problems.push_back("the step between positions must be above zero and at most 180 deg");
   for (const auto& segment : plan.schedule)
     for (const auto& [axis, motion] : segment.axes)

@@ -197,7 +197,7 @@ TEST_F(Csv, TheColumnsGivenStandInPlaceOfTheHeader) {
   EXPECT_EQ(recording.channels[0].name, "a");
   EXPECT_EQ(recording.channels[0].values.size(), 2u);
   ASSERT_EQ(recording.findings.size(), 1u);
-  expect_holds(recording.findings[0].message, {"in place of", "t,rate,spare"});
+  expect_holds(recording.findings[0].message, {"replace the header", "t,rate,spare"});
   expect_holds(refusal("t,rate[deg/s],spare\n0,1,2\n"), {"'rate[deg/s]' in the file", "'a[deg/h]' was given"});
 }
 

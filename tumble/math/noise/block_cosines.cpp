@@ -2,14 +2,13 @@
 
 #include <cmath>
 #include <cstddef>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
 
-double weight(int radix, int order, int i) {
-  return std::sqrt(2.0 / radix) * std::cos(std::numbers::pi * order * (i + 0.5) / radix);
-}
+double weight(int radix, int order, int i) { return std::sqrt(2.0 / radix) * std::cos(pi * order * (i + 0.5) / radix); }
 
 /// Mean of what is there; NaN if more than half is missing.
 double mean_of_rest(const double* y, int p) {

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/math/noise/block_cosines.hpp"
 #include "tumble/math/noise/noise_bands/expected.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-using std::numbers::pi;
 using Fft = Eigen::FFT<double>;
 
 constexpr std::size_t single_ordinates = 32;

@@ -4,16 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using std::numbers::pi;
 
 constexpr double least_times = 1e-3, most_times = 1e5;
 constexpr double step = 1.1;  ///< of the frequencies that a longer record adds

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-using std::numbers::pi;
 using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 constexpr std::size_t fewest_samples = 64, fewest_ordinates = 16, first_ordinate = 2;

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -15,7 +15,6 @@ namespace {
 
 using Columns = Eigen::MatrixXd;
 using Column = Eigen::VectorXd;
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 /// The samples there are, with times from the middle.
 struct Samples {
@@ -231,7 +230,7 @@ double strongest_frequency(std::span<const double> values, double rate) {
   double greatest = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double u = (static_cast<double>(i) + 0.5) / static_cast<double>(values.size());
-    if (!std::isnan(values[i])) signal[i] = (values[i] - mean) * std::pow(std::sin(std::numbers::pi * u), 2);
+    if (!std::isnan(values[i])) signal[i] = (values[i] - mean) * std::pow(std::sin(pi * u), 2);
     greatest = std::max(greatest, std::abs(signal[i]));
   }
   if (!(greatest > 1e-14 * std::abs(mean)) || greatest == 0.0)

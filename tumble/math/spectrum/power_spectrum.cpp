@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "tumble/math/fourier.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/spectrum/power_spectrum_weights.hpp"
 #include "tumble/math/spectrum/slepian.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -42,7 +42,7 @@ struct Tapers {
 Tapers hann(std::size_t length) {
   std::vector<double> window(length);
   for (std::size_t i = 0; i < length; ++i) {
-    const double sine = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
+    const double sine = std::sin(pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
     window[i] = sine * sine / std::sqrt(0.375 * static_cast<double>(length));
   }
   return {length, length / 2, {std::move(window)}, 1.5, {0.0}};

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/math/extremes.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double turn = 2.0 * std::numbers::pi;
 constexpr std::size_t lanes = 4, longest_block = 256;
 
 /// Discrete Fourier transform of the sums, padded with zeros to a power of two at least `times` as long.
@@ -62,13 +61,13 @@ double summit(const Baseband& base, double beside, double reach, Complex& amplit
   for (int round = 0; round < 20; ++round) {
     Complex sum, by_time;
     for (std::size_t k = 0; k < base.sum.size(); ++k) {
-      const Complex one = base.sum[k] * std::polar(1.0, -turn * beside * base.time[k]);
+      const Complex one = base.sum[k] * std::polar(1.0, -two_pi * beside * base.time[k]);
       sum += one;
       by_time += (base.time[k] - m.mean) * one;
     }
     amplitude = 2.0 * sum / m.weight;
     if (!(std::norm(sum) > 0.0) || round == 19) break;
-    const double step = (std::conj(sum) * by_time).imag() / std::norm(sum) * m.weight / m.spread / turn;
+    const double step = (std::conj(sum) * by_time).imag() / std::norm(sum) * m.weight / m.spread / two_pi;
     const double next = std::clamp(beside + step, start - reach, start + reach);
     if (std::abs(next - beside) < 1e-9 / static_cast<double>(m.weight)) break;
     beside = next;
@@ -82,7 +81,7 @@ double summit(const Baseband& base, double beside, double reach, Complex& amplit
 struct Sines::Turning {
   Turning(double f, std::size_t block) : frequency(f), cosine(block), sine(block) {
     for (std::size_t j = 0; j < block; ++j) {
-      const double angle = turn * frequency * static_cast<double>(j);
+      const double angle = two_pi * frequency * static_cast<double>(j);
       cosine[j] = std::cos(angle);
       sine[j] = std::sin(angle);
     }
@@ -110,7 +109,7 @@ struct Sines::Turning {
 double Sines::Support::weight(std::size_t n) const {
   const double edge = static_cast<double>(std::min(n - begin, end - 1 - n)) + 0.5;
   if (edge >= taper) return 1.0;
-  const double sine = std::sin(0.5 * std::numbers::pi * edge / taper);
+  const double sine = std::sin(half_pi * edge / taper);
   return sine * sine;
 }
 
@@ -124,8 +123,8 @@ void Sines::Support::weights(std::size_t first, const Turning& tapering, std::sp
   }
   const double sign = rises ? 1.0 : -1.0;
   const double from = static_cast<double>(rises ? first - begin : end - 1 - first) + 0.5;
-  const double re = 0.5 * std::cos(turn * tapering.frequency * from);
-  const double im = 0.5 * sign * std::sin(turn * tapering.frequency * from);
+  const double re = 0.5 * std::cos(two_pi * tapering.frequency * from);
+  const double im = 0.5 * sign * std::sin(two_pi * tapering.frequency * from);
   for (std::size_t j = 0; j < result.size(); ++j) {
     const double edge = from + sign * static_cast<double>(j);
     const double rise = 0.5 - (re * tapering.cosine[j] - im * tapering.sine[j]);
@@ -205,7 +204,7 @@ void Sines::weigh(const Support& support, std::size_t block, const Turning& turn
     im -= value * turning.sine[n - origin];
   }
   result.sum[block] +=
-      Complex(re, im) * std::polar(1.0, -turn * turning.frequency * (static_cast<double>(origin) - middle_));
+      Complex(re, im) * std::polar(1.0, -two_pi * turning.frequency * (static_cast<double>(origin) - middle_));
 }
 
 Sines::Baseband Sines::baseband(double frequency) const {
@@ -233,7 +232,7 @@ Sines::Baseband Sines::baseband(double frequency) const {
       }
       result.weight[k] = result.square[k] = static_cast<double>(block_);
       result.sum[k] = (sum - trend(first) * ones - slope_ * ramp) *
-                      std::polar(1.0, -turn * frequency * (static_cast<double>(first) - middle_));
+                      std::polar(1.0, -two_pi * frequency * (static_cast<double>(first) - middle_));
     }
   }
   return result;
@@ -244,7 +243,7 @@ void Sines::put(const Sine& sine, double sign) {
   const Turning turning(sine.frequency, block_);
   for (std::size_t first = 0; first < rest_.size(); first += block_) {
     const Complex from =
-        sign * sine.amplitude * std::polar(1.0, turn * sine.frequency * (static_cast<double>(first) - middle_));
+        sign * sine.amplitude * std::polar(1.0, two_pi * sine.frequency * (static_cast<double>(first) - middle_));
     const double re = from.real(), im = from.imag();
     const std::size_t count = std::min(block_, rest_.size() - first);
     for (std::size_t j = 0; j < count; ++j) rest_[first + j] += re * turning.cosine[j] - im * turning.sine[j];
@@ -290,7 +289,7 @@ void Sines::refine() {
         square += std::norm(base.sum[k] - 0.5 * better.amplitude * base.weight[k]);
       const double sd = 2.0 * std::sqrt(square) / m.weight;
       const double change = std::abs(better.amplitude - sine.amplitude);
-      const double turned = turn * std::abs(better.frequency - sine.frequency) * std::sqrt(m.spread / m.weight);
+      const double turned = two_pi * std::abs(better.frequency - sine.frequency) * std::sqrt(m.spread / m.weight);
       most = std::max(most,
                       (change + turned * std::abs(sine.amplitude)) / std::max(sd, 1e-12 * std::abs(better.amplitude)));
       put(sine, 1.0);
@@ -324,7 +323,7 @@ SineQuality Sines::quality(std::size_t which, const std::function<double(double)
   quality.level = measured ? power / count / m.square : level(sine.frequency);
   const double amplitude = std::abs(sine.amplitude);
   quality.amplitude_sd = std::sqrt(2.0 * quality.level * m.square) / m.weight;
-  quality.frequency_sd = std::sqrt(2.0 * quality.level * m.square_spread) / (amplitude * m.spread) / turn;
+  quality.frequency_sd = std::sqrt(2.0 * quality.level * m.square_spread) / (amplitude * m.spread) / two_pi;
   quality.power = 0.5 * std::pow(amplitude / quality.amplitude_sd, 2);
   const auto parts = static_cast<std::size_t>(std::clamp(sine.frequency * m.weight / 4.0, 1.0, 8.0));
   if (parts < 3) return quality;

@@ -1,9 +1,9 @@
 // What fitted sines take of the noise beside them, given back to its bands.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/math/spectrum/sines.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 
@@ -22,7 +22,7 @@ std::array<std::vector<double>, 3> Sines::directions(const Sine& sine, const Noi
   const std::complex<double> phase = sine.amplitude / std::abs(sine.amplitude);
   for (std::size_t k = 0; k < values; ++k) {
     const double time = (static_cast<double>(k) + 0.5) * bands.slow_unit - 0.5 - middle_;
-    const std::complex<double> at = phase * std::polar(1.0, 2.0 * std::numbers::pi * sine.frequency * time);
+    const std::complex<double> at = phase * std::polar(1.0, two_pi * sine.frequency * time);
     x[0].push_back(at.real());
     x[1].push_back(at.imag());
     x[2].push_back(at.imag() * (static_cast<double>(k) - mean));

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "tumble/math/fourier.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -18,7 +18,7 @@ struct Tridiagonal {
 
 Tridiagonal commuting_matrix(std::size_t length, double bandwidth) {
   Tridiagonal matrix{std::vector<double>(length), std::vector<double>(length)};
-  const double n = static_cast<double>(length), cosine = std::cos(2.0 * std::numbers::pi * bandwidth);
+  const double n = static_cast<double>(length), cosine = std::cos(two_pi * bandwidth);
   for (std::size_t i = 0; i < length; ++i) {
     const double t = static_cast<double>(i), from_middle = 0.5 * (n - 1.0 - 2.0 * t);
     matrix.d[i] = from_middle * from_middle * cosine;
@@ -137,7 +137,7 @@ double concentration(const std::vector<double>& v, double bandwidth) {
   real_transform(padded, spectrum);
   double sum = 2.0 * bandwidth * spectrum[0].real();
   for (std::size_t lag = 1; lag < size; ++lag) {
-    const double t = std::numbers::pi * static_cast<double>(lag);
+    const double t = pi * static_cast<double>(lag);
     sum += 2.0 * spectrum[lag].real() * std::sin(2.0 * bandwidth * t) / t;
   }
   return sum / static_cast<double>(2 * size);

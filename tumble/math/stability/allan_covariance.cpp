@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/math/noise_model.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
-
-using std::numbers::pi;
 
 constexpr std::array<double, 3> second_difference{1.0, -2.0, 1.0};
 

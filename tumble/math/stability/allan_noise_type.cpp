@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
@@ -126,7 +127,7 @@ double expected_b1(double n, int alpha) {
 
 /// Modified Allan variance over plain one of flicker phase noise, bandwidth 1/(2 t0).
 double expected_r(double m) {
-  const double plain = 1.038 + 3.0 * std::log(std::numbers::pi * m);
+  const double plain = 1.038 + 3.0 * std::log(pi * m);
   return 1.5 * std::log(256.0 / 27.0) / plain;
 }
 

@@ -12,6 +12,7 @@
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/rigs/capabilities.hpp"
 #include "tumble/rigs/error_names.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_centrifuge {

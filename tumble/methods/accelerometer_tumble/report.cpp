@@ -11,6 +11,7 @@
 #include "tumble/reduce/accelerometer/hidden.hpp"
 #include "tumble/reduce/accelerometer/output.hpp"
 #include "tumble/rigs/capabilities.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::accelerometer_tumble {
 namespace {
@@ -81,11 +82,11 @@ bool reversed(const Plan& plan) {
   double roll = 0.0;
   for (const auto& segment : plan.schedule) {
     if (const auto found = segment.axes.find("mount_roll"); found != segment.axes.end()) roll = found->second.value;
-    rolls.push_back(std::remainder(roll, 2.0 * M_PI));
+    rolls.push_back(std::remainder(roll, two_pi));
   }
   return std::ranges::any_of(rolls, [&](double one) {
     return std::ranges::any_of(
-        rolls, [&](double other) { return std::abs(std::abs(std::remainder(one - other, 2.0 * M_PI)) - M_PI) < 0.02; });
+        rolls, [&](double other) { return std::abs(std::abs(std::remainder(one - other, two_pi)) - pi) < 0.02; });
   });
 }
 

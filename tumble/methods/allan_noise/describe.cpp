@@ -7,9 +7,11 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/symmetric_factor.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -22,7 +24,7 @@ std::string shown(double value_si, const std::string& unit) {
 
 std::string duration(const ChannelNoise& channel) {
   const double seconds = static_cast<double>(channel.samples) / channel.rate;
-  return seconds < 7200.0 ? say_seconds(std::round(seconds)) : fmt::format("{:.3g} h", seconds / 3600.0);
+  return seconds < 2.0 * hour ? say_seconds(std::round(seconds)) : fmt::format("{:.3g} h", seconds / hour);
 }
 
 /// What would show a term that this record does not.
@@ -82,6 +84,27 @@ std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estima
   return sources;
 }
 
+/// Subtracts the variances of the departure from the covariance of all. Of terms that are strongly correlated not all
+/// of it can be subtracted so that a covariance remains: then half of it is, or a quarter, and so on, and the sum
+/// stays.
+///
+/// Given     covariance  of all sources [SI], p x p;   departure   [SI^2] p
+void subtract_departure(Matrix& covariance, std::vector<double>& departure) {
+  constexpr double rounding = 1e-10;
+  constexpr int most_halves = 30;
+  std::vector<double> scale;
+  for (std::size_t i = 0; i < covariance.rows; ++i) scale.push_back(covariance(i, i));
+  for (int half = 0;; ++half) {
+    Matrix rest = covariance;
+    for (std::size_t i = 0; i < rest.rows; ++i) rest(i, i) -= departure[i];
+    if (half == most_halves || symmetric_factor(rest, scale).excess < rounding) {
+      covariance = std::move(rest);
+      return;
+    }
+    for (double& variance : departure) variance *= 0.5;
+  }
+}
+
 /// Covariances by the derivative of the root; channels are taken as independent. The ramp is linear in the record, as
 /// the others are quadratic: not correlated with them.
 void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector<std::vector<Source>>& sources,
@@ -96,15 +119,15 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
       const Source& one = sources[c][a];
       for (std::size_t b = 0; b < sources[c].size(); ++b)
         noise(base + a, base + b) = one.gain * sources[c][b].gain * fit.covariance(one.index, sources[c][b].index);
-      const double part = one.gain * one.gain * fit.model_error_variance[one.index];
-      shape[base + a] = part;
-      noise(base + a, base + a) = std::max(0.0, noise(base + a, base + a) - part);
+      shape[base + a] = one.gain * one.gain * fit.model_error_variance[one.index];
+      noise(base + a, base + a) = std::max(noise(base + a, base + a), shape[base + a]);
     }
     base += sources[c].size();
     if (!fit.ramp.kept) continue;
     noise(base, base) = std::pow(fit.ramp.sd * channels[c].rate, 2);
     ++base;
   }
+  subtract_departure(noise, shape);
   settle(estimate,
          {from_covariance("output noise", noise), from_variances("departure of the record from the terms", shape)});
 }

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/core/say.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -28,7 +28,7 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
   std::vector<double> window(length), segment(length);
   double power = 0.0;
   for (std::size_t i = 0; i < length; ++i) {
-    const double sine = std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
+    const double sine = std::sin(pi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
     window[i] = sine * sine;
     power += window[i] * window[i];
   }

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/spectrum/sines.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -281,7 +281,7 @@ PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& b
 }
 
 double allan_variance_of(const FittedLine& line, double factor) {
-  const double x = std::numbers::pi * line.frequency, s = std::sin(x * factor);
+  const double x = pi * line.frequency, s = std::sin(x * factor);
   return std::pow(line.amplitude * s * s / (factor * std::sin(x)), 2);
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tumble/core/say.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -48,7 +49,7 @@ double read_off(NoiseTerm term, double tau, double deviation) {
     case NoiseTerm::white:
       return deviation * std::sqrt(tau);
     case NoiseTerm::flicker:
-      return deviation / std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi);
+      return deviation / std::sqrt(2.0 * std::numbers::ln2 / pi);
     case NoiseTerm::random_walk:
       return deviation * std::sqrt(3.0 / tau);
     case NoiseTerm::markov:
@@ -60,7 +61,7 @@ double read_off(NoiseTerm term, double tau, double deviation) {
 std::string length_text(double seconds) {
   if (!std::isfinite(seconds)) return "no length";
   if (seconds < 7200.0) return say_seconds(seconds < 10.0 ? seconds : std::round(seconds));
-  if (seconds < 172800.0) return fmt::format("{:.3g} h", seconds / 3600.0);
+  if (seconds < 172800.0) return fmt::format("{:.3g} h", seconds / hour);
   return fmt::format("{:.3g} days", seconds / 86400.0);
 }
 

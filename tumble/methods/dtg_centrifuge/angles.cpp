@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double full_turn = 2.0 * std::numbers::pi;
 
 /// The sample of `other` taken when sample `first` of `channel` was, if both have one clock; else nothing.
 bool same_clock(const Channel& channel, std::size_t first, std::size_t count, const Channel& other, double shift,
@@ -46,17 +46,17 @@ Angles::Axis Angles::axis_of(const Channel& channel, bool in_middle, double begi
     most = channel.values[i] > most ? channel.values[i] : most;
   }
   bool jumps = false;
-  for (std::size_t i = first + 1; i < last && most - least < 1.001 * full_turn && !jumps; ++i)
-    jumps = std::abs(channel.values[i] - channel.values[i - 1]) > 0.5 * full_turn;
+  for (std::size_t i = first + 1; i < last && most - least < 1.001 * two_pi && !jumps; ++i)
+    jumps = std::abs(channel.values[i] - channel.values[i - 1]) > 0.5 * two_pi;
   if (jumps) {
     axis.first = first > 0 ? first - 1 : 0;
     const std::size_t beyond = std::min(last + 1, channel.values.size());
     double turns = 0.0, before = nothing;
     for (std::size_t i = axis.first; i < beyond; ++i) {
       const double v = channel.values[i];
-      if (std::abs(v - before) > 0.5 * full_turn) turns += v < before ? 1.0 : -1.0;
+      if (std::abs(v - before) > 0.5 * two_pi) turns += v < before ? 1.0 : -1.0;
       if (!std::isnan(v)) before = v;
-      axis.unwound.push_back(v + full_turn * turns);
+      axis.unwound.push_back(v + two_pi * turns);
     }
   }
   const auto rate = [&](std::size_t a, std::size_t b) {

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "tumble/models/model.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::dtg_centrifuge {
@@ -138,7 +139,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
 
 /// Whether the test says anything of this specific force.
 bool within(const Range& range, Vector3 f) {
-  constexpr double slack = 1.02, g = 9.80665;
+  constexpr double slack = 1.02, g = standard_gravity;
   if (std::hypot(f.x, f.y) > slack * range.force) return false;
   if (range.up && range.down) return std::abs(f.z) < slack * g;
   return std::abs(f.z - (range.up ? g : -g)) < 0.1 * g;

@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "tumble/units/constants.hpp"
+
 namespace tumble::dtg_centrifuge {
 namespace {
 
@@ -15,7 +17,7 @@ Measured shown(const Circumstances& around, const Spin& stretch, const Seen& see
   out.arm_rate = seen.arm_rate;
   out.table_rate = seen.table_rate;
   const double p = term.real(), q = term.imag();
-  const double offset = around.output == gyro_y ? 0.5 * M_PI : 0.0;
+  const double offset = around.output == gyro_y ? half_pi : 0.0;
   const double eta = around.relation.azimuth + offset, gain = std::exp(-around.relation.log_gain);
   const auto each = [](Phasors& sum, const Phasors& in, double factor) {
     for (std::size_t h = 0; h < 3; ++h) sum.line[h] += factor * in.line[h];

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/math/circle.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -25,7 +25,7 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   const Channels& channels = test.channels[m.stretch->recording];
   const Channel &g = *channels.signal[gyro], &f = *channels.signal[reference];
   const double step = m.of[gyro].step, rate = m.theta_rate();
-  const double period = 2.0 * std::numbers::pi / std::abs(rate);
+  const double period = two_pi / std::abs(rate);
   const std::size_t first = index_at(g, m.stretch->begin - 1e-6 * step);
   const std::size_t there = static_cast<std::size_t>(m.of[gyro].samples);
   // docs/equations (1.8): as many whole periods as there are
@@ -43,7 +43,7 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   Complex sum = 0.0;
   for (std::size_t j = 0; j < count; ++j) {
     const double residual = (g.values[first + j] - g0) - (f.values[first + j] - f0);  // docs/equations (1.7)
-    const CirclePoint p = on_circle((start + rate * step * static_cast<double>(j)) * 0.5 / std::numbers::pi);
+    const CirclePoint p = on_circle((start + rate * step * static_cast<double>(j)) * 0.5 / pi);
     sum += residual * Complex(p.cosine, -p.sine);
   }
   sum *= 2.0 / static_cast<double>(count);  // A - iB, docs/equations (1.9)

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/methods/dtg_centrifuge/angles.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -271,7 +271,7 @@ Instruments instruments_of(const Settings& settings) {
     const std::string prefix = s == reference ? "reference_" : "";
     Channelling& one = out.of[s];
     one.averaging = settings.has(prefix + "averaging") ? settings.number(prefix + "averaging") : -1.0;
-    one.natural_frequency = 2.0 * std::numbers::pi * number(prefix + "natural_frequency");
+    one.natural_frequency = two_pi * number(prefix + "natural_frequency");
     one.damping_ratio = number(prefix + "damping_ratio");
     one.time_constant = number(prefix + "time_constant");
   }

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <set>
 #include <tuple>
 
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::dtg_centrifuge {
@@ -144,7 +144,7 @@ Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) 
 Relation relation_of(const std::vector<Measured>& measured, Signal output, const Settings& settings, bool encoders,
                      Findings& findings) {
   constexpr double unknown = std::numeric_limits<double>::infinity();
-  const double right_angle = output == gyro_y ? -0.5 * std::numbers::pi : 0.0;  // the reference lies beside X
+  const double right_angle = output == gyro_y ? -half_pi : 0.0;  // the reference lies beside X
   Relation out{.log_gain_sd = unknown, .azimuth_sd = unknown, .from_earth = false, .earth_sd = unknown};
   if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.found) {
     out.log_gain = std::log(std::abs(ratio.c));
@@ -158,8 +158,8 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
             settings.number("reference_gain_sd"));
   if (azimuth_known) {
     const double known = settings.number("reference_azimuth") + right_angle;
-    const double turns = std::round((out.azimuth - known) / (2.0 * std::numbers::pi));
-    out.azimuth -= 2.0 * std::numbers::pi * turns;
+    const double turns = std::round((out.azimuth - known) / two_pi);
+    out.azimuth -= two_pi * turns;
     combine(out.azimuth, out.azimuth_sd, known, settings.number("reference_azimuth_sd"));
   }
   if (!std::isfinite(out.log_gain_sd)) out.log_gain = 0.0, out.log_gain_sd = 0.1;

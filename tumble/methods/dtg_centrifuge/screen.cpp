@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::dtg_centrifuge {
@@ -17,7 +17,7 @@ using Severity = Finding::Severity;
 
 double deg_per_s(double rate) { return rate / si(1.0, "deg/s"); }
 
-double turns_of(double rate, const Spin& s) { return std::abs(rate) * (s.end - s.begin) / (2.0 * std::numbers::pi); }
+double turns_of(double rate, const Spin& s) { return std::abs(rate) * (s.end - s.begin) / two_pi; }
 
 /// Which lines lie together, in words; empty: none of those the theory names.
 std::string coincidence(const Measured& m) {

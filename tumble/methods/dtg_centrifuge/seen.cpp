@@ -6,6 +6,7 @@
 
 #include "tumble/math/circle.hpp"
 #include "tumble/math/eigen/dense.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -57,7 +58,7 @@ Seen lines_of(const Instants& at) {
   Eigen::Index next = 2;
   const auto line = [&](int of_arm, int of_theta) {
     for (Eigen::Index k = 0; k < points; ++k) {
-      const double turns = (of_arm * at.arm[k] + of_theta * at.theta[k]) * 0.5 / M_PI;
+      const double turns = (of_arm * at.arm[k] + of_theta * at.theta[k]) * 0.5 / pi;
       const CirclePoint p = on_circle(turns);
       design(k, next) = p.cosine;
       design(k, next + 1) = p.sine;

@@ -1,9 +1,9 @@
 #include "tumble/methods/dtg_centrifuge/sums.hpp"
 
 #include <algorithm>
-#include <numbers>
 
 #include "tumble/math/circle.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -24,7 +24,7 @@ using Work = double[rows][batch];
     const double* y = block.signal[s] + first;
     for (std::size_t i = 0; i < count; ++i) used[i] = y[i] == y[i] ? used[i] : 0.0;
   }
-  constexpr double turn = 0.5 / std::numbers::pi;
+  constexpr double turn = 0.5 / pi;
   const double tau = block.tau + block.tau_step * static_cast<double>(first), step = block.tau_step;
   for (std::size_t i = 0; i < count; ++i) {
     const double a = used[i] != 0.0 ? arm[i] : 0.0, t = used[i] != 0.0 ? table[i] : 0.0;

@@ -5,6 +5,7 @@
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
@@ -25,7 +26,7 @@ Schedule schedule() {
   for (const double start : {-20.0, 10.0, 35.0, 60.0}) {
     ++run;
     out.push_back(segment(run, 900.0, dwell(start)));
-    out.push_back(segment(run, 3600.0, ramp(1.0, start < 20.0 ? 60.0 : -20.0)));
+    out.push_back(segment(run, hour, ramp(1.0, start < 20.0 ? 60.0 : -20.0)));
     out.push_back(segment(run, 1800.0, dwell(start < 20.0 ? 50.0 : -10.0)));
     out.push_back(segment(run, 2400.0, ramp(2.0, start < 20.0 ? -20.0 : 60.0)));
     out.push_back(segment(run, 1500.0, ramp(0.5, start)));

@@ -2,16 +2,14 @@
 
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::frequency_response {
 namespace {
-
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 struct Deviation {
   double sd = 0.0, half_width = 0.0;  ///< of 95 %

@@ -4,18 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 /// Parameters with their gradients over (ln gain, phase).
 struct Builder {

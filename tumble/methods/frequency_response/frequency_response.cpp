@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/frequency_response/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 // H(f) = Y/R, output over reference, each the complex amplitude of a sine fitted in time (tones) or of the spectra over
@@ -111,8 +111,7 @@ void add_common(const std::vector<Point>& points, const Settings& settings, bool
   }
   if (const double sd = settings.number("clock_offset_sd"); sd > 0.0) {
     sources.push_back({"clock offset", Matrix(2 * n, 1), {}});
-    for (std::size_t i = 0; i < n; ++i)
-      sources.back().shifts(n + i, 0) = 2.0 * std::numbers::pi * points[i].frequency * sd;
+    for (std::size_t i = 0; i < n; ++i) sources.back().shifts(n + i, 0) = two_pi * points[i].frequency * sd;
   }
 }
 

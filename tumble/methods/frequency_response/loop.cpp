@@ -4,16 +4,15 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::frequency_response {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double two_pi = 2.0 * std::numbers::pi;
 /// A response without noise keeps finite weights: rounding of ln H.
 constexpr double least_variance = 1e-18;
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::frequency_response {
@@ -103,8 +103,7 @@ Range range_of(const Part& part, const Samples& reference, double output_rate, c
 Point point_of(const BandResponse& band, double late, const Scaling& scaling, const std::string& where) {
   Point p;
   p.frequency = p.nominal = band.frequency;
-  p.response = corrected(band.response * std::polar(1.0, -2.0 * std::numbers::pi * band.frequency * late),
-                         band.frequency, scaling);
+  p.response = corrected(band.response * std::polar(1.0, -two_pi * band.frequency * late), band.frequency, scaling);
   p.output_gain_variance = p.output_phase_variance = band.variance;
   p.output_dof = band.degrees_of_freedom;
   p.coherence = band.coherence;

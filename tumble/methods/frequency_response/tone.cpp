@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 /// Samples of both channels over the time they share, without the first `settling` [s].
 struct Pair {
@@ -160,8 +159,7 @@ double counting_variance(const Part& part, const SineFit& output, double rate) {
   if (part.output->kind != QuantityKind::count) return 0.0;
   const double p = raster(output.frequency, rate, static_cast<double>(output.samples));
   if (p >= 0.25 * static_cast<double>(output.samples)) return 0.0;
-  return 2.0 / (3.0 * p) * std::pow(std::sin(std::numbers::pi * output.frequency / rate), 2) /
-         std::norm(output.line[0]);
+  return 2.0 / (3.0 * p) * std::pow(std::sin(pi * output.frequency / rate), 2) / std::norm(output.line[0]);
 }
 
 Point point_of(const Part& part, const SineFit& output, const SineFit& reference, const Scaling& scaling, double rate) {
@@ -223,7 +221,7 @@ void measure(const Part& part, double begin, double end, const Scaling& scaling,
 
 }  // namespace
 
-double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
+double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(pi * x) / (pi * x); }
 
 std::complex<double> corrected(std::complex<double> ratio, double frequency, const Scaling& scaling) {
   ratio *= scaling.output * sinc(frequency * scaling.reference_window) / sinc(frequency * scaling.output_window);

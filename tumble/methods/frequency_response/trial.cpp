@@ -2,16 +2,14 @@
 
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::frequency_response {
 namespace {
-
-constexpr double two_pi = 2.0 * std::numbers::pi;
 
 struct Truth {
   double gain = 1.012, natural = 45.0, damping = 0.55, delay = 1.5e-3;
@@ -72,8 +70,7 @@ Recording recording_of(const Truth& truth, const Plan& plan, const RandomStream&
     const double f = 1.0003 * tone.frequency;
     recording.marks.push_back({plan.schedule[k].label, begin, 1});
     // The mean over a window is the value in its middle times sinc.
-    add(output, tone, begin, late,
-        tone.amplitude * truth.at(f) * sinc(f * window) * std::polar(1.0, std::numbers::pi * f * window));
+    add(output, tone, begin, late, tone.amplitude * truth.at(f) * sinc(f * window) * std::polar(1.0, pi * f * window));
     add(reference, tone, begin, 0.0, tone.amplitude * wrong);
     begin += tone.duration;
   }

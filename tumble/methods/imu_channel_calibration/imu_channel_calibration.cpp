@@ -1,5 +1,6 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_channel_calibration/compare.hpp"
+#include "tumble/methods/imu_channel_calibration/compensate.hpp"
 #include "tumble/methods/imu_channel_calibration/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
@@ -80,9 +81,13 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   }
   keep(all.findings, estimate);
   add_parameters(pairs, same_gravity(evidence), estimate);
-  estimate.tables = {comparison(pairs, all, estimate.findings), side_by_side(pairs, estimate)};
+  estimate.tables = {comparison(pairs, all, estimate.findings), side_by_side(pairs, estimate), covered(pairs)};
   add_agreement(pairs, evidence.plan.settings, estimate);
   return estimate;
+}
+
+Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+  return compensate(estimate, recording, plan, options());
 }
 
 }  // namespace
@@ -98,7 +103,7 @@ extern const Method imu_channel_calibration{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensated,
     .predict = nullptr,
     .several_instruments = true};
 

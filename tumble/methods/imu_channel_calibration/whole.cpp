@@ -123,6 +123,18 @@ void refuse_hidden(const std::vector<linear::Problem>& problems, const linear::J
   throw Error(Error::Kind::bad_data, hidden);
 }
 
+/// What the regressors of the 12 terms were in the test.
+void set_limits(const std::vector<linear::Problem>& problems, const linear::JointSolution& solution, Calibration& out) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t a = 0; a < per_axis; ++a) {
+      const linear::Solution& alone = solution.outputs[axis];
+      const auto column = std::ranges::find(alone.columns, problems[axis].columns[a].name, &Term::name);
+      const auto at = static_cast<std::size_t>(column - alone.columns.begin());
+      out.least.push_back(alone.least[at]);
+      out.greatest.push_back(alone.greatest[at]);
+    }
+}
+
 }  // namespace
 
 Calibration whole_of(Kind kind, const Evidence& all) {
@@ -144,6 +156,7 @@ Calibration whole_of(Kind kind, const Evidence& all) {
   const Inverted result = inverted(forward.value);
   out.value.assign(result.value.data(), result.value.data() + result.value.size());
   out.degrees_of_freedom = forward.degrees_of_freedom;
+  set_limits(problems, solution, out);
   for (const auto& [name, covariance] : forward.sources)
     out.sources.push_back({name, plain(result.slope * covariance * result.slope.transpose())});
   return out;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
@@ -30,7 +31,7 @@ struct Session {
     for (std::size_t t = 0; t < 3; ++t) {
       truth[labels()[6 + t]] = {};
       truth[labels()[6 + t]][t] = g;
-      truth[labels()[6 + t]][3 + t] = M_PI;  // 360 deg in 2 s
+      truth[labels()[6 + t]][3 + t] = std::numbers::pi;  // 360 deg in 2 s
     }
   }
 
@@ -175,7 +176,7 @@ TEST(ImuFerraris, NamesTurnsThatAreWrong) {
 TEST(ImuFerraris, NamesUnitsTakenForOthers) {
   Session session;
   for (auto& [label, v] : session.truth)
-    for (std::size_t k = 0; k < 6; ++k) v[k] *= k < 3 ? 1.0 / 9.80665 : 180.0 / M_PI;
+    for (std::size_t k = 0; k < 6; ++k) v[k] *= k < 3 ? 1.0 / 9.80665 : 180.0 / std::numbers::pi;
   const auto message = refusal(method(), session.evidence());
   EXPECT_NE(message.find("values in g are read as m/s^2"), std::string::npos) << message;
   EXPECT_NE(message.find("values in deg/s are read as rad/s"), std::string::npos) << message;

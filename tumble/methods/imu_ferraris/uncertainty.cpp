@@ -11,6 +11,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_ferraris {
@@ -182,7 +183,7 @@ Squareness agreed(const Plan& plan, const Squareness& seen, Findings& findings) 
 }  // namespace
 
 Known gravity_of(const Plan& plan) {
-  constexpr double ug = 9.80665e-6;
+  constexpr double ug = micro_g;
   Known known;
   const auto& settings = plan.settings;
   if (settings.has("gravity"))
@@ -192,7 +193,7 @@ Known gravity_of(const Plan& plan) {
   else if (plan.site)
     known = {gravity(*plan.site), 50.0 * ug, "of the site, by the normal formula"};
   else
-    known = {9.80665, 0.015, "unknown: the standard value, and the range over the Earth as its uncertainty"};
+    known = {standard_gravity, 0.015, "unknown: the standard value, and the range over the Earth as its uncertainty"};
   if (settings.has("gravity_sd")) known.sd = settings.number("gravity_sd");
   if (!(known.value > 0.0)) throw Error(Error::Kind::bad_input, "gravity must be above zero");
   return known;

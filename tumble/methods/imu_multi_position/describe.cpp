@@ -8,6 +8,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/methods/imu_multi_position/compensate.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
@@ -340,6 +341,7 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   if (!fit.moves.empty()) estimate.tables.push_back(moves_table(fit));
   estimate.tables.push_back(std::move(guidance.poses));
   if (!guidance.turns.rows.empty()) estimate.tables.push_back(std::move(guidance.turns));
+  estimate.tables.push_back(covered(sessions, rests, fit, estimate));
   add_curves(rests, fit, around.gravity, estimate);
   add_left_out(rests, fit, estimate.findings);
   add_scatter(fit, estimate.findings);

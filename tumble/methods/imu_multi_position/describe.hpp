@@ -4,12 +4,13 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_multi_position/fit.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::imu_multi_position {
 
 /// What is known of gravity and the Earth besides the recording.
 struct Surroundings {
-  double gravity = 9.80665;  ///< [m/s^2]
+  double gravity = standard_gravity;  ///< [m/s^2]
   double gravity_sd = 0.0;
   std::string gravity_from;        ///< "stated", "normal gravity at the site"
   std::optional<double> latitude;  ///< [rad]

@@ -8,6 +8,7 @@
 
 #include "tumble/methods/imu_multi_position/chain.hpp"
 #include "tumble/methods/imu_multi_position/moves.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::imu_multi_position {
 
@@ -34,9 +35,9 @@ struct Group {
 };
 
 struct FitOptions {
-  double gravity = 9.80665;        ///< [m/s^2]
-  std::optional<double> latitude;  ///< [rad] for the rotation of the Earth about the vertical
-  bool sensitivity = true;         ///< G is sought
+  double gravity = standard_gravity;  ///< [m/s^2]
+  std::optional<double> latitude;     ///< [rad] for the rotation of the Earth about the vertical
+  bool sensitivity = true;            ///< G is sought
 };
 
 /// The sources of a covariance, as budgets list them.

@@ -6,7 +6,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
@@ -73,7 +74,7 @@ Rows rest_towards(const Fit& fit, const Vector3d& up, double gravity, const Vect
 
 /// A turn by 90 deg about a level axis.
 Rows turn_about(const Fit& fit, const Vector3d& axis, double variance) {
-  const double angle = 0.5 * std::numbers::pi;
+  const double angle = half_pi;
   const Vector3d up = axis.unitOrthogonal();
   const Matrix3d inverse = fit.calibration.gyro.matrix.inverse();
   Matrix3d sum = Matrix3d::Zero();
@@ -117,8 +118,7 @@ double variance_of_turn(const Fit& fit, double gravity) {
   double noise = 0.0, n = 0.0;
   for (const Group& group : fit.groups)
     if (group.part == Part::turn && group.used) noise += (group.white + group.earth).mean(), n += 1.0;
-  return noise / std::max(n, 1.0) + fit.scatter[2] * std::pow(0.5 * std::numbers::pi, 2) +
-         2.0 * ends.mean() / (gravity * gravity);
+  return noise / std::max(n, 1.0) + fit.scatter[2] * std::pow(half_pi, 2) + 2.0 * ends.mean() / (gravity * gravity);
 }
 
 void add_poses(const Fit& fit, const std::vector<std::string>& names, double gravity, Guidance& out) {
@@ -198,9 +198,8 @@ std::string missing(const std::vector<Vector3d>& directions) {
   std::string list;
   int listed = 0;
   for (std::size_t i = 0; i < 18 && listed < 9; ++i) {
-    const bool seen = std::any_of(directions.begin(), directions.end(), [&](const Vector3d& up) {
-      return up.dot(all[i]) > std::cos(std::numbers::pi / 7.0);
-    });
+    const bool seen = std::any_of(directions.begin(), directions.end(),
+                                  [&](const Vector3d& up) { return up.dot(all[i]) > std::cos(pi / 7.0); });
     if (!seen) list += (listed++ > 0 ? ", " : "") + named(all[i]);
   }
   return list;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/methods/imu_multi_position/compensate.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/imu_multi_position/guidance.hpp"
@@ -170,7 +171,7 @@ extern const Method imu_multi_position{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = nullptr};
 
 }  // namespace tumble::imu_multi_position

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/rigs/rig.hpp"
@@ -124,7 +125,7 @@ TEST(ImuTurntable, NamesWiringFaults) {
   EXPECT_TRUE(has(sign, "the sign of gravity is inverted")) << sign;
   const auto unit = with([](Evidence& e) {
     for (const char* name : {"gyro_x", "gyro_y", "gyro_z"})
-      for (double& v : channel(e, name).values) v *= 180.0 / M_PI;
+      for (double& v : channel(e, name).values) v *= 180.0 / std::numbers::pi;
   });
   EXPECT_TRUE(has(unit, "values in deg/s are read as rad/s")) << unit;
 }

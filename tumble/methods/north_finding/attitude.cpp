@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
@@ -72,8 +72,8 @@ std::string turning_axis(const Plan& plan) {
 
 Attitude::Attitude(const PowerUp& power_up, const Matrix& errors)
     : equator_(world(power_up, errors, 0.0)),
-      pole_(world(power_up, errors, 0.5 * std::numbers::pi)),
-      other_pole_(world(power_up, errors, -0.5 * std::numbers::pi)),
+      pole_(world(power_up, errors, half_pi)),
+      other_pole_(world(power_up, errors, -half_pi)),
       gravity_(gravity(*power_up.plan->site)) {}
 
 Attitude::Vectors Attitude::vectors(double time) const {

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/clock.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
@@ -40,7 +40,7 @@ linear::Problem problem_of(Channel channel, const Recorded& recorded, const Sett
 
 /// In which of `count` equal parts of the stretch a block lies: whole revolutions.
 std::size_t revolution_of(const Stretch& stretch, std::size_t per_block, std::size_t block, double rate) {
-  const double turns = std::abs(rate) * stretch.duration() / (2.0 * std::numbers::pi);
+  const double turns = std::abs(rate) * stretch.duration() / two_pi;
   const auto parts = std::clamp(static_cast<std::size_t>(turns), std::size_t{1}, most_revolutions);
   const std::size_t blocks = (stretch.samples + per_block - 1) / per_block;
   return std::min(parts - 1, block * parts / blocks);

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/north_finding/report.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::north_finding {
 namespace {
 
 using Severity = Finding::Severity;
-
-constexpr double turn = 2.0 * std::numbers::pi;
 
 double arcsec(double angle) { return Unit::parse("arcsec").from_si(angle); }
 double hourly(double rate) { return Unit::parse("deg/h").from_si(rate); }
@@ -38,10 +36,10 @@ std::string suspects(double ratio) {
   if (ratio < 0.1)
     return "the gyro hardly sees the Earth turn: is its laser locked in for want of dither, its input axis vertical, "
            "its output the right column?";
-  for (const double factor : {60.0, 3600.0})
+  for (const double factor : {minute, hour})
     for (const double power : {factor, 1.0 / factor})
       if (std::abs(ratio / power - 1.0) < 0.1) return "the unit of the gyro's rate looks wrong (h, min, s)";
-  if (std::abs(ratio - 180.0 / std::numbers::pi) < 3.0 || std::abs(ratio - std::numbers::pi / 180.0) < 1e-3)
+  if (std::abs(ratio - degrees_per_radian) < 3.0 || std::abs(ratio - degree) < 1e-3)
     return "the unit of the gyro's rate looks wrong (deg, rad)";
   return "the scale factor, the unit or the latitude is wrong, or the positions are not where the plan says";
 }
@@ -215,7 +213,7 @@ void say_ambiguity(const Bench& bench, const Reduction& reduction, Findings& out
                      degrees(value), degrees(*setup.other_azimuth)),
          ""});
   if (settings.has("azimuth_about") &&
-      std::abs(std::remainder(value - settings.number("azimuth_about"), turn)) > 0.25 * turn)
+      std::abs(std::remainder(value - settings.number("azimuth_about"), two_pi)) > 0.25 * two_pi)
     out.push_back({Severity::warning,
                    "the azimuth found is more than 90 deg off azimuth_about: is the sign of the gyro's scale factor "
                    "right, and the sense in which the table turns?",
@@ -252,7 +250,8 @@ void say_uncertain(const Bench& bench, const Reduction& reduction, bool predicte
                    "full. Give a calibration, or state gyro_misalignment_sd",
                    ""});
   if (bench.plan->settings.has("reference_azimuth")) {
-    const double off = std::remainder(solution.state[azimuth] - bench.plan->settings.number("reference_azimuth"), turn);
+    const double off =
+        std::remainder(solution.state[azimuth] - bench.plan->settings.number("reference_azimuth"), two_pi);
     out.push_back({Severity::info,
                    fmt::format("the azimuth is {:.4g} arcsec off reference_azimuth: {:.2g} of its standard uncertainty",
                                arcsec(off), std::abs(off) / sd),

@@ -4,16 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::north_finding {
 namespace {
-
-constexpr double turn = 2.0 * std::numbers::pi;
 
 /// How a quantity is shown.
 struct Face {
@@ -114,7 +112,7 @@ Table positions_of(const Bench& bench, const Reduction& reduction, bool predicte
   return table;
 }
 
-double apart(double a, double b) { return std::remainder(a - b, turn); }
+double apart(double a, double b) { return std::remainder(a - b, two_pi); }
 
 Table methods_of(const Bench& bench, const Reduction& reduction) {
   const auto forms = closed_forms(bench, reduction);
@@ -154,8 +152,8 @@ Table before_after(const Bench& bench, const Reduction& reduction, const Reducti
 }  // namespace
 
 double wrapped(double angle) {
-  const double inside = std::fmod(angle, turn);
-  return inside < 0.0 ? inside + turn : inside;
+  const double inside = std::fmod(angle, two_pi);
+  return inside < 0.0 ? inside + two_pi : inside;
 }
 
 std::string scheme_of(const Bench& bench) {
@@ -164,7 +162,8 @@ std::string scheme_of(const Bench& bench) {
   const bool stays = std::ranges::any_of(places, [](const Place& place) { return place.steady; });
   if (turns) return stays ? "stays and turning" : "continuous turning";
   std::set<long> angles;
-  for (const auto& place : places) angles.insert(std::lround(wrapped(place.angle) / turn * 3600.0) % 3600);
+  constexpr long cells = 10 * 360;  // of a tenth of a degree
+  for (const auto& place : places) angles.insert(std::lround(wrapped(place.angle) / two_pi * cells) % cells);
   const char* words[] = {"no", "one", "two", "three", "four"};
   const std::string count = angles.size() < 5 ? words[angles.size()] : std::to_string(angles.size());
   return fmt::format("{} positions, {} stays", count, places.size());

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/regression/mixed_model.hpp"
 #include "tumble/methods/north_finding/solve.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
@@ -181,8 +181,8 @@ void start_azimuth(const Bench& bench, const Instrument& instrument, Setup& setu
     const double one = setup.shown.along + off, other = setup.shown.along - off;
     const auto& settings = bench.plan->settings;
     const auto apart = [&](double a) {
-      return settings.has("azimuth_about") ? std::abs(std::remainder(a - settings.number("azimuth_about"), 2.0 * M_PI))
-                                           : std::abs(std::remainder(a, 2.0 * M_PI));
+      return settings.has("azimuth_about") ? std::abs(std::remainder(a - settings.number("azimuth_about"), two_pi))
+                                           : std::abs(std::remainder(a, two_pi));
     };
     s[azimuth] = apart(one) <= apart(other) ? one : other;
     setup.other_azimuth = apart(one) <= apart(other) ? other : one;

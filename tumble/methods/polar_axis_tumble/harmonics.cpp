@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::polar_axis_tumble {
 namespace {
-
-using std::numbers::pi;
 
 /// One sense of the output axis: what it and the plane of I and S feel [m/s^2].
 struct Sense {
@@ -112,7 +110,7 @@ void warn_of_another_axis(const linear::Solution& solution, Estimate& estimate) 
         {Finding::Severity::warning,
          fmt::format("the axis is {:.2g} deg from the Earth's in some position: the harmonics are those of the fitted "
                      "model about the Earth's axis",
-                     std::atan2(worst, earth) * 180.0 / pi),
+                     std::atan2(worst, earth) / degree),
          ""});
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/method.hpp"
@@ -39,7 +40,8 @@ TEST(RandomVibration, NumbersOfThePaper) {
   const double g = 9.80665, time = 100.0;
   const SpectralDensity si_paper{paper.frequency, {0.1 * g * g, 0.1 * g * g}};
   const double of_mean = std::sqrt(2.0 * velocity_variance(si_paper)) / time / g;
-  EXPECT_NEAR(of_mean, std::sqrt(0.1 / (2.0 * M_PI * M_PI * time * time * 20.0)), 0.01 * of_mean);
+  EXPECT_NEAR(of_mean, std::sqrt(0.1 / (2.0 * std::numbers::pi * std::numbers::pi * time * time * 20.0)),
+              0.01 * of_mean);
   EXPECT_NEAR(of_mean, 1.6e-4, 0.05e-4);
   EXPECT_NEAR(density_of_square(paper), 19.8, 1e-9);
 }
@@ -89,8 +91,8 @@ TEST(RandomVibration, RoundingOfAConstant) {
 
 TEST(RandomVibration, GreatestOfNormalNumbers) {
   EXPECT_NEAR(greatest_of(1.0).mean, 0.0, 1e-3);
-  EXPECT_NEAR(greatest_of(2.0).mean, 1.0 / std::sqrt(M_PI), 1e-3);
-  EXPECT_NEAR(greatest_of(2.0).sd, std::sqrt(1.0 - 1.0 / M_PI), 1e-3);
+  EXPECT_NEAR(greatest_of(2.0).mean, 1.0 / std::sqrt(std::numbers::pi), 1e-3);
+  EXPECT_NEAR(greatest_of(2.0).sd, std::sqrt(1.0 - 1.0 / std::numbers::pi), 1e-3);
   EXPECT_NEAR(greatest_of(1000.0).mean, 3.2414, 2e-3);  // tables of normal order statistics
   EXPECT_NEAR(greatest_of(1000.0).sd, 0.3514, 2e-3);
 }
@@ -212,7 +214,7 @@ TEST(RandomVibration, TwoPositionsSplitTheOrders) {
   for (Segment segment : up) {
     segment.label += " down";
     segment.run = 2;
-    segment.axes["mount_pitch"] = {.value = M_PI};
+    segment.axes["mount_pitch"] = {.value = std::numbers::pi};
     plan.schedule.push_back(segment);
   }
   evidence.recordings = {simulate(plan, 5, {})};

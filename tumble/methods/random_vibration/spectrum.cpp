@@ -6,11 +6,10 @@
 #include <numbers>
 
 #include "tumble/reduce/vibration/vibration.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::random_vibration {
 namespace {
-
-using std::numbers::pi;
 
 double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * pi); }
 double normal_below(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }

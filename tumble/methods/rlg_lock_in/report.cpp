@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_lock_in {
@@ -125,7 +125,7 @@ Estimate estimate_of(const Answer& answer, const Settings& settings) {
     at = add({"angle_random_walk_from_lock_in", "N", Unit::parse("deg/sqrt(h)"), walk->value,
               "random walk of the angle with the dither on", walk->dof},
              estimate);
-  const double gain = derived ? std::sqrt(2.0 * std::numbers::pi * K * settings.number("dither_rate")) : 0.0;
+  const double gain = derived ? std::sqrt(two_pi * K * settings.number("dither_rate")) : 0.0;
   if (derived)
     from = add({"lock_in_rate", "W_L", Unit::parse("deg/h"), gain * walk->value,
                 "from the random walk with the dither on: N sqrt(2 pi K W_A)", walk->dof},

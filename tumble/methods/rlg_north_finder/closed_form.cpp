@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "tumble/methods/rlg_north_finder/solve.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_north_finder {
@@ -23,7 +23,7 @@ double total(const Turning& one, const std::vector<double>& means) { return mean
 /// (N+ - N-)/(2 Theta)
 double per_angle(const Path& path, int axis, const std::vector<double>& means) {
   const Turning &forward = *path.rotation(axis, true), &reverse = *path.rotation(axis, false);
-  const double angle = 2.0 * std::numbers::pi * (std::round(forward.turns) - std::round(reverse.turns));
+  const double angle = two_pi * (std::round(forward.turns) - std::round(reverse.turns));
   return (total(forward, means) - total(reverse, means)) / angle;
 }
 

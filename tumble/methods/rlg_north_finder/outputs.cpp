@@ -118,22 +118,26 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
   return problems;
 }
 
+double per_second(const Channel& channel) {
+  if (channel.unit.dimension() == Unit::parse("pulse/s").dimension()) return 1.0;
+  if (!(channel.unit.dimension() == Unit::parse("pulse").dimension()))
+    throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: rlg_north_finder needs counts (pulse, or "
+                                                   "pulse/s)",
+                                                   channel.name, channel.unit.text()));
+  return channel.values.empty() ? 0.0 : channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate;
+}
+
 namespace {
 
 /// Counts of a sample become pulses a second.
-void make_rate(const std::string& where, Channel& channel, std::vector<std::string>& problems) {
+void make_rate(const std::string& where, Channel& channel, std::vector<std::string>& problems) try {
   if (channel.unit.dimension() == Unit::parse("pulse/s").dimension()) return;
-  if (!(channel.unit.dimension() == Unit::parse("pulse").dimension())) {
-    problems.push_back(fmt::format("{}channel '{}' is in {}: rlg_north_finder needs counts (pulse, or pulse/s)", where,
-                                   channel.name, channel.unit.text()));
-    return;
-  }
-  const double rate = channel.values.empty()       ? 0.0
-                      : channel.timeline.uniform() ? channel.timeline.rate
-                                                   : clock_of(channel).rate;
+  const double rate = per_second(channel);
   for (double& v : channel.values) v *= rate;
   channel.unit = Unit::parse("pulse/s");
   channel.kind = QuantityKind::other;
+} catch (const Error& error) {
+  problems.push_back(where + error.problems.front());
 }
 
 }  // namespace

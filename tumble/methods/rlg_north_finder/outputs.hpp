@@ -37,6 +37,10 @@ const char* role_of(Which output);
 std::vector<Role> roles();
 std::vector<Option> options();
 
+/// Pulses a second for one SI unit of a channel: its sampling rate [Hz] where it counts, 1 where it is in pulse/s.
+/// Throws Error::bad_data for any other unit.
+double per_second(const Channel& channel);
+
 /// The outputs as linear problems in pulses a second.
 std::array<linear::Problem, outputs> problems_of(const Plan& plan);
 

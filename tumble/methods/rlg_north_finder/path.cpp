@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {
@@ -46,7 +46,7 @@ Path path_of(const std::vector<linear::SegmentSummary>& segments) {
     const int axis = along(rate);
     if (axis < 0 || std::abs(rate[static_cast<std::size_t>(axis)]) < turning) continue;
     const double angle = rate[static_cast<std::size_t>(axis)] * segments[s].duration;
-    path.rotations.push_back({s, axis, angle / (2.0 * std::numbers::pi), segments[s].duration});
+    path.rotations.push_back({s, axis, angle / two_pi, segments[s].duration});
   }
   return path;
 }
@@ -80,7 +80,7 @@ std::vector<std::string> missing(const Path& path) {
 std::vector<std::string> not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments) {
   std::vector<std::string> problems;
   for (const auto& one : path.rotations) {
-    const double earth = earth_rate * one.seconds / (2.0 * std::numbers::pi);
+    const double earth = earth_rate * one.seconds / two_pi;
     if (std::abs(one.turns - std::round(one.turns)) > 1e-3 + earth)
       problems.push_back(
           fmt::format("'{}' is {:.4g} turns about {}: a rotation must be whole turns, so that the "

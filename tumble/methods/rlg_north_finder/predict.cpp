@@ -6,6 +6,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_north_finder {

@@ -3,12 +3,14 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_north_finder/closed_form.hpp"
+#include "tumble/methods/rlg_north_finder/compensate.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/methods/rlg_north_finder/predict.hpp"
 #include "tumble/methods/rlg_north_finder/report.hpp"
 #include "tumble/methods/rlg_north_finder/solve.hpp"
 #include "tumble/methods/rlg_north_finder/trial.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 // One ring laser gyro and two accelerometers on a manual two-axis table: eight positions, and whole turns about each
@@ -118,6 +120,7 @@ Estimate answer(const Prepared& prepared) {
   }
   estimate.tables.push_back(tilts_table(tilts, plan.rig));
   estimate.tables.push_back(linear::rig_errors(solution));
+  estimate.tables.push_back(covered(solution));
   if (!prepared.angles.stands.empty()) estimate.tables.push_back(table::angles_table(prepared.angles));
   return estimate;
 }
@@ -156,7 +159,7 @@ extern const Method rlg_north_finder{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = predict};
 
 }  // namespace tumble::rlg_north_finder

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::rlg_north_finder {
 namespace {
 
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
-constexpr double whole_turn = 2.0 * std::numbers::pi;
 constexpr double beyond_chance = 6.0;
 constexpr const char* axes[] = {"x", "y", "z"};
 
@@ -76,7 +75,7 @@ void both_ways(Segments segments, const Path& path, const Estimate& estimate, Fi
   if (!forward || !reverse || scale * at_rest(segments).scale < 0.0) return;  // the other sense is said already
   const auto turned = [&](const Turning& one) {
     const auto& segment = segments[one.segment];
-    const double earth = segment.felt.rate.x * segment.duration - whole_turn * std::round(one.turns);
+    const double earth = segment.felt.rate.x * segment.duration - two_pi * std::round(one.turns);
     return segment.measured * segment.duration / scale - bias * segment.duration - earth;
   };
   const double difference = std::abs(turned(*forward)) - std::abs(turned(*reverse));
@@ -102,7 +101,7 @@ void unequal_times(Segments segments, const Path& path, const Estimate& estimate
     // what the gyro shows besides the rotation, on average over it
     const auto &f = segments[forward->segment], &r = segments[reverse->segment];
     const double rest = estimate.parameters[1].value + 0.5 * (f.felt.rate.x + r.felt.rate.x);
-    const double leak = apart * rest / (whole_turn * (std::round(forward->turns) - std::round(reverse->turns)));
+    const double leak = apart * rest / (two_pi * (std::round(forward->turns) - std::round(reverse->turns)));
     const std::string what =
         axis == 0 ? fmt::format("{:.2g} ppm of the scale factor", 1e6 * leak)
                   : fmt::format("{} of gyro.misalignment_{}", say_difference(leak, Unit::parse("arcsec")), axes[axis]);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/core/marks.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/stretches.hpp"
+#include "tumble/units/constants.hpp"
 
 // How the rotations went, by what is felt on the way: about a level axis gravity goes round in the accelerometers,
 // about the vertical the horizontal part of the Earth's rate does in the gyro. The totals alone show neither the sense
@@ -18,7 +18,6 @@ namespace {
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
 constexpr const char* axes[] = {"x", "y", "z"};
-constexpr double whole_turn = 2.0 * std::numbers::pi;
 
 std::array<double, 3> parts(Vector3 v) { return {v.x, v.y, v.z}; }
 
@@ -203,7 +202,7 @@ Findings turn_faults(const Evidence& evidence, const Summaries& segments) {
     const double upright = std::abs(force[static_cast<std::size_t>(turning.axis)]);
     if (upright > 0.95) judge_upright(evidence, segment, samples, scale, findings);
     // the turn may take a part of the time only: samples short enough for three times its mean speed
-    if (upright > 0.3 || step * 3.0 * whole * whole_turn / turning.seconds > 1.6) continue;
+    if (upright > 0.3 || step * 3.0 * whole * two_pi / turning.seconds > 1.6) continue;
     const Swings seen[2] = {swings_of(evidence, samples, segments, accelerometer_x),
                             swings_of(evidence, samples, segments, accelerometer_y)};
     judge_level(turning, segment, force, seen, findings);

@@ -13,6 +13,7 @@
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::sine_vibration {
 namespace {
@@ -211,7 +212,7 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
   if (r.ways.size() < 2) return;
   const auto &up = r.ways.front(), &down = r.ways.back();
   const double apart = up.rest - down.rest;
-  if (!(apart > 0.5 * 9.80665)) return;
+  if (!(apart > 0.5 * standard_gravity)) return;
   std::vector<double> second(raw.value.size(), 0.0), third = second;
   second[at[up.column]] = -down.rest / apart, second[at[down.column]] = up.rest / apart;
   third[at[up.column]] = 1.0 / (3.0 * apart), third[at[down.column]] = -1.0 / (3.0 * apart);
@@ -389,7 +390,7 @@ Raw raw_of(const Evidence& evidence, const vibration::Data& data, const Measured
 
 std::string way_name(double rest) {
   if (std::isnan(rest)) return "any";
-  return rest > 0.5 * 9.80665 ? "up" : rest < -0.5 * 9.80665 ? "down" : "level";
+  return rest > 0.5 * standard_gravity ? "up" : rest < -0.5 * standard_gravity ? "down" : "level";
 }
 
 Estimate describe(const Evidence& evidence, const vibration::Data& data, const Measured& measured,

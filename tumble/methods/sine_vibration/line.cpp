@@ -6,17 +6,16 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine_vibration {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double two_pi = 2.0 * std::numbers::pi;
 constexpr Eigen::Index rows = 256;
 
 struct Samples {
@@ -229,7 +228,7 @@ void set_noise(const Samples& s, const Model& m, const std::vector<double>& resi
   const auto& v = m.fit.inverse;
   line.log_variance = variance * (c * c * v(2, 2) + 2.0 * c * d * v(2, 3) + d * d * v(3, 3));
   // The frequency is 1/(pi T) sqrt(6/n) of noise over amplitude (Cramer-Rao).
-  line.frequency_sd = std::sqrt(6.0 * variance / static_cast<double>(n)) / (std::numbers::pi * s.span * std::abs(a));
+  line.frequency_sd = std::sqrt(6.0 * variance / static_cast<double>(n)) / (pi * s.span * std::abs(a));
 }
 
 void set_blocks(const std::vector<double>& residual, double interval, Line& line) {

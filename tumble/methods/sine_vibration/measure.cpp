@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine_vibration {
@@ -92,7 +92,7 @@ double rounding_log_variance(const Line& line, double cycles_per_window, double 
   const double p = raster(cycles_per_window, line.mean / pulse_force, n);
   if (p >= 0.25 * n) return 0.0;
   const double pulses = line.amplitude / pulse_force;
-  return 2.0 / (3.0 * p) * std::pow(std::sin(std::numbers::pi * cycles_per_window), 2) / (pulses * pulses);
+  return 2.0 / (3.0 * p) * std::pow(std::sin(pi * cycles_per_window), 2) / (pulses * pulses);
 }
 
 /// The motion itself: by the reference where there is one, else as planned.
@@ -193,7 +193,7 @@ Point point_of(const Context& context, std::size_t index, Findings& findings) {
   point.aliased_to = f > 0.5 * rate ? aliased_frequency(f, rate) : 0.0;
   point.hidden_harmonic = hidden_harmonic(f, series.interval, length);
   point.cycles_effect = point.line.plain_mean - point.line.mean;
-  point.cycles_bound = point.line.amplitude / (window * std::numbers::pi * f * point.line.span);
+  point.cycles_bound = point.line.amplitude / (window * pi * f * point.line.span);
   return point;
 }
 

@@ -9,13 +9,14 @@
 #include "tumble/core/say.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::sine_vibration {
 namespace {
 
 using Severity = Finding::Severity;
-constexpr double same_way = 0.02 * 9.80665;  ///< [m/s^2] of a_0
+constexpr double same_way = 0.02 * standard_gravity;  ///< [m/s^2] of a_0
 
 /// One segment of the model: a point, or the unit at rest.
 struct Part {

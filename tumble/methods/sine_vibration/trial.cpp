@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "tumble/math/random.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::sine_vibration {
 namespace {
@@ -53,7 +53,7 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   set("bias_instability", 5.0, "ug");
   plan.truth.set_integer("oversampling", 32);
   add_run(plan, 1, "up", 0.0);
-  add_run(plan, 2, "down", std::numbers::pi);
+  add_run(plan, 2, "down", pi);
   const double wrong = 1.0 + 1e-3 * RandomStream(seed).split("sine_vibration").normal(0);
   plan.settings.set_word("scale_factor", fmt::format("{:.6f} pulse/s/g", 20000.0 * wrong));
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};

@@ -13,6 +13,7 @@
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
+#include "tumble/methods/static_bias/compensate.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
@@ -312,6 +313,7 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
               {}};
   for (const auto& run : runs) table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean});
   estimate.tables.push_back(std::move(table));
+  estimate.tables.push_back(covered());
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
@@ -374,7 +376,7 @@ extern const Method static_bias{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
+    .compensate = compensate,
     .predict = nullptr};
 
 }  // namespace tumble::static_bias

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <complex>
+#include <numbers>
 
 #include "tumble/math/random.hpp"
 #include "tumble/models/testing/truth.hpp"
@@ -37,7 +38,7 @@ TEST(DynamicallyTunedGyro, HarmonicsOfTheRotatingForceAreThoseOfTheReference) {
     std::complex<double> sum;
     const int n = 64;
     for (int j = 0; j < n; ++j) {
-      const double angle = 2.0 * M_PI * j / n;
+      const double angle = 2.0 * std::numbers::pi * j / n;
       Felt felt;
       felt.specific_force = {-a * g * std::cos(angle), -a * g * std::sin(angle), g};
       sum += 2.0 / n * Unit::parse("deg/h").from_si(indicated(model(), truth, felt)) * std::polar(1.0, angle);
@@ -94,7 +95,8 @@ TEST(DynamicallyTunedGyro, MisalignmentsAndScaleFactorsAreThoseOfTheirAxis) {
 TEST(DynamicallyTunedGyro, CaptureLoopOfEitherOrder) {
   for (const auto& [truth, lag] :
        {std::pair{truth_of(model(), {{"time_constant", "2 ms"}}), 2e-3},
-        std::pair{truth_of(model(), {{"natural_frequency", "50 Hz"}, {"damping_ratio", "0.5"}}), 1.0 / (100.0 * M_PI)}})
+        std::pair{truth_of(model(), {{"natural_frequency", "50 Hz"}, {"damping_ratio", "0.5"}}),
+                  1.0 / (100.0 * std::numbers::pi)}})
     for (const std::size_t output : {0, 1}) {
       std::vector<double> ramp(3000);
       for (std::size_t n = 0; n < ramp.size(); ++n) ramp[n] = 1e-3 * static_cast<double>(n);

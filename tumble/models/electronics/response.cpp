@@ -5,6 +5,7 @@
 #include <complex>
 #include <cstddef>
 
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::electronics {
@@ -134,7 +135,7 @@ Response second_order_loop(double natural_frequency, double damping_ratio, doubl
   require(natural_frequency > 0.0, "natural_frequency of a loop must be positive");
   require(damping_ratio > 0.0, "damping_ratio of a loop must be positive");
   require(step > 0.0, "the step of a loop must be positive");
-  return sample_by_sample(SecondOrder(2.0 * M_PI * natural_frequency * step, damping_ratio));
+  return sample_by_sample(SecondOrder(two_pi * natural_frequency * step, damping_ratio));
 }
 
 Response first_order_loop(double time_constant, double step) {

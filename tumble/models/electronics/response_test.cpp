@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <numeric>
 
 #include "tumble/math/random.hpp"
@@ -37,7 +38,7 @@ Complex gain_of(const std::function<Response()>& make, double w, double step, st
 TEST(SecondOrderLoop, ConstantsRampsAndParabolasComeOutExactly) {
   for (const double zeta : {0.1, 0.7, 1.0, 1.0 + 1e-9, 3.0})
     for (const double step : {1e-4, 1e-2, 1.0}) {  // from far below to far beyond the period of the loop
-      const double f = 20.0, w = 2.0 * M_PI * f, a = 3.0, b = -2.0, c = 0.7;
+      const double f = 20.0, w = 2.0 * std::numbers::pi * f, a = 3.0, b = -2.0, c = 0.7;
       const std::size_t count = 2000 + static_cast<std::size_t>(60.0 / (std::min(zeta, 1.0 / zeta) * w * step));
       const double t0 = 1000.0 * step;
       const auto u = [&](double t) { return a + b * (t - t0) + c * (t - t0) * (t - t0); };
@@ -53,7 +54,7 @@ TEST(SecondOrderLoop, ConstantsRampsAndParabolasComeOutExactly) {
 }
 
 TEST(SecondOrderLoop, GainAndPhaseOfASineAreThoseOfTheTransferFunction) {
-  const double f = 100.0, wn = 2.0 * M_PI * f, step = 1e-4;
+  const double f = 100.0, wn = 2.0 * std::numbers::pi * f, step = 1e-4;
   for (const double zeta : {0.2, 0.7, 1.0, 2.5})
     for (const double w : {0.1 * wn, wn, 4.0 * wn}) {
       const auto got = gain_of([&] { return second_order_loop(f, zeta, step); }, w, step, 20000);
@@ -69,13 +70,13 @@ TEST(SecondOrderLoop, StepOvershootsByTheTextbookAmount) {
   const double zeta = 0.3, f = 10.0, step = 1e-5;
   auto input = sampled(20000, step, [](double t) { return t > 0.005 ? 1.0 : 0.0; });
   const auto y = through(second_order_loop(f, zeta, step), input);
-  const double overshoot = std::exp(-M_PI * zeta / std::sqrt(1.0 - zeta * zeta));
+  const double overshoot = std::exp(-std::numbers::pi * zeta / std::sqrt(1.0 - zeta * zeta));
   EXPECT_NEAR(*std::max_element(y.begin(), y.end()), 1.0 + overshoot, 1e-6);  // flat top: second order in w step, 4e-7
   EXPECT_EQ(y.front(), 0.0);
 }
 
 TEST(FirstOrderLoop, RampLagsByTheTimeConstantAndSineFollowsTheTransferFunction) {
-  const double T = 0.02, step = 1e-3, w = 2.0 * M_PI * 20.0;
+  const double T = 0.02, step = 1e-3, w = 2.0 * std::numbers::pi * 20.0;
   const auto ramp = through(first_order_loop(T, step), sampled(2000, step, [](double t) { return 5.0 * t; }));
   EXPECT_NEAR(ramp.back(), 5.0 * (1.999 - T), 1e-12);
   const auto relative = gain_of([&] { return first_order_loop(T, step); }, w, step, 2000) * Complex(1.0, w * T);
@@ -112,10 +113,10 @@ TEST(Limits, AClippedSineAroundAnOffsetIsRectified) {
   // a0 + A cos clipped at +-L moves the mean by the area that is cut off: (1/pi) [ -(A sin p - c p) ] of each side with
   // cos p = c/A, c = L - a0 above and L + a0 below
   const double a0 = 1.0, A = 40.0, L = 30.0;
-  const auto cut = [&](double c) { return (std::sqrt(A * A - c * c) - c * std::acos(c / A)) / M_PI; };
+  const auto cut = [&](double c) { return (std::sqrt(A * A - c * c) - c * std::acos(c / A)) / std::numbers::pi; };
   const std::size_t count = 100000;
   auto samples = sampled(count, 1.0 / static_cast<double>(count),
-                         [&](double t) { return a0 + A * std::cos(2.0 * M_PI * (t + 0.5e-5)); });
+                         [&](double t) { return a0 + A * std::cos(2.0 * std::numbers::pi * (t + 0.5e-5)); });
   samples = through(clip(-L, L), samples);
   const double mean = std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(count);
   EXPECT_NEAR(mean, a0 - cut(L - a0) + cut(L + a0), 1e-6);  // midpoint rule with corners: A (2 pi/n)^2

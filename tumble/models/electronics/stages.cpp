@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tumble/models/given/given.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::electronics {
 namespace {
@@ -44,8 +45,8 @@ Response loop(const Settings& truth, double step) {
 
 Response balanced(double inertia, double damping, double stiffness, double step) {
   if (!(stiffness > 0.0 && inertia > 0.0 && damping > 0.0)) return nullptr;
-  return second_order_loop(std::sqrt(stiffness / inertia) / (2.0 * M_PI),
-                           damping / (2.0 * std::sqrt(stiffness * inertia)), step);
+  return second_order_loop(std::sqrt(stiffness / inertia) / two_pi, damping / (2.0 * std::sqrt(stiffness * inertia)),
+                           step);
 }
 
 std::vector<Option> limit_options(const std::string& unit) {

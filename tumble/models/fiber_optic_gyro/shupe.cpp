@@ -1,12 +1,11 @@
 #include "tumble/models/fiber_optic_gyro/shupe.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble::fiber_optic_gyro {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 double gain_of(const Coil& coil) {
   return coil.index / (coil.length * coil.diameter) * (coil.index_slope + coil.index * coil.expansion);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "tumble/math/random.hpp"
@@ -212,7 +213,7 @@ TEST(PendulousAccelerometer, VibrationInThePlaneOfThePendulumIsRectified) {
   // mean (m L/(K + C)) A_I A_P cos(phase)/2, below the natural frequency; 100 Hz is far below 3.6 kHz
   const Pendulum pendulum;
   const auto truth = truth_of_pendulum();
-  const double A = 30.0, nu = 2.0 * M_PI * 100.0, step = 1e-5;
+  const double A = 30.0, nu = 2.0 * std::numbers::pi * 100.0, step = 1e-5;
   const auto force = [&](double t) { return Vector3{A * std::cos(nu * t), 0.0, A * std::cos(nu * t)}; };
   Swing theta;
   double simulated = 0.0, modelled = 0.0, still = pendulum.steady({}, {}, {});
@@ -276,7 +277,7 @@ TEST(PendulousAccelerometer, RangeDeadZoneResolutionAndLoop) {
 
   // 2 zeta/w_n of lag on a ramp, from the constants and from J_O, D and K + C
   for (const auto& [settings, lag] :
-       {std::pair{truth_of(model(), {{"natural_frequency", "800 Hz"}}), 1.4 / (2.0 * M_PI * 800.0)},
+       {std::pair{truth_of(model(), {{"natural_frequency", "800 Hz"}}), 1.4 / (2.0 * std::numbers::pi * 800.0)},
         std::pair{truth_of_pendulum(), 3e-3 / 50.5}}) {
     std::vector<double> ramp(5000);
     for (std::size_t n = 0; n < ramp.size(); ++n) ramp[n] = 1e-4 * static_cast<double>(n);

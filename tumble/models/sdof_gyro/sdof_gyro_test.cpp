@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tumble/math/random.hpp"
 #include "tumble/math/rotation.hpp"
@@ -180,7 +181,7 @@ TEST(SdofGyro, RecordedOutputFollowsTheFullLoopInMotion) {
 TEST(SdofGyro, ConingLeavesTheMeanThatTheTiltsLagPredicts) {
   // w_I = a cos(nu t), w_S leads by 90 deg: mean (H/k)(D/k) nu a^2/2, not in the table of terms
   const Gimbal gimbal;
-  const double nu = 2.0 * M_PI * 2.0, a = 0.3, step = 1e-4;
+  const double nu = 2.0 * std::numbers::pi * 2.0, a = 0.3, step = 1e-4;
   double sum = 0.0;
   Swing beta;
   for (int n = 0; n < 15000; ++n) {  // three periods, the last two count

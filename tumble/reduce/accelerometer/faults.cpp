@@ -16,6 +16,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/accelerometer/samples.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer {
@@ -56,7 +57,7 @@ bool same_place(const Place& a, const Place& b) {
   return std::ranges::all_of(axes, [&](const std::string& axis) {
     auto one = at_zero(a, axis), other = at_zero(b, axis);
     const bool angle = one[0] == static_cast<double>(Motion::Kind::hold) && one[0] == other[0];
-    const double off = angle ? std::remainder(one[1] - other[1], 2.0 * M_PI) : one[1] - other[1];
+    const double off = angle ? std::remainder(one[1] - other[1], two_pi) : one[1] - other[1];
     one[1] = other[1] = 0.0;
     return one == other && std::abs(off) < 1e-6;
   });

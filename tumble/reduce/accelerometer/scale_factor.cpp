@@ -8,6 +8,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer {

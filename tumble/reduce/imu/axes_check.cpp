@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tumble/math/median.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::imu {
 namespace {
@@ -166,11 +167,13 @@ struct Mistaken {
 
 /// A unit taken for another: what is shown for a unit felt.
 std::string units_in_words(Kind kind, const AxesSeen& seen) {
-  constexpr double degree = 180.0 / M_PI, g = 9.80665;
-  static constexpr Mistaken rates[] = {
-      {degree, "values in deg/s are read as rad/s"},          {1.0 / degree, "values in rad/s are read as deg/s"},
-      {3600.0, "values in deg/h are read as deg/s"},          {1.0 / 3600.0, "values in deg/s are read as deg/h"},
-      {1e3, "values in thousandths are read as whole units"}, {1e-3, "values in whole units are read as thousandths"}};
+  constexpr double g = standard_gravity;
+  static constexpr Mistaken rates[] = {{degrees_per_radian, "values in deg/s are read as rad/s"},
+                                       {1.0 / degrees_per_radian, "values in rad/s are read as deg/s"},
+                                       {hour, "values in deg/h are read as deg/s"},
+                                       {1.0 / hour, "values in deg/s are read as deg/h"},
+                                       {1e3, "values in thousandths are read as whole units"},
+                                       {1e-3, "values in whole units are read as thousandths"}};
   static constexpr Mistaken forces[] = {{g, "values in m/s^2 are read as g"},
                                         {1.0 / g, "values in g are read as m/s^2"},
                                         {1e3, "values in mg are read as g"},

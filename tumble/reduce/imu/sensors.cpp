@@ -9,16 +9,12 @@
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu {
-namespace {
 
-/// Pauses of the recording left out.
 double samples_per_second(const Channel& channel) {
   if (channel.timeline.uniform()) return channel.timeline.rate;
   const double rate = clock_of(channel).rate;
   return rate > 0.0 ? rate : mean_rate(channel);
 }
-
-}  // namespace
 
 std::string role_of(Kind kind, std::size_t axis) {
   return fmt::format("{}_{}", kind == Kind::gyro ? "gyro" : "accelerometer", letters[axis]);

@@ -28,6 +28,9 @@ constexpr double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x
 /// What sensors of this kind feel.
 constexpr Vector3 field_of(Kind kind, const Felt& felt) { return kind == Kind::gyro ? felt.rate : felt.specific_force; }
 
+/// Sampling rate [Hz] of a channel, pauses of the recording skipped.
+double samples_per_second(const Channel& channel);
+
 /// Output [SI of the quantity] for one SI unit of a channel, and what a pulse is of it.
 struct Reading {
   double scale = 1.0;

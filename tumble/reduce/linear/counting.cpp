@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::linear {
 namespace {
@@ -20,8 +20,7 @@ double pieces_of(const Stretch& stretch) {
 /// Entry b of the k-th cosine over n blocks, of unit norm.
 double cosine(std::size_t k, std::size_t b, std::size_t n) {
   const auto size = static_cast<double>(n);
-  return std::sqrt(2.0 / size) *
-         std::cos(std::numbers::pi * static_cast<double>(k) * (static_cast<double>(b) + 0.5) / size);
+  return std::sqrt(2.0 / size) * std::cos(pi * static_cast<double>(k) * (static_cast<double>(b) + 0.5) / size);
 }
 
 /// Blocks of one steady stretch in their cosines k = 1 ... n - 1, where white noise and rounding are nearly

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tumble/reduce/linear/rows.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {
@@ -17,7 +18,7 @@ double quickest(const Segment& segment) {
   for (const auto& [name, motion] : segment.axes) {
     quickest = std::max({quickest, motion.frequency, motion.to_frequency});
     if (motion.kind == Motion::Kind::rate || motion.kind == Motion::Kind::slew)
-      quickest = std::max(quickest, std::abs(motion.value) / (2.0 * M_PI));
+      quickest = std::max(quickest, std::abs(motion.value) / two_pi);
     for (const double f : motion.psd_frequency) quickest = std::max(quickest, f);
   }
   return quickest;

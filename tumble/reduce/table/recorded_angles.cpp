@@ -8,18 +8,17 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <numbers>
 
 #include "tumble/core/say.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::table {
 namespace {
 
 using Kind = Motion::Kind;
 using Severity = Finding::Severity;
-constexpr double turn = 2.0 * std::numbers::pi;
 constexpr double beyond_chance = 6.0;  ///< standard deviations
 
 /// A segment of a schedule and where it was recorded [s, recording's clock].
@@ -72,7 +71,7 @@ Mean mean_of(const Channel& channel, std::size_t from, std::size_t to, double co
   for (std::size_t i = from; i < std::min(to, channel.values.size()); ++i) {
     if (std::isnan(channel.values[i])) continue;
     double off = channel.values[i] - command;
-    if (!counts_turns) off = std::remainder(off, turn);
+    if (!counts_turns) off = std::remainder(off, two_pi);
     mean.value += off;
     squares += off * off;
     ++mean.count;
@@ -103,7 +102,7 @@ std::vector<Encoder> encoders_of(const Evidence& evidence, std::size_t recording
     for (const double v : channel->values)
       if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
     if (!(low <= high)) continue;
-    encoders.push_back({axis.name, channel, high - low > 1.001 * turn, step_of(*channel)});
+    encoders.push_back({axis.name, channel, high - low > 1.001 * two_pi, step_of(*channel)});
   }
   return encoders;
 }

@@ -7,6 +7,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/reduce/vibration/scale.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::vibration {
 namespace {
@@ -46,7 +47,7 @@ Expected expected_of(const Settings& settings, const Draft& draft, const Data& d
   expected.count = sum / n;
   if (const auto given = given_scale(settings, data.units[data.series[draft.series.front()].unit], *draft.channel))
     expected.scale = *given * draft.windows.window;
-  else if (std::abs(rest / n) > 0.2 * 9.80665)
+  else if (std::abs(rest / n) > 0.2 * standard_gravity)
     expected.scale = sum / rest;
   return expected;
 }

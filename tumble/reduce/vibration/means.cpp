@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::vibration {
 
-double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
+double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(pi * x) / (pi * x); }
 
 Mean mean_of(const Series& series, double pulse) {
   constexpr std::size_t blocks = 16;
@@ -47,7 +47,7 @@ AtRest at_rest(const Data& data, const Series& series) {
     const Series& other = data.series[i];
     if (!other.at_rest() || other.unit != series.unit || other.power_up != series.power_up) continue;
     // A fixture that was turned in between shows another gravity.
-    if (std::abs(other.rest - series.rest) > 1e-3 * 9.80665) continue;
+    if (std::abs(other.rest - series.rest) > 1e-3 * standard_gravity) continue;
     const auto nearer = [&](std::size_t known) {
       return known == data.series.size() ||
              std::abs(other.middle() - series.middle()) < std::abs(data.series[known].middle() - series.middle());

@@ -1,6 +1,6 @@
 #include "tumble/rigs/chain/arm.hpp"
 
-#include <numbers>
+#include "tumble/units/constants.hpp"
 
 namespace tumble::chain {
 
@@ -33,7 +33,7 @@ void check_arm(const Settings& options, std::vector<std::string>& problems) {
 }
 
 Joint arm_joint(const Settings& options) {
-  return {.fixed = about_z(std::numbers::pi / 2.0 - options.number("arm_azimuth")), .axis = 0, .about = About::z};
+  return {.fixed = about_z(half_pi - options.number("arm_azimuth")), .axis = 0, .about = About::z};
 }
 
 Joint end_joint(const Settings& options, const ErrorValues& errors) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::chain {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tumble/rigs/chain/profile.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble::chain {
@@ -12,7 +12,6 @@ namespace {
 
 using Kind = Motion::Kind;
 
-constexpr double turn = 2.0 * std::numbers::pi;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a rounding of the units
 
@@ -86,7 +85,7 @@ class Planner {
   void rest() {
     if (kind_ == Kind::rate) {
       change_rate(0.0);
-      turns_ = endless() ? turn * std::round(at_.angle / turn) : 0.0;
+      turns_ = endless() ? two_pi * std::round(at_.angle / two_pi) : 0.0;
       held_ = actual_ = at_.angle;
     } else {
       go_to(actual_, speed_);
@@ -97,7 +96,7 @@ class Planner {
   void hold(double target, double speed, bool nearest) {
     if (kind_ == Kind::rate && endless()) {
       const double stop = at_.angle + at_.rate * std::abs(at_.rate) / (2.0 * limits_.max_acceleration);
-      turns_ = turn * std::round((nearest ? stop - target : stop) / turn);
+      turns_ = two_pi * std::round((nearest ? stop - target : stop) / two_pi);
     }
     if (target + turns_ != held_ || kind_ == Kind::rate) actual_ = target + turns_ + positioning(number_);
     held_ = target + turns_;
@@ -111,13 +110,13 @@ class Planner {
     const double highest = sweep ? std::max(motion.frequency, motion.to_frequency) : motion.frequency;
     if (!(motion.frequency > 0.0) || (sweep && !(motion.to_frequency > 0.0)))
       return problem(fmt::format("{} needs a frequency above zero", limits_.axis));
-    check_oscillation(std::abs(motion.amplitude), turn * highest);
+    check_oscillation(std::abs(motion.amplitude), two_pi * highest);
     rest();
     Piece piece{.begin = now_, .start = {actual_, 0.0, 0.0}};
     piece.amplitude = motion.amplitude * (1.0 + errors_.amplitude);
     piece.origin = begin_;
     piece.phase = motion.phase;
-    piece.frequency = turn * motion.frequency;
+    piece.frequency = two_pi * motion.frequency;
     if (sweep) piece.growth = std::log(motion.to_frequency / motion.frequency) / segment_->duration;
     piece.fade = 2.0 / (motion.frequency * std::exp(piece.growth * (now_ - begin_)));
     profile_.pieces.push_back(piece);

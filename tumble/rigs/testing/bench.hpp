@@ -2,15 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/unit.hpp"
 
 /// For the tests of rigs: a place, and what is felt there.
 namespace tumble {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 inline const Site site{34.0 * degree, 108.0 * degree, 400.0, 9.7966};
 

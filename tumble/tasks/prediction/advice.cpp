@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/prediction/candidates.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::prediction {
 namespace {
@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 constexpr double condition_limit = 1e6;  ///< of columns of unit length: weaker combinations are not told
 constexpr double ridge = 1e-9;
 constexpr std::size_t most_additions = 8;
-constexpr double coarse = std::numbers::pi / 4.0;
+constexpr double coarse = pi / 4.0;
 
 MatrixXd rows_of(const std::vector<Felt>& felt, const std::vector<Term>& terms) {
   MatrixXd rows(static_cast<Index>(felt.size()), static_cast<Index>(terms.size()));

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "tumble/rigs/rig.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::prediction {
 namespace {
@@ -16,12 +16,11 @@ namespace {
 using Kind = Motion::Kind;
 using Motions = std::map<std::string, Motion>;
 
-constexpr double turn = 2.0 * std::numbers::pi;
-constexpr double right_angle = 0.25 * turn;
+constexpr double right_angle = 0.25 * two_pi;
 constexpr std::size_t most_positions = 4096;  ///< held; a finer grid is made coarser
 constexpr std::size_t most_beside_motion = 32;
 constexpr double long_enough = 7200.0;                        ///< [s] for any move while candidates are looked at
-constexpr double highest_amplitude = turn / 36.0;             ///< of an oscillation [rad]
+constexpr double highest_amplitude = two_pi / 36.0;           ///< of an oscillation [rad]
 constexpr std::array<double, 3> rate_levels{1.0, 0.5, 0.25};  ///< of the highest
 constexpr std::array<double, 5> frequencies{0.5, 1.0, 2.0, 5.0, 10.0};  ///< [Hz]
 constexpr double samples_in_period = 10.0;
@@ -91,17 +90,17 @@ struct Places {
 };
 
 std::vector<double> angles(double step, bool corners) {
-  const auto half = static_cast<int>(std::floor(0.5 * turn / step + 1e-9));
+  const auto half = static_cast<int>(std::floor(0.5 * two_pi / step + 1e-9));
   std::vector<double> out{0.0};
   for (int i = 1; i <= half; ++i) {
     out.push_back(step * i);
-    if (step * i < 0.5 * turn - 1e-9) out.push_back(-step * i);
+    if (step * i < 0.5 * two_pi - 1e-9) out.push_back(-step * i);
   }
   const double corner = std::atan(std::sqrt(0.5));  // with 45 deg of another axis a corner of the cube is up
   if (corners)
     for (const double angle : {corner, right_angle - corner, right_angle + corner, 2.0 * right_angle - corner})
       out.insert(out.end(), {angle, -angle});
-  const double millionth = 1e-6 * turn / 360.0;  // for people: 75 deg, not 74.99999999999999
+  const double millionth = 1e-6 * two_pi / 360.0;  // for people: 75 deg, not 74.99999999999999
   for (double& angle : out) angle = Unit::parse("deg").to_si(std::round(angle / millionth) * 1e-6);
   return out;
 }
@@ -149,7 +148,7 @@ std::size_t combinations(const std::vector<Places>& places) {
 /// Grid made coarser until there are at most so many positions.
 std::vector<Places> places_up_to(const Plan& plan, const CandidateRange& range, double step, std::size_t most) {
   auto out = places(plan, range, step);
-  for (const double coarser : {turn / 24.0, turn / 12.0, 0.125 * turn, right_angle, 0.5 * turn})
+  for (const double coarser : {two_pi / 24.0, two_pi / 12.0, 0.125 * two_pi, right_angle, 0.5 * two_pi})
     if (combinations(out) > most && coarser > step) out = places(plan, range, coarser);
   return out;
 }
@@ -207,13 +206,13 @@ Motions with(Motions motions, const std::string& axis, const Motion& motion) {
 class Rates {
  public:
   Rates(const Plan& plan, const Trials& trials, const std::vector<Places>& places) : trials_(trials), places_(places) {
-    const double range = 0.9 * range_of_instrument(plan), degree = turn / 360.0;
+    const double range = 0.9 * range_of_instrument(plan);
     for (const auto& one : places) {
       if (!can(one.axis, Kind::rate) || !is_angle(one.axis)) continue;
       const Motions start = all_held(places, {}).front();
       const double top = largest_accepted(std::min(1e4, range), [&](double rate) {
         return trials.accepted(start, with(start, one.axis.name, {.kind = Kind::rate, .value = rate}),
-                               turn / rate + long_enough);
+                               two_pi / rate + long_enough);
       });
       if (top > 0.0) tops_.emplace_back(one.axis, rounded_down(top, degree));
     }
@@ -240,8 +239,8 @@ class Rates {
     for (const auto& [axis, rate] : rates) {
       one.approach[axis.name] = held(axis, 0.0);
       one.work[axis.name] = {.kind = Kind::rate, .value = rate};
-      one.least = std::max(one.least, turn / std::abs(rate));
-      one.fastest = std::max(one.fastest, std::abs(rate) / turn);
+      one.least = std::max(one.least, two_pi / std::abs(rate));
+      one.fastest = std::max(one.fastest, std::abs(rate) / two_pi);
     }
     if (trials_.accepted(one.approach, one.work, one.least + long_enough)) out.push_back(std::move(one));
   }

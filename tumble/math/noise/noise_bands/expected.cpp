@@ -3,14 +3,12 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <numbers>
 
 #include "tumble/math/noise/noise_bands.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
-
-using std::numbers::pi;
 
 /// Second difference of t^2 ln t at t and steps of 1, by its series beyond t = 16.
 double second_difference(double t) {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::noise_likelihood {
 namespace {
@@ -13,7 +13,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using std::numbers::pi;
 
 constexpr int blocks_apart = 3, units_apart = 6;
 
