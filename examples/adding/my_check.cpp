@@ -1,6 +1,8 @@
 // A check of one's own: a temperature that jumps. A chamber changes by kelvins a minute; a jump from one sample to the
 // next is a loose contact or an electrical disturbance.
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
