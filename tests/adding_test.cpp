@@ -155,6 +155,7 @@ class AddingFormat : public testing::Test {
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
   }
+  std::string beside(const std::string& name) const { return folder_.file(name); }
 
  private:
   ScratchFolder folder_;
@@ -171,6 +172,27 @@ TEST_F(AddingFormat, IsRecognisedAndRead) {
   EXPECT_NEAR(gyro.values[0], std::numbers::pi / 43200.0, 1e-19);
   EXPECT_EQ(gyro.values[1], -2.0 * gyro.values[0]);
   EXPECT_EQ(sha256_of(recording.origin).size(), 64u);
+}
+
+TEST_F(AddingFormat, IsConvertedToAFormatThatIsWritten) {
+  const std::string from = file(logged("MYLOGGER", {200.0, 15.0, -30.0, 0.25})), to = beside("a.csv");
+  convert(from, to, {}, {});
+  const Recording before = read_recording(from, {}, {}), after = read_recording(to, {}, {});
+  ASSERT_EQ(after.channels.size(), 1u);
+  EXPECT_EQ(after.channels[0].values, before.channels[0].values);
+  EXPECT_EQ(after.channels[0].timeline.rate, 200.0);
+}
+
+TEST_F(AddingFormat, IsNotWritten) {
+  const std::string from = file(logged("MYLOGGER", {200.0, 15.0}));
+  try {
+    convert(from, beside("b.mylog"), {}, {});
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    EXPECT_NE(std::string(error.what()).find("my_format are read, but cannot be written"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(AddingFormat, RefusesAFileThatWasCutOff) {

@@ -1,6 +1,8 @@
 // A check of one's own: a temperature that jumps. A chamber changes by kelvins a minute; a jump from one sample to the
 // next is a loose contact or an electrical disturbance.
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
@@ -19,11 +21,12 @@ Findings run(const Recording& recording, const Plan*) {
     for (std::size_t k = 1; k < channel.values.size(); ++k)
       if (std::abs(channel.values[k] - channel.values[k - 1]) > largest_step && jumps++ == 0) first = k;
     if (jumps == 0) continue;
-    findings.push_back({Finding::Severity::warning,
-                        say_count(jumps, "jump") + " of more than " + say_difference(largest_step, Unit::parse("K")) +
-                            " between two samples, first at " + say_instant(channel.time(first)) +
-                            "; check the contacts of the sensor",
-                        channel.name});
+    findings.push_back(
+        {Finding::Severity::warning,
+         fmt::format("{} of more than {} between two samples, first at {}; check the contacts of the sensor",
+                     say_count(jumps, "jump"), say_difference(largest_step, Unit::parse("K")),
+                     say_instant(channel.time(first))),
+         channel.name});
   }
   return findings;
 }
