@@ -123,7 +123,7 @@ TEST(Compensate, WhatStaysInIsInTheUncertainty) { EXPECT_NEAR(mean_square(false)
 TEST(Compensate, AMissingInputIsNamedAndItsTermRemains) {
   const Estimate estimate = result();
   const auto done = compensate(model(), estimate, recording_of(values_of(estimate), {g}, {g}, false), nullptr);
-  EXPECT_TRUE(says(done.findings, "specific_force_y: cross cannot be subtracted"));
+  EXPECT_TRUE(says(done.findings, "what they need: specific_force_y: cross."));
   const double left = estimate.parameters[3].value * g * g;
   EXPECT_NEAR(done.recording.channels[0].values[0], g + left, 2e-3 * left);  // times 1 + dE/du, here 1 - 0.6e-3
 }

@@ -16,20 +16,22 @@ std::string joined(const std::set<std::string>& words) { return fmt::format("{}"
 }  // namespace
 
 void say_staying(const Work& work, const std::string& channel, Findings& findings) {
-  std::map<std::set<std::string>, std::set<std::string>> terms;  // by what is missing
+  if (work.staying.empty()) return;
+  std::map<std::set<std::string>, std::set<std::string>> terms;  // by the inputs that are missing
   for (const auto& used : work.staying) {
-    std::set<std::string> names;
-    for (const std::size_t k : used.missing) names.insert(inputs()[k].name);
-    terms[names].insert(used.term.name);
+    std::set<std::string> missing;
+    for (const std::size_t k : used.missing) missing.insert(inputs()[k].name);
+    terms[missing].insert(used.term.name);
   }
-  for (const auto& [missing, names] : terms)
-    findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("neither a channel nor a plan says {}: {} cannot be subtracted and remains in the output; channel "
-                     "{}.compensation_sd counts it with the range that the calibration covered. Name the channel in "
-                     "[channels], or give the plan by --plan",
-                     joined(missing), joined(names), channel),
-         channel});
+  std::vector<std::string> parts;
+  for (const auto& [missing, names] : terms) parts.push_back(joined(missing) + ": " + joined(names));
+  findings.push_back(
+      {Finding::Severity::warning,
+       fmt::format("terms that remain in the output, because neither a channel nor a plan states what they "
+                   "need: {}. Channel {}.compensation_sd counts them with the range that the calibration "
+                   "covered. Name the channels in [channels], or give the plan by --plan",
+                   fmt::join(parts, "; "), channel),
+       channel});
 }
 
 void say(const Counts& counts, const std::string& channel, Findings& findings) {
