@@ -215,6 +215,8 @@ TEST_P(Methods, CompensatesWithoutLosingSamples) {
   const Recording& recording = trial.evidence.recordings[0];
   Estimate result = estimate();
   result.provenance.settings = trial.evidence.plan.settings.texts();
+  for (const auto& [role, choices] : trial.evidence.plan.channels)  // as `identify` of tasks/ notes them
+    result.provenance.settings["channels." + role] = choices.front().channel;
   const Compensation done = method().compensate(result, recording, nullptr);
   for (const auto& channel : recording.channels) {
     const Channel* kept = find_channel(done.recording, channel.name);
