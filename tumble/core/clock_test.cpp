@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/random.hpp"
 
 namespace tumble {
@@ -178,6 +179,18 @@ TEST(Clock, RealBursts) {
   const Clock lost = clock_of(with_stamps(without(stamps, 30'000, 100)));
   ASSERT_EQ(lost.gaps.size(), 1u);
   EXPECT_NEAR(static_cast<double>(lost.gaps[0].lost), 100.0, 10.0);  // the clock behind the bursts wanders by that
+}
+
+TEST(SamplingRate, LostSamplesDoNotChangeIt) {
+  std::vector<double> stamps;
+  for (int i = 0; i < 5000; ++i)
+    if (i < 2000 || i >= 2400) stamps.push_back(0.01 * i);
+  Channel channel;
+  channel.values.assign(stamps.size(), 0.0);
+  channel.timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
+  // The clock is the median of 64 intervals, each a difference of stamps rounded to 1e-15 of 50 s.
+  EXPECT_NEAR(sampling_rate(channel), 100.0, 1e-9);
+  EXPECT_LT(mean_rate(channel), 93.0);
 }
 
 }  // namespace

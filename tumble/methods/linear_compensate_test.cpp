@@ -154,5 +154,54 @@ TEST(LinearCompensation, ChannelsOfTheRecordingAreTakenBeforeThePlan) {
     EXPECT_NEAR(by_channels.recording.channels[0].values[i], by_plan.recording.channels[0].values[i], 1e-14) << i;
 }
 
+Estimate result_of(const Method& method, const Trial& trial) {
+  Estimate estimate = method.identify(trial.evidence, {});
+  estimate.provenance.settings = trial.evidence.plan.settings.texts();
+  return estimate;
+}
+
+/// A recording without its first `marks` segments.
+Recording cut_off(const Recording& whole, std::size_t marks) {
+  Recording cut = whole;
+  cut.marks.erase(cut.marks.begin(), cut.marks.begin() + static_cast<std::ptrdiff_t>(marks));
+  for (Channel& channel : cut.channels) {
+    const std::size_t first = index_at(channel, cut.marks.front().begin);
+    channel.timeline.start = channel.time(first);
+    channel.values.erase(channel.values.begin(), channel.values.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+  return cut;
+}
+
+TEST(LinearCompensation, SegmentsAreThoseOfTheirLabels) {
+  const Method& method = find_method("sdof_gyro_static");
+  const Trial trial = method.trial(1);
+  const Use use = use_of(trial);
+  const Estimate estimate = result_of(method, trial);
+  const auto whole = method.compensate(estimate, use.recording, &use.plan);
+  const auto cut = method.compensate(estimate, cut_off(use.recording, 2), &use.plan);
+  const auto &all = whole.recording.channels[0].values, &rest = cut.recording.channels[0].values;
+  ASSERT_LT(rest.size(), all.size());
+  const std::size_t ahead = all.size() - rest.size();
+  // What was felt is the same, computed from another segment's begin: rounding of the time, times the fastest change.
+  for (std::size_t i = 0; i < rest.size(); i += 7)
+    EXPECT_NEAR(rest[i], all[ahead + i], 1e-9 * std::max(1e-6, std::abs(all[ahead + i]))) << i;
+  Recording renamed = use.recording;
+  renamed.marks[1].label = "not in the plan";
+  const auto blank = method.compensate(estimate, renamed, &use.plan);
+  const std::size_t inside = index_at(use.recording.channels[0], renamed.marks[1].begin + 1.0);
+  EXPECT_TRUE(std::isnan(blank.recording.channels[0].values[inside]));
+}
+
+TEST(LinearCompensation, AnOutputOfAnotherKindIsRefused) {
+  const Method& method = find_method("accelerometer_tumble");
+  const Trial trial = method.trial(1);
+  Use use = use_of(trial);
+  const Estimate estimate = result_of(method, trial);
+  for (const char* unit : {"V", "m/s^2", "deg/h"}) {
+    use.recording.channels[0].unit = Unit::parse(unit);
+    EXPECT_THROW(method.compensate(estimate, use.recording, &use.plan), Error) << unit;
+  }
+}
+
 }  // namespace
 }  // namespace tumble

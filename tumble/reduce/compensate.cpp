@@ -22,6 +22,7 @@ using compensation::Work;
 
 constexpr std::size_t block = 4096;           ///< samples
 constexpr double tolerance = 1e-12;           ///< of the size of u
+constexpr double settled_within = 1e-10;      ///< of outputs together: each is solved to `tolerance` only
 constexpr double greatest_error_slope = 0.5;  ///< dE/du beyond which the model is no model of errors
 constexpr int most_steps = 30, most_passes = 30;
 
@@ -171,7 +172,7 @@ void solve_together(Works& works, Felt& felt) {
       solve(work, felt);
       const bool blank = std::isnan(work.u) && std::isnan(before);
       settled = settled && (work.others.empty() || work.model->by_output || blank ||
-                            std::abs(work.u - before) <= tolerance * std::max(std::abs(work.u), std::abs(work.y)));
+                            std::abs(work.u - before) <= settled_within * std::max(std::abs(work.u), std::abs(work.y)));
     }
     if (settled) return;
   }
@@ -274,12 +275,26 @@ std::size_t place_of(const Estimate& estimate, const Recording& recording, const
   return static_cast<std::size_t>(channel - recording.channels.data());
 }
 
+/// Whether the channel is in the unit of K times u: as it is, or for each sample (counts, increments).
+void require_unit(const Work& work, const Channel& channel) {
+  if (work.scale_parameter == SIZE_MAX) return;
+  const Unit& factor = work.estimate->parameters[work.scale_parameter].unit;
+  const auto wanted = Unit::parse(fmt::format("({})*({})", factor.text(), work.model->unit)).dimension();
+  const auto each_second = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();
+  if (channel.unit.dimension() == wanted || each_second == wanted) return;
+  throw Error(
+      Error::Kind::bad_data,
+      fmt::format("channel {} is in {}, but the result's {} is in {}: the recording is of another kind of output",
+                  channel.name, channel.unit.text(), work.model->scale_factor, factor.text()));
+}
+
 /// The channels of all outputs, sampled together. Throws Error::bad_data with all that is wrong.
 void set_places(const Recording& recording, Works& works) {
   std::vector<std::string> problems;
   for (Work& work : works) try {
       work.place = place_of(*work.estimate, recording, work.model->role);
       const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
+      require_unit(work, channel);
       if (problems.empty() && !one_clock(first, channel))
         problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
                                        first.name, channel.name));

@@ -79,7 +79,7 @@ Compensation compensate(const ErrorModel& model, const Estimate& estimate, const
                         const Plan* plan);
 
 /// Several outputs whose terms depend on what the others show (misalignments, sensitivity to specific force): solved in
-/// turn until no u changes by more than 1e-12 of its size or its output's. The uncertainty of an output holds that of
+/// turn until no u changes by more than 1e-10 of its size or its output's. The uncertainty of an output holds that of
 /// the others by dE/du of each, whose dependence on each other is neglected there.
 ///
 /// Given     models  of channels that are sampled together, at least one; by_output equal in all

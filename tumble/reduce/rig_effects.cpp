@@ -236,8 +236,18 @@ void add_each_segment(const ConductedTest& test, const Observation& observation,
   if (!difference.rounding(own.column)) effects.push_back(std::move(own));
 }
 
+/// How the instrument was mounted is an error of this test alone, and gravity one of the site.
+bool belongs_to_rig(const std::string& name) {
+  namespace names = error_names;
+  constexpr std::array<std::string_view, 10> others{
+      names::lever_x,    names::lever_y, names::lever_z, names::mounting_x, names::mounting_y,
+      names::mounting_z, names::pose_x,  names::pose_y,  names::pose_z,     names::gravity};
+  return std::ranges::find(others, name) == others.end();
+}
+
 /// The rig of another test is the same one where the plans name the same equipment.
 std::string key_of(const ConductedTest& test, const PlanError& error) {
+  if (!belongs_to_rig(error.error.name)) return "";
   const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
   return std::ranges::find_if(test.power_ups, with_plan)->plan->rig_equipment;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
+#include <utility>
 
 #include "tumble/core/evidence.hpp"
+#include "tumble/core/sampling_rate.hpp"
+#include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
-#include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::compensation {
@@ -70,59 +73,86 @@ double slope_at(const Channel& channel, double time) {
   return (channel.values[b] - channel.values[a]) / (channel.time(b) - channel.time(a));
 }
 
-/// Segments of one power-up: when each begins by the recording's clock and since power-on.
+/// From when on which part of the schedule was carried out.
 struct Stage {
-  Reference reference;
-  std::vector<double> by_clock, since;  ///< [s]
+  double by_clock = 0.0;            ///< [s, recording's clock]
+  double since = 0.0;               ///< [s since power-on] of the same instant
+  const Reference* felt = nullptr;  ///< of the power-up; null: the schedule does not say what was done
 };
 
-std::vector<double> begins_of(const Schedule& segments) {
-  std::vector<double> begins{0.0};
-  for (const auto& segment : segments) begins.push_back(begins.back() + segment.duration);
-  return begins;
+/// What the plan says of a recording.
+struct Planned {
+  std::vector<PowerUp> power_ups;
+  std::vector<Stage> stages;  ///< by time
+};
+
+/// Power-up of a segment of the schedule, and its number in it.
+std::pair<std::size_t, std::size_t> place_in(const std::vector<PowerUp>& power_ups, std::size_t index) {
+  std::size_t r = 0;
+  for (; index >= power_ups[r].rig.segments.size(); ++r) index -= power_ups[r].rig.segments.size();
+  return {r, index};
 }
 
-/// Where the recording marks every segment of the power-up, each is taken where it is marked; else the whole from its
-/// first mark on.
-std::vector<Stage> stages_of(const Plan& plan, const Recording& recording, const Channel& output) {
+void require_schedule(const Plan& plan) {
   std::vector<std::string> problems;
   if (plan.rig_kind.empty()) problems.emplace_back("the plan needs [rig] kind = \"...\" that says what was felt");
   if (plan.schedule.empty()) problems.emplace_back("the plan needs at least one [[schedule]]");
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  const double rate = mean_rate(output);
-  const auto runs = power_ups(plan.schedule, rate);
+}
+
+/// Without marks the schedule begins with the data, and one power-up follows the other.
+std::vector<Stage> unmarked(const std::vector<PowerUp>& power_ups, const Channel& output) {
   std::vector<Stage> stages;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    Stage stage;
-    stage.reference =
-        find_rig(plan.rig_kind).reference({runs[r].segments, plan.rig, plan.site, rate, {}, RandomStream(0)});
-    const auto begins = begins_of(runs[r].segments);
-    std::vector<double> marks;
-    for (const Mark& mark : recording.marks)
-      if (mark.run == runs[r].run) marks.push_back(mark.begin);
-    if (marks.empty() && !recording.marks.empty()) continue;  // not in this recording
-    if (marks.empty()) marks.push_back(runs[r].begin + (output.values.empty() ? 0.0 : output.time(0)));
-    if (marks.size() == runs[r].segments.size())
-      stage.since.assign(begins.begin(), begins.end() - 1);
-    else
-      stage.since = {0.0}, marks.resize(1);
-    stage.by_clock = std::move(marks);
-    stages.push_back(std::move(stage));
+  double begin = output.values.empty() ? 0.0 : output.time(0);
+  for (const auto& power_up : power_ups) {
+    stages.push_back({begin, 0.0, &power_up.reference});
+    begin += power_up.begins.back();
   }
-  if (stages.empty()) throw Error(Error::Kind::bad_data, "the recording holds no power-up of the plan's schedule");
   return stages;
 }
 
-/// What the plan says was felt at one sample.
-Felt planned(const std::vector<Stage>& stages, double time, double step) {
-  const Stage* stage = &stages.front();
-  for (const auto& one : stages)
-    if (one.by_clock.front() <= time) stage = &one;
-  const auto next = std::ranges::upper_bound(stage->by_clock, time);
-  const auto s = static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, next - stage->by_clock.begin()) - 1);
+/// Each mark begins the segment of its label, as marked_segments() places it.
+std::vector<Stage> marked(const Plan& plan, const std::vector<PowerUp>& power_ups, const Recording& recording) {
+  Recording marks;
+  marks.marks = recording.marks;
+  std::vector<Stage> stages;
+  const Evidence evidence{plan, {std::move(marks)}};
+  const auto of_recordings = marked_segments(evidence);
+  for (const auto& mark : of_recordings.front()) {
+    Stage stage{mark.begin};
+    if (mark.planned != nullptr) {
+      const auto [r, segment] = place_in(power_ups, mark.index);
+      stage.since = power_ups[r].begins[segment];
+      stage.felt = &power_ups[r].reference;
+    }
+    stages.push_back(stage);
+  }
+  if (std::ranges::none_of(stages, [](const Stage& stage) { return stage.felt != nullptr; }))
+    throw Error(Error::Kind::bad_data, "the recording holds no segment of the plan's schedule");
+  return stages;
+}
+
+Planned planned_for(const Plan& plan, const Recording& recording, const Channel& output) {
+  require_schedule(plan);
+  Planned out{power_ups_of(plan, sampling_rate(output)), {}};
+  out.stages = recording.marks.empty() ? unmarked(out.power_ups, output) : marked(plan, out.power_ups, recording);
+  return out;
+}
+
+/// No input is known: the sample cannot be compensated.
+Felt unknown() {
   Felt felt;
-  stage->reference.felt(std::max(0.0, stage->since[s] + time - stage->by_clock[s]) + 0.5 * step, step,
-                        std::span(&felt, 1));
+  for (const auto& input : inputs()) input.of(felt) = std::nan("");
+  return felt;
+}
+
+/// What the plan says was felt at one sample.
+Felt felt_at(const std::vector<Stage>& stages, double time, double step) {
+  const auto next = std::ranges::upper_bound(stages, time, {}, &Stage::by_clock);
+  const Stage& stage = next == stages.begin() ? stages.front() : *std::prev(next);
+  if (stage.felt == nullptr) return unknown();
+  Felt felt;
+  stage.felt->felt(std::max(0.0, stage.since + time - stage.by_clock) + 0.5 * step, step, std::span(&felt, 1));
   return felt;
 }
 
@@ -186,14 +216,14 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording, const Cha
     if (!channels[k] && plan) out.from[k] = "schedule of the plan";
   }
   if (out.from[since_power_on].empty()) out.from[since_power_on] = "time of the samples";
-  std::shared_ptr<const std::vector<Stage>> stages;
-  if (plan) stages = std::make_shared<const std::vector<Stage>>(stages_of(*plan, recording, output));
-  const double step = 1.0 / mean_rate(output);
-  out.fill = [channels, stages, step, &recording, &output](std::size_t first, std::span<Felt> felt) {
+  std::shared_ptr<const Planned> test;
+  if (plan) test = std::make_shared<const Planned>(planned_for(*plan, recording, output));
+  const double step = 1.0 / sampling_rate(output);
+  out.fill = [channels, test, step, &recording, &output](std::size_t first, std::span<Felt> felt) {
     for (std::size_t i = 0; i < felt.size(); ++i) {
       const double time = output.time(first + i);
-      felt[i] = stages ? planned(*stages, time, step) : Felt{};
-      if (!stages) felt[i].since_power_on = time - power_on(recording, output, time) + 0.5 * step;
+      felt[i] = test ? felt_at(test->stages, time, step) : Felt{};
+      if (!test) felt[i].since_power_on = time - power_on(recording, output, time) + 0.5 * step;
       for (std::size_t k = 0; k < input_count; ++k)
         if (channels[k])
           inputs()[k].of(felt[i]) =
