@@ -104,9 +104,9 @@ Output output_of(const Channel& channel) {
     case QuantityKind::angular_rate:
       return {Unit(), 1.0};
     case QuantityKind::angle:
-      return {Unit(), mean_rate(channel)};
+      return {Unit(), sampling_rate(channel)};
     case QuantityKind::count:
-      return {Unit::parse("pulse/arcsec"), mean_rate(channel)};
+      return {Unit::parse("pulse/arcsec"), sampling_rate(channel)};
     case QuantityKind::other:
       return {Unit::parse(channel.unit.text() + "/(deg/s)"), 1.0};
     default:
