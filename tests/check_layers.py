@@ -19,6 +19,7 @@ import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 GENERATED = {"tumble/version.hpp"}
+ALL = "tumble/tumble.hpp"  # names the headers that are promised to users of the library
 EIGEN = "tumble/math/eigen/"  # between our types and a heavy library
 ROOMS = "tumble/reduce/"  # what several methods share
 NAMESPACE = re.compile(r"^(?:inline )?namespace ([a-z][\w:]*) \{")
@@ -96,6 +97,8 @@ def faults_of_namespace(relative, lines, layer, types):
             if current not in (wanted, constants) and not forward and current not in ("std", "Eigen"):
                 faults.append(f"{relative}:{number}: is in namespace {current}, by its folder it belongs in {wanted}")
         defined = DEFINITION.match(line)
+        if defined and current == "tumble" and folder and folder != "testing":
+            faults.append(f"{relative}:{number}: defines {defined[1]} in namespace tumble, by its folder it belongs in {wanted}")
         if defined and current:
             types.setdefault((current, defined[1]), []).append(f"{relative}:{number}")
     return faults
@@ -124,6 +127,8 @@ def check(root):
     types = {}
     for path in files:
         relative = path.relative_to(root)
+        if relative.as_posix() == ALL:
+            continue
         layer = module_of(relative.parts[1:], layers)
         if layer is None:
             faults.append(f"{relative}: {relative.parts[1]} is not in tumble/layers.txt")
@@ -181,6 +186,7 @@ TAMPERED = {  # file, its new text, words of the fault
     "internal header of a room": ("tumble/core/x.cpp", '#include "tumble/math/noise/part/deep.hpp"\n', "internal to math/noise"),
     "face outside of tumble": ("tumble/core/x.hpp", "namespace tumble::core {\n", "belongs in tumble"),
     "folder outside of its namespace": ("tumble/reduce/rows/y.hpp", "namespace tumble::lines {\n", "belongs in tumble::rows"),
+    "a type above its folder": ("tumble/reduce/rows/y.hpp", "namespace tumble {\nstruct Row {\n", "belongs in tumble::rows"),
     "a type defined twice": ("tumble/core/x.hpp", "namespace tumble {\nstruct Model {\n", "defined at"),
     "one method in another": ("tumble/methods/noise/x.cpp", '#include "tumble/methods/bias/part.hpp"\n', "reduce/"),
     "gravity in digits": ("tumble/core/x.cpp", 'say("g"); double g = -9.80665; // m/s^2\n', "writes 9.80665"),

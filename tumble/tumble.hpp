@@ -29,7 +29,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/reduce/linear/terms.hpp"
+#include "tumble/reduce/terms.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
 

@@ -11,7 +11,8 @@ Matrix covariance_of(const std::vector<Contribution>& budget, std::size_t parame
 /// A line of which only the variances [SI^2] (p) are known: one error a parameter, independent of the others.
 Contribution independent_errors(std::string source, const std::vector<double>& variance);
 
-/// Factor with no more columns than rows and the same factor x factor'; a factor that is narrow enough stays as it is.
+/// Factor [SI] (p x q) with no more columns than rows, p x min(p, q), and the same factor x factor'. A factor that is
+/// narrow enough stays as it is.
 Matrix narrowed(Matrix factor);
 
 /// Lines without a key that give no parameter a thousandth of its variance become one, `all other errors`; those that

@@ -19,7 +19,9 @@ class EvenValues {
     using value_type = double;
 
     Iterator() = default;
+    /// Given: value [unit of the channel], scale [SI for one unit of the channel].
     Iterator(const double* value, double scale) : value_(value), scale_(scale) {}
+    /// The value [SI].
     double operator*() const { return scale_ * *value_; }
     Iterator& operator++() { return ++value_, *this; }
     Iterator operator++(int) { return {value_++, scale_}; }
@@ -40,6 +42,7 @@ class EvenValues {
 
   std::size_t size() const { return count_; }
   bool empty() const { return count_ == 0; }
+  /// Value of sample i [SI].
   double operator[](std::size_t i) const { return scale_ * data()[i]; }
   Iterator begin() const { return {data(), scale_}; }
   Iterator end() const { return {data() + count_, scale_}; }

@@ -55,7 +55,7 @@ struct PowerUp {
 ///           rate       [Hz] at which the rig is asked
 PowerUp power_up_of(const Plan& plan, Schedule segments, double rate);
 
-/// The power-ups that the schedule of a plan states, in its order.
+/// The power-ups that the schedule of a plan states, in its order. Given: rate [Hz] at which the rig is asked.
 std::vector<PowerUp> power_ups_of(const Plan& plan, double rate);
 
 /// When the rig has reached the motion of a segment [s since power-on].

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tumble/reduce/linear/terms.hpp"
+#include "tumble/reduce/terms.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/optimisation/points.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"

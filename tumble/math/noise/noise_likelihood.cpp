@@ -14,6 +14,8 @@
 namespace tumble {
 namespace {
 
+using namespace noise_likelihood;
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;

@@ -4,7 +4,7 @@
 
 #include "tumble/units/constants.hpp"
 
-namespace tumble {
+namespace tumble::fiber_optic_gyro {
 namespace {
 
 double gain_of(const Coil& coil) {
@@ -114,4 +114,4 @@ std::vector<double> CoilHeat::layers() const {
   return temperatures;
 }
 
-}  // namespace tumble
+}  // namespace tumble::fiber_optic_gyro

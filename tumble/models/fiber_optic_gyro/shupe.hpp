@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-namespace tumble {
+namespace tumble::fiber_optic_gyro {
 
 enum class Winding { plain, dipole, quadrupole };
 
@@ -70,4 +70,4 @@ class CoilHeat {
   std::vector<double> decay_, gained_;  ///< over one step
 };
 
-}  // namespace tumble
+}  // namespace tumble::fiber_optic_gyro

@@ -8,6 +8,7 @@
 #include "tumble/core/role.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/compensate.hpp"
 
 /// What the methods for accelerometers share: how an output is read as specific force.
 namespace tumble::accelerometer {

@@ -6,6 +6,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/evidence.hpp"
 #include "tumble/core/role.hpp"
+#include "tumble/reduce/compensate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
 /// What the methods for single-degree-of-freedom gyros share.

@@ -29,7 +29,7 @@ class ErrorValues {
   /// Value [SI] of one of the rig's errors; 0 where none was drawn. The rig must have an error of this name
   /// (assertion).
   double operator()(std::string_view name, std::size_t segment = 0) const;
-  /// As above, for what several rigs share: 0 where this rig lacks the error. Another may have it (assertion).
+  /// Value [SI] of an error that several rigs share; 0 where this rig lacks it. Some rig must have it (assertion).
   double where_present(std::string_view name, std::size_t segment = 0) const;
 
  private:

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/reduce/linear/terms.hpp"
+#include "tumble/reduce/terms.hpp"
 
 namespace tumble::prediction {
 

@@ -7,7 +7,7 @@
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/constants.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::Index;
@@ -185,4 +185,4 @@ MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, const std
   return 0.5 * sum;
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

@@ -4,7 +4,7 @@
 
 #include "tumble/math/noise/noise_bands.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 
 /// Terms with their squared coefficients [u^2].
 struct WeightedTerm {
@@ -28,4 +28,4 @@ Eigen::VectorXd variance_of_ends(const std::vector<NoiseBand>& bands, const std:
 /// Covariance [u^2] of means over `unit` [samples] at a lag of `lag` [units], up to what contrasts do not see.
 double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit, int lag);
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

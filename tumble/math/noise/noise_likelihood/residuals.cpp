@@ -5,7 +5,7 @@
 
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::Index;
@@ -65,4 +65,4 @@ double model_error(const BandData& whole, bool ramp, const TriedTerms& full) {
   return std::exp(high);
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

@@ -5,7 +5,7 @@
 #include "tumble/math/noise/noise_likelihood.hpp"
 #include "tumble/math/noise/noise_likelihood/selection.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 
 /// Measured over expected power, in ranges of 30 contrasts and more.
 std::vector<NoiseResidual> residuals_of(const BandData& data, const ScoringFit& fit);
@@ -23,4 +23,4 @@ Eigen::VectorXd counts_with(const Eigen::VectorXd& count, double error);
 /// The relative error [1] that makes chi-square of the model with all terms equal its degrees of freedom.
 double model_error(const BandData& whole, bool ramp, const TriedTerms& full);
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

@@ -7,7 +7,7 @@
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::ArrayXd;
@@ -51,4 +51,4 @@ double chance_by_slope(const BandData& data, const TriedTerms& without, const Ve
   return skew > 0.0 ? chi_square_tail(1.0 + off, edf) : 1.0 - chi_square_tail(1.0 - off, edf);
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

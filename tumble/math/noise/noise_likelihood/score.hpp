@@ -2,7 +2,7 @@
 
 #include "tumble/math/noise/noise_likelihood/selection.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 
 /// Probability that a term that is not there raises the likelihood as steeply as the record does where the terms
 /// `without` it are fitted best: the derivative of ln L by its coefficient, less what the other coefficients take of
@@ -15,4 +15,4 @@ namespace tumble {
 ///           overview of composite likelihood methods, Statistica Sinica 21 (2011)
 double chance_by_slope(const BandData& data, const TriedTerms& without, const Eigen::VectorXd& column);
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

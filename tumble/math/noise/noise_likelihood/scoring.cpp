@@ -6,7 +6,7 @@
 
 #include "tumble/math/eigen/view.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::Index;
@@ -159,4 +159,4 @@ ScoringFit fit_by_scoring(const BandData& data, const MatrixXd& x, bool ramp, co
   return fit;
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

@@ -5,7 +5,7 @@
 
 #include "tumble/math/noise/noise_bands.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 
 /// Bands as vectors: mean squares z, each Gamma distributed about its expectation s with `count` degrees of freedom,
 ///   -2 ln L = sum_b count_b (ln s_b + z_b/s_b),   s = X c,   c >= 0.
@@ -44,4 +44,4 @@ struct RampFit {
 };
 RampFit fit_ramp(const BandData& data, const Eigen::VectorXd& s);
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

@@ -7,7 +7,7 @@
 #include "tumble/math/noise/noise_likelihood/score.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::Index;
@@ -126,4 +126,4 @@ TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, do
   return selection;
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

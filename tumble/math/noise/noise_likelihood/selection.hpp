@@ -5,7 +5,7 @@
 
 #include "tumble/math/noise/noise_likelihood/scoring.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 
 constexpr auto power_laws = static_cast<Eigen::Index>(power_law_terms.size());
 constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to the sampling interval it would be a filter
@@ -54,4 +54,4 @@ struct TermSelection {
 /// Every subset of the power laws beside the processes. Given: significance [1] of a term that remains.
 TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, double significance);
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

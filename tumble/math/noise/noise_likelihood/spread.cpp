@@ -12,7 +12,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 namespace {
 
 using Eigen::Index;
@@ -170,4 +170,4 @@ double upper_limit(const BandData& data, const MatrixXd& others, const VectorXd&
   return high;
 }
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

@@ -6,7 +6,7 @@
 #include "tumble/math/noise/noise_likelihood/dependence.hpp"
 #include "tumble/math/noise/noise_likelihood/selection.hpp"
 
-namespace tumble {
+namespace tumble::noise_likelihood {
 
 /// Columns of the terms above zero and, last, the derivatives by ln T_c of the processes, at the fitted model.
 struct LinearNoise {
@@ -53,4 +53,4 @@ double time_freedom(double sd);
 double upper_limit(const BandData& data, const Eigen::MatrixXd& others, const Eigen::VectorXd& column, bool ramp,
                    const ScoringFit& free, double value, double sd);
 
-}  // namespace tumble
+}  // namespace tumble::noise_likelihood

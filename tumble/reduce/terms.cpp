@@ -1,4 +1,4 @@
-#include "tumble/reduce/linear/terms.hpp"
+#include "tumble/reduce/terms.hpp"
 
 #include "tumble/reduce/linear/linear.hpp"
 
