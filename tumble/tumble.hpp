@@ -11,6 +11,7 @@
 #include "tumble/core/finding.hpp"
 #include "tumble/core/plan.hpp"
 #include "tumble/core/progress.hpp"
+#include "tumble/core/read_options.hpp"
 #include "tumble/core/recording.hpp"
 #include "tumble/core/schedule.hpp"
 #include "tumble/core/settings.hpp"

@@ -36,13 +36,12 @@ std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan)
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  const auto sets = parse_sets(arguments.sets);
-  const auto plan = plan_of(arguments.what, sets);
+  const auto plan = plan_of(arguments.what, parse_sets(arguments.sets));
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
   Estimate estimate;
   {
     ProgressLine line(terminal);
-    estimate = tumble::identify(plan, arguments.recordings, sets, arguments.memory, line.progress());
+    estimate = tumble::identify(plan, arguments.recordings, arguments.memory, line.progress());
   }
   if (!arguments.output.empty()) {
     write_file_atomically(arguments.output, to_json(estimate));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/core/read_options.hpp"
 #include "tumble/core/schedule.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/units/unit.hpp"
@@ -78,6 +79,7 @@ struct Plan {
   Schedule schedule;               ///< in order of time: sorted by run
   std::map<std::string, std::vector<ChannelChoice>> channels;  ///< by role: one, or several where the role takes them
   std::vector<RecordingEntry> recordings;
+  ReadOptions reading = {};  ///< what the command line says of the files; goes before what the plan says of them
   Calibration calibration = {};
   Settings settings;  ///< resolved against the method's options
   std::vector<Limit> limits;

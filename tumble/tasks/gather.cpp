@@ -6,7 +6,6 @@
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/tasks/calibration.hpp"
-#include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -27,8 +26,8 @@ std::vector<std::string> columns_of(const Plan& plan, const Role& role) {
 bool open_ended(const Plan& plan, const Role& role) { return role.several && !plan.channels.contains(role.name); }
 
 /// What to read: with a method that names the channels it needs, those alone; else all.
-ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles, const Sets& sets) {
-  auto options = sorted(sets, true).reading;
+ReadOptions options_for(const Plan& plan, const std::vector<Role>& roles) {
+  auto options = plan.reading;
   if (!options.rate && plan.sample_rate > 0.0) options.rate = plan.sample_rate;
   for (const auto& [role, choices] : plan.channels)
     for (const auto& choice : choices)
@@ -147,9 +146,8 @@ Recording read(const std::string& file, const ReadOptions& options, const Progre
 }
 
 /// What the entry of the plan says of its file, unless the command line does.
-ReadOptions options_of(const RecordingEntry& entry, ReadOptions options, const Sets& sets) {
-  if (entry.plan && entry.plan->sample_rate > 0.0 && !sorted(sets, true).reading.rate)
-    options.rate = entry.plan->sample_rate;
+ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOptions options) {
+  if (entry.plan && entry.plan->sample_rate > 0.0 && !plan.reading.rate) options.rate = entry.plan->sample_rate;
   if (options.columns.empty()) options.columns = entry.columns;
   if (options.segment_column.empty()) options.segment_column = entry.segment_column;
   return options;
@@ -181,11 +179,11 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
 
 }  // namespace
 
-Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Sets& sets, const Progress& progress) {
+Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Progress& progress) {
   if (plan.method.empty())
     throw Error(Error::Kind::bad_input, plan.file + ": names no method: method = \"...\" at the top");
   const auto roles = find_method(plan.method).roles();
-  const auto options = options_for(plan, roles, sets);
+  const auto options = options_for(plan, roles);
   auto entries = plan.recordings;
   for (const auto& file : recordings) entries.push_back({file, "", 0, nullptr});
   if (entries.empty())
@@ -202,7 +200,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Set
         report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
       };
       evidence.plans.push_back(entries[i].plan);
-      read_by.push_back(options_of(entries[i], options, sets));
+      read_by.push_back(options_of(entries[i], evidence.plan, options));
       evidence.recordings.push_back(read(entries[i].file, read_by.back(), part));
       mark_from_schedule(plan_of(evidence, i), entries[i], evidence.recordings.back());
       if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
@@ -244,14 +242,14 @@ std::uintmax_t memory_of(const std::string& file, const ReadOptions& options) tr
 
 }  // namespace
 
-std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets,
-                                    std::uintmax_t memory, const Progress& progress) {
+std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,
+                                    const Progress& progress) {
   if (plan.method.empty() || !find_method(plan.method).stream || plan.recordings.size() + recordings.size() != 1)
     return std::nullopt;
   const RecordingEntry entry =
       plan.recordings.empty() ? RecordingEntry{recordings[0], "", 0, nullptr} : plan.recordings[0];
   if (entry.plan) return std::nullopt;
-  const auto options = options_of(entry, options_for(plan, find_method(plan.method).roles(), sets), sets);
+  const auto options = options_of(entry, plan, options_for(plan, find_method(plan.method).roles()));
   Streamed streamed;
   streamed.bytes = memory_of(entry.file, options);
   if (streamed.bytes <= memory) return std::nullopt;

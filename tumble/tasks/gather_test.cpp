@@ -43,9 +43,9 @@ class Gather : public testing::Test {
     return plan;
   }
 
-  std::vector<std::string> problems(const Plan& plan, Error::Kind kind, const Sets& sets = {}) const {
+  std::vector<std::string> problems(const Plan& plan, Error::Kind kind) const {
     try {
-      gather(plan, {}, sets, {});
+      gather(plan, {}, {});
     } catch (const Error& error) {
       EXPECT_EQ(error.kind, kind) << error.what();
       return error.problems;
@@ -65,7 +65,7 @@ Marks marks_of(const Recording& recording) {
 }
 
 TEST_F(Gather, MarksTheWholeScheduleFromTheFirstStamp) {
-  const auto evidence = gather(plan({{recording("a.csv", 100), "", 0}}), {}, {}, {});
+  const auto evidence = gather(plan({{recording("a.csv", 100), "", 0}}), {}, {});
   EXPECT_EQ(marks_of(evidence.recordings[0]), (Marks{{"soak", 100, 1}, {"ramp", 101, 1}, {"soak", 103, 2}}));
 }
 
@@ -73,7 +73,7 @@ TEST_F(Gather, MarksARecordingByThePlanItBrings) {
   auto other = std::make_shared<Plan>();
   other->schedule = {{"spin", 2.0, 1, {}}, {"rest", 2.0, 1, {}}};
   const auto evidence =
-      gather(plan({{recording("a.csv"), "", 0, nullptr}, {recording("b.csv", 50), "", 0, other}}), {}, {}, {});
+      gather(plan({{recording("a.csv"), "", 0, nullptr}, {recording("b.csv", 50), "", 0, other}}), {}, {});
   EXPECT_EQ(marks_of(evidence.recordings[0]).size(), 3u);
   EXPECT_EQ(marks_of(evidence.recordings[1]), (Marks{{"spin", 50, 1}, {"rest", 52, 1}}));
   EXPECT_EQ(&plan_of(evidence, 0), &evidence.plan);
@@ -83,7 +83,7 @@ TEST_F(Gather, MarksARecordingByThePlanItBrings) {
 TEST_F(Gather, MarksOneRunOrOneSegmentOfAFile) {
   const auto first = recording("a.csv", 5), second = recording("c.csv", 6), third = recording("d.csv", 7);
   const auto evidence =
-      gather(plan({{first, "", 2}, {second, "ramp", 0}, {third, "ramp", 7}}), {recording("b.csv")}, {}, {});
+      gather(plan({{first, "", 2}, {second, "ramp", 0}, {third, "ramp", 7}}), {recording("b.csv")}, {});
   ASSERT_EQ(evidence.recordings.size(), 4u);
   EXPECT_EQ(marks_of(evidence.recordings[0]), (Marks{{"soak", 5, 2}}));
   EXPECT_EQ(marks_of(evidence.recordings[1]), (Marks{{"ramp", 6, 1}}));
@@ -97,7 +97,7 @@ TEST_F(Gather, RefusesTheSameBytesTwice) {
 }
 
 TEST_F(Gather, ReadsOnlyTheChannelsOfTheRoles) {
-  const auto evidence = gather(plan({{recording("a.csv"), "", 0}}), {}, {}, {});
+  const auto evidence = gather(plan({{recording("a.csv"), "", 0}}), {}, {});
   EXPECT_EQ(evidence.recordings[0].channels.size(), 2u);
   EXPECT_EQ(find_channel(evidence.recordings[0], "spare"), nullptr);
 }
@@ -116,8 +116,11 @@ TEST_F(Gather, RefusesASecondUnit) {
   const auto file = recording("a.csv");
   const std::vector<RecordingEntry> entries{{file, "", 0}};
   EXPECT_EQ(problems(plan(entries, {{"gyro", {{"gyro", Unit::parse("deg/s")}}}}), Error::Kind::bad_data).size(), 1u);
-  EXPECT_EQ(problems(plan(entries), Error::Kind::bad_data, {{"unit.gyro", "deg/s"}}).size(), 1u);
-  EXPECT_EQ(problems(plan(entries), Error::Kind::bad_data, {{"unit.gyro", "arcsec/s"}}).size(), 0u);  // the same unit
+  auto given = plan(entries);
+  given.reading = read_options({{"unit.gyro", "deg/s"}});
+  EXPECT_EQ(problems(given, Error::Kind::bad_data).size(), 1u);
+  given.reading = read_options({{"unit.gyro", "arcsec/s"}});  // the same unit
+  EXPECT_EQ(problems(given, Error::Kind::bad_data).size(), 0u);
 }
 
 TEST_F(Gather, TakesUnitAndRateFromThePlanWhereTheFileHasNone) {
@@ -125,7 +128,7 @@ TEST_F(Gather, TakesUnitAndRateFromThePlanWhereTheFileHasNone) {
   auto bare = plan({{file, "", 0}}, {{"gyro", {{"gyro", Unit::parse("deg/h")}}},
                                      {"temperature", {{"temperature", Unit::parse("degC")}}}});
   bare.sample_rate = 2.0;
-  const auto evidence = gather(bare, {}, {}, {});
+  const auto evidence = gather(bare, {}, {});
   const auto& gyro = evidence.recordings[0].channels[0];
   EXPECT_EQ(gyro.unit.text(), "deg/h");
   EXPECT_DOUBLE_EQ(gyro.values[1], si(2, "deg/h"));
@@ -137,10 +140,12 @@ TEST_F(Gather, TakesColumnsAndLabelsFromTheEntryOrTheCommandLine) {
   RecordingEntry entry{file, "", 0};
   entry.columns = {"time[s]", "gyro[deg/h]", "temperature[degC]", "part"};
   entry.segment_column = "part";
-  const auto evidence = gather(plan({entry}), {}, {}, {});
+  const auto evidence = gather(plan({entry}), {}, {});
   ASSERT_EQ(evidence.recordings[0].marks.size(), 2u);
   EXPECT_EQ(evidence.recordings[0].marks[1].label, "down");
-  const auto other = gather(plan({entry}), {}, {{"columns", "time[s], gyro[deg/s],temperature[degC],part"}}, {});
+  auto given = plan({entry});
+  given.reading = read_options({{"columns", "time[s], gyro[deg/s],temperature[degC],part"}});
+  const auto other = gather(given, {}, {});
   EXPECT_DOUBLE_EQ(other.recordings[0].channels[0].values[0], si(1, "deg/s"));
 }
 

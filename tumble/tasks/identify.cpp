@@ -114,11 +114,11 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return estimate;
 }
 
-Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets, std::uintmax_t memory,
+Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,
                   const Progress& progress) {
-  if (const auto streamed = open_stream(plan, recordings, sets, memory, progress))
+  if (const auto streamed = open_stream(plan, recordings, memory, progress))
     return identify(*streamed, memory, progress);
-  return identify(gather(plan, recordings, sets, progress), progress);
+  return identify(gather(plan, recordings, progress), progress);
 }
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {

@@ -139,11 +139,23 @@ void read_channels(Reading& reading, const toml::table& table) {
   section.close();
 }
 
+bool has_option(const Method& method, std::string_view name) {
+  const auto options = method.options();
+  return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
+}
+
+/// The settings of the command line. A rate is meant for the reader alone, unless the method has such an option.
+std::vector<Given> settings_given(const Reading& reading) {
+  auto settings = reading.sets.settings;
+  if (!has_option(*reading.method, "rate")) std::erase_if(settings, [](const Given& one) { return one.key == "rate"; });
+  return settings;
+}
+
 void read_settings(Reading& reading, const toml::table& table) {
   Section section(table, "[settings]", reading.problems);
   if (reading.method)
     reading.plan.settings = resolve_section(reading, section, reading.method->options(),
-                                            "method " + reading.plan.method, reading.sets.settings);
+                                            "method " + reading.plan.method, settings_given(reading));
   else if (reading.plan.method.empty() && !table.empty())
     section.problem("needs the plan's method: method = \"...\" at the top");
 }
@@ -336,11 +348,6 @@ void read_calibration(Reading& reading, Section& root) {
   if (text) root.problem_at("calibration", problem);
 }
 
-bool has_option(const Method& method, std::string_view name) {
-  const auto options = method.options();
-  return std::any_of(options.begin(), options.end(), [&](const Option& option) { return option.name == name; });
-}
-
 void read_sections(Reading& reading, const toml::table& document) {
   static const toml::table nothing;
   Section root(document, "", reading.problems);
@@ -383,11 +390,8 @@ Plan load(const std::string& path, const Sets& sets, bool part) {
   reading.part = part;
   reading.plan.file = reading.problems.file = path;
   const auto document = parse(path);
-  const auto* method = document.get_as<std::string>("method");
-  const auto& all = method_catalogue();
-  const auto entry =
-      std::find_if(all.begin(), all.end(), [&](const Method* one) { return method && method->get() == one->name; });
-  reading.sets = sorted(sets, entry != all.end() && has_option(**entry, "rate"));
+  reading.sets = sorted(sets);
+  reading.plan.reading = reading.sets.reading;
   read_sections(reading, document);
   if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.sorted());
   return reading.plan;
@@ -405,8 +409,9 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   Reading reading;
   reading.plan.method = name;
   reading.method = &method;
-  reading.sets = sorted(sets, has_option(method, "rate"));
-  reading.plan.settings = resolve(method.options(), reading.sets.settings, "method " + name, reading.problems.all);
+  reading.sets = sorted(sets);
+  reading.plan.reading = reading.sets.reading;
+  reading.plan.settings = resolve(method.options(), settings_given(reading), "method " + name, reading.problems.all);
   if (reading.sets.calibration && !method.takes_calibration)
     reading.problems.all.push_back(fmt::format("--set calibration: {} does not use a calibration", name));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");

@@ -275,6 +275,14 @@ TEST_F(LoadPlan, SaysThatAPlanCannotBeRead) {
   }
 }
 
+TEST(PlanForMethod, CarriesWhatTheCommandLineSaysOfReading) {
+  const auto plan = plan_for_method("allan_noise", {{"rate", "100"}, {"unit.a", "deg/h"}, {"missing", "NA"}});
+  EXPECT_EQ(plan.reading.rate, 100.0);
+  EXPECT_EQ(plan.reading.units.at("a").text(), "deg/h");
+  EXPECT_EQ(plan.reading.missing, "NA");
+  EXPECT_FALSE(plan_for_method("allan_noise", {}).reading.rate);
+}
+
 TEST(ReadOptions, TakesOnlyWhatSpeaksOfReading) {
   const auto options = read_options({{"rate", "100"}, {"unit.gyro.x", "deg/h"}, {"missing", "NA"}});
   EXPECT_EQ(options.rate, 100.0);

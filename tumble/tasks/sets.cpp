@@ -43,7 +43,7 @@ bool for_reading(const std::string& key) {
          !after(key, "unit.").empty();
 }
 
-void sort_in(SortedSets& sorted, const std::string& key, const std::string& value, bool method_has_rate) {
+void sort_in(SortedSets& sorted, const std::string& key, const std::string& value) {
   const Given given{key, value, "--set", true, true};
   const auto renamed = [&](std::string_view name) {
     Given copy = given;
@@ -51,7 +51,6 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     return copy;
   };
   if (key == "rate") sorted.reading.rate = parse_rate(value);
-  if (key == "rate" && !method_has_rate) return;
   if (key == "missing")
     sorted.reading.missing = value;
   else if (key == "calibration")
@@ -76,11 +75,11 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
 
 }  // namespace
 
-SortedSets sorted(const Sets& sets, bool method_has_rate) {
+SortedSets sorted(const Sets& sets) {
   SortedSets result;
   std::vector<std::string> problems;
   for (const auto& [key, value] : sets) try {
-      sort_in(result, key, value, method_has_rate);
+      sort_in(result, key, value);
     } catch (const Error& error) {
       for (const auto& problem : error.problems)
         problems.push_back(fmt::format("--set {}={}: {}", key, value, problem));
@@ -99,7 +98,7 @@ ReadOptions read_options(const Sets& sets) {
       problems.push_back(fmt::format(
           "--set {}: reading a file takes rate, missing, columns, segment_column and unit.<column>", set.first));
   try {
-    const auto reading = sorted(known, false).reading;
+    const auto reading = sorted(known).reading;
     if (problems.empty()) return reading;
   } catch (const Error& error) {
     problems.insert(problems.end(), error.problems.begin(), error.problems.end());

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "tumble/formats/format.hpp"
+#include "tumble/core/read_options.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -18,8 +18,9 @@ struct SortedSets {
   std::optional<std::string> calibration;
 };
 
-/// `rate` is for reading; when `method_has_rate` it is a setting of the method as well. Throws Error::bad_input.
-SortedSets sorted(const Sets& sets, bool method_has_rate);
+/// `rate` is for reading, and among the settings too: for a method that has an option of that name. Throws
+/// Error::bad_input.
+SortedSets sorted(const Sets& sets);
 
 /// "dtg.x[deg/h]". Throws Error::bad_input.
 ChannelChoice parse_choice(const std::string& text);

@@ -23,7 +23,7 @@ struct Streamed {
 
 /// Empty where gather() is to read all: the samples take up to `memory` bytes, the method needs them all at once, or
 /// there are several recordings. Role and unit are checked, as gather() does, at the first block.
-std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets,
-                                    std::uintmax_t memory, const Progress& progress);
+std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,
+                                    const Progress& progress);
 
 }  // namespace tumble

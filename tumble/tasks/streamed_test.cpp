@@ -48,7 +48,7 @@ void lose_some(Recording& recording) {
 }
 
 Estimate found(const std::string& file, std::uintmax_t memory, const Sets& sets = {}) {
-  return identify(plan_for_method("allan_noise", sets), {file}, sets, memory, {});
+  return identify(plan_for_method("allan_noise", sets), {file}, memory, {});
 }
 
 const Curve* curve(const Estimate& estimate, const std::string& name) {

@@ -20,7 +20,7 @@ namespace tumble {
 /// "unit.column" say what a file does not.
 using Sets = std::vector<std::pair<std::string, std::string>>;
 
-/// Reads and checks a plan; `sets` override it.
+/// Reads and checks a plan; `sets` override it. What they say of reading files becomes Plan::reading.
 /// Throws Error::bad_input with every unknown key, bare number, wrong dimension and unknown name at once, each as
 /// "plan.toml:LINE: ..."; Error::bad_file when the file cannot be read.
 Plan load_plan(const std::string& path, const Sets& sets);
@@ -28,13 +28,14 @@ Plan load_plan(const std::string& path, const Sets& sets);
 /// A plan that is only a method's name and its settings, for methods that need none. Throws Error::bad_input.
 Plan plan_for_method(const std::string& method, const Sets& sets);
 
-/// The part of `sets` that speaks of reading. Throws Error::bad_input for anything else.
+/// For verbs that read files without a plan: `sets`, all of which speak of reading. Throws Error::bad_input for
+/// anything else.
 ReadOptions read_options(const Sets& sets);
 
 /// Reads the recordings (the plan's, then those given), gives marks from the schedule to files that have none, and
 /// checks that every recording has the channels the method needs, in units of the right dimension.
 /// Throws Error::bad_data with everything that is missing or wrong in any file; Error::bad_file.
-Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Sets& sets, const Progress& progress);
+Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Progress& progress);
 
 /// Runs the plan's method; adds the findings of readers and checks, judges the limits, fills in the provenance.
 Estimate identify(const Evidence& evidence, const Progress& progress);
@@ -42,7 +43,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress);
 /// Gathers and identifies. A recording whose samples take more than `memory` bytes is worked through block after block
 /// where the method can: with the same result but for the findings of the checks, which see a recording as a whole, and
 /// what the method's page says.
-Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, const Sets& sets, std::uintmax_t memory,
+Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,
                   const Progress& progress);
 
 /// The plan carried out on a simulated rig and instrument of known truth.

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+
+/// What a file does not say itself.
+struct ReadOptions {
+  std::optional<double> rate;         ///< [Hz] where the file has no time
+  std::map<std::string, Unit> units;  ///< for columns without a unit, by column name
+  std::vector<std::string> only;      ///< channels wanted; empty: all
+  std::string missing;                ///< a word that stands for a missing sample, besides the blank cell
+  /// name[unit] of each column of a text table, where it has no header line or in place of it; "-": not to be read
+  std::vector<std::string> columns = {};
+  std::string segment_column = {};  ///< of a text table: holds the label of the segment that each sample belongs to
+};
+
+}  // namespace tumble
