@@ -1,5 +1,6 @@
 #include "catalogue_json.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tumble/checks/check.hpp"
@@ -53,11 +54,20 @@ const char* word(Motion::Kind kind) {
   return "";
 }
 
+/// The ends [unit of the option], and which of them the value must not reach.
+void add_range(const Range& range, Json& one) {
+  if (std::isfinite(range.least)) one["min"] = range.least;
+  if (std::isfinite(range.most)) one["max"] = range.most;
+  if (range.least_open) one["min_excluded"] = true;
+  if (range.most_open) one["max_excluded"] = true;
+}
+
 Json json(const std::vector<Option>& options) {
   Json list = Json::array();
   for (const auto& option : options) {
     Json one{{"name", option.name}, {"type", word(option.type)}};
     if (option.type == Option::Type::quantity) one["unit"] = option.unit;
+    add_range(option.range, one);
     one["default"] = option.fallback.empty() ? Json() : Json(option.fallback);
     if (option.type == Option::Type::word) one["words"] = option.words;
     one["description"] = option.description;

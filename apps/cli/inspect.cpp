@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tumble/report/report.hpp"
 #include "tumble/report/text_table.hpp"
 #include "verbs.hpp"
 
@@ -56,19 +57,17 @@ Json json(const ChannelSummary& channel) {
 
 Json json(const Inspection& inspection) {
   const auto& header = inspection.header;
-  Json channels = Json::array(), marks = Json::array(), findings = Json::array();
+  Json channels = Json::array(), marks = Json::array();
   for (const auto& channel : inspection.channels) channels.push_back(json(channel));
   for (const auto& mark : header.marks)
     marks.push_back({{"label", mark.label}, {"begin", mark.begin}, {"run", mark.run}});
-  for (const auto& finding : inspection.findings)
-    findings.push_back({{"severity", word(finding.severity)}, {"message", finding.message}, {"where", finding.where}});
   return {{"file", header.origin.file},
           {"sha256", sha256_of(header.origin)},
           {"instrument", header.instrument},
           {"channels", channels},
           {"marks", marks},
           {"meta", header.meta},
-          {"findings", findings}};
+          {"findings", Json::parse(to_json(inspection.findings))}};
 }
 
 std::string shown(double value, int digits = 6) {

@@ -37,12 +37,20 @@ std::string lines(const Json& entries) {
   return text.empty() ? "  none\n" : text;
 }
 
-/// What may follow the name of an option: its values or unit, and its default.
+std::string range_of(const Json& option) {
+  Range range;
+  range.least = option.value("min", range.least), range.least_open = option.value("min_excluded", false);
+  range.most = option.value("max", range.most), range.most_open = option.value("max_excluded", false);
+  return name(range, "1");  // the unit stands before it
+}
+
+/// What may follow the name of an option: its values or unit, its range and its default.
 std::string accepted(const Json& option) {
   std::string text = option["type"];
   if (option.contains("words"))
     text = fmt::format("{}", fmt::join(option["words"].get<std::vector<std::string>>(), "|"));
   if (option.contains("unit")) text = "[" + option["unit"].get<std::string>() + "]";
+  if (const std::string range = range_of(option); !range.empty()) text += " " + range;
   return option["default"].is_null() ? text : text + " = " + option["default"].get<std::string>();
 }
 

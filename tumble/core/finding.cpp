@@ -1,6 +1,91 @@
 #include "tumble/core/finding.hpp"
 
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+#include "tumble/core/say.hpp"
+#include "tumble/core/text.hpp"
+#include "tumble/units/error.hpp"
+
 namespace tumble {
+
+namespace {
+
+std::string say(double value, const Unit& unit, std::string_view how) {
+  if (how == "exact") return say_value(value, unit);
+  if (how == "difference") return say_difference(value, unit);
+  if (how == "duration") return say_seconds(value);
+  if (how == "instant") return say_instant(value);
+  const std::size_t space = how.find(' ');
+  const std::string digits(space == 0 || how.empty() ? ".4g" : how.substr(0, space));
+  const std::string_view other = space == how.npos ? std::string_view{} : how.substr(space + 1);
+  const Unit shown = other.empty() || other == "-" ? unit : Unit::parse(other);
+  const std::string number = fmt::format(fmt::runtime("{:" + digits + "}"), shown.from_si(value));
+  return shown.text() == "1" || other == "-" ? number : number + " " + shown.text();
+}
+
+struct Say {
+  const Unit& unit;
+  std::string_view how;
+
+  std::string operator()(double value) const { return say(value, unit, how); }
+  std::string operator()(long long value) const {
+    return how.empty() ? std::to_string(value) : say_count(static_cast<std::size_t>(value), std::string(how));
+  }
+  std::string operator()(const std::string& value) const { return value; }
+  std::string operator()(const Phrase& phrase) const { return text_of("phrase", phrase.key); }
+};
+
+FindingValue value_of(const char* name, const Place& place) {
+  if (!place.label.empty()) return {name, place.label};
+  return {name, say_instant(place.time)};
+}
+
+}  // namespace
+
+}  // namespace tumble
+
+/// What follows the colon is ours (see `sentence`).
+template <>
+struct fmt::formatter<tumble::FindingValue> {
+  std::string_view how;
+
+  constexpr auto parse(fmt::format_parse_context& context) {
+    const auto* end = context.begin();
+    while (end != context.end() && *end != '}') ++end;
+    how = {context.begin(), static_cast<std::size_t>(end - context.begin())};
+    return end;
+  }
+  auto format(const tumble::FindingValue& value, fmt::format_context& context) const {
+    return fmt::format_to(context.out(), "{}", std::visit(tumble::Say{value.unit, how}, value.value));
+  }
+};
+
+namespace tumble {
+
+Finding::Finding(Severity how_severe, std::string what, std::vector<FindingValue> with, std::string place,
+                 Occurrences often)
+    : severity(how_severe),
+      code(std::move(what)),
+      where(std::move(place)),
+      values(std::move(with)),
+      occurrences(std::move(often)) {
+  message = sentence(*this);
+}
+
+std::string sentence(const Finding& finding) {
+  const Occurrences& often = finding.occurrences;
+  fmt::dynamic_format_arg_store<fmt::format_context> store;
+  for (const FindingValue& value : finding.values) store.push_back(fmt::arg(value.name.c_str(), value));
+  store.push_back(fmt::arg("count", FindingValue("count", often.count)));
+  if (often.first.given()) store.push_back(fmt::arg("first", value_of("first", often.first)));
+  if (often.worst.given()) store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
+  try {
+    return fmt::vformat(text_of("finding", finding.code, often.count), store);
+  } catch (const fmt::format_error& error) {
+    throw Error(Error::Kind::internal, "the sentence of the finding '" + finding.code + "': " + error.what());
+  }
+}
 
 std::vector<std::string> errors_among(const Findings& findings) {
   std::vector<std::string> problems;

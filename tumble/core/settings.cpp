@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <optional>
 
 #include "tumble/core/say.hpp"
@@ -67,7 +68,20 @@ std::vector<int> integer_list(std::string_view text) {
   return values;
 }
 
-double quantity(const Option& option, const Given& given) {
+/// Whether a number [unit of the option] lies in the range; the last digit of a conversion between units is forgiven.
+bool inside(const Range& range, double value) {
+  const double rounding = 1e-12 * std::abs(value);
+  return std::isfinite(value) && (range.least_open ? value > range.least : value >= range.least - rounding) &&
+         (range.most_open ? value < range.most : value <= range.most + rounding);
+}
+
+void refuse_outside(const Option& option, double value, const std::string& shown) {
+  if (inside(option.range, value)) return;
+  const std::string wanted = std::isfinite(value) ? name(option.range, option.unit) : "finite";
+  refuse(shown + ": the value must be " + wanted);
+}
+
+double quantity_of(const Option& option, const Given& given) {
   const Unit unit = Unit::parse(option.unit);
   if (given.command_line && option.bare_on_command_line)
     if (const Quantity number = parse_quantity(given.text); number.bare) return unit.to_si(number.value);
@@ -79,14 +93,19 @@ void read_value(const Option& option, const Given& given, Settings& settings) {
   const std::string shown = "'" + given.text + "'";
   switch (option.type) {
     case Option::Type::quantity:
-      return settings.set_number(option.name, quantity(option, given), Unit::parse(option.unit));
-    case Option::Type::integer:
-      if (const auto value = whole_number(given.text)) return settings.set_integer(option.name, *value);
-      refuse(shown + ": an integer expected");
+      settings.set_number(option.name, quantity_of(option, given), Unit::parse(option.unit));
+      return refuse_outside(option, Unit::parse(option.unit).from_si(settings.number(option.name)), shown);
+    case Option::Type::integer: {
+      const auto value = whole_number(given.text);
+      if (!value) refuse(shown + ": an integer expected");
+      refuse_outside(option, *value, shown);
+      return settings.set_integer(option.name, *value);
+    }
     case Option::Type::flag:
       if (given.text != "true" && given.text != "false") refuse(shown + ": true or false expected");
       return settings.set_flag(option.name, given.text == "true");
     case Option::Type::integers:
+      for (const int value : integer_list(given.text)) refuse_outside(option, value, shown);
       return settings.set_integers(option.name, integer_list(given.text));
     case Option::Type::word:
       if (std::find(option.words.begin(), option.words.end(), given.text) == option.words.end())

@@ -5,22 +5,11 @@
 #include <string_view>
 #include <vector>
 
+#include "tumble/core/option.hpp"
 #include "tumble/units/nearest.hpp"
 #include "tumble/units/unit.hpp"
 
 namespace tumble {
-
-/// One thing a method, rig or model accepts, as a user may set it in a plan or by --set.
-struct Option {
-  enum class Type { quantity, integer, word, flag, integers, text };
-  std::string name;
-  Type type = Type::quantity;
-  std::string unit = "1";          ///< quantity: its dimension, and the unit it is shown in
-  std::string fallback;            ///< default, written as a user would; empty: none (see Settings::has)
-  std::vector<std::string> words;  ///< word: what is accepted
-  std::string description;
-  bool bare_on_command_line = false;  ///< `--set rate=100` may omit the unit
-};
 
 /// One `key = value` as it was given, before anything is believed of it.
 struct Given {

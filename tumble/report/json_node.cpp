@@ -69,12 +69,23 @@ std::vector<std::pair<std::string, std::string>> Node::members() const {
   return texts;
 }
 
+std::vector<std::string> Node::names() const {
+  std::vector<std::string> keys;
+  if (absent() || !expect(json_of(value_).is_object(), "an object")) return keys;
+  for (const auto& [key, item] : json_of(value_).items()) keys.push_back(key);
+  return keys;
+}
+
 std::string Node::text() const {
   if (absent() || !expect(json_of(value_).is_string(), "a text")) return {};
   return json_of(value_).get<std::string>();
 }
 
 bool Node::is_text() const { return !absent() && json_of(value_).is_string(); }
+
+bool Node::is_whole() const { return !absent() && json_of(value_).is_number_integer(); }
+
+bool Node::is_object() const { return !absent() && json_of(value_).is_object(); }
 
 double Node::number(double null_means) const {
   if (absent()) return null_means;

@@ -22,7 +22,10 @@ class Node {
   std::vector<Node> elements() const;                                ///< of an array
   std::vector<std::pair<std::string, std::string>> members() const;  ///< of an object of texts
   std::string text() const;
+  std::vector<std::string> names() const;  ///< of an object's members
   bool is_text() const;
+  bool is_whole() const;
+  bool is_object() const;
   double number(double null_means) const;  ///< [as written]; `null_means` for null
   std::vector<double> numbers() const;     ///< of an array [as written]; null reads as NaN
   unsigned long long whole() const;        ///< not negative

@@ -138,9 +138,7 @@ void read_budget(const Node& node, Estimate& estimate) {
     check_factors(node, estimate);
     return;
   }
-  constexpr const char* said =
-      "the budget has no signed factors: shared sources are taken as alike where results are compared";
-  estimate.findings.push_back({Finding::Severity::info, said, ""});
+  estimate.findings.push_back({Finding::Severity::info, "budget_without_factors", {}});
 }
 
 Table table_of(const Node& node) {
@@ -202,9 +200,34 @@ Fit fit_of(const Node& node) {
           node["chi_square"].number(NAN), node["condition"].number(infinity)};
 }
 
+FindingValue value_of(const std::string& name, const Node& node) {
+  if (node.is_text()) return {name, node.text()};
+  if (node.is_whole()) return {name, static_cast<long long>(node.number(NAN))};
+  if (!node.is_object()) return {name, node.number(NAN)};
+  if (const Node phrase = node.optional("phrase"); !phrase.absent()) return {name, Phrase{phrase.text()}};
+  const Unit unit = unit_of(node["unit"]);
+  return {name, unit.to_si(node["value"].number(NAN)), unit};
+}
+
+Place place_of(const Node& node) {
+  if (node.absent()) return {};
+  const Node label = node.optional("label"), time = node.optional("time");
+  return {label.absent() ? "" : label.text(), time.absent() ? NAN : time.number(NAN)};
+}
+
+/// The sentence is taken as it stands: another version may say it in other words, or know other codes.
 Finding finding_of(const Node& node) {
-  return {static_cast<Finding::Severity>(node["severity"].one_of({"info", "warning", "error"})), node["message"].text(),
-          node["where"].text()};
+  Finding finding;
+  finding.severity = static_cast<Finding::Severity>(node["severity"].one_of({"info", "warning", "error"}));
+  finding.message = node["message"].text();
+  finding.where = node["where"].text();
+  if (const Node code = node.optional("code"); !code.absent()) finding.code = code.text();
+  if (const Node count = node.optional("count"); !count.absent()) finding.occurrences.count = count.whole();
+  finding.occurrences.first = place_of(node.optional("first"));
+  finding.occurrences.worst = place_of(node.optional("worst"));
+  if (const Node values = node.optional("values"); !values.absent())
+    for (const auto& name : values.names()) finding.values.push_back(value_of(name, values[name.c_str()]));
+  return finding;
 }
 
 Verdict verdict_of(const Node& node) {

@@ -177,11 +177,38 @@ Json array_of(const std::vector<Item>& items, const ToJson& to_json_of) {
   return array;
 }
 
+struct ValueJson {
+  const Unit& unit;
+
+  Json operator()(double si) const {
+    const double shown = unit.from_si(si);
+    return unit.text() == "1" ? finite(shown) : Json{{"value", finite(shown)}, {"unit", unit.text()}};
+  }
+  Json operator()(long long value) const { return value; }
+  Json operator()(const std::string& value) const { return value; }
+  Json operator()(const Phrase& phrase) const { return {{"phrase", phrase.key}}; }
+};
+
+Json place_json(const Place& place) {
+  Json json = Json::object();
+  if (!place.label.empty()) json["label"] = place.label;
+  if (std::isfinite(place.time)) json["time"] = place.time;
+  return json;
+}
+
 Json finding_json(const Finding& finding) {
   constexpr std::array words{"info", "warning", "error"};
-  return {{"severity", words[static_cast<std::size_t>(finding.severity)]},
-          {"message", finding.message},
-          {"where", finding.where}};
+  Json json{{"severity", words[static_cast<std::size_t>(finding.severity)]},
+            {"code", finding.code},
+            {"message", finding.message},
+            {"where", finding.where},
+            {"count", finding.occurrences.count}};
+  if (finding.occurrences.first.given()) json["first"] = place_json(finding.occurrences.first);
+  if (finding.occurrences.worst.given()) json["worst"] = place_json(finding.occurrences.worst);
+  auto values = Json::object();
+  for (const auto& value : finding.values) values[value.name] = std::visit(ValueJson{value.unit}, value.value);
+  json["values"] = std::move(values);
+  return json;
 }
 
 Json verdict_json(const Verdict& verdict) {
@@ -262,6 +289,12 @@ void write(const Json& value, std::size_t indent, std::string& out) {
 }
 
 }  // namespace
+
+std::string to_json(const Findings& findings) {
+  std::string text;
+  write(array_of(findings, finding_json), 0, text);
+  return text;
+}
 
 std::string to_json(const Estimate& estimate) {
   require_shape(estimate);

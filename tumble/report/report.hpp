@@ -9,7 +9,9 @@ namespace tumble {
 
 /// The result JSON of the public contract: values, sd, covariance and budget in the displayed unit of each parameter.
 std::string to_json(const Estimate& estimate);
-/// The inverse. `file` is for messages. Throws Error::bad_file with what is missing or wrong.
+/// Findings alone, as they stand in it: an array.
+std::string to_json(const Findings& findings);
+/// A result from its JSON. `file` is for messages. Throws Error::bad_file with what is missing or wrong.
 Estimate estimate_from_json(const std::string& text, const std::string& file);
 
 /// One self-contained page: parameters, budget, figures to zoom, findings, verdicts, provenance. Works offline, prints.

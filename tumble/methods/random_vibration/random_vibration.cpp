@@ -28,50 +28,31 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   std::vector<Option> options = vibration::options();
   const std::vector<Option> own{
-      {"types",
-       Type::text,
-       "1",
-       "",
-       {},
-       "units to be compared as one, \"quartz: Q1 Q2; wire: S1 S2\"; absent: each unit by itself"},
-      {"level", Type::quantity, "g", "", {}, "root mean square of the vibration as measured; absent: the plan's"},
-      {"level_from",
-       Type::word,
-       "1",
-       "plan",
-       {"plan", "reference"},
-       "what the mean shift is divided by the square of: the plan's level (or `level`), or what the reference shows"},
-      {"level_sd",
-       Type::quantity,
-       "%",
-       "",
-       {},
-       "standard uncertainty of the level by the plan; absent: the rig's amplitude_sd"},
-      {"reference_lags",
-       Type::integer,
-       "1",
-       "2",
-       {},
-       "windows of the reference before and after each that are taken off with it, 0 to 20: a unit slower than the "
-       "reference needs them"}};
+      text("types").says("units to be compared as one, \"quartz: Q1 Q2; wire: S1 S2\"; absent: each unit by itself"),
+      quantity("level", "g")
+          .above(0)
+          .says("root mean square of the vibration as measured; absent: the level of the plan"),
+      word("level_from", {"plan", "reference"})
+          .otherwise("plan")
+          .says("what gives the level that the mean shift is divided by the square of: the plan (or `level`), or the "
+                "reference"),
+      quantity("level_sd", "%")
+          .at_least(0)
+          .says("standard uncertainty of the level of the plan; absent: amplitude_sd of the rig"),
+      integer("reference_lags")
+          .between(0, 20)
+          .otherwise("2")
+          .says("windows of the reference before and after each window that are subtracted with it: a unit slower than "
+                "the reference needs them")};
   options.insert(options.end(), own.begin(), own.end());
   return options;
 }
 
 void refuse_impossible(const Settings& settings) {
-  std::vector<std::string> problems;
-  if (settings.has("level") && !(settings.number("level") > 0.0))
-    problems.emplace_back("[settings] level must be positive");
-  if (settings.has("level_sd") && !(settings.number("level_sd") >= 0.0))
-    problems.emplace_back("[settings] level_sd must not be negative");
   if (settings.has("level") && settings.word("level_from") == "reference")
-    problems.emplace_back("[settings] level and level_from = \"reference\" exclude each other");
-  if (settings.integer("reference_lags") < 0 || settings.integer("reference_lags") > 20)
-    problems.emplace_back("[settings] reference_lags must lie between 0 and 20");
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+    throw Error(Error::Kind::bad_input, "[settings] level and level_from = \"reference\" exclude each other");
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
