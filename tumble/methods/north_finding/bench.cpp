@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tumble/core/attempt.hpp"
-#include "tumble/core/clock.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/sim/power_up.hpp"
@@ -202,23 +202,6 @@ Bench assembled(const From& from, const Plan& plan, const Records& records) {
   return bench;
 }
 
-double rate_of(const tumble::Channel& channel) {
-  if (channel.timeline.uniform()) return channel.timeline.rate;
-  const double rate = clock_of(channel).rate;
-  return rate > 0.0 ? rate : mean_rate(channel);
-}
-
-void check_settings(const Plan& plan) {
-  std::vector<std::string> problems;
-  if (plan.settings.number("settling") < 0.0) problems.push_back("[settings] settling must not be negative");
-  if (!(plan.settings.number("averaging") > 0.0)) problems.push_back("[settings] averaging must be above zero");
-  for (const auto& option : instrument_options())
-    if (option.type == Option::Type::quantity && plan.settings.has(option.name) &&
-        plan.settings.number(option.name) < 0.0)
-      problems.push_back(fmt::format("[settings] {} must not be negative", option.name));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-}
-
 /// What the model of a channel of the plan records, in the simulation.
 Recorded recorded_by(const Plan& plan, Channel channel) {
   const auto choice = plan.channels.find(role_of(channel));
@@ -238,20 +221,18 @@ Recorded recorded_by(const Plan& plan, Channel channel) {
 }  // namespace
 
 Bench bench_of(const Evidence& evidence) {
-  check_settings(evidence.plan);
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "north_finding needs at least one recording");
   Records records;
   for (const Channel channel : {gyro, accelerometer_x, accelerometer_y}) {
     const auto& first = evidence.recordings.front();
     const auto* found = channel == gyro ? &require_channel(evidence, first, role_of(channel))
                                         : channel_for(evidence, first, role_of(channel));
-    if (found) records[channel] = recorded_as(channel, found->unit, rate_of(*found));
+    if (found) records[channel] = recorded_as(channel, found->unit, sampling_rate(*found));
   }
   return assembled(evidence, evidence.plan, records);
 }
 
 Bench bench_of(const Plan& plan) {
-  check_settings(plan);
   Records records;
   for (const Channel channel : {gyro, accelerometer_x, accelerometer_y}) records[channel] = recorded_by(plan, channel);
   if (!records[gyro].present)
@@ -266,6 +247,12 @@ const Signal* signal_of(const Bench& bench, Channel channel) {
   for (const auto& signal : bench.signals)
     if (signal.channel == channel) return &signal;
   return nullptr;
+}
+
+std::vector<double> outputs_of(const Signal& signal) {
+  std::vector<double> outputs;
+  for (const auto& row : signal.rows) outputs.push_back(row.output);
+  return outputs;
 }
 
 }  // namespace tumble::north_finding

@@ -50,6 +50,8 @@ Bench bench_of(const Evidence& evidence);
 Bench bench_of(const Plan& plan);
 
 const Signal* signal_of(const Bench& bench, Channel channel);
+/// Outputs of the rows [rows] [SI of the channel, counts per second].
+std::vector<double> outputs_of(const Signal& signal);
 
 /// What an error of the rig does to the middle of a row.
 struct Move {

@@ -13,8 +13,6 @@
 namespace tumble::north_finding {
 namespace {
 
-using Type = Option::Type;
-
 bool like(const Unit& unit, const char* other) { return unit.dimension() == Unit::parse(other).dimension(); }
 
 /// The scale factor's unit for an output in `unit`.
@@ -157,40 +155,33 @@ void forget(Instrument& instrument, Quantity quantity) {
 
 std::vector<Option> instrument_options() {
   return {
-      {"gyro_scale_factor",
-       Type::text,
-       "1",
-       "",
-       {},
-       "K of counts, a current or a voltage: \"0.44233 pulse/arcsec\", \"2 mV/(deg/h)\"; absent, and without "
-       "calibration: found with the azimuth"},
-      {"gyro_scale_factor_sd", Type::quantity, "ppm", "0 ppm", {}, "standard uncertainty of the nominal scale factor"},
-      {"gyro_misalignment_sd",
-       Type::quantity,
-       "arcsec",
-       "0 arcsec",
-       {},
-       "standard uncertainty of gamma_y and of gamma_z, where no calibration says them"},
-      {"accelerometer_scale_factor",
-       Type::text,
-       "1",
-       "",
-       {},
-       "K of the accelerometers: \"2000 pulse/(m/s)\", \"100 mV/g\""},
-      {"accelerometer_scale_factor_sd", Type::quantity, "ppm", "0 ppm", {}, "standard uncertainty of each"},
-      {"accelerometer_bias_sd",
-       Type::quantity,
-       "ug",
-       "",
-       {},
-       "standard uncertainty of each bias; used only where the positions do not show it"},
-      {"accelerometer_misalignment_sd",
-       Type::quantity,
-       "arcsec",
-       "0 arcsec",
-       {},
-       "standard uncertainty of each misalignment"},
-      {"latitude_sd", Type::quantity, "arcsec", "1 arcsec", {}, "standard uncertainty of the plan's latitude"}};
+      text("gyro_scale_factor")
+          .says("K of the gyro where it gives counts, a current or a voltage: \"0.44233 pulse/arcsec\", \"2 "
+                "mV/(deg/h)\"; absent, and without calibration: estimated with the azimuth"),
+      quantity("gyro_scale_factor_sd", "ppm")
+          .at_least(0)
+          .otherwise("0 ppm")
+          .says("standard uncertainty of the nominal scale factor of the gyro"),
+      quantity("gyro_misalignment_sd", "arcsec")
+          .at_least(0)
+          .otherwise("0 arcsec")
+          .says("standard uncertainty of gamma_y and of gamma_z, where no calibration gives them"),
+      text("accelerometer_scale_factor").says("K of the accelerometers: \"2000 pulse/(m/s)\", \"100 mV/g\""),
+      quantity("accelerometer_scale_factor_sd", "ppm")
+          .at_least(0)
+          .otherwise("0 ppm")
+          .says("standard uncertainty of the scale factor of each accelerometer"),
+      quantity("accelerometer_bias_sd", "ug")
+          .at_least(0)
+          .says("standard uncertainty of each bias; used only where the positions do not show the bias"),
+      quantity("accelerometer_misalignment_sd", "arcsec")
+          .at_least(0)
+          .otherwise("0 arcsec")
+          .says("standard uncertainty of each misalignment of an accelerometer"),
+      quantity("latitude_sd", "arcsec")
+          .at_least(0)
+          .otherwise("1 arcsec")
+          .says("standard uncertainty of the latitude of the plan")};
 }
 
 Instrument nominal_instrument(const Plan& plan, const Records& records) {

@@ -24,7 +24,6 @@ struct Instrument {
   std::array<bool, channels> scale_known{};  ///< else it is found with the azimuth
   std::array<bool, channels> bias_known{};   ///< of accelerometers: used where the positions cannot show it
   std::vector<Prior> priors;
-  Findings findings;
 };
 
 /// How a channel is recorded.

@@ -73,6 +73,16 @@ Directions directions_of(double azimuth, double pitch, double roll) {
   return {axes * north_at(azimuth), axes * up};
 }
 
+std::pair<double, double> sensitivity_in_base(const Row& row) {
+  double x = 0.0, y = 0.0;
+  for (const auto& view : row.views) {
+    const Vector3 axis = row.channel == accelerometer_y ? view.turn.y : view.turn.x;
+    x += view.weight * axis.x;
+    y += view.weight * axis.y;
+  }
+  return {x, y};
+}
+
 double output_of(const State& s, const Row& row, const std::vector<View>& views) {
   const Vector3 sensitive = sensitivity(s, row.channel);
   const Vector3 in_base = field(s, row.channel, directions_of(s[azimuth], s[pitch], s[roll]));

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/math/rotation.hpp"
@@ -42,6 +44,10 @@ enum Quantity : std::size_t {
   quantities
 };
 using State = std::array<double, quantities>;
+
+inline bool contains(const std::vector<Quantity>& some, Quantity quantity) {
+  return std::ranges::find(some, quantity) != some.end();
+}
 
 constexpr Quantity scale_of(Channel channel) {
   return channel == gyro ? gyro_scale : channel == accelerometer_x ? x_scale : y_scale;
@@ -87,6 +93,8 @@ struct Row {
   double at = 0.0;        ///< [s] the middle, in the power-up
 };
 
+/// What a unit field along x and y of the base gives in the row [1].
+std::pair<double, double> sensitivity_in_base(const Row& row);
 /// What the channel should show [SI of the channel, counts per second].
 double output_of(const State& state, const Row& row);
 /// What the channel should show [SI of the channel, counts per second] with other views.

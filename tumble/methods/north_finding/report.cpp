@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -156,19 +155,6 @@ double wrapped(double angle) {
   return inside < 0.0 ? inside + two_pi : inside;
 }
 
-std::string scheme_of(const Bench& bench) {
-  const auto& places = bench.signals.front().places;
-  const bool turns = std::ranges::any_of(places, [](const Place& place) { return !place.steady; });
-  const bool stays = std::ranges::any_of(places, [](const Place& place) { return place.steady; });
-  if (turns) return stays ? "stays and turning" : "continuous turning";
-  std::set<long> angles;
-  constexpr long cells = 10 * 360;  // of a tenth of a degree
-  for (const auto& place : places) angles.insert(std::lround(wrapped(place.angle) / two_pi * cells) % cells);
-  const char* words[] = {"no", "one", "two", "three", "four"};
-  const std::string count = angles.size() < 5 ? words[angles.size()] : std::to_string(angles.size());
-  return fmt::format("{} positions, {} stays", count, places.size());
-}
-
 ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
   const Signal& signal = bench.signals.front();
   const State& s = reduction.solution.state;
@@ -187,8 +173,7 @@ Estimate described(const Bench& bench, const Reduction& reduction, const Reducti
   estimate.method = "north_finding";
   add_parameters(bench, reduction.solution, estimate);
   estimate.findings = bench.findings;
-  for (const auto& more :
-       {reduction.instrument.findings, reduction.setup.findings, findings_of(bench, reduction, predicted)})
+  for (const auto& more : {reduction.setup.findings, findings_of(bench, reduction, predicted)})
     estimate.findings.insert(estimate.findings.end(), more.begin(), more.end());
   estimate.tables.push_back(budget_of(estimate));
   if (nominal) estimate.tables.push_back(before_after(bench, reduction, *nominal));

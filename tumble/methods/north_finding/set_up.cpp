@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/regression/mixed_model.hpp"
@@ -14,61 +15,47 @@ namespace {
 
 constexpr std::size_t least_places_for_drift = 6;
 
-std::vector<double> outputs_of(const Signal& signal) {
-  std::vector<double> out;
-  for (const auto& row : signal.rows) out.push_back(row.output);
-  return out;
-}
-
 /// Which of (u_x, u_y, b_x, b_y) the accelerometers show.
 struct Level {
   bool pitch = false, roll = false;
-  std::vector<Quantity> biases;  ///< found with the tilt
+  std::vector<Quantity> biases;  ///< estimated with the tilt
 };
 
-// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
-Level level_of(const Bench& bench, const Instrument& instrument, Findings& findings) {
-  std::vector<const Signal*> signals;
+/// What the rows of these signals show of u_x, u_y and a bias each [rows x 2 + signals].
+Matrix tilt_design(const std::vector<const Signal*>& signals) {
   std::size_t rows = 0;
-  for (const auto& signal : bench.signals)
-    if (signal.channel != gyro) {
-      signals.push_back(&signal);
-      rows += signal.rows.size();
-    }
-  Level level;
-  if (signals.empty()) return level;
-  const std::size_t columns = 2 + signals.size();
-  Matrix design(rows, columns);
+  for (const auto* signal : signals) rows += signal->rows.size();
+  Matrix design(rows, 2 + signals.size());
   std::size_t i = 0;
   for (std::size_t s = 0; s < signals.size(); ++s)
     for (const auto& row : signals[s]->rows) {
-      for (const auto& view : row.views) {
-        const Vector3 axis = row.channel == accelerometer_y ? view.turn.y : view.turn.x;
-        design(i, 0) += view.weight * axis.x;
-        design(i, 1) += view.weight * axis.y;
-      }
+      std::tie(design(i, 0), design(i, 1)) = sensitivity_in_base(row);
       design(i++, 2 + s) = 1.0;
     }
+  return design;
+}
+
+Level level_of(const Bench& bench, const Instrument& instrument, Findings& findings) {
+  std::vector<const Signal*> signals;
+  for (const auto& signal : bench.signals)
+    if (signal.channel != gyro) signals.push_back(&signal);
+  if (signals.empty()) return {};
+  const Matrix design = tilt_design(signals);
   std::vector<std::size_t> preference;
-  for (std::size_t k = 2; k < columns; ++k) preference.push_back(k);
+  for (std::size_t k = 2; k < design.columns; ++k) preference.push_back(k);
   preference.push_back(1);
-  const auto dropped =
-      unobservable_columns(design, std::vector<double>(rows, 1.0), std::vector<double>(columns, 1.0), preference, 1e3);
-  const auto kept = [&](std::size_t column) {
-    return std::ranges::none_of(dropped, [&](const Dropped& one) { return one.column == column; });
+  const auto dropped = unobservable_columns(design, std::vector<double>(design.rows, 1.0),
+                                            std::vector<double>(design.columns, 1.0), preference, 1e3);
+  const auto observable = [&](std::size_t column) {
+    return std::ranges::find(dropped, column, &Dropped::column) == dropped.end();
   };
-  level.pitch = kept(0);
-  level.roll = kept(1);
+  Level level{observable(0), observable(1), {}};
   for (std::size_t s = 0; s < signals.size(); ++s) {
     const Channel channel = signals[s]->channel;
-    if (kept(2 + s))
+    if (observable(2 + s))
       level.biases.push_back(bias_of(channel));
     else if (!instrument.bias_known[channel])
-      findings.push_back({Finding::Severity::warning,
-                          fmt::format("the positions do not show the bias of {}: it is taken as zero, without "
-                                      "uncertainty; state accelerometer_bias_sd, or add the position opposite",
-                                      role_of(channel)),
-                          ""});
+      findings.push_back({Finding::Severity::warning, "bias_taken_as_zero", {}, role_of(channel)});
   }
   return level;
 }
@@ -119,10 +106,6 @@ void choose_free(const Bench& bench, const Instrument& instrument, Setup& setup)
   }
   if (high - low > 1e-6) setup.free.push_back(gyro_z);
   setup.free.insert(setup.free.end(), level.biases.begin(), level.biases.end());
-}
-
-bool is_free(const Setup& setup, Quantity quantity) {
-  return std::ranges::find(setup.free, quantity) != setup.free.end();
 }
 
 /// Tilt of the rig as the plan has it.
@@ -205,7 +188,7 @@ Setup begin(const Bench& bench, const Instrument& instrument) {
 
 Setup set_up(const Bench& bench, const Instrument& instrument) {
   Setup setup = begin(bench, instrument);
-  if (is_free(setup, pitch) && is_free(setup, roll)) start_tilt(bench, setup);
+  if (contains(setup.free, pitch) && contains(setup.free, roll)) start_tilt(bench, setup);
   start_azimuth(bench, instrument, setup);
   return setup;
 }

@@ -29,9 +29,7 @@ struct Solution {
   Matrix covariance;
   std::vector<SourceCovariance> sources;
   std::vector<double> degrees_of_freedom;
-  Matrix gain;                    ///< free quantities by rows, the signals' rows one after the other
-  std::vector<double> residuals;  ///< [SI of the channel]
-  std::vector<double> sd;         ///< of the rows: white noise alone
+  Matrix gain;  ///< free quantities by rows, the rows of the signals one after the other
   Fit fit;
 };
 
