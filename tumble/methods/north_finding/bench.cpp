@@ -206,12 +206,12 @@ Bench assembled(const From& from, const Plan& plan, const Records& records) {
 Recorded recorded_by(const Plan& plan, Channel channel) {
   const auto choice = plan.channels.find(role_of(channel));
   const std::string name = choice == plan.channels.end() ? role_of(channel) : choice->second.front().channel;
-  for (const auto& one : participants_of(plan)) {
-    const auto outputs = one.model.outputs(one.truth);
+  for (const auto& instrument : participants_of(plan)) {
+    const auto outputs = instrument.model.outputs(instrument.truth);
     for (std::size_t k = 0; k < outputs.size(); ++k) {
-      if (one.prefix + outputs[k].channel != name) continue;
-      if (!one.model.record) return recorded_as(channel, Unit::parse(outputs[k].unit), plan.sample_rate);
-      const auto recorded = one.model.record(one.truth, k, 1.0 / plan.sample_rate, RandomStream(0));
+      if (instrument.prefix + outputs[k].channel != name) continue;
+      if (!instrument.model.record) return recorded_as(channel, Unit::parse(outputs[k].unit), plan.sample_rate);
+      const auto recorded = instrument.model.record(instrument.truth, k, 1.0 / plan.sample_rate, RandomStream(0));
       return recorded_as(channel, Unit::parse(recorded.unit), plan.sample_rate);
     }
   }
@@ -225,9 +225,9 @@ Bench bench_of(const Evidence& evidence) {
   Records records;
   for (const Channel channel : {gyro, accelerometer_x, accelerometer_y}) {
     const auto& first = evidence.recordings.front();
-    const auto* found = channel == gyro ? &require_channel(evidence, first, role_of(channel))
-                                        : channel_for(evidence, first, role_of(channel));
-    if (found) records[channel] = recorded_as(channel, found->unit, sampling_rate(*found));
+    const auto* source = channel == gyro ? &require_channel(evidence, first, role_of(channel))
+                                         : channel_for(evidence, first, role_of(channel));
+    if (source) records[channel] = recorded_as(channel, source->unit, sampling_rate(*source));
   }
   return assembled(evidence, evidence.plan, records);
 }

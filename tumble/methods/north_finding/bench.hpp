@@ -27,7 +27,7 @@ struct Signal {
   linear::Problem problem;
   linear::Evidences evidence = {};
   linear::Rows blocks = {};              ///< averages, as they are read
-  std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is left out
+  std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is not used
   std::vector<Place> places = {};
   std::vector<Row> rows = {};  ///< a stay is one row, of a turn every block is one
 };
@@ -65,8 +65,8 @@ struct Disturbance {
   std::vector<std::vector<Move>> moves;
 };
 
-/// All errors of the rigs. Those that turn the base as a whole are left out as far as the base is what is looked for:
-/// about the vertical always, about x and y where roll and pitch are found.
-std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, bool roll_found);
+/// All errors of the rigs. Those that turn the base as a whole are excluded as far as the test estimates the attitude
+/// of the base: about the vertical always, about x and y where roll and pitch are estimated.
+std::vector<Disturbance> disturbances_of(const Bench& bench, bool estimates_pitch, bool estimates_roll);
 
 }  // namespace tumble::north_finding

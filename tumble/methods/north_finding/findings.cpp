@@ -118,8 +118,7 @@ void check_order(const Bench& bench, const Reduction& reduction, Findings& out) 
   const auto& setup = reduction.setup;
   const bool stays = std::ranges::all_of(signal.places, &Place::steady);
   if (!stays || !setup.shown.both || signal.rows.size() < 5 || signal.rows.size() > 200) return;
-  const double squares =
-      sum_of_squares(harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift).residuals);
+  const double squares = sum_of_squares(harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift).residuals);
   double white = 0.0;
   for (const auto& row : signal.rows)
     white += reduction.noise.front().white / row.seconds + row.rounding_sd * row.rounding_sd;
@@ -185,15 +184,14 @@ void say_drift(const Bench& bench, const Reduction& reduction, Findings& out) {
   const double drift = si(0.01, "deg/h/h");
   shift *= drift;
   if (std::abs(shift) < si(0.05, "arcsec")) return;
-  out.push_back(
-      {Severity::info, "drift_moves_azimuth", {{"drift", drift, "deg/h/h"}, {"shift", shift, "arcsec"}}});
+  out.push_back({Severity::info, "drift_moves_azimuth", {{"drift", drift, "deg/h/h"}, {"shift", shift, "arcsec"}}});
 }
 
 void say_tilt(const Bench& bench, const Reduction& reduction, Findings& out) {
   const auto& free = reduction.solution.free;
   const bool by_pitch = contains(free, pitch), by_roll = contains(free, roll);
   if (by_pitch && by_roll) return;
-  const char* reason = by_pitch || by_roll           ? "accelerometers_show_one_direction"
+  const char* reason = by_pitch || by_roll        ? "accelerometers_show_one_direction"
                        : bench.signals.size() > 1 ? "positions_hide_tilt"
                                                   : "no_accelerometer_shows_tilt";
   out.push_back({Severity::info,

@@ -27,8 +27,8 @@ bool several_spins(const Signal& signal) {
   return high - low > 1e-6;
 }
 
-/// Columns of the straight model: the field along x and y of the base, 1, of a gyro t and the turn of the table; each as
-/// far as the signal shows it [rows x columns].
+/// Columns of the straight model: the field along x and y of the base, 1, of a gyro t and the turn of the table; each
+/// as far as the signal shows it [rows x columns].
 Matrix design_of(const Signal& signal, const Shown& shown, bool drift) {
   const bool is_gyro = signal.channel == gyro, spins = is_gyro && several_spins(signal);
   const std::size_t fields = shown.both ? 2 : shown.none ? 0 : 1;
@@ -64,7 +64,7 @@ std::vector<linear::Interval> intervals_of(const Signal& signal) {
 
 double step_of(const Signal& signal) { return signal.evidence.test.stretches.front().step; }
 
-/// What the settings say of the bias instability of a signal, as its output shows it; 0: nothing.
+/// Bias instability of a signal by the settings [SI of the channel]; 0: not stated.
 double stated_for(const Bench& bench, const Signal& signal, const State& state) {
   std::vector<std::string> problems;
   const double stated = linear::stated_bias_instability(bench.plan->settings,
@@ -97,9 +97,10 @@ std::vector<double> on_blocks(const Signal& signal, const std::vector<double>& o
 
 void add_effects(const Signal& signal, std::size_t number, const State& state,
                  const std::vector<Disturbance>& disturbances, MixedData& data) {
-  for (const auto& one : disturbances) {
-    if (one.moves[number].empty()) continue;
-    data.effects.push_back({one.source, on_blocks(signal, effect_of(signal, one.moves[number], state)), false});
+  for (const auto& disturbance : disturbances) {
+    const auto& moves = disturbance.moves[number];
+    if (moves.empty()) continue;
+    data.effects.push_back({disturbance.source, on_blocks(signal, effect_of(signal, moves, state)), false});
   }
   KnownEffect rounding{"counting", {}, true};
   for (const std::size_t row : signal.row_of)
@@ -123,11 +124,9 @@ double without_rounding(const Signal& signal, double white) {
 
 double place_sd(const std::vector<SlowNoise>& slow) {
   double sum = 0.0;
-  for (const auto& one : slow) {
-    if (one.source != linear::drift_source) continue;
-    for (std::size_t g = 0; g < one.kernel.rows; ++g)
-      sum += one.variance * one.kernel(g, g) / static_cast<double>(one.kernel.rows);
-  }
+  for (const auto& part : slow)
+    if (part.source == linear::drift_source)
+      sum += part.variance * trace(part.kernel) / static_cast<double>(part.kernel.rows);
   return std::sqrt(sum);
 }
 
@@ -212,14 +211,14 @@ Noise expected_noise(const Bench& bench, std::size_t number, const State& state)
   Noise noise;
   noise.slow_known = true;
   const double k = state[scale_of(signal.channel)];
-  for (const auto& one : participants_of(plan))
-    for (const auto& output : one.model.outputs(one.truth)) {
-      if (one.prefix + output.channel != name) continue;
-      NoiseModel model = noise_of(one.truth, output.noise_prefix);
+  for (const auto& instrument : participants_of(plan))
+    for (const auto& output : instrument.model.outputs(instrument.truth)) {
+      if (instrument.prefix + output.channel != name) continue;
+      const Settings& truth = instrument.truth;
+      const NoiseModel model = noise_of(truth, output.noise_prefix);
       noise.white = noise.scatter = k * k * model.angle_random_walk * model.angle_random_walk;
-      noise.slow =
-          linear::known_slow_noise(intervals_of(signal), model,
-                                   one.truth.number(output.noise_prefix + "turn_on_repeatability"), step_of(signal));
+      noise.slow = linear::known_slow_noise(
+          intervals_of(signal), model, truth.number(output.noise_prefix + "turn_on_repeatability"), step_of(signal));
       for (auto& slow : noise.slow) slow.variance *= k * k;
     }
   noise.place_sd = place_sd(noise.slow);

@@ -11,7 +11,7 @@ namespace tumble::north_finding {
 /// Noise of one signal.
 struct Noise {
   double white = 0.0;           ///< s^2 [SI of the channel, squared, times s]
-  double scatter = 0.0;         ///< the same of the rows as they scatter: of a turn with the rounding to whole pulses
+  double scatter = 0.0;         ///< as white, by the scatter of the rows: of a turn with the rounding to whole pulses
   std::vector<SlowNoise> slow;  ///< of its places, with their variances
   bool slow_known = false;      ///< from the settings or the plan's truth, at least in part
   bool slow_shown = true;       ///< false: too few places to show it
@@ -23,7 +23,7 @@ struct Noise {
 struct Shown {
   bool none = true, both = false;  ///< directions in the base: none, one or both
   double along = 0.0;              ///< [rad] the one direction, from the base's x towards its y
-  bool drift = false;              ///< a linear drift can be told apart as well
+  bool drift = false;              ///< a linear drift can be distinguished as well
 };
 Shown shown_by(const Signal& signal);
 
@@ -38,10 +38,10 @@ struct Harmonics {
 /// Given: outputs [unit of the output], one a row. `drift`: t is one of the columns.
 Harmonics harmonics_of(const Signal& signal, const std::vector<double>& outputs, const Shown& shown, bool drift);
 
-/// Found from the scatter within and between places, at `state` and with the rig's errors.
+/// Estimated from the scatter within and between places, at `state` and with the errors of the rig.
 Noise noise_of(const Bench& bench, std::size_t signal, const State& state, const std::vector<Disturbance>& disturbances,
                bool drift);
-/// As the plan's truth has it.
+/// Noise that the truth of the plan states.
 Noise expected_noise(const Bench& bench, std::size_t signal, const State& state);
 
 /// Change of the rows of a signal by a disturbance [SI of the channel].

@@ -30,8 +30,9 @@ std::vector<Option> options() {
       linear::bias_instability_option("ug", "accelerometer_"),
       word("drift", {"auto", "yes", "no"})
           .otherwise("auto")
-          .says("whether a linear drift of the bias is part of the model; auto: where six or more places distinguish it "
-                "from the azimuth"),
+          .says(
+              "whether a linear drift of the bias is part of the model; auto: where six or more places distinguish it "
+              "from the azimuth"),
       quantity("azimuth_about", "deg")
           .says("rough azimuth, which selects one of the two solutions that two positions have"),
       quantity("reference_azimuth", "deg").says("azimuth known from elsewhere, from which the errors are calculated"),
@@ -46,7 +47,8 @@ std::vector<Option> options() {
       quantity("averaging", "s")
           .above(0)
           .otherwise("10 s")
-          .says("length of the averages whose scatter gives the noise; at most a tenth of a turn where the table turns")};
+          .says(
+              "length of the averages whose scatter gives the noise; at most a tenth of a turn where the table turns")};
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
@@ -72,8 +74,8 @@ Estimate answer(const Bench& bench, bool predicted) {
   return described(bench, identified, &nominal, predicted);
 }
 
-/// Where the table went elsewhere than the plan says it also came to rest at another time: a second look at the
-/// readings then knows when.
+/// Recorded angles. A table that went to another angle than the plan says came to rest at another time as well: the
+/// readings are then evaluated a second time, with the angles of the first.
 table::RecordedAngles recorded_angles(const Evidence& evidence, double settling, double tolerance) {
   auto first = table::with_recorded_angles(evidence, settling, tolerance);
   if (std::ranges::none_of(first.stands, [&](const table::Stand& stand) {

@@ -12,7 +12,7 @@
 namespace tumble::north_finding {
 namespace {
 
-/// How a quantity is shown.
+/// Name, unit and description of a quantity in the result.
 struct Face {
   std::string name, symbol, unit, description;
 };
@@ -128,18 +128,16 @@ Table methods_of(const Bench& bench, const Reduction& reduction) {
   return table;
 }
 
-double azimuth_sd(const Reduction& reduction) { return std::sqrt(reduction.solution.covariance(0, 0)); }
-
 Table before_after(const Bench& bench, const Reduction& reduction, const Reduction& nominal) {
   const auto& settings = bench.plan->settings;
-  const bool known = settings.has("reference_azimuth");
+  const bool has_reference = settings.has("reference_azimuth");
   Table table{"before_after", "the same test with the nominal instrument and with the identified one", {}, {}};
   table.columns = {{"instrument", Unit()}, {"azimuth", degrees()}, {"sd", arcsec()}, {"gamma_y", arcsec()}};
-  if (known) table.columns.push_back({"error", arcsec()});
-  const auto add = [&](const char* name, const Reduction& one) {
-    const double value = one.solution.state[azimuth];
-    table.rows.push_back({std::string(name), wrapped(value), azimuth_sd(one), one.solution.state[gyro_y]});
-    if (known) table.rows.back().emplace_back(apart(value, settings.number("reference_azimuth")));
+  if (has_reference) table.columns.push_back({"error", arcsec()});
+  const auto add = [&](const char* name, const Reduction& some) {
+    const double value = some.solution.state[azimuth], sd = std::sqrt(some.solution.covariance(0, 0));
+    table.rows.push_back({std::string(name), wrapped(value), sd, some.solution.state[gyro_y]});
+    if (has_reference) table.rows.back().emplace_back(apart(value, settings.number("reference_azimuth")));
   };
   add("nominal", nominal);
   add("identified", reduction);
@@ -160,8 +158,8 @@ ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
   const State& s = reduction.solution.state;
   std::vector<double> outputs;
   for (const auto& row : signal.rows) outputs.push_back(std::isnan(row.output) ? output_of(s, row) : row.output);
-  const auto found = harmonics_of(signal, outputs, reduction.setup.shown, reduction.setup.drift);
-  const double x = found.x / s[gyro_scale], y = found.y / s[gyro_scale];
+  const auto h = harmonics_of(signal, outputs, reduction.setup.shown, reduction.setup.drift);
+  const double x = h.x / s[gyro_scale], y = h.y / s[gyro_scale];
   const Vector3 up = directions_of(0.0, s[pitch], s[roll]).up;
   const double vertical = earth_rate * std::sin(s[latitude]);
   return {std::atan2(y, x) + s[gyro_y], std::atan2(y - vertical * up.y, x - vertical * up.x) + s[gyro_y],
@@ -170,7 +168,6 @@ ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
 
 Estimate described(const Bench& bench, const Reduction& reduction, const Reduction* nominal, bool predicted) {
   Estimate estimate;
-  estimate.method = "north_finding";
   add_parameters(bench, reduction.solution, estimate);
   estimate.findings = bench.findings;
   for (const auto& more : {reduction.setup.findings, findings_of(bench, reduction, predicted)})

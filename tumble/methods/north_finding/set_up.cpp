@@ -65,8 +65,8 @@ bool drift_wanted(const Bench& bench, const Shown& shown) {
   if (word == "no") return false;
   if (word == "yes" && !shown.drift)
     throw Error(Error::Kind::bad_data,
-                "[settings] drift = \"yes\", but in this order the index angles do not show a drift apart from the "
-                "azimuth: go through the positions forwards and back");
+                "[settings] drift = \"yes\", but this order of the index angles cannot distinguish a drift from the "
+                "azimuth: visit the positions forwards and back");
   return shown.drift && (word == "yes" || bench.signals.front().places.size() >= least_places_for_drift);
 }
 
@@ -75,7 +75,7 @@ void refuse_unshown(const Bench& bench, const Instrument& instrument, const Show
   const auto& signal = bench.signals.front();
   if (shown.none)
     problems.push_back(
-        fmt::format("all {} use the same index angle: nothing tells the Earth's rate from the bias; "
+        fmt::format("all {} use the same index angle: they cannot distinguish the Earth's rate from the bias; "
                     "turn the table to angles 90 or 180 deg apart",
                     signal.places.size() == 1 ? "samples" : "positions"));
   else if (!shown.both && !instrument.scale_known[gyro])
@@ -125,9 +125,9 @@ void start_tilt(const Bench& bench, Setup& setup) {
     const Shown shown = shown_by(signal);
     const double unit = setup.start[scale_of(signal.channel)] * setup.start[gravity_here];
     if (!shown.both) continue;
-    const auto found = harmonics_of(signal, outputs_of(signal), shown, false);
-    x += found.x / unit;
-    y += found.y / unit;
+    const auto tilt = harmonics_of(signal, outputs_of(signal), shown, false);
+    x += tilt.x / unit;
+    y += tilt.y / unit;
     count += 1.0;
   }
   if (count == 0.0) return;
@@ -144,33 +144,34 @@ void start_tilt(const Bench& bench, Setup& setup) {
 
 void start_azimuth(const Bench& bench, const Instrument& instrument, Setup& setup) {
   const Signal& signal = bench.signals.front();
-  const auto found = harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift);
+  const auto rates = harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift);
   const Vector3 up = directions_of(0.0, setup.start[pitch], setup.start[roll]).up;
   const double horizontal = earth_rate * std::cos(setup.start[latitude]);
   State& s = setup.start;
   if (setup.shown.both && !instrument.scale_known[gyro]) {
-    const double size = std::hypot(found.x, found.y);
+    const double size = std::hypot(rates.x, rates.y);
     if (!(size > 0.0)) throw Error(Error::Kind::bad_data, "the gyro shows no rate that changes with the index angle");
     s[gyro_scale] = size / horizontal;
   }
   const double k = s[gyro_scale];
   if (setup.shown.both) {
-    s[azimuth] = exact_azimuth(found.x / k, found.y / k, up.x, up.y, s[latitude]) + s[gyro_y];
+    s[azimuth] = exact_azimuth(rates.x / k, rates.y / k, up.x, up.y, s[latitude]) + s[gyro_y];
   } else {
     // (2.11): the rate along the one direction, less what tilt gives of the vertical rate
     const double tilt = std::cos(setup.shown.along) * up.x + std::sin(setup.shown.along) * up.y;
-    const double c = (found.x / k - earth_rate * std::sin(s[latitude]) * tilt) / horizontal;
+    const double c = (rates.x / k - earth_rate * std::sin(s[latitude]) * tilt) / horizontal;
     const double off = std::acos(std::clamp(c, -1.0, 1.0));
-    const double one = setup.shown.along + off, other = setup.shown.along - off;
+    double near = setup.shown.along + off, other = setup.shown.along - off;
     const auto& settings = bench.plan->settings;
     const auto apart = [&](double a) {
       return settings.has("azimuth_about") ? std::abs(std::remainder(a - settings.number("azimuth_about"), two_pi))
                                            : std::abs(std::remainder(a, two_pi));
     };
-    s[azimuth] = apart(one) <= apart(other) ? one : other;
-    setup.other_azimuth = apart(one) <= apart(other) ? other : one;
+    if (apart(other) < apart(near)) std::swap(near, other);
+    s[azimuth] = near;
+    setup.other_azimuth = other;
   }
-  s[gyro_bias] = found.offset / k;
+  s[gyro_bias] = rates.offset / k;
 }
 
 Setup begin(const Bench& bench, const Instrument& instrument) {

@@ -50,8 +50,7 @@ void add_noise(const Bench& bench, const std::vector<Noise>& noise, const std::v
       const Matrix root = root_of(slow.variance * slow.kernel);
       Source source{slow.source + of, Matrix(firsts.back(), root.columns)};
       for (std::size_t r = 0; r < signal.rows.size(); ++r)
-        for (std::size_t k = 0; k < root.columns; ++k)
-          source.columns(firsts[c] + r, k) = root(signal.rows[r].place, k);
+        for (std::size_t k = 0; k < root.columns; ++k) source.columns(firsts[c] + r, k) = root(signal.rows[r].place, k);
       if (std::ranges::any_of(source.columns.values, [](double v) { return v != 0.0; }))
         system.sources.push_back(std::move(source));
     }
@@ -133,7 +132,8 @@ Matrix whitened(const System& system, const std::vector<Quantity>& free, const s
   const std::size_t n = weight.size(), m = effects.columns, p = free.size();
   Matrix out(n + m, m + p);
   if (m > 0) set_block(out, 0, 0, scaled_rows(weight, effects));
-  set_block(out, 0, m, scaled_rows(weight, chosen_columns(system.slopes, std::vector<std::size_t>(free.begin(), free.end()))));
+  set_block(out, 0, m,
+            scaled_rows(weight, chosen_columns(system.slopes, std::vector<std::size_t>(free.begin(), free.end()))));
   for (std::size_t j = 0; j < m; ++j) out(n + j, j) = 1.0;
   return out;
 }
@@ -150,8 +150,8 @@ Estimator estimator_of(const System& system, const std::vector<Quantity>& free) 
   const Matrix q = q_product(qr, last);  // the columns of Q that belong to the free quantities
   Estimator out;
   out.condition = condition(r);
-  out.gain = scaled_rows(std::span(size).last(p),
-                         scaled_columns(solve_upper(r, transposed(block(q, 0, n, 0, p))), weight));
+  out.gain =
+      scaled_rows(std::span(size).last(p), scaled_columns(solve_upper(r, transposed(block(q, 0, n, 0, p))), weight));
   auto y = scaled(weight, system.residual);
   y.resize(a.rows, 0.0);
   const auto turned = q_transposed_product(qr, y);
@@ -161,7 +161,8 @@ Estimator estimator_of(const System& system, const std::vector<Quantity>& free) 
 }
 
 void check_gain(const Estimator& estimator) {
-  if (!std::ranges::all_of(estimator.gain.values, [](double v) { return std::isfinite(v); }) || !(estimator.condition < 1e10))
+  if (!std::ranges::all_of(estimator.gain.values, [](double v) { return std::isfinite(v); }) ||
+      !(estimator.condition < 1e10))
     throw Error(Error::Kind::bad_data,
                 "the index angles do not show the azimuth: near this heading the rate does not change with it (two "
                 "positions near north and south), or angles are missing; add positions 90 deg apart");

@@ -18,9 +18,9 @@ struct Setup {
   Findings findings;
 };
 
-/// From the closed forms. Throws Error::bad_data where the azimuth cannot be told.
+/// From the closed forms. Throws Error::bad_data where the test does not show the azimuth.
 Setup set_up(const Bench& bench, const Instrument& instrument);
-/// The set-up where nothing is measured yet: around the attitude that the rig has.
+/// The set-up of a prediction: around the attitude that the rig has.
 Setup set_up_prediction(const Bench& bench, const Instrument& instrument);
 
 struct Solution {
