@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
+#include <utility>
 
 namespace tumble {
 namespace {
@@ -23,10 +25,10 @@ Matrix random_matrix(std::size_t rows, std::size_t columns, unsigned seed) {
   return out;
 }
 
-/// Symmetric with eigenvalues between 1 and 1 + the size.
+/// Symmetric with eigenvalues between 1 and 1 + n, since those of A' A sum to |A|^2 <= n^2.
 Matrix positive(std::size_t n, unsigned seed) {
   const Matrix a = random_matrix(n, n, seed);
-  return gram(a) + identity(n);
+  return 1.0 / static_cast<double>(n) * gram(a) + identity(n);
 }
 
 double greatest(const Matrix& a) {
