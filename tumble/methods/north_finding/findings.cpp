@@ -33,13 +33,13 @@ void say_scheme(const Bench& bench, Findings& out) {
 
 /// What makes a rate that many times too large.
 Phrase suspicion(double ratio) {
-  if (ratio < 0.1) return {"gyro_misses_earth_rate"};
+  if (ratio < 0.1) return Phrase{"gyro_misses_earth_rate"};
   for (const double factor : {minute, hour})
     for (const double power : {factor, 1.0 / factor})
-      if (std::abs(ratio / power - 1.0) < 0.1) return {"rate_in_wrong_time_unit"};
+      if (std::abs(ratio / power - 1.0) < 0.1) return Phrase{"rate_in_wrong_time_unit"};
   if (std::abs(ratio - degrees_per_radian) < 3.0 || std::abs(ratio - degree) < 1e-3)
-    return {"rate_in_wrong_angle_unit"};
-  return {"wrong_scale_factor_or_latitude"};
+    return Phrase{"rate_in_wrong_angle_unit"};
+  return Phrase{"wrong_scale_factor_or_latitude"};
 }
 
 /// The size of the horizontal rate against w_ie cos(latitude).
@@ -191,12 +191,12 @@ void say_tilt(const Bench& bench, const Reduction& reduction, Findings& out) {
   const auto& free = reduction.solution.free;
   const bool by_pitch = contains(free, pitch), by_roll = contains(free, roll);
   if (by_pitch && by_roll) return;
-  const char* reason = by_pitch || by_roll        ? "accelerometers_show_one_direction"
-                       : bench.signals.size() > 1 ? "positions_hide_tilt"
-                                                  : "no_accelerometer_shows_tilt";
+  const Phrase reason = by_pitch || by_roll        ? Phrase{"accelerometers_show_one_direction"}
+                        : bench.signals.size() > 1 ? Phrase{"positions_hide_tilt"}
+                                                   : Phrase{"no_accelerometer_shows_tilt"};
   out.push_back({Severity::info,
                  "tilt_of_the_rig",
-                 {{"reason", Phrase{reason}}, {"factor", std::tan(reduction.solution.state[latitude])}}});
+                 {{"reason", reason}, {"factor", std::tan(reduction.solution.state[latitude])}}});
 }
 
 void say_ambiguity(const Bench& bench, const Reduction& reduction, Findings& out) {

@@ -9,6 +9,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/north_finding/model.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
@@ -56,12 +57,6 @@ Recording gyro_alone(const Plan& plan) {
   return recording;
 }
 
-double value(const Estimate& estimate, const char* name) {
-  const auto* parameter = find_parameter(estimate, name);
-  EXPECT_NE(parameter, nullptr) << name;
-  return parameter ? parameter->value : NAN;
-}
-
 double sd(const Estimate& estimate, const char* name) {
   const auto* parameter = find_parameter(estimate, name);
   return standard_uncertainty(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
@@ -69,36 +64,8 @@ double sd(const Estimate& estimate, const char* name) {
 
 double apart(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * std::numbers::pi)); }
 
-/// The finding of this code, or null.
-const Finding* finding(const Estimate& estimate, const char* code) {
-  const auto match = std::ranges::find(estimate.findings, code, &Finding::code);
-  return match == estimate.findings.end() ? nullptr : &*match;
-}
-
-/// Whether there is an error of this code.
-bool has_error(const Estimate& estimate, const char* code) {
-  const auto* match = finding(estimate, code);
-  return match != nullptr && match->severity == Finding::Severity::error;
-}
-
-/// The name, or the key of the phrase, that a finding gives under this name.
-std::string text_in(const Estimate& estimate, const char* code, const char* name) {
-  if (const auto* match = finding(estimate, code))
-    for (const auto& value : match->values) {
-      if (value.name != name) continue;
-      if (const auto* phrase = std::get_if<Phrase>(&value.value)) return phrase->key;
-      if (const auto* text = std::get_if<std::string>(&value.value)) return *text;
-    }
-  return "";
-}
-
 std::string refusal(const Plan& plan, const Recording& recording) {
-  try {
-    identified(plan, recording);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return tumble::refusal(method(), {plan, {recording}, {}});
 }
 
 Channel& channel(Recording& recording, const std::string& name) {
@@ -222,7 +189,7 @@ TEST(NorthFinding, DriftShiftsTheAzimuthAsOf216UnlessTheOrderCancelsIt) {
   const auto fitted = shift(palindrome, "auto");
   EXPECT_NEAR(value(fitted, "azimuth") - a, 0.0, 1e-11);
   EXPECT_NEAR(value(fitted, "drift"), si(0.05, "deg/h/h"), 1e-6 * si(0.05, "deg/h/h"));
-  EXPECT_NE(finding(shift({0, 90, 180, 270}, "auto"), "drift_moves_azimuth"), nullptr);
+  EXPECT_NE(finding_of(shift({0, 90, 180, 270}, "auto").findings, "drift_moves_azimuth"), nullptr);
 }
 
 TEST(NorthFinding, TwoPositionsNeedTheScaleFactorAndAHint) {
@@ -230,7 +197,7 @@ TEST(NorthFinding, TwoPositionsNeedTheScaleFactorAndAHint) {
   Plan plan = table_at(a, 1.0 * degree, 0.0, {0, 180, 180, 0});
   const Recording recording = simulate(plan, 1, {});
   const auto estimate = identified(plan, recording);
-  EXPECT_TRUE(has_error(estimate, "two_azimuths"));
+  EXPECT_TRUE(has_error(estimate.findings, "two_azimuths"));
   plan.settings.set_number("azimuth_about", 80.0 * degree, Unit::parse("deg"));
   EXPECT_LT(apart(value(identified(plan, recording), "azimuth"), a), 1e-10);
   plan.settings.set_number("azimuth_about", -80.0 * degree, Unit::parse("deg"));
@@ -261,7 +228,7 @@ TEST(NorthFinding, TurningTableWithAccelerometers) {
   // components alike
   EXPECT_LT(apart(value(estimate, "azimuth"), a), 1e-6);
   EXPECT_NEAR(value(estimate, "misalignment_z"), 100.0 * arcsec, 0.01 * arcsec);
-  EXPECT_NE(finding(estimate, "continuous_turning"), nullptr);
+  EXPECT_NE(finding_of(estimate.findings, "continuous_turning"), nullptr);
 }
 
 TEST(NorthFinding, VoltageOfUnknownScaleFactor) {
@@ -289,7 +256,7 @@ TEST(NorthFinding, LevelIsTakenFromTheRigWithoutAccelerometers) {
   plan.rig.set_number("level_sd", 100.0 * arcsec, Unit::parse("arcsec"));
   const auto estimate = identified(plan, gyro_alone(plan));
   EXPECT_EQ(find_parameter(estimate, "pitch"), nullptr);
-  EXPECT_EQ(text_in(estimate, "tilt_of_the_rig", "reason"), "no_accelerometer_shows_tilt");
+  EXPECT_EQ(text_of_value(estimate.findings, "tilt_of_the_rig", "reason"), "no_accelerometer_shows_tilt");
   // (2.17): tan(phi) (rho_X cos A + rho_Y sin A) with equal sd of both
   EXPECT_NEAR(sd(estimate, "azimuth") / (std::tan(latitude) * 100.0 * arcsec), 1.0, 0.01);
 }
@@ -308,17 +275,17 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
       for (double& v : channel(r, name).values) v = factor * v + offset;
     });
   };
-  EXPECT_TRUE(has_error(scaled("accelerometer_y", -1.0), "opposite_tilts"));
+  EXPECT_TRUE(has_error(scaled("accelerometer_y", -1.0).findings, "opposite_tilts"));
   EXPECT_TRUE(has_error(changed([](Recording& r) {
                           std::swap(channel(r, "accelerometer_x").values, channel(r, "accelerometer_y").values);
-                        }),
+                        }).findings,
                         "opposite_tilts"));
-  EXPECT_TRUE(has_error(scaled("accelerometer_x", 9.8), "different_tilts"));
+  EXPECT_TRUE(has_error(scaled("accelerometer_x", 9.8).findings, "different_tilts"));
   const auto per_minute = scaled("gyro_x", 60.0), locked_in = scaled("gyro_x", 1e-3, 1e-6);
-  EXPECT_TRUE(has_error(per_minute, "wrong_horizontal_rate"));
-  EXPECT_EQ(text_in(per_minute, "wrong_horizontal_rate", "suspicion"), "rate_in_wrong_time_unit");
-  EXPECT_TRUE(has_error(locked_in, "wrong_horizontal_rate"));
-  EXPECT_EQ(text_in(locked_in, "wrong_horizontal_rate", "suspicion"), "gyro_misses_earth_rate");
+  EXPECT_TRUE(has_error(per_minute.findings, "wrong_horizontal_rate"));
+  EXPECT_EQ(text_of_value(per_minute.findings, "wrong_horizontal_rate", "suspicion"), "rate_in_wrong_time_unit");
+  EXPECT_TRUE(has_error(locked_in.findings, "wrong_horizontal_rate"));
+  EXPECT_EQ(text_of_value(locked_in.findings, "wrong_horizontal_rate", "suspicion"), "gyro_misses_earth_rate");
   Plan exchanged = plan;
   std::swap(exchanged.schedule[2].axes, exchanged.schedule[4].axes);
   const auto mended = identified(exchanged, good);  // by the recorded angles
@@ -328,9 +295,9 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
   Recording blind = good;
   without_angles(blind);
   const auto of_blind = identified(exchanged, blind);
-  EXPECT_TRUE(has_error(of_blind, "positions_exchanged"));
-  EXPECT_EQ(text_in(of_blind, "positions_exchanged", "position"), "3");
-  EXPECT_EQ(text_in(of_blind, "positions_exchanged", "other"), "5");
+  EXPECT_TRUE(has_error(of_blind.findings, "positions_exchanged"));
+  EXPECT_EQ(text_of_value(of_blind.findings, "positions_exchanged", "position"), "3");
+  EXPECT_EQ(text_of_value(of_blind.findings, "positions_exchanged", "other"), "5");
 }
 
 TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {
@@ -351,8 +318,8 @@ TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {
 
 TEST(NorthFinding, SettingsOutsideTheirRangeAreRefused) {
   std::vector<std::string> problems;
-  resolve(method().options(), {{"averaging", "0 s", ""}, {"settling", "-1 s", ""}, {"angle_tolerance", "0 deg", ""}}, "",
-          problems);
+  resolve(method().options(), {{"averaging", "0 s", ""}, {"settling", "-1 s", ""}, {"angle_tolerance", "0 deg", ""}},
+          "", problems);
   EXPECT_EQ(problems.size(), 3u);
 }
 

@@ -7,6 +7,7 @@
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/trial.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -155,11 +156,12 @@ TEST(RlgLockIn, CountsInTheDeadBandAreNamed) {
   const auto& mark = recording.marks.front();  // 0.4 W_L, in the dead band
   for (std::size_t i = 50; i < 150; ++i) recording.channels[0].values[i] += 1.0;
   const Estimate estimate = method().identify(evidence, {});
-  const auto finding = std::ranges::find(estimate.findings, "beat_in_dead_band", &Finding::code);
-  ASSERT_NE(finding, estimate.findings.end());
+  const Finding* finding = finding_of(estimate.findings, "beat_in_dead_band");
+  ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->occurrences.count, 1u);
   EXPECT_EQ(finding->occurrences.worst.label, mark.label);
-  EXPECT_NEAR(std::get<double>(finding->values[0].value), 100.0 / 4.0, 1.0);  // 4 edges a fringe; a count at each end
+  // 4 edges a fringe; a count at each end
+  EXPECT_NEAR(value_of(estimate.findings, "beat_in_dead_band", "fringes"), 100.0 / 4.0, 1.0);
 }
 
 TEST(RlgLockIn, SettingsOutsideTheirRangeAreRefused) {
