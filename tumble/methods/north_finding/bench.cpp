@@ -38,7 +38,7 @@ linear::Problem problem_of(Channel channel, const Recorded& recorded, const Sett
   return problem;
 }
 
-/// In which of `count` equal parts of the stretch a block lies: whole revolutions.
+/// Number of the revolution, among equal parts of the stretch, in which a block lies.
 std::size_t revolution_of(const Stretch& stretch, std::size_t per_block, std::size_t block, double rate) {
   const double turns = std::abs(rate) * stretch.duration() / two_pi;
   const auto parts = std::clamp(static_cast<std::size_t>(turns), std::size_t{1}, most_revolutions);
@@ -202,7 +202,7 @@ Bench assembled(const From& from, const Plan& plan, const Records& records) {
   return bench;
 }
 
-/// What the model of a channel of the plan records, in the simulation.
+/// Output that the model of a channel of the plan records, in the simulation.
 Recorded recorded_by(const Plan& plan, Channel channel) {
   const auto choice = plan.channels.find(role_of(channel));
   const std::string name = choice == plan.channels.end() ? role_of(channel) : choice->second.front().channel;

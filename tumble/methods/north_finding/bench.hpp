@@ -11,7 +11,7 @@
 
 namespace tumble::north_finding {
 
-/// A stay at an index angle, or a revolution of a table that turns: what shares one draw of slow noise.
+/// A stay at an index angle, or a revolution of a table that turns: its rows share one draw of slow noise.
 struct Place {
   std::string label;
   int run = 1;
@@ -29,7 +29,7 @@ struct Signal {
   linear::Rows blocks = {};              ///< averages, as they are read
   std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is not used
   std::vector<Place> places = {};
-  std::vector<Row> rows = {};  ///< a stay is one row, of a turn every block is one
+  std::vector<Row> rows = {};  ///< a stay is a row, each block of a turn is a row
 };
 
 /// The test, as read.
@@ -53,7 +53,7 @@ const Signal* signal_of(const Bench& bench, Channel channel);
 /// Outputs of the rows [rows] [SI of the channel, counts per second].
 std::vector<double> outputs_of(const Signal& signal);
 
-/// What an error of the rig does to the middle of a row.
+/// Attitude at the middle of a row without and with an error of the rig.
 struct Move {
   std::size_t row = 0;
   View before, after;

@@ -17,7 +17,7 @@ std::vector<double> modelled(const Signal& signal, const State& state) {
   return out;
 }
 
-/// What kind of test it is.
+/// Kind of the test.
 void say_scheme(const Bench& bench, Findings& out) {
   const auto& places = bench.signals.front().places;
   const auto stays = std::ranges::count(places, true, &Place::steady);
@@ -31,7 +31,7 @@ void say_scheme(const Bench& bench, Findings& out) {
   out.push_back({Severity::info, "positions_and_stays", {{"positions", angles.size()}, {"stays", places.size()}}});
 }
 
-/// What makes a rate that many times too large.
+/// Fault that makes a rate that many times too large.
 Phrase suspicion(double ratio) {
   if (ratio < 0.1) return Phrase{"gyro_misses_earth_rate"};
   for (const double factor : {minute, hour})

@@ -18,7 +18,7 @@ struct Prior {
   Matrix covariance;  ///< [SI]
 };
 
-/// What is known of the instrument.
+/// Prior knowledge of the instrument.
 struct Instrument {
   State state{};                             ///< tilt and azimuth 0
   std::array<bool, channels> scale_known{};  ///< else it is estimated with the azimuth

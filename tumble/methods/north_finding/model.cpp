@@ -37,7 +37,7 @@ Slopes slopes_at(const State& s) {
       {axes * Vector3{-north.y, north.x, 0.0}, {}}, {by_pitch * north, by_pitch * up}, {by_roll * north, by_roll * up}};
 }
 
-/// What the channel is sensitive to along the body's axes.
+/// Sensitivity of the channel along the axes of the body [1].
 Vector3 sensitivity(const State& s, Channel channel) {
   if (channel == gyro) return {1.0, s[gyro_y], s[gyro_z]};
   return channel == accelerometer_x ? Vector3{1.0, s[x_y], s[x_z]} : Vector3{s[y_x], 1.0, s[y_z]};

@@ -19,7 +19,7 @@ struct Noise {
   double place_sd = 0.0;        ///< [SI of the channel] by which places differ beyond the model and white noise
 };
 
-/// What of the circle the index angles of a signal show.
+/// Directions of the circle that the index angles of a signal show.
 struct Shown {
   bool none = true, both = false;  ///< directions in the base: none, one or both
   double along = 0.0;              ///< [rad] the one direction, from the base's x towards its y

@@ -138,7 +138,7 @@ TEST(NorthFinding, GammaYIsTheAzimuthOf210AndACalibrationTakesItOff) {
   EXPECT_NEAR(sd(estimate, "azimuth") / arcsec, 20.0, 0.1);  // the calibration's, in full
   EXPECT_NEAR(cell(estimate, "before_after", "nominal", 1), value(nominal, "azimuth"), 1e-12);
   plan.calibration.result = std::make_shared<const Estimate>();
-  EXPECT_NE(refusal(plan, recording).find("holds none of the parameters"), std::string::npos);
+  EXPECT_NE(refusal(plan, recording).find("has none of the parameters"), std::string::npos);
 }
 
 TEST(NorthFinding, UncertaintyFromNoiseIsThatOf214) {

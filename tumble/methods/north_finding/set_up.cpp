@@ -21,7 +21,7 @@ struct Level {
   std::vector<Quantity> biases;  ///< estimated with the tilt
 };
 
-/// What the rows of these signals show of u_x, u_y and a bias each [rows x 2 + signals].
+/// Derivatives of the rows of these signals by u_x, u_y and a bias each [rows x 2 + signals].
 Matrix tilt_design(const std::vector<const Signal*>& signals) {
   std::size_t rows = 0;
   for (const auto* signal : signals) rows += signal->rows.size();

@@ -188,7 +188,7 @@ double freedom_of(const Bench& bench, const std::vector<Noise>& noise, const std
   return of_v > 0.0 ? std::max(1.0, 2.0 * v * v / of_v) : std::numeric_limits<double>::infinity();
 }
 
-/// What rounding to whole pulses gives where a table turns: neighbours share a reading.
+/// Covariance by rounding to whole pulses where a table turns: neighbours share a reading.
 Matrix counted_turns(const Bench& bench, const std::vector<std::size_t>& firsts, const Matrix& gain) {
   Matrix covariance(gain.rows, gain.rows);
   std::vector<double> end(gain.rows, 0.0);  // of the reading after the row before

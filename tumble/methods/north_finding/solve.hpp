@@ -8,7 +8,7 @@
 
 namespace tumble::north_finding {
 
-/// What the test is to give, and around what.
+/// Quantities that the test estimates, and the state around which.
 struct Setup {
   State start{};
   std::vector<Quantity> free;  ///< azimuth first

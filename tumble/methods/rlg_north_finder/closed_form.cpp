@@ -94,7 +94,7 @@ Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<
   const double d = (f_x(x.down[2].back()) - f_x(x.down[2].front())) / gravity;
   tilts.rho_y = 0.5 * (s - d);
   tilts.eta = tilts.rho_x - 0.5 * (s + d);
-  // what moves single positions; two of them or more enter each tilt with one half
+  // errors of single positions; two of them or more enter each tilt with one half
   double squares = std::pow(stated("repeatability_sd"), 2) + std::pow(stated("wobble_once_sd"), 2) +
                    std::pow(stated("wobble_twice_sd"), 2);
   squares += std::pow(drift / gravity, 2);

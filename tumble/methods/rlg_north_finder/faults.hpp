@@ -5,7 +5,7 @@
 #include "tumble/methods/rlg_north_finder/closed_form.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 
-/// What can be wrong with such a test, by name.
+/// Faults of such a test, by name.
 namespace tumble::rlg_north_finder {
 
 /// Positions in another order, turns the other way, accelerometers exchanged or reversed: the accelerometers against

@@ -6,7 +6,7 @@
 
 #include "tumble/reduce/linear/linear.hpp"
 
-/// Which segment of the test is which position and rotation of the path, by what the plan says was felt there.
+/// Positions and rotations of the path among the segments of the test, by the specific force and the rate of the plan.
 namespace tumble::rlg_north_finder {
 
 /// A rotation about a body axis, all of its segment.

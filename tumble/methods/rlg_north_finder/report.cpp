@@ -23,13 +23,14 @@ std::vector<std::string> axes_of(const Plan& plan) {
 
 const linear::SegmentSummary* find(std::span<const linear::SegmentSummary> segments,
                                    const linear::SegmentSummary& like) {
-  for (const auto& one : segments)
-    if (one.label == like.label && one.run == like.run && std::abs(one.begin - like.begin) < 1.0 + like.duration)
-      return &one;
+  for (const auto& segment : segments)
+    if (segment.label == like.label && segment.run == like.run &&
+        std::abs(segment.begin - like.begin) < 1.0 + like.duration)
+      return &segment;
   return nullptr;
 }
 
-/// What the rig states of an option, 0 where it has none or is ideal.
+/// Value of an option of the rig, 0 where the rig lacks it or is ideal.
 double stated(const Settings& rig, const char* name) {
   return rig.texts().contains(name) && !rig.flag("ideal") ? rig.number(name) : 0.0;
 }
@@ -127,8 +128,8 @@ Table tilts_table(const Tilts& tilts, const Settings& rig) {
               {{"error", Unit()}, {"description", Unit()}, {"value", arcsec}, {"sd", arcsec}, {"stated", arcsec}},
               {}};
   if (!tilts.known) return table;
-  for (const auto& one : list_of(tilts, rig))
-    table.rows.push_back({one.name, one.description, one.value, tilts.sd, one.prior});
+  for (const auto& tilt : list_of(tilts, rig))
+    table.rows.push_back({tilt.name, tilt.description, tilt.value, tilts.sd, tilt.prior});
   return table;
 }
 

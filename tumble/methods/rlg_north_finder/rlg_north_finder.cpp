@@ -68,7 +68,7 @@ Tilts tilts_by(const Prepared& prepared, const std::array<linear::Problem, outpu
   return tilts(again, values_of(least_squares_estimate(again)), true);
 }
 
-/// What the path lacks: the formulas are refused, least squares uses what else shows a parameter.
+/// Faults of the path: the formulas are then refused, least squares uses what else shows a parameter.
 void judge_path(const Summaries& segments, const Settings& settings, Findings& findings) {
   const std::vector<linear::SegmentSummary> of_gyro(segments[gyro].begin(), segments[gyro].end());
   const Path path = path_of(of_gyro);

@@ -63,9 +63,9 @@ void both_ways(Segments segments, const Path& path, const Estimate& estimate, Fi
   const double scale = estimate.parameters[0].value, bias = estimate.parameters[1].value;
   const Turning *forward = path.rotation(0, true), *reverse = path.rotation(0, false);
   if (!forward || !reverse || scale * at_rest(segments).scale < 0.0) return;  // the finding of the other sense says it
-  const auto turned = [&](const Turning& one) {
-    const auto& segment = segments[one.segment];
-    const double earth = segment.felt.rate.x * segment.duration - two_pi * std::round(one.turns);
+  const auto turned = [&](const Turning& turning) {
+    const auto& segment = segments[turning.segment];
+    const double earth = segment.felt.rate.x * segment.duration - two_pi * std::round(turning.turns);
     return segment.measured * segment.duration / scale - bias * segment.duration - earth;
   };
   const double difference = std::abs(turned(*forward)) - std::abs(turned(*reverse));

@@ -59,7 +59,7 @@ struct Swings {
 
 Swings swings_of(const Evidence& evidence, const Samples& samples, const Summaries& segments, Which output) {
   double low = INFINITY, high = -INFINITY;  // of the stays: -g and g
-  for (const auto& one : segments[output]) low = std::min(low, one.measured), high = std::max(high, one.measured);
+  for (const auto& stay : segments[output]) low = std::min(low, stay.measured), high = std::max(high, stay.measured);
   Swings swings;
   int last = 0;
   for (const double v : series_of(evidence, samples, output).values) {
@@ -129,10 +129,10 @@ Profiles profiles_of(const Plan& plan, const linear::SegmentSummary& segment, co
   Profiles profiles;
   for (const auto& power_up : power_ups_of(plan, 1.0)) {
     const auto& segments = power_up.rig.segments;
-    const auto found = std::ranges::find_if(
-        segments, [&](const Segment& one) { return one.label == segment.label && one.run == segment.run; });
-    if (found == segments.end()) continue;
-    const double begin = power_up.begins[static_cast<std::size_t>(found - segments.begin())];
+    const auto planned = std::ranges::find_if(
+        segments, [&](const Segment& some) { return some.label == segment.label && some.run == segment.run; });
+    if (planned == segments.end()) continue;
+    const double begin = power_up.begins[static_cast<std::size_t>(planned - segments.begin())];
     const Reference& reference = power_up.reference;
     Felt first, felt;
     reference.felt(begin, 1.0, std::span(&first, 1));
