@@ -46,7 +46,7 @@ std::size_t revolution_of(const Stretch& stretch, std::size_t per_block, std::si
   return std::min(parts - 1, block * parts / blocks);
 }
 
-/// Rows, places and which block belongs to which, from the attitudes of the rig without errors.
+/// Rows, positions and which block belongs to which, from the attitudes of the rig without errors.
 class Reader {
  public:
   Reader(const Rotation& base, Signal& signal) : base_(base), signal_(signal) {
@@ -68,19 +68,19 @@ class Reader {
  private:
   const Attitude& attitude(std::size_t g) const { return attitudes_[signal_.evidence.test.stretches[g].power_up]; }
 
-  void open_place(std::size_t g, double begin, double length) {
+  void open_position(std::size_t g, double begin, double length) {
     const auto& stretch = signal_.evidence.test.stretches[g];
     const auto& power_up = signal_.evidence.test.power_ups[stretch.power_up];
     const View view = attitude(g).at(begin + (stretch.steady ? 0.5 * length : 0.0), base_);
-    signal_.places.push_back({stretch.label,
-                              stretch.run,
-                              stretch.steady,
-                              angle_of(view),
-                              view.spin.z,
-                              {stretch.start, power_up.offset + begin, length}});
+    signal_.positions.push_back({stretch.label,
+                                 stretch.run,
+                                 stretch.steady,
+                                 angle_of(view),
+                                 view.spin.z,
+                                 {stretch.start, power_up.offset + begin, length}});
   }
 
-  void set_place(std::size_t g, double middle, Row& row) const {
+  void set_position(std::size_t g, double middle, Row& row) const {
     row.power_up = signal_.evidence.test.stretches[g].power_up;
     row.run = signal_.evidence.test.stretches[g].run;
     row.start = signal_.evidence.test.stretches[g].start;
@@ -91,8 +91,8 @@ class Reader {
     const auto& blocks = signal_.blocks;
     const auto& stretch = signal_.evidence.test.stretches[g];
     const double length = stretch.duration();
-    open_place(g, stretch.first, length);
-    Row row{.channel = signal_.channel, .place = signal_.places.size() - 1};
+    open_position(g, stretch.first, length);
+    Row row{.channel = signal_.channel, .position = signal_.positions.size() - 1};
     for (std::size_t b = first; b < end; ++b) {
       const double w = blocks.weights[b];
       row.seconds += w;
@@ -103,7 +103,7 @@ class Reader {
     row.time = row.time / row.seconds + signal_.evidence.test.power_ups[stretch.power_up].offset;
     row.output /= row.seconds;
     row.rounding_sd = rounding.empty() ? 0.0 : rounding[first];
-    set_place(g, stretch.first + 0.5 * length, row);
+    set_position(g, stretch.first + 0.5 * length, row);
     row.views = {attitude(g).at(row.at, base_)};
     signal_.rows.push_back(std::move(row));
   }
@@ -121,19 +121,19 @@ class Reader {
       if (std::abs(blocks.weights[b] - length) > 1e-6 * length) continue;  // where samples are missing it is no mean
       const double from = stretch.first + static_cast<double>(begin) * stretch.step;
       if (const std::size_t part = revolution_of(stretch, per_block, blocks.block[b], rate); part != last) {
-        open_place(g, from, 0.0);
+        open_position(g, from, 0.0);
         last = part;
       }
-      auto& place = signal_.places.back();
-      place.interval.length =
-          signal_.evidence.test.power_ups[stretch.power_up].offset + from + length - place.interval.begin;
-      Row row{.channel = signal_.channel, .place = signal_.places.size() - 1, .seconds = length};
+      auto& position = signal_.positions.back();
+      position.interval.length =
+          signal_.evidence.test.power_ups[stretch.power_up].offset + from + length - position.interval.begin;
+      Row row{.channel = signal_.channel, .position = signal_.positions.size() - 1, .seconds = length};
       row.time = blocks.time[b] + signal_.evidence.test.power_ups[stretch.power_up].offset;
       row.output = blocks.output.empty() ? NAN : blocks.output[b];
       row.reading_sd = signal_.problem.pulse * std::sqrt(pulses::reading_variance) / length;
       row.follows = b == next;
       next = b + 1;
-      set_place(g, from + 0.5 * length, row);
+      set_position(g, from + 0.5 * length, row);
       for (std::size_t k = 0; k < nodes.size(); ++k) {
         row.views.push_back(attitude(g).at(from + nodes[k] * length, base_));
         row.views.back().weight = node_weights[k];
@@ -159,8 +159,8 @@ void read_rows(const Rotation& base, Signal& signal) {
 void set_middle(Bench& bench) {
   double first = 0.0, last = 0.0;
   bool any = false;
-  for (const auto& place : bench.signals.front().places) {
-    const double begin = place.interval.begin, end = begin + place.interval.length;
+  for (const auto& position : bench.signals.front().positions) {
+    const double begin = position.interval.begin, end = begin + position.interval.length;
     first = any ? std::min(first, begin) : begin;
     last = any ? std::max(last, end) : end;
     any = true;

@@ -12,7 +12,7 @@
 namespace tumble::north_finding {
 
 /// A stay at an index angle, or a revolution of a table that turns: its rows share one draw of slow noise.
-struct Place {
+struct Position {
   std::string label;
   int run = 1;
   bool steady = true;
@@ -28,7 +28,7 @@ struct Signal {
   linear::Evidences evidence = {};
   linear::Rows blocks = {};              ///< averages, as they are read
   std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is not used
-  std::vector<Place> places = {};
+  std::vector<Position> positions = {};
   std::vector<Row> rows = {};  ///< a stay is a row, each block of a turn is a row
 };
 

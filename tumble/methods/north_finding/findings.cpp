@@ -19,16 +19,16 @@ std::vector<double> modelled(const Signal& signal, const State& state) {
 
 /// Kind of the test.
 void say_scheme(const Bench& bench, Findings& out) {
-  const auto& places = bench.signals.front().places;
-  const auto stays = std::ranges::count(places, true, &Place::steady);
-  if (stays < std::ssize(places)) {
+  const auto& positions = bench.signals.front().positions;
+  const auto stays = std::ranges::count(positions, true, &Position::steady);
+  if (stays < std::ssize(positions)) {
     out.push_back({Severity::info, stays > 0 ? "stays_and_turning" : "continuous_turning", {}});
     return;
   }
   std::set<long> angles;
   constexpr long cells = 10 * 360;  // of a tenth of a degree
-  for (const auto& place : places) angles.insert(std::lround(wrapped(place.angle) / two_pi * cells) % cells);
-  out.push_back({Severity::info, "positions_and_stays", {{"positions", angles.size()}, {"stays", places.size()}}});
+  for (const auto& position : positions) angles.insert(std::lround(wrapped(position.angle) / two_pi * cells) % cells);
+  out.push_back({Severity::info, "positions_and_stays", {{"positions", angles.size()}, {"stays", positions.size()}}});
 }
 
 /// Fault that makes a rate that many times too large.
@@ -112,11 +112,11 @@ Exchange best_exchange(const Signal& signal, const Setup& setup, double squares)
   return best;
 }
 
-/// Places that do not follow the circle; whether exchanging two of them mends it.
+/// Positions that do not follow the circle; whether exchanging two of them mends it.
 void check_order(const Bench& bench, const Reduction& reduction, Findings& out) {
   const Signal& signal = bench.signals.front();
   const auto& setup = reduction.setup;
-  const bool stays = std::ranges::all_of(signal.places, &Place::steady);
+  const bool stays = std::ranges::all_of(signal.positions, &Position::steady);
   if (!stays || !setup.shown.both || signal.rows.size() < 5 || signal.rows.size() > 200) return;
   const double squares = sum_of_squares(harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift).residuals);
   double white = 0.0;
@@ -127,7 +127,7 @@ void check_order(const Bench& bench, const Reduction& reduction, Findings& out) 
   if (squares < 100.0 * white || squares < n * std::pow(1e-3 * scale * earth_rate, 2)) return;
   const Exchange exchange = best_exchange(signal, setup, squares);
   const FindingValue rms{"rms", std::sqrt(squares / n) / scale, "deg/h"}, ratio{"ratio", std::sqrt(squares / white)};
-  const auto label = [&](std::size_t row) { return signal.places[signal.rows[row].place].label; };
+  const auto label = [&](std::size_t row) { return signal.positions[signal.rows[row].position].label; };
   if (exchange.squares < 0.02 * squares)
     out.push_back({Severity::error,
                    "positions_exchanged",
@@ -138,14 +138,14 @@ void check_order(const Bench& bench, const Reduction& reduction, Findings& out) 
 
 /// White noise of each stay, by the scatter of its averages [SI of the channel, squared, times s]; NaN: too few.
 std::vector<double> densities_of(const Signal& signal) {
-  std::vector<double> density(signal.places.size(), 0.0), count(signal.places.size(), 0.0);
+  std::vector<double> density(signal.positions.size(), 0.0), count(signal.positions.size(), 0.0);
   for (std::size_t b = 0; b < signal.row_of.size(); ++b) {
     if (signal.row_of[b] == npos) continue;
     const Row& row = signal.rows[signal.row_of[b]];
-    if (!signal.places[row.place].steady) continue;
+    if (!signal.positions[row.position].steady) continue;
     const double off = signal.blocks.output[b] - row.output;
-    density[row.place] += signal.blocks.weights[b] * off * off;
-    count[row.place] += 1.0;
+    density[row.position] += signal.blocks.weights[b] * off * off;
+    count[row.position] += 1.0;
   }
   for (std::size_t p = 0; p < count.size(); ++p) density[p] = count[p] > 2.0 ? density[p] / (count[p] - 1.0) : NAN;
   return density;
@@ -164,7 +164,7 @@ void check_rest(const Bench& bench, Findings& out) {
     double worst = 0.0;
     for (std::size_t p = 0; p < densities.size(); ++p) {
       if (!(usual > 0.0 && densities[p] > 30.0 * usual)) continue;
-      const tumble::Place stay(signal.places[p].label + ", run " + std::to_string(signal.places[p].run));
+      const Place stay(signal.positions[p].label + ", run " + std::to_string(signal.positions[p].run));
       if (stays.count++ == 0) stays.first = stay;
       if (densities[p] > worst) stays.worst = stay, worst = densities[p];
     }
@@ -176,7 +176,7 @@ void check_rest(const Bench& bench, Findings& out) {
 
 void say_drift(const Bench& bench, const Reduction& reduction, Findings& out) {
   const Signal& signal = bench.signals.front();
-  if (reduction.setup.drift || signal.places.size() < 2) return;
+  if (reduction.setup.drift || signal.positions.size() < 2) return;
   double shift = 0.0;
   const Matrix& gain = reduction.solution.gain;
   for (std::size_t r = 0; r < signal.rows.size(); ++r)

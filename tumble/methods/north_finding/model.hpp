@@ -79,7 +79,7 @@ struct View {
 /// A mean of one channel.
 struct Row {
   Channel channel = gyro;
-  std::size_t place = 0;         ///< in which stretch or revolution of its channel
+  std::size_t position = 0;      ///< in which stretch or revolution of its channel
   double seconds = 0.0;          ///< of samples
   double time = 0.0;             ///< [s] from t_0
   double output = 0.0;           ///< [SI of the channel, counts per second]; NaN where predicted

@@ -58,7 +58,7 @@ Matrix beyond(const Matrix& basis, Matrix x) {
 
 std::vector<linear::Interval> intervals_of(const Signal& signal) {
   std::vector<linear::Interval> out;
-  for (const auto& place : signal.places) out.push_back(place.interval);
+  for (const auto& position : signal.positions) out.push_back(position.interval);
   return out;
 }
 
@@ -82,7 +82,7 @@ MixedData blocks_of(const Signal& signal, const Shown& shown, bool drift) {
     rows.push_back(signal.row_of[b]);
     data.observations.push_back(signal.blocks.output[b]);
     data.weights.push_back(signal.blocks.weights[b]);
-    data.segment.push_back(signal.rows[rows.back()].place);
+    data.segment.push_back(signal.rows[rows.back()].position);
   }
   data.design = chosen_rows(design_of(signal, shown, drift), rows);
   return data;
@@ -120,14 +120,6 @@ double without_rounding(const Signal& signal, double white) {
   }
   if (!(rounding > 0.0)) return white;
   return std::max(white - rounding / blocks, std::min(1.0, 2.0 * std::sqrt(2.0 / blocks)) * white);
-}
-
-double place_sd(const std::vector<SlowNoise>& slow) {
-  double sum = 0.0;
-  for (const auto& part : slow)
-    if (part.source == linear::drift_source)
-      sum += part.variance * trace(part.kernel) / static_cast<double>(part.kernel.rows);
-  return std::sqrt(sum);
 }
 
 }  // namespace
@@ -190,7 +182,7 @@ Noise noise_of(const Bench& bench, std::size_t number, const State& state, const
   Noise noise;
   const double stated = stated_for(bench, signal, state);
   noise.slow_known = stated > 0.0;
-  noise.slow_shown = signal.places.size() > data.design.columns;
+  noise.slow_shown = signal.positions.size() > data.design.columns;
   data.slow = linear::unknown_slow_noise(intervals_of(signal), data.design.columns, step_of(signal), stated);
   if (!noise.slow_shown) std::erase_if(data.slow, [](const SlowNoise& slow) { return !slow.known; });
   const MixedFit fit = fit_mixed_model(data);
@@ -199,7 +191,6 @@ Noise noise_of(const Bench& bench, std::size_t number, const State& state, const
   noise.component_covariance = fit.component_covariance;
   noise.slow = data.slow;
   for (std::size_t c = 0; c < noise.slow.size(); ++c) noise.slow[c].variance = fit.slow_variance[c];
-  noise.place_sd = place_sd(noise.slow);
   return noise;
 }
 
@@ -221,7 +212,6 @@ Noise expected_noise(const Bench& bench, std::size_t number, const State& state)
           intervals_of(signal), model, truth.number(output.noise_prefix + "turn_on_repeatability"), step_of(signal));
       for (auto& slow : noise.slow) slow.variance *= k * k;
     }
-  noise.place_sd = place_sd(noise.slow);
   return noise;
 }
 

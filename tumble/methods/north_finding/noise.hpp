@@ -12,11 +12,10 @@ namespace tumble::north_finding {
 struct Noise {
   double white = 0.0;           ///< s^2 [SI of the channel, squared, times s]
   double scatter = 0.0;         ///< as white, by the scatter of the rows: of a turn with the rounding to whole pulses
-  std::vector<SlowNoise> slow;  ///< of its places, with their variances
+  std::vector<SlowNoise> slow;  ///< of its positions, with their variances
   bool slow_known = false;      ///< from the settings or the plan's truth, at least in part
-  bool slow_shown = true;       ///< false: too few places to show it
+  bool slow_shown = true;       ///< false: too few positions to show it
   Matrix component_covariance;  ///< of (s^2, variances of `slow`); empty where they are known
-  double place_sd = 0.0;        ///< [SI of the channel] by which places differ beyond the model and white noise
 };
 
 /// Directions of the circle that the index angles of a signal show.
@@ -38,7 +37,7 @@ struct Harmonics {
 /// Given: outputs [unit of the output], one a row. `drift`: t is one of the columns.
 Harmonics harmonics_of(const Signal& signal, const std::vector<double>& outputs, const Shown& shown, bool drift);
 
-/// Estimated from the scatter within and between places, at `state` and with the errors of the rig.
+/// Estimated from the scatter within and between positions, at `state` and with the errors of the rig.
 Noise noise_of(const Bench& bench, std::size_t signal, const State& state, const std::vector<Disturbance>& disturbances,
                bool drift);
 /// Noise that the truth of the plan states.

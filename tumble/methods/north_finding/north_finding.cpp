@@ -30,9 +30,9 @@ std::vector<Option> options() {
       linear::bias_instability_option("ug", "accelerometer_"),
       word("drift", {"auto", "yes", "no"})
           .otherwise("auto")
-          .says(
-              "whether a linear drift of the bias is part of the model; auto: where six or more places distinguish it "
-              "from the azimuth"),
+          .says("whether a linear drift of the bias is part of the model; auto: where six or more positions "
+                "distinguish it "
+                "from the azimuth"),
       quantity("azimuth_about", "deg")
           .says("rough azimuth, which selects one of the two solutions that two positions have"),
       quantity("reference_azimuth", "deg").says("azimuth known from elsewhere, from which the errors are calculated"),

@@ -71,7 +71,7 @@ Table budget_of(const Estimate& estimate) {
   return table;
 }
 
-/// Means over the rows of each place of the gyro, as rates.
+/// Means over the rows of each position of the gyro, as rates.
 Table positions_of(const Bench& bench, const Reduction& reduction, bool predicted) {
   const Signal& signal = bench.signals.front();
   const State& state = reduction.solution.state;
@@ -82,10 +82,10 @@ Table positions_of(const Bench& bench, const Reduction& reduction, bool predicte
       {"f_x", Unit::parse("mg")}, {"predicted", rate}, {"noise_sd", rate}};
   if (!predicted) table.columns.insert(table.columns.end(), {{"measured", rate}, {"residual", rate}});
   std::size_t r = 0;
-  for (std::size_t p = 0; p < signal.places.size(); ++p) {
-    const auto& place = signal.places[p];
+  for (std::size_t p = 0; p < signal.positions.size(); ++p) {
+    const auto& position = signal.positions[p];
     double seconds = 0.0, measured = 0.0, modelled = 0.0, force = 0.0;
-    for (; r < signal.rows.size() && signal.rows[r].place == p; ++r) {
+    for (; r < signal.rows.size() && signal.rows[r].position == p; ++r) {
       const Row& row = signal.rows[r];
       Row along = row;
       along.channel = accelerometer_x;
@@ -98,9 +98,9 @@ Table positions_of(const Bench& bench, const Reduction& reduction, bool predicte
       force += row.seconds * output_of(plain, along);
     }
     if (!(seconds > 0.0)) continue;
-    std::vector<Table::Cell> cells{place.label,
-                                   static_cast<double>(place.run),
-                                   wrapped(place.angle),
+    std::vector<Table::Cell> cells{position.label,
+                                   static_cast<double>(position.run),
+                                   wrapped(position.angle),
                                    seconds,
                                    force / seconds,
                                    modelled / seconds,
@@ -168,6 +168,7 @@ ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
 
 Estimate described(const Bench& bench, const Reduction& reduction, const Reduction* nominal, bool predicted) {
   Estimate estimate;
+  estimate.method = "north_finding";
   add_parameters(bench, reduction.solution, estimate);
   estimate.findings = bench.findings;
   for (const auto& more : {reduction.setup.findings, findings_of(bench, reduction, predicted)})

@@ -13,7 +13,7 @@
 namespace tumble::north_finding {
 namespace {
 
-constexpr std::size_t least_places_for_drift = 6;
+constexpr std::size_t least_positions_for_drift = 6;
 
 /// Which of (u_x, u_y, b_x, b_y) the accelerometers show.
 struct Level {
@@ -67,7 +67,7 @@ bool drift_wanted(const Bench& bench, const Shown& shown) {
     throw Error(Error::Kind::bad_data,
                 "[settings] drift = \"yes\", but this order of the index angles cannot distinguish a drift from the "
                 "azimuth: visit the positions forwards and back");
-  return shown.drift && (word == "yes" || bench.signals.front().places.size() >= least_places_for_drift);
+  return shown.drift && (word == "yes" || bench.signals.front().positions.size() >= least_positions_for_drift);
 }
 
 void refuse_unshown(const Bench& bench, const Instrument& instrument, const Shown& shown) {
@@ -77,7 +77,7 @@ void refuse_unshown(const Bench& bench, const Instrument& instrument, const Show
     problems.push_back(
         fmt::format("all {} use the same index angle: they cannot distinguish the Earth's rate from the bias; "
                     "turn the table to angles 90 or 180 deg apart",
-                    signal.places.size() == 1 ? "samples" : "positions"));
+                    signal.positions.size() == 1 ? "samples" : "positions"));
   else if (!shown.both && !instrument.scale_known[gyro])
     problems.push_back(
         "index angles 180 deg apart alone give the azimuth from the size of the rate, which needs the gyro's scale "
@@ -100,9 +100,9 @@ void choose_free(const Bench& bench, const Instrument& instrument, Setup& setup)
   if (setup.drift) setup.free.push_back(gyro_drift);
   if (!instrument.scale_known[gyro]) setup.free.push_back(gyro_scale);
   double low = INFINITY, high = -INFINITY;
-  for (const auto& place : bench.signals.front().places) {
-    low = std::min(low, place.rate);
-    high = std::max(high, place.rate);
+  for (const auto& position : bench.signals.front().positions) {
+    low = std::min(low, position.rate);
+    high = std::max(high, position.rate);
   }
   if (high - low > 1e-6) setup.free.push_back(gyro_z);
   setup.free.insert(setup.free.end(), level.biases.begin(), level.biases.end());

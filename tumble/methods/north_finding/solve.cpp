@@ -50,7 +50,8 @@ void add_noise(const Bench& bench, const std::vector<Noise>& noise, const std::v
       const Matrix root = root_of(slow.variance * slow.kernel);
       Source source{slow.source + of, Matrix(firsts.back(), root.columns)};
       for (std::size_t r = 0; r < signal.rows.size(); ++r)
-        for (std::size_t k = 0; k < root.columns; ++k) source.columns(firsts[c] + r, k) = root(signal.rows[r].place, k);
+        for (std::size_t k = 0; k < root.columns; ++k)
+          source.columns(firsts[c] + r, k) = root(signal.rows[r].position, k);
       if (std::ranges::any_of(source.columns.values, [](double v) { return v != 0.0; }))
         system.sources.push_back(std::move(source));
     }
@@ -175,14 +176,14 @@ double freedom_of(const Bench& bench, const std::vector<Noise>& noise, const std
   for (std::size_t c = 0; c < bench.signals.size(); ++c) {
     if (noise[c].component_covariance.empty()) continue;
     const auto& signal = bench.signals[c];
-    std::vector<double> gradient(noise[c].component_covariance.rows, 0.0), by_place(signal.places.size(), 0.0);
+    std::vector<double> gradient(noise[c].component_covariance.rows, 0.0), by_position(signal.positions.size(), 0.0);
     for (std::size_t r = 0; r < signal.rows.size(); ++r) {
       const double g = gain[firsts[c] + r];
       gradient[0] += g * g / signal.rows[r].seconds;
-      by_place[signal.rows[r].place] += g;
+      by_position[signal.rows[r].position] += g;
     }
     for (std::size_t k = 1; k < gradient.size(); ++k)
-      gradient[k] = quadratic_form(by_place, noise[c].slow[k - 1].kernel);
+      gradient[k] = quadratic_form(by_position, noise[c].slow[k - 1].kernel);
     of_v += quadratic_form(gradient, noise[c].component_covariance);
   }
   return of_v > 0.0 ? std::max(1.0, 2.0 * v * v / of_v) : std::numeric_limits<double>::infinity();

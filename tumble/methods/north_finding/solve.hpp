@@ -33,8 +33,8 @@ struct Solution {
   Fit fit;
 };
 
-/// Generalised least squares of all channels together, the noise white within places and slow between them, the rig's
-/// errors and what is known beforehand as random effects common to the channels; Gauss-Newton about `start`.
+/// Generalised least squares of all channels together, the noise white within positions and slow between them, the
+/// rig's errors and what is known beforehand as random effects common to the channels; Gauss-Newton about `start`.
 Solution solve(const Bench& bench, const Instrument& instrument, const Setup& setup, const std::vector<Noise>& noise,
                const std::vector<Disturbance>& disturbances, bool predicted);
 
