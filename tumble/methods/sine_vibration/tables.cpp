@@ -248,7 +248,7 @@ void report_rest(const vibration::Data& data, const Measured& measured, Findings
       std::ranges::count_if(measured.points, [](const Point& p) { return !std::isnan(p.shift) && !p.both_sides; }));
   if (one_side > 0) findings.push_back({Severity::warning, "rest_on_one_side", {}, "", {one_side}});
   if (measured.rests.size() < 4 * data.units.size() && !measured.rests.empty())
-    findings.push_back({Severity::info, "few_rests", {}});
+    findings.push_back({Severity::info, "few_rests_between_tones", {}});
 }
 
 }  // namespace

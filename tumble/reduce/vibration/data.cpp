@@ -184,7 +184,7 @@ Windows windows_of(const Settings& settings, const std::vector<MarkedSegment>& m
   const double slope = slope_with_interval(channel, rests);
   const std::vector<FindingValue> scatter{{"scatter", even.scatter / even.window, "%"}};
   if (slope > 0.5) {
-    data.findings.push_back({Severity::warning, "unequal_windows", scatter, channel.name});
+    data.findings.push_back({Severity::warning, "windows_of_unequal_length", scatter, channel.name});
     return stamped_windows(channel, even);
   }
   data.findings.push_back(

@@ -63,7 +63,7 @@ void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std
     const Unwrapped result = unwrap(series.force, expected.count, reach);
     if (result.outcome == Unwrapped::Outcome::repaired)
       data.findings.push_back({Severity::warning,
-                               "counter_overflow",
+                               "counter_overflow_corrected",
                                {{"bits", result.bits}, {"windows", result.windows}},
                                draft.channel->name + ", " + series.label});
     if (result.outcome == Unwrapped::Outcome::ambiguous)
