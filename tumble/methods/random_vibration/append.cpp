@@ -52,7 +52,7 @@ Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics
   for (std::size_t k = 0; k < index.size(); ++k) {
     const Statistic& s = statistics[index[k]];
     const auto sum = variance_of_sum(joined(run.density[k], s.expected_white, s.expected_freedom),
-                                       s.faded ? exposure.weights : even);
+                                     s.faded ? exposure.weights : even);
     sd.push_back(std::sqrt(sum.variance));
     source.freedom[index[k]] = sum.degrees_of_freedom;
   }
@@ -62,8 +62,8 @@ Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics
   return source;
 }
 
-/// Covariance of ranges: the scatter of the ranges of the blocks. The greatest of many has the scale of the greatest of few
-/// (Gumbel), except for the slow approach of normal numbers to it, which `shrinking` corrects.
+/// Covariance of ranges: the scatter of the ranges of the blocks. The greatest of many has the scale of the greatest of
+/// few (Gumbel), except for the slow approach of normal numbers to it, which `shrinking` corrects.
 void add_ranges(const std::vector<Statistic>& statistics, Source& source) {
   std::vector<double> mean(statistics.size(), 0.0);
   for (std::size_t i = 0; i < statistics.size(); ++i)

@@ -76,11 +76,10 @@ void report_peaks(const std::string& where, const Measured& unit, Findings& find
   const double middle = 0.5 * (unit.highest + unit.lowest), half = 0.5 * (unit.highest - unit.lowest);
   const double expected = extreme.mean * unit.sd, sd = extreme.sd * unit.sd / std::numbers::sqrt2;
   if (half > expected + 5.0 * sd || half < expected - 4.0 * sd)
-    findings.push_back(
-        {Severity::warning,
-         half > expected ? "peaks_too_high" : "peaks_too_low",
-         {{"ratio", 2.0 * half / unit.sd}, {"normal", 2.0 * extreme.mean}, {"windows", unit.windows}},
-         where});
+    findings.push_back({Severity::warning,
+                        half > expected ? "peaks_too_high" : "peaks_too_low",
+                        {{"ratio", 2.0 * half / unit.sd}, {"normal", 2.0 * extreme.mean}, {"windows", unit.windows}},
+                        where});
   if (std::abs(middle) > 6.0 * sd)
     findings.push_back({Severity::warning,
                         "peaks_not_symmetric",

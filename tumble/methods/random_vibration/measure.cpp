@@ -174,8 +174,7 @@ void set_level(const Evidence& evidence, const Data& data, std::size_t recording
   const auto known = level_sd(evidence, recording);
   exposure.rms_sd = exposure.level_sd = known.value_or(0.0);
   const bool wanted = settings.word("level_from") == "reference";
-  if (!known && !wanted)
-    findings.push_back({Severity::warning, "level_uncertainty_unknown", {}, exposure.label});
+  if (!known && !wanted) findings.push_back({Severity::warning, "level_uncertainty_unknown", {}, exposure.label});
   if (exposure.reference.empty()) {
     if (wanted)
       throw Error(Error::Kind::bad_data, "level_from = \"reference\", and no reference is recorded with the windows");
@@ -210,16 +209,15 @@ void report_level(const Data& data, const Exposure& exposure, Findings& findings
     findings.push_back({Severity::info, "level_of_vibration", values, exposure.label});
   else
     findings.push_back({Severity::info,
-                        data.reference_integrated ? "level_by_reference_over_windows" : "level_by_reference",
-                        values,
+                        data.reference_integrated ? "level_by_reference_over_windows" : "level_by_reference", values,
                         exposure.label});
 }
 
 using Key = std::tuple<std::size_t, std::size_t, std::string>;  ///< recording, power-up, label
 using Groups = std::map<Key, std::vector<std::size_t>>;
 
-/// Series of each random vibration. By recording, power-up and label: units with stamps of their own do not begin at one
-/// instant. Throws Error::bad_data with everything that is missing.
+/// Series of each random vibration. By recording, power-up and label: units with stamps of their own do not begin at
+/// one instant. Throws Error::bad_data with everything that is missing.
 Groups groups_of(const Data& data) {
   Groups groups;
   std::vector<std::string> problems, without;
@@ -229,15 +227,17 @@ Groups groups_of(const Data& data) {
     if (vibration::at_rest(data, series).parts.empty()) {
       if (std::ranges::find(without, series.label) == without.end()) without.push_back(series.label);
     } else if (std::ranges::count_if(series.force, [](double v) { return std::isfinite(v); }) < 512) {
-      problems.push_back(place_of(data, series) + ": fewer than 512 windows, too few for statistics: vibrate for longer");
+      problems.push_back(place_of(data, series) +
+                         ": fewer than 512 windows, too few for statistics: vibrate for longer");
     } else {
       groups[{series.recording, series.power_up, series.label}].push_back(i);
     }
   }
   if (!without.empty())
-    problems.push_back(fmt::format("{}: there is no segment at rest in the same power-up and position to subtract: "
-                                   "record the units with the shaker at rest before and after",
-                                   fmt::join(without, ", ")));
+    problems.push_back(
+        fmt::format("{}: there is no segment at rest in the same power-up and position to subtract: "
+                    "record the units with the shaker at rest before and after",
+                    fmt::join(without, ", ")));
   if (groups.empty() && problems.empty()) problems.emplace_back("the schedule has no random vibration");
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
   return groups;

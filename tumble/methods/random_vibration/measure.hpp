@@ -45,8 +45,8 @@ struct Exposure {
   double window = 0.0, interval = 0.0, begin = 0.0, end = 0.0;  ///< [s]
   double rms = 0.0;                                             ///< of the vibration [m/s^2], by the plan or measured
   double rms_sd = 0.0;                                          ///< relative
-  double level_sd = 0.0;  ///< relative, of the vibration about the plan
-  double gain_sd = 0.0;   ///< relative, of the reference's gain
+  double level_sd = 0.0;                                        ///< relative, of the vibration about the plan
+  double gain_sd = 0.0;                                         ///< relative, of the reference's gain
   bool from_reference = false;
   std::vector<double> reference;  ///< [m/s^2] of each window, the first unit's; empty: none
   std::vector<double> weights;    ///< of all windows, that fade in and out; their sum is 1

@@ -18,12 +18,13 @@ namespace tumble::random_vibration {
 namespace {
 
 std::vector<Role> roles() {
-  return {{"accelerometer", "", true,
-           "the units under test, side by side on the fixture: pulses per window, or a current, voltage or specific "
-           "force",
-           true},
-          {"reference", "g", false,
-           "reference accelerometer, without gravity: subtracted from the units where it is the mean over each window"}};
+  return {
+      {"accelerometer", "", true,
+       "the units under test, side by side on the fixture: pulses per window, or a current, voltage or specific "
+       "force",
+       true},
+      {"reference", "g", false,
+       "reference accelerometer, without gravity: subtracted from the units where it is the mean over each window"}};
 }
 
 std::vector<Option> options() {

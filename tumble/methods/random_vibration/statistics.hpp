@@ -25,11 +25,11 @@ struct Statistic {
   /// Change of the value by each window, except for a constant: its (faded) mean is the error of the value. Empty: the
   /// value is a range, see `ranges`.
   std::vector<double> influence;
-  bool faded = false;             ///< mean of windows that fade in and out; else all have equal weight
-  double expected_white = -1.0;   ///< density of `influence` at zero by rest and rectification; < 0: none
-  double expected_freedom = 1.0;  ///< degrees of freedom of it
-  std::vector<double> ranges;     ///< highest less lowest of each block
-  double shrinking = 1.0;         ///< sd of the range of all windows over that of a block
+  bool faded = false;                   ///< mean of windows that fade in and out; else all have equal weight
+  double expected_white = -1.0;         ///< density of `influence` at zero by rest and rectification; < 0: none
+  double expected_freedom = 1.0;        ///< degrees of freedom of it
+  std::vector<double> ranges;           ///< highest less lowest of each block
+  double shrinking = 1.0;               ///< sd of the range of all windows over that of a block
   std::map<std::size_t, double> rest;   ///< by unit: derivative by the mean at rest
   double level = 0.0;                   ///< derivative by the logarithm of the vibration's amplitude over the plan's
   double gain = 0.0;                    ///< derivative by the logarithm of the reference's gain
@@ -40,8 +40,8 @@ struct Statistic {
 std::vector<Statistic> statistics_of(const Exposure& exposure, const vibration::Data& data,
                                      const std::vector<Type>& types, Findings& findings);
 
-/// Parameters, covariance and budget of statistics of one vibration, appended. Errors that all vibrations of a test share
-/// (level, gain of the reference, scale factors) give the covariance with those of earlier vibrations.
+/// Parameters, covariance and budget of statistics of one vibration, appended. Errors that all vibrations of a test
+/// share (level, gain of the reference, scale factors) give the covariance with those of earlier vibrations.
 void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
             Estimate& estimate);
 

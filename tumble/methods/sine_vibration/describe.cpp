@@ -24,8 +24,8 @@ constexpr double forever = std::numeric_limits<double>::infinity();
 /// Harmonics and motion across the shake of a shaker, over the shake [1], where the plan has no rig that gives them.
 constexpr double usual_distortion = 0.01, usual_cross_motion = 0.02;
 
-/// One independent error: the shift of the raw quantities by one standard deviation of it. Components of one group share
-/// the degrees of freedom of their variance.
+/// One independent error: the shift of the raw quantities by one standard deviation of it. Components of one group
+/// share the degrees of freedom of their variance.
 struct Component {
   std::string source;
   std::vector<double> shift;
@@ -33,7 +33,8 @@ struct Component {
   double degrees_of_freedom = forever;
 };
 
-/// The measured quantities before they are combined: the coefficients of every rectification, then ln gain of every point.
+/// The measured quantities before they are combined: the coefficients of every rectification, then ln gain of every
+/// point.
 struct Raw {
   std::vector<double> value;
   std::vector<std::vector<std::size_t>> coefficient;  ///< of each rectification: its ways, then the quartic one
@@ -88,10 +89,10 @@ void add_gain_noise(const Measured& measured, Raw& raw) {
   }
 }
 
-/// Effect on the gain of a harmonic that falls upon the line, over the size of the harmonic: it is part of the amplitude
-/// of unit and reference, at any phase. Windows show sinc(k f H)/sinc(f H) of it, instants all of it. Where both are
-/// windows, unit and reference differ only by the unit's gain at the harmonic, taken to differ by 30 % from that at the
-/// line.
+/// Effect on the gain of a harmonic that falls upon the line, over the size of the harmonic: it is part of the
+/// amplitude of unit and reference, at any phase. Windows show sinc(k f H)/sinc(f H) of it, instants all of it. Where
+/// both are windows, unit and reference differ only by the unit's gain at the harmonic, taken to differ by 30 % from
+/// that at the line.
 double share_of_harmonic(const vibration::Data& data, const Measured& measured, const Point& point) {
   const double turns = point.line.frequency * point.window;
   const double of_unit = vibration::sinc(point.hidden_harmonic * turns) / vibration::sinc(turns);
@@ -217,8 +218,10 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
     for (std::size_t i = 0; i < gradient.size(); ++i) value += gradient[i] * raw.value[i];
     return value;
   };
-  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", of(second), second, "from both directions of the axis");
-  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", of(third), third, "from both directions of the axis");
+  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", of(second), second,
+              "from both directions of the axis");
+  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", of(third), third,
+              "from both directions of the axis");
 }
 
 /// Points of one unit at one frequency.

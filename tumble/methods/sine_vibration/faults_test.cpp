@@ -21,8 +21,7 @@ TEST(SineVibrationFaults, OnHalfOfTheRateItSaysWhatToUse) {
   EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "upper"), 100.5, 1e-6);
   EXPECT_EQ(find_parameter(e, "gain_100Hz"), nullptr);
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
-  EXPECT_NE(refusal(method(), shaken({.tones = {{200.0, 3.0}}})).find("within 5 % of a null"),
-            std::string::npos);
+  EXPECT_NE(refusal(method(), shaken({.tones = {{200.0, 3.0}}})).find("within 5 % of a null"), std::string::npos);
 }
 
 // 10 000 pulse/s/g: 50 a window at rest, 2 g reach -50...150; a register of 8 bits holds -128...127.

@@ -67,8 +67,7 @@ bool clipped(const Series& series, const Line& line, double pulse) {
   for (std::size_t i = 2; i < v.size(); ++i)
     for (const double end : {low, high})
       if (std::abs(v[i] - end) < close && std::abs(v[i - 1] - end) < close && std::abs(v[i - 2] - end) < close) ++runs;
-  return static_cast<double>(runs) > 0.02 * static_cast<double>(v.size()) &&
-         harmonics_of(line) > 0.01 * line.amplitude;
+  return static_cast<double>(runs) > 0.02 * static_cast<double>(v.size()) && harmonics_of(line) > 0.01 * line.amplitude;
 }
 
 /// The motion itself: by the reference where there is one, else as planned.
@@ -85,11 +84,11 @@ void set_level(const Context& context, const Series& series, Point& point, Findi
   point.distortion = reference.second / reference.amplitude;
   const double difference = reference.frequency - point.line.frequency;
   if (std::abs(difference) * point.line.span > 0.1)
-    findings.push_back({Severity::warning,
-                        "clocks_disagree",
-                        {{"difference", difference / point.line.frequency, "ppm"},
-                         {"cycles", std::abs(difference) * point.line.span}},
-                        place_of(context.data, series)});
+    findings.push_back(
+        {Severity::warning,
+         "clocks_disagree",
+         {{"difference", difference / point.line.frequency, "ppm"}, {"cycles", std::abs(difference) * point.line.span}},
+         place_of(context.data, series)});
 }
 
 /// Findings where the tone differs from the plan.
@@ -255,11 +254,10 @@ void set_shifts(const vibration::Data& data, Measured& measured) {
 void report_large_shifts(const vibration::Data& data, Measured& measured) {
   for (const Point& point : measured.points)
     if (std::abs(point.shift) > 2e-3 * point.level)
-      measured.findings.push_back(
-          {Severity::warning,
-           "improbable_mean_shift",
-           {{"shift", point.shift, "mg"}, {"share", std::abs(point.shift) / point.level, "%"}},
-           place_of(data, data.series[point.series])});
+      measured.findings.push_back({Severity::warning,
+                                   "improbable_mean_shift",
+                                   {{"shift", point.shift, "mg"}, {"share", std::abs(point.shift) / point.level, "%"}},
+                                   place_of(data, data.series[point.series])});
 }
 
 }  // namespace
@@ -281,8 +279,7 @@ std::optional<Finding> objection(double frequency, double window, double interva
   if (!(frequency > 0.0)) return Finding{Severity::error, "no_planned_frequency", {}, where};
   if (auto hidden = vibration::hidden_tone(frequency, window, interval, span, where)) return hidden;
   if (frequency * span < 3.0)
-    return Finding{
-        Severity::error, "too_few_cycles", {{"span", span, "s"}, {"frequency", frequency, "Hz"}}, where};
+    return Finding{Severity::error, "too_few_cycles", {{"span", span, "s"}, {"frequency", frequency, "Hz"}}, where};
   return {};
 }
 

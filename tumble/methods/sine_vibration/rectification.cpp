@@ -242,7 +242,8 @@ std::vector<Rectification> rectify(const vibration::Data& data, const Measured& 
     const auto shaken = std::ranges::count_if(parts, [](const Part& part) { return part.point != nullptr; });
     const std::string where = data.units[unit].prefix.empty() ? "" : data.units[unit].name;
     if (shaken < points)
-      findings.push_back({Severity::error, "tone_without_rest", {}, where, {static_cast<std::size_t>(points - shaken)}});
+      findings.push_back(
+          {Severity::error, "tone_without_rest", {}, where, {static_cast<std::size_t>(points - shaken)}});
     if (shaken == 0) continue;
     try {
       rectified.push_back(rectification_of(data, parts, unit, levels));

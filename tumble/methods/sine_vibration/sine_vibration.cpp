@@ -25,10 +25,11 @@ std::vector<Role> roles() {
 
 std::vector<Option> options() {
   auto options = vibration::options();
-  options.push_back(word("levels", {"auto", "square", "quartic"})
-                        .otherwise("auto")
-                        .says("terms of the mean shift: A^2 alone, or A^4 too; auto: A^4 too where the greatest level is "
-                              "more than 1.5 times the least"));
+  options.push_back(
+      word("levels", {"auto", "square", "quartic"})
+          .otherwise("auto")
+          .says("terms of the mean shift: A^2 alone, or A^4 too; auto: A^4 too where the greatest level is "
+                "more than 1.5 times the least"));
   options.push_back(quantity("cross_coupling", "ug/g^2")
                         .at_least(0)
                         .otherwise("20 ug/g^2")

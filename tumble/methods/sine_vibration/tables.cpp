@@ -20,8 +20,7 @@ double shift_sd(const Point& point, const std::vector<Rectification>& rectified)
 }
 
 double gain_sd(const Estimate& estimate, const vibration::Data& data, const Point& point) {
-  const auto* gain =
-      find_parameter(estimate, data.units[point.unit].prefix + "gain_" + frequency_label(point.nominal));
+  const auto* gain = find_parameter(estimate, data.units[point.unit].prefix + "gain_" + frequency_label(point.nominal));
   return standard_uncertainty(estimate, static_cast<std::size_t>(gain - estimate.parameters.data()));
 }
 

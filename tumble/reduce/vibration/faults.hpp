@@ -18,8 +18,8 @@ struct Draft {
   std::vector<std::size_t> first;   ///< sample with which each begins
 };
 
-/// Corrects the counts of segments that vibrate where the register overflowed. At rest it does not overflow: the mean at
-/// rest shows what the other counts lie about. Where the correction is ambiguous, a problem.
+/// Corrects the counts of segments that vibrate where the register overflowed. At rest it does not overflow: the mean
+/// at rest shows what the other counts lie about. Where the correction is ambiguous, a problem.
 void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems);
 
 /// Counts at rest that grow by a pulse and more from window to window are a running total: a problem.

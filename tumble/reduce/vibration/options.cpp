@@ -29,8 +29,9 @@ std::vector<Option> options() {
                 "stamp"),
       word("reference_is", {"instant", "window"})
           .otherwise("instant")
-          .says("meaning of a sample of a reference that is sampled with the windows: its value in their middle, or its "
-                "mean over them"),
+          .says(
+              "meaning of a sample of a reference that is sampled with the windows: its value in their middle, or its "
+              "mean over them"),
       quantity("reference_gain_sd", "%")
           .at_least(0)
           .otherwise("0.5 %")

@@ -121,11 +121,10 @@ void set_scale(const Settings& settings, const Channel& channel, std::size_t uni
       scale = at_rest->scale;
       u.scale_relative_sd = at_rest->relative_sd;
       u.scale_from_rest = true;
-      data.findings.push_back(
-          {Finding::Severity::info,
-           "scale_factor_from_rest",
-           {{"uncertainty", u.scale_relative_sd, "%"}, {"bias", settings.number("bias_sd"), "mg"}},
-           u.channel});
+      data.findings.push_back({Finding::Severity::info,
+                               "scale_factor_from_rest",
+                               {{"uncertainty", u.scale_relative_sd, "%"}, {"bias", settings.number("bias_sd"), "mg"}},
+                               u.channel});
     }
   }
   if (reading == Reading::pulses) u.pulse = 1.0 / std::abs(scale);

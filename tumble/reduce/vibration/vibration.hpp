@@ -66,8 +66,8 @@ struct Data {
 std::vector<Option> options();
 
 /// Units, windows and reference of all recordings, with faults of the windows as findings: counters that overflowed
-/// (unwrapped where that is unambiguous), missing windows, counts of several windows in one after a gap, gate times that
-/// scatter (each count divided by its own H), units that give a constant, a missing reference.
+/// (unwrapped where that is unambiguous), missing windows, counts of several windows in one after a gap, gate times
+/// that scatter (each count divided by its own H), units that give a constant, a missing reference.
 ///
 /// Throws Error::bad_input, bad_data that list everything that is missing or impossible: no recording, no unit, a scale
 /// factor that neither the settings nor segments at rest give, counters that overflowed beyond repair.
@@ -113,10 +113,10 @@ double three_digits(double frequency);
 /// phases and to less than one pulse over all `samples`; `samples` where they do not. Given and returned: [1].
 double raster(double cycles_per_window, double pulses_per_window, double samples);
 
-/// Variance [1] of ln amplitude by the rounding of counts that repeat with the tone, (3.14): the rounding of the running
-/// total, 1/12 pulse^2, differenced, is 4 sin^2(pi f H) of it at f. Over a raster of P windows, after which tone and total
-/// repeat, only P of them are independent: 2/P of that on the square of the amplitude. Where tone and total do not
-/// repeat, rounding is noise and part of the residuals: 0.
+/// Variance [1] of ln amplitude by the rounding of counts that repeat with the tone, (3.14): the rounding of the
+/// running total, 1/12 pulse^2, differenced, is 4 sin^2(pi f H) of it at f. Over a raster of P windows, after which
+/// tone and total repeat, only P of them are independent: 2/P of that on the square of the amplitude. Where tone and
+/// total do not repeat, rounding is noise and part of the residuals: 0.
 ///
 /// Given: amplitude [pulse] of the counts of one window; the others [1], see `raster`.
 double rounding_log_variance(double amplitude, double cycles_per_window, double pulses_per_window, double samples);
