@@ -20,7 +20,7 @@ struct Scaling {
   double output_shift = 0.0;      ///< [s] from the stamp to the instant of the sample, with the clock offset
   double reference_shift = 0.0;   ///< [s]
   bool differentiate = false;     ///< the reference is an angle, the output a rate
-  bool relative = false;          ///< of unlike kinds: gains are relative to the lowest frequency
+  bool relative = false;          ///< of different kinds: gains are relative to the lowest frequency
 };
 
 /// A channel with the rate [Hz] of its clock and its gaps, so that lost samples change neither rates nor phases.

@@ -113,7 +113,7 @@ Points points_of(const Data& data, const Settings& settings, const Progress& pro
       add_tone(part, part.begin, part.end, data.scaling, settings, points);
     }
   }
-  std::stable_sort(points.found.begin(), points.found.end(),
+  std::stable_sort(points.usable.begin(), points.usable.end(),
                    [](const Point& a, const Point& b) { return a.frequency < b.frequency; });
   return points;
 }

@@ -57,7 +57,7 @@ std::vector<Option> options() {
 }
 
 void require_points(const Points& points) {
-  if (!points.found.empty()) return;
+  if (!points.usable.empty()) return;
   auto problems = errors_among(points.findings);
   if (problems.empty())
     problems.emplace_back("no segment of the schedule oscillates: frequency_response needs sine or sweep segments");
@@ -101,7 +101,7 @@ void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::ve
   for (const auto& error : errors_of_rig(evidence)) {
     Findings unused;
     const Points moved = points_of(data_of(evidence, &error), evidence.plan.settings, {});
-    const auto others = combined(moved.found, unused);
+    const auto others = combined(moved.usable, unused);
     if (others.size() != n) continue;
     const Measured there = measured_of(others);
     const bool each = error.error.each_segment;
@@ -124,7 +124,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   require_points(points);
   Findings findings = data.findings;
   findings.insert(findings.end(), points.findings.begin(), points.findings.end());
-  const auto means = combined(std::move(points.found), findings);
+  const auto means = combined(std::move(points.usable), findings);
   std::vector<Source> sources{noise_source("output noise", means, true)};
   if (data.from_rig)
     add_rig(evidence, means, sources);

@@ -28,7 +28,7 @@ struct Point {
 };
 
 struct Points {
-  std::vector<Point> found;
+  std::vector<Point> usable;  ///< by frequency
   Findings findings;
 };
 

@@ -150,7 +150,7 @@ void measure(const Part& part, const Scaling& scaling, const Settings& settings,
       continue;
     }
     least = std::min(least, band.coherence);
-    points.found.push_back(point_of(band, late, scaling, part.label));
+    points.usable.push_back(point_of(band, late, scaling, part.label));
   }
   if (!weak.empty())
     points.findings.push_back(

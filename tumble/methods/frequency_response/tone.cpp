@@ -146,7 +146,7 @@ double distortion_of(const SineFit& fit) {
   return std::sqrt(power / std::norm(fit.line[0]));
 }
 
-/// Of ln gain, by the rounding to whole pulses, (3.14).
+/// Variance of ln gain by the rounding to whole pulses, (3.14).
 double counting_variance(const Part& part, const SineFit& output, double rate) {
   if (part.output.channel->kind != QuantityKind::count) return 0.0;
   return vibration::rounding_log_variance(std::abs(output.line[0]), output.frequency / rate, 0.0,
@@ -212,8 +212,8 @@ void measure(const Part& part, double begin, double end, const Scaling& scaling,
     return;
   const SineFit output = fit_output(part, pair.output, *reference, findings);
   if (unusable(fault_of(part, pair.output, output, f))) return;
-  points.found.push_back(point_of(part, output, *reference, scaling, rate));
-  if (const double image = points.found.back().aliased_to; image > 0.0)
+  points.usable.push_back(point_of(part, output, *reference, scaling, rate));
+  if (const double image = points.usable.back().aliased_to; image > 0.0)
     findings.push_back({Severity::info,
                         "tone_aliased",
                         {{"frequency", f, "Hz"}, {"rate", rate, "Hz"}, {"image", image, "Hz"}},

@@ -40,8 +40,9 @@ double own_sd(const Exposure& exposure, const Data& data, const Measured& unit) 
   return std::nan("");
 }
 
-std::string place_of(const Data& data, const Measured& unit) {
-  return vibration::place_of(data, data.series[unit.series]);
+std::string place_of(const Exposure& exposure, const Data& data, const Measured& unit) {
+  const auto& under_test = data.units[unit.unit];
+  return under_test.prefix.empty() ? exposure.label : under_test.name + ", " + exposure.label;
 }
 
 void report_motion(const Exposure& exposure, const Data& data, Findings& findings) {
@@ -100,7 +101,7 @@ void report_clipping(const Exposure& exposure, const Data& data, const Measured&
                        {"range", *data.range, "g"},
                        {"shift", clip.shift, "mg"},
                        {"part", clip.shift / unit.mean, "%"}},
-                      place_of(data, unit)});
+                      place_of(exposure, data, unit)});
 }
 
 /// The spread compared with that of the vibration: of the reference, else as commanded.
@@ -121,7 +122,7 @@ void report_size(const Exposure& exposure, const Data& data, const Measured& uni
     findings.push_back({Severity::warning,
                         by_reference ? "vibration_differs_from_reference" : "vibration_differs_from_plan",
                         {{"ratio", ratio}, {"uncertainty", uncertainty, "%"}},
-                        place_of(data, unit)});
+                        place_of(exposure, data, unit)});
 }
 
 }  // namespace
@@ -203,7 +204,7 @@ std::vector<Curve> error_curves(const Exposure& exposure, const Data& data) {
 void report_faults(const Exposure& exposure, const Data& data, const Estimate& estimate, Findings& findings) {
   report_motion(exposure, data, findings);
   for (const Measured& unit : exposure.units) {
-    const std::string where = place_of(data, unit);
+    const std::string where = place_of(exposure, data, unit);
     report_rest(where, unit, findings);
     report_peaks(where, unit, findings);
     report_clipping(exposure, data, unit, findings);

@@ -54,7 +54,7 @@ TEST(RandomVibration, RectificationBySimulation) {
   double sum = 0.0, squares = 0.0;
   for (const double v : a) {
     const double x = 1.0 + rms * v, y = 20e-6 * (x * x - 1.0) + 0.5e-6 * (x * x * x - 1.0);
-    // What is odd in v has no mean: taken out, else it is nearly all of the scatter.
+    // The part that is odd in v has no mean: it is subtracted, else it is nearly all of the scatter.
     const double even = y - (2.0 * 20e-6 + 3.0 * 0.5e-6) * rms * v - 0.5e-6 * std::pow(rms * v, 3);
     sum += even;
     squares += even * even;
@@ -161,7 +161,7 @@ Evidence with_reference(const char* how, int steps) {
   return evidence;
 }
 
-// What is left is the unit's own 3 mg and the reference's 1 mg, of 2.8 g: 1 % of it the rectified a^2 and what the
+// The residual is the unit's own 3 mg and the reference's 1 mg, of 2.8 g: 1 % of it the rectified a^2 and what the
 // steps of the simulation, 100 a window, do to 2 kHz.
 TEST(RandomVibration, ReferenceOverTheWindowsShowsTheUnitsOwnError) {
   const Estimate e = identified(with_reference("mean", 200));

@@ -113,7 +113,7 @@ Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
   return s;
 }
 
-/// Of the whole recording of one unit, in its pulses.
+/// Statistics of one unit over the vibration, in its pulses.
 void append_unit(const Exposure& exposure, const Data& data, const Measured& unit, std::vector<Statistic>& out) {
   const auto& under_test = data.units[unit.unit];
   const std::string prefix = exposure.prefix + under_test.prefix;

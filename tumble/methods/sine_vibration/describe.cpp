@@ -150,14 +150,14 @@ void add_scales(const vibration::Data& data, const Measured& measured, const std
 void add_motion(const Evidence& evidence, const Measured& measured, const std::vector<Rectification>& rectified,
                 Raw& raw) {
   const Settings& settings = evidence.plan.settings;
-  double level = 0.0, distortion = 0.0, known = 0.0;
+  double level = 0.0, distortion = 0.0, tones = 0.0;
   for (const Point& p : measured.points) {
     level += p.level / static_cast<double>(measured.points.size());
     if (std::isnan(p.distortion)) continue;
     distortion += p.distortion * p.distortion;
-    ++known;
+    ++tones;
   }
-  distortion = known > 0.0 ? std::sqrt(distortion / known)
+  distortion = tones > 0.0 ? std::sqrt(distortion / tones)
                            : rig_sd(evidence.plan, names::second_harmonic).value_or(usual_distortion);
   const double third = settings.number("third_order") * 1.5 * distortion * level / std::sqrt(2.0);
   for (std::size_t k = 0; k < rectified.size(); ++k) {
@@ -213,14 +213,9 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
   std::vector<double> second(raw.value.size(), 0.0), third = second;
   second[at[up.column]] = -down.rest / apart, second[at[down.column]] = up.rest / apart;
   third[at[up.column]] = 1.0 / (3.0 * apart), third[at[down.column]] = -1.0 / (3.0 * apart);
-  const auto of = [&](const std::vector<double>& gradient) {
-    double value = 0.0;
-    for (std::size_t i = 0; i < gradient.size(); ++i) value += gradient[i] * raw.value[i];
-    return value;
-  };
-  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", of(second), second,
+  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", dot(second, raw.value), second,
               "from both directions of the axis");
-  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", of(third), third,
+  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", dot(third, raw.value), third,
               "from both directions of the axis");
 }
 
@@ -320,12 +315,6 @@ void compare_rectifications(const vibration::Data& data, const std::vector<Recti
     }
 }
 
-double along(const std::vector<double>& gradient, const std::vector<double>& shift) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < gradient.size(); ++i) sum += gradient[i] * shift[i];
-  return sum;
-}
-
 /// Covariance, budget and degrees of freedom (Welch and Satterthwaite) of all parameters.
 void propagate(Builder& builder) {
   Estimate& estimate = builder.estimate;
@@ -335,7 +324,7 @@ void propagate(Builder& builder) {
   for (const auto& component : builder.raw.components) {
     Matrix moved(p, 1);
     for (std::size_t i = 0; i < p; ++i) {
-      moved(i, 0) = along(builder.gradients[i], component.shift);
+      moved(i, 0) = dot(builder.gradients[i], component.shift);
       if (!std::isfinite(component.degrees_of_freedom)) continue;
       auto& group = groups[i][component.group];
       group.first += moved(i, 0) * moved(i, 0);

@@ -26,7 +26,7 @@ struct Point {
 
   double gain = 0.0;                   ///< amplitude/(A_ref |sinc(fH)|)
   double rounding_log_variance = 0.0;  ///< of ln gain, see vibration::rounding_log_variance
-  int hidden_harmonic = 0;             ///< of the shake, which shows at the tone's own frequency; 0: none does
+  int hidden_harmonic = 0;             ///< of the shake, that appears at the frequency of the tone; 0: none
   double sd_from_window = 0.0;         ///< [m/s^2] by the window alone
   double aliased_to = 0.0;             ///< [Hz]; 0: not aliased
   double cycles_effect = 0.0;          ///< [m/s^2] plain mean less the mean of the fit
