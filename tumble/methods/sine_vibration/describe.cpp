@@ -12,7 +12,6 @@
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
-#include "tumble/rigs/rig.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::sine_vibration {
