@@ -231,8 +231,7 @@ TEST(FrequencyResponse, ClippedOutputsAndClocksThatDisagree) {
   evidence = test.evidence();
   evidence.recordings[0].channels[0].timeline.rate *= 1.001;  // 0.29 of a cycle at 80 Hz over 3.6 s
   evidence.plan.schedule.resize(6);
-  const Findings findings = method().identify(evidence, {}).findings;
-  EXPECT_NEAR(value_of(findings, "clocks_disagree", "difference"), 1e-3, 1e-6);
+  EXPECT_NE(finding_of(method().identify(evidence, {}).findings, "clocks_disagree"), nullptr);
 }
 
 TEST(FrequencyResponse, GapsDoNoHarm) {

@@ -98,7 +98,8 @@ Vector best_start(const Measured& m, LoopKind kind) {
   return best;
 }
 
-/// Gauss-Newton steps, halved where they do not reduce the cost. Returns whether they end.
+/// Gauss-Newton steps, halved where they raise the cost, until they or the gain by them are at rounding. Returns
+/// whether they come to that.
 bool refine(const Measured& m, LoopKind kind, Vector& theta) {
   double least = cost(m, kind, theta);
   for (int round = 0; round < 100; ++round) {
@@ -110,8 +111,9 @@ bool refine(const Measured& m, LoopKind kind, Vector& theta) {
     while (share > 1e-6 && !(cost(m, kind, scaled_sum(theta, share, step)) <= least)) share *= 0.5;
     if (share <= 1e-6) return true;
     theta = scaled_sum(theta, share, step);
-    least = cost(m, kind, theta);
-    if (share * norm(scaled_step) < 1e-7) return true;
+    const double reached = cost(m, kind, theta);
+    if (reached == least || share * norm(scaled_step) < 1e-7) return true;
+    least = reached;
   }
   return false;
 }

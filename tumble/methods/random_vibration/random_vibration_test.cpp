@@ -125,7 +125,7 @@ TEST(RandomVibration, CommonVibrationCancelsInTheRatio) {
   EXPECT_NEAR(value(e, "accelerometer_over_Q1.sd_ratio"), 1.0, 1e-3);
   const auto ratio = value(e, "accelerometer_over_Q1.mean_ratio");
   EXPECT_LT(ratio, 0.6);
-  EXPECT_NE(finding_of(e.findings, "spread_is_motion"), nullptr);
+  EXPECT_NE(finding_of(e.findings, "spread_is_motion_beside_instants"), nullptr);
 }
 
 TEST(RandomVibration, UnitsAreGroupedIntoTypes) {
