@@ -53,7 +53,9 @@ struct Measured {
 /// window, a unit that clips, a shaker that was off or at another frequency or level.
 Measured measure(const vibration::Data& data);
 
-/// Why windows cannot measure a tone of this frequency; none: they can. Given: as vibration::hidden_tone.
+/// Why windows cannot measure a tone of this frequency; none: they can.
+///
+/// Given: frequency [Hz]; window, interval, span [s] and where, see vibration::hidden_tone.
 std::optional<Finding> objection(double frequency, double window, double interval, double span,
                                  const std::string& where);
 
