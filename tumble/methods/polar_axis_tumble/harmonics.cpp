@@ -1,7 +1,5 @@
 #include "tumble/methods/polar_axis_tumble/harmonics.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -70,11 +68,6 @@ Matrix projections(const linear::Solution& solution, const Sense& sense) {
   return out;
 }
 
-/// Replaces covariance and budget by those of the rows of `l`.
-void transform(const linear::Solution& solution, const Matrix& l, Estimate& estimate) {
-  settle(estimate, carried(l, lines_of(solution.fit.sources)));
-}
-
 void add_curves(const linear::Solution& solution, const Sense& sense, const std::string& which, Estimate& estimate) {
   const Unit degrees = Unit::parse("deg"), rate = Unit::parse("deg/h");
   Curve model{"model, " + which, "drift over angle", {"angle", degrees, {}}, {"drift", rate, {}}, {}, {}, ""};
@@ -107,11 +100,7 @@ void warn_of_another_axis(const linear::Solution& solution, Estimate& estimate) 
   }
   if (worst > 0.003 * earth)
     estimate.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("the axis is {:.2g} deg from the Earth's in some position: the harmonics are those of the fitted "
-                     "model about the Earth's axis",
-                     std::atan2(worst, earth) / degree),
-         ""});
+        {Finding::Severity::warning, "axis_not_the_earths", {{"angle", std::atan2(worst, earth), "deg"}}});
 }
 
 }  // namespace
@@ -147,7 +136,7 @@ void add_harmonics(const linear::Solution& solution, Estimate& estimate) {
     }
     add_curves(solution, senses[s], which, estimate);
   }
-  transform(solution, l, estimate);
+  settle(estimate, carried(l, lines_of(solution.fit.sources)));
   warn_of_another_axis(solution, estimate);
 }
 
