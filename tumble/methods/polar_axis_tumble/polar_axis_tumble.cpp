@@ -27,9 +27,7 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
   problem.columns =
       sdof_gyro_support::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"});
   problem.leave_out_first = {"D_OO", "D_II", "D_IO", "D_OS", "D_O"};
-  problem.advice =
-      "the axis turned round (O reversed) tells first and second order apart, a tumble about other axes D_F, D_II and "
-      "D_SS";
+  problem.advice = {"distinguish_polar_axis"};
   return problem;
 }
 
