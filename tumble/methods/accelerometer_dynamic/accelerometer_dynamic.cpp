@@ -58,8 +58,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   problem.columns = linear::terms_of("pendulous_accelerometer", constants_with_tilt(settings.number("tilt")), names);
   problem.condition_limit = 1e3;
   problem.leave_out_first = {"second_order_oo", "second_order_pp", "misalignment_p", "misalignment_o"};
-  problem.advice =
-      "rates of both signs and two sizes about each axis, about two axes at once, and oscillations show them all";
+  problem.advice = {"distinguish_by_rates_and_oscillations"};
   return problem;
 }
 

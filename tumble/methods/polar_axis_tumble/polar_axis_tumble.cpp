@@ -14,9 +14,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   auto problem = sdof_gyro_support::problem_of(settings, channel);
   problem.columns = sdof_gyro_support::terms(sdof_gyro_support::drift_terms());
   problem.leave_out_first = {"D_OO", "D_II", "D_IO", "D_OS", "D_O"};
-  problem.advice =
-      "positions with the axis turned round (O reversed) distinguish the first order from the second, a tumble about "
-      "other axes distinguishes D_F, D_II and D_SS";
+  problem.advice = {"distinguish_polar_axis"};
   return problem;
 }
 

@@ -44,8 +44,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   problem.columns = sdof_gyro_support::terms(names);
   problem.condition_limit = 1e3;  // on a table with two axes w_O' w_S is w_I w_S^2, except for the Earth rate
   problem.leave_out_first = {"D_OO", "tilt_coupling", "misalignment_S", "misalignment_O"};
-  problem.advice =
-      "rates of both signs and two sizes about each axis, about two axes at once, and oscillations show them all";
+  problem.advice = {"distinguish_by_rates_and_oscillations"};
   return problem;
 }
 

@@ -31,9 +31,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
     }
   problem.columns = sdof_gyro_support::terms(names);
   if (settings.flag("drift")) problem.columns.push_back(drift_rate());
-  problem.advice =
-      "more positions distinguish terms that depend on direction; D_OO needs a recording on a centrifuge, where the "
-      "specific force has another magnitude";
+  problem.advice = {"distinguish_static_drift"};
   return problem;
 }
 

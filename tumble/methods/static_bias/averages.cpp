@@ -14,7 +14,7 @@ double mean_covariance(const std::vector<UnitTerm>& terms, const std::vector<dou
   double sum = 0.0;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (squared[t] == 0.0) continue;
-    const auto r = [&](double at) { return generalised_autocovariance(terms[t], at); };
+    const auto r = [&](double by) { return generalised_autocovariance(terms[t], by); };
     sum += squared[t] * (r(lag + first - second) - r(lag + first) - r(lag - second) + r(lag));
   }
   return sum / (first * second);
@@ -41,7 +41,7 @@ Centred centred(const std::vector<UnitTerm>& terms, const std::vector<double>& s
       row_mean[i] += v(i, j) / static_cast<double>(columns);
       column_mean[j] += v(i, j) / static_cast<double>(rows);
     }
-  for (const double one : row_mean) mean += one / static_cast<double>(rows);
+  for (const double average : row_mean) mean += average / static_cast<double>(rows);
   Centred result;
   for (std::size_t j = 0; j < columns; ++j)
     for (std::size_t i = 0; i < rows; ++i) {

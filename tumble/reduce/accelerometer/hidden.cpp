@@ -38,13 +38,6 @@ bool is_empty(const Dropped& dropped) {
   return std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; });
 }
 
-/// The engine's findings about columns that are not used are its last: one for each column, one for all empty ones.
-void remove_engines_findings(linear::Solution& solution) {
-  const auto empty = static_cast<std::size_t>(std::ranges::count_if(solution.dropped, is_empty));
-  const std::size_t last = solution.dropped.size() - empty + (empty > 0 ? 1 : 0);
-  solution.findings.resize(solution.findings.size() - std::min(last, solution.findings.size()));
-}
-
 double per_unit(const Term& hidden, const Term& term) {
   return power_of_g(hidden.unit) / power_of_g(term.name == "scale_factor" ? "1" : term.unit);
 }
@@ -90,7 +83,9 @@ std::string meanings(const Shares& shares, const Term& hidden) {
 
 void describe_dropped(Normalised& fit, const std::string& advice) {
   auto& solution = fit.solution;
-  remove_engines_findings(solution);
+  std::erase_if(solution.findings, [](const Finding& finding) {
+    return finding.code == "not_distinguished" || finding.code == "not_shown";
+  });
   solution.stands_for.clear();
   std::map<std::string, std::string> absorbed;
   std::vector<std::string> empty;
@@ -112,9 +107,8 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
       meanings.push_back(meaning(term, share));
     }
     solution.findings.push_back({Finding::Severity::warning,
-                                 "positions_do_not_distinguish",
-                                 {{"term", out.name},
-                                  {"symbol", out.symbol},
+                                 "not_distinguished",
+                                 {{"term", fmt::format("{} ({})", out.name, out.symbol)},
                                   {"others", listed(others)},
                                   {"meanings", listed(meanings)},
                                   {"advice", Phrase{advice}}}});
@@ -124,7 +118,7 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
   if (empty.empty()) return;
   std::ranges::sort(empty);
   solution.findings.push_back(
-      {Finding::Severity::info, "positions_do_not_show", {{"terms", listed(empty)}}, "", {empty.size(), {}, {}}});
+      {Finding::Severity::info, "not_shown", {{"terms", listed(empty)}}, "", {empty.size(), empty.front(), {}}});
 }
 
 void withhold(const std::string& name, Estimate& estimate) {
