@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,14 @@ Plan trial_plan(const std::string& method, const std::vector<Option>& options, c
 
 /// `value` [unit] as the truth of the trial.
 void set_truth(Plan& plan, const char* name, double value, const char* unit);
+
+/// Several of them.
+struct TruthValue {
+  const char* name;
+  double value;  ///< [unit]
+  const char* unit;
+};
+void set_truth(Plan& plan, std::span<const TruthValue> values);
 
 /// `value` [unit] as a setting of the method.
 void set_setting(Plan& plan, const char* name, double value, const char* unit);

@@ -71,23 +71,17 @@ Estimate finished(const linear::Solution& solution, const Settings& settings) {
   return estimate;
 }
 
-struct Value {
-  const char* name;
-  double value;
-  const char* unit;
-};
-
-constexpr Value coefficients[] = {{"C_I", -12, "ug/(rad/s^2)"},   {"C_O", 900, "ug/(rad/s^2)"},
-                                  {"C_P", 8, "ug/(rad/s^2)"},     {"C_IP", 850, "ug/(rad/s)^2"},
-                                  {"C_OP", -12, "ug/(rad/s)^2"},  {"C_IO", 8, "ug/(rad/s)^2"},
-                                  {"C_II", 15, "ug/(rad/s)^2"},   {"C_PP", -15, "ug/(rad/s)^2"},
-                                  {"C_III", -4, "ppm/(rad/s)^2"}, {"C_IPP", 4, "ppm/(rad/s)^2"}};
+constexpr TruthValue coefficients[] = {{"C_I", -12, "ug/(rad/s^2)"},   {"C_O", 900, "ug/(rad/s^2)"},
+                                       {"C_P", 8, "ug/(rad/s^2)"},     {"C_IP", 850, "ug/(rad/s)^2"},
+                                       {"C_OP", -12, "ug/(rad/s)^2"},  {"C_IO", 8, "ug/(rad/s)^2"},
+                                       {"C_II", 15, "ug/(rad/s)^2"},   {"C_PP", -15, "ug/(rad/s)^2"},
+                                       {"C_III", -4, "ppm/(rad/s)^2"}, {"C_IPP", 4, "ppm/(rad/s)^2"}};
 
 /// Positions, rates about one and two axes, and oscillations on a two-axis table.
 Trial trial(std::uint64_t seed) {
   Plan plan = trial_plan("accelerometer_dynamic", options(), "pendulous_accelerometer", "two_axis_table", 20.0);
   const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
-  for (const auto& [name, value, unit] : coefficients) set(name, value, unit);
+  set_truth(plan, coefficients);
   set("bias", 2.5, "mg");
   set("scale_factor_error", 120, "ppm");
   set("misalignment_o", 40, "arcsec");

@@ -43,17 +43,17 @@ Coefficients coefficients_of(const Estimate& estimate) {
 }
 
 const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto found = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+  const auto setting = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, setting == estimate.provenance.settings.end() ? name : setting->second);
 }
 
 double scale_factor_of(const Estimate& estimate, const Channel& channel) {
   const auto output = accelerometer::output_of(channel);
   if (output.scale_factor == Unit()) return 1.0;
-  const auto found = estimate.provenance.settings.find("scale_factor");
-  if (found == estimate.provenance.settings.end() || found->second.empty())
+  const auto setting = estimate.provenance.settings.find("scale_factor");
+  if (setting == estimate.provenance.settings.end() || setting->second.empty())
     throw Error(Error::Kind::bad_file, "the result's provenance lacks the setting 'scale_factor'");
-  return parse_si(found->second, output.scale_factor);
+  return parse_si(setting->second, output.scale_factor);
 }
 
 /// Channels of the recording by role.

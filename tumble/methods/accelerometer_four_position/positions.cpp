@@ -17,14 +17,14 @@ namespace tumble::accelerometer_four_position {
 namespace {
 
 constexpr double near_axis = 0.05;  ///< [rad] by which an axis may lean and still count as vertical
-constexpr double whole = 1e9;       ///< [s] longer than any segment: one row for each
+constexpr double one_row = 1e9;     ///< [s] longer than any segment: one row for each
 
 linear::Problem problem_of(const Settings& settings, const std::string& role) {
   linear::Problem problem;
   problem.role = role;
   problem.input = [](const Felt& felt) { return felt.specific_force.x; };
   problem.settling = settings.number("settling");
-  problem.averaging = whole;
+  problem.averaging = one_row;
   return problem;
 }
 
@@ -156,7 +156,7 @@ struct Lack {
   const Position *twice = nullptr, *again = nullptr;  ///< two of its segments that hold the same position; null: none
 };
 
-std::string in_words(const Lack& lack) {
+std::string problem_of(const Lack& lack) {
   const char* names[4] = {"1 (input axis up)", "2 (level)", "3 (input axis down)", "4 (level, turned over against 2)"};
   std::vector<std::string> missing;
   for (const std::size_t number : lack.missing) missing.emplace_back(names[number - 1]);
@@ -252,7 +252,7 @@ class Cells {
 
 [[noreturn]] void refuse_without_cells(const std::vector<Lack>& lacks) {
   std::vector<std::string> problems;
-  for (const auto& lack : lacks) problems.push_back(in_words(lack));
+  for (const auto& lack : lacks) problems.push_back(problem_of(lack));
   if (problems.empty()) problems.push_back("no segment holds the instrument with an axis up or down");
   problems.push_back(
       "the method needs four positions at each temperature: input axis up, level, down, and level turned over; the "

@@ -109,9 +109,9 @@ void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate&
 }
 
 Table temperatures(const Bench& bench, const Reduced& reduced) {
-  const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), one;
+  const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), number;
   Table table{"temperatures", "one row for each set of positions: scale factor and bias by (3.5)", {}, {}};
-  table.columns = {{"run", one},
+  table.columns = {{"run", number},
                    {"temperature", Unit::parse("degC")},
                    {"temperature_spread", kelvin},
                    {"scale_factor", bench.output.scale_factor},
@@ -140,11 +140,11 @@ Table temperatures(const Bench& bench, const Reduced& reduced) {
 }
 
 Table positions(const Bench& bench) {
-  const Unit one, g = Unit::parse("g");
+  const Unit number, g = Unit::parse("g");
   Table table{"positions", "mean output of each position over the reference scale factor", {}, {}};
-  table.columns = {{"label", one},
-                   {"run", one},
-                   {"position", one},
+  table.columns = {{"label", number},
+                   {"run", number},
+                   {"position", number},
                    {"temperature", Unit::parse("degC")},
                    {"duration", Unit::parse("s")},
                    {"window", Unit::parse("s")},

@@ -10,7 +10,7 @@
 namespace tumble::polar_axis_tumble {
 namespace {
 
-/// One sense of the output axis: what it and the plane of I and S feel [m/s^2].
+/// One sense of the output axis: specific force along it and in the plane of I and S [m/s^2].
 struct Sense {
   double along = 0.0, across = 0.0;
   std::size_t segments = 0;
@@ -28,11 +28,11 @@ std::vector<Sense> senses_of(const linear::Solution& solution) {
   for (const auto& segment : solution.segments) {
     const Vector3 f = segment.felt.specific_force;
     if (!segment.steady) continue;
-    auto found = std::ranges::find_if(senses, [&](const Sense& sense) { return sense.along * f.y > 0.0; });
-    if (found == senses.end()) found = senses.insert(found, Sense{});
-    const double n = static_cast<double>(found->segments++);
-    found->along += (f.y - found->along) / (n + 1.0);
-    found->across += (std::hypot(f.x, f.z) - found->across) / (n + 1.0);
+    auto sense = std::ranges::find_if(senses, [&](const Sense& s) { return s.along * f.y > 0.0; });
+    if (sense == senses.end()) sense = senses.insert(sense, Sense{});
+    const double n = static_cast<double>(sense->segments++);
+    sense->along += (f.y - sense->along) / (n + 1.0);
+    sense->across += (std::hypot(f.x, f.z) - sense->across) / (n + 1.0);
   }
   return senses;
 }
@@ -54,7 +54,7 @@ double shape(std::size_t harmonic, double angle) {
   }
 }
 
-/// How much of each harmonic every column has: its projection at eight angles, exact up to the third harmonic.
+/// Share of each harmonic in every column: its projection at eight angles, exact up to the third harmonic.
 Matrix projections(const linear::Solution& solution, const Sense& sense) {
   Matrix out(names.size(), solution.columns.size());
   for (int k = 0; k < 8; ++k) {

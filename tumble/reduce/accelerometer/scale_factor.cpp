@@ -17,12 +17,12 @@ constexpr const char* error_name = "scale_factor_error";
 
 /// Index of the column dK_1 among those used. Throws where the positions do not show it.
 std::size_t error_column(const linear::Solution& solution) {
-  const auto found = std::ranges::find(solution.columns, error_name, &Term::name);
-  if (found == solution.columns.end())
+  const auto column = std::ranges::find(solution.columns, error_name, &Term::name);
+  if (column == solution.columns.end())
     throw Error(Error::Kind::bad_data,
                 "the positions do not show the scale factor: the input axis must feel two specific forces at least; "
                 "add positions with it up and down");
-  return static_cast<std::size_t>(found - solution.columns.begin());
+  return static_cast<std::size_t>(column - solution.columns.begin());
 }
 
 /// 1 + dK_1 of a first solution. Throws for an output that does not follow the specific force.
@@ -106,9 +106,9 @@ Normalised identify(const Evidence& evidence, linear::Problem problem, const Ref
   if (refine) refine(first, problem);
   set_scale(scale_factor, output, problem);
   auto solution = linear::identify(evidence, problem);
-  const double found = scale_factor * error_factor(solution);
+  const double estimate = scale_factor * error_factor(solution);
   normalise(solution, scale_factor, output);
-  return {std::move(problem), std::move(solution), output, found};
+  return {std::move(problem), std::move(solution), output, estimate};
 }
 
 Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refine) {
@@ -119,9 +119,9 @@ Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refi
   problem.pulse = output.pulses ? 1.0 / std::abs(nominal) : 0.0;
   if (refine) refine(linear::predict(plan, problem, truth), problem);
   auto solution = linear::predict(plan, problem, truth);
-  const double found = nominal * error_factor(solution);
+  const double estimate = nominal * error_factor(solution);
   normalise(solution, nominal, output);
-  return {std::move(problem), std::move(solution), output, found};
+  return {std::move(problem), std::move(solution), output, estimate};
 }
 
 namespace {
