@@ -66,7 +66,7 @@ Components components_of(const Matrix& design, const std::vector<double>& observ
     const Point point = point_at(variance, z, known, kernels);
     double step = 0.0;
     for (std::size_t c = 0; c < count; ++c) {
-      const double next = variance[c] * std::sqrt(point.fits[c] / std::max(point.expects[c], 1e-300));
+      const double next = variance[c] * std::sqrt(std::max(0.0, point.fits[c]) / std::max(point.expects[c], 1e-300));
       step = std::max(step, std::abs(next - variance[c]));
       variance[c] = next;
     }

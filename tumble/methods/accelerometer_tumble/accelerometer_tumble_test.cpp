@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/positions.hpp"
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
@@ -429,6 +431,43 @@ TEST(AccelerometerTumble, FewPositionsThatAgreeAreNotAccused) {
 TEST(AccelerometerTumble, AScaleFactorThatTheAngleOfTheHeadSpoilsIsDoubted) {
   const auto found = answer(turn(12), unit, [](double) { return si(1.0, "deg"); });
   EXPECT_TRUE(has(found.estimate.findings, "misalignment_changes_scale_factor"));
+}
+
+/// Counts of two power-ups that are equal to the last one, over evenly spaced positions and the first once more.
+Evidence repeated_power_up(int positions, int seconds) {
+  auto places = turn(positions);
+  places.push_back({0.0, 0.0});
+  Evidence evidence = evidence_of(places, unit);
+  evidence.plan.rig.set_flag("ideal", false);
+  const auto schedule = std::exchange(evidence.plan.schedule, {});
+  Recording& recording = evidence.recordings[0];
+  Channel& channel = recording.channels[0];
+  channel.unit = Unit::parse("pulse");
+  channel.kind = QuantityKind::count;
+  channel.values.clear();
+  recording.marks.clear();
+  for (int run = 1; run <= 2; ++run)
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      recording.marks.push_back({schedule[k].label, static_cast<double>(channel.values.size()), run});
+      evidence.plan.schedule.push_back(schedule[k]);
+      evidence.plan.schedule.back().run = run;
+      evidence.plan.schedule.back().duration = seconds;
+      const double pulses = std::round(10000.0 * std::sin(si(places[k].angle, "deg")));
+      for (int i = 0; i < seconds; ++i) channel.values.push_back(pulses + 20.0 + (i * 7) % 5 - 2.0);
+    }
+  return evidence;
+}
+
+// Rounding put a variance of the slow noise below zero, since the two power-ups cancel, and made the answer NaN. With
+// sines rounded to 0.5 pulse, K_1 per local g is 10000 to 1 pulse.
+TEST(AccelerometerTumble, APowerUpThatRepeatsAnotherExactlyIsSoundData) {
+  for (const auto& [positions, seconds] : {std::pair{6, 40}, std::pair{8, 60}}) {
+    const Evidence evidence = repeated_power_up(positions, seconds);
+    const auto estimate = method().identify(evidence, {});
+    EXPECT_NEAR(value(estimate, "scale_factor") * gravity(*evidence.plan.site), 10000.0, 1.0) << positions;
+    for (const auto& finding : estimate.findings)
+      EXPECT_NE(finding.severity, Finding::Severity::error) << finding.message;
+  }
 }
 
 TEST(AccelerometerTumble, PositionsTooFewAreRefused) {
