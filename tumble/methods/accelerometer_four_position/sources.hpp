@@ -13,9 +13,10 @@ struct Source {
   Matrix covariance;  ///< of Stacked::z
 };
 
-/// Adds to the source of that name, or a new one.
+/// Adds a covariance [n x n] of Stacked::z to the source of that name, or a new one.
 void add(std::vector<Source>& sources, const std::string& name, const Matrix& covariance);
 
+/// Covariance [n x n] of Stacked::z from all sources.
 Matrix sum_of(const std::vector<Source>& sources);
 
 /// White noise (the first), counting and the errors of the rig; these act through the model of the instrument.

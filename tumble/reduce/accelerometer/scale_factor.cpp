@@ -28,7 +28,9 @@ std::size_t error_column(const linear::Solution& solution) {
 /// 1 + dK_1 of a first solution. Throws for an output that does not follow the specific force.
 double error_factor(const linear::Solution& solution) {
   const double factor = 1.0 + solution.fit.parameters[error_column(solution)];
-  if (!std::isfinite(factor) || std::abs(factor) < 1e-6)
+  if (!std::isfinite(factor))
+    throw Error(Error::Kind::bad_data, "the fit of the positions gives no finite scale factor");
+  if (std::abs(factor) < 1e-6)
     throw Error(Error::Kind::bad_data,
                 "the output does not follow the specific force along the input axis: is this the accelerometer's "
                 "channel, and did the rig move as the plan says?");
