@@ -195,7 +195,7 @@ TEST(Linear, AnUnknownLoopLeavesItsLagInKI) {
   const auto estimate = find_method("sdof_gyro_dynamic").identify(trial.evidence, {});
   // D/k = 2 zeta/w_n = 2.42 ms; the second order of the lag is 1 % of it at 0.5 Hz.
   EXPECT_NEAR(value_of(estimate, "K_I"), 1e-6 - 2.0 * 0.7 / (2.0 * std::numbers::pi * 92.0), 3e-5);
-  EXPECT_TRUE(has(estimate.findings, "K_I_holds_the_lag"));
+  EXPECT_TRUE(has_finding(estimate.findings, "K_I_holds_the_lag"));
 }
 
 TEST(Linear, ACurrentNeedsItsScaleFactor) {

@@ -81,7 +81,7 @@ TEST(AccelerometerCentrifuge, TheArmAloneDoesNotDistinguishRadiusFromScaleFactor
   leave_the_arm_alone(trial.evidence);
   const auto estimate = method().identify(trial.evidence, {});
   EXPECT_EQ(find_parameter(estimate, "effective_radius"), nullptr);
-  EXPECT_TRUE(has(estimate.findings, "radius_in_scale_factor"));
+  EXPECT_TRUE(has_finding(estimate.findings, "radius_in_scale_factor"));
   EXPECT_EQ(text_of(estimate.findings, "gravity_across_at_all_levels", "symbol"), "K_io");
   EXPECT_EQ(text_of(estimate.findings, "gravity_across_at_all_levels", "meanings"), "scale_factor (1 + K_io)");
   // 1 + 1.3 mm/1.2 m, and K_io times 1 g = -14e-6
@@ -146,7 +146,7 @@ TEST(AccelerometerCentrifuge, OneSenseAloneIsNamed) {
   const auto estimate = method().identify(trial.evidence, {});
   EXPECT_EQ(find_parameter(estimate, "centre_offset"), nullptr);
   EXPECT_TRUE(says(estimate.findings, "the input axis points outwards at all levels"));
-  EXPECT_TRUE(has(estimate.findings, "one_sense_of_the_arm"));
+  EXPECT_TRUE(has_finding(estimate.findings, "one_sense_of_the_arm"));
 }
 
 TEST(AccelerometerCentrifuge, ALevelThatClipsIsRefused) {

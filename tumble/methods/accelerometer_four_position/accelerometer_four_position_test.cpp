@@ -143,7 +143,7 @@ TEST(FourPositions, TheSourcesEstimatorTakesK2AsBias) {
   const auto estimate = method().identify(simulated(plan), {});
   EXPECT_NEAR(value(estimate, "bias"), si(2.5, "mg") + si(30.0, "ug/g^2") * G * G, 1e-12);
   EXPECT_EQ(find_parameter(estimate, "second_order_coefficient"), nullptr);
-  EXPECT_TRUE(has(estimate.findings, "second_order_in_bias"));
+  EXPECT_TRUE(has_finding(estimate.findings, "second_order_in_bias"));
 }
 
 // With the instrument turned on the head the output axis is up in position 2: theta_p, of the other sign.
@@ -258,7 +258,7 @@ TEST(FourPositions, AWindowThatHoldsTwoCountsByItsOwnTime) {
   channel.values = counts;
   channel.timeline = {0.0, 0.0, stamps};
   const auto estimate = method().identify(evidence, {});
-  EXPECT_TRUE(has(estimate.findings, "long_windows"));
+  EXPECT_TRUE(has_finding(estimate.findings, "long_windows"));
   // the mean of the position is over 57 windows instead of 58: white noise of 1.7e-4 m/s^2/sqrt(Hz), 3 ppm of G each
   EXPECT_NEAR(value(estimate, "scale_factor_error"), reference, 5e-6);
 }
@@ -270,7 +270,7 @@ TEST(FourPositions, TooFewTemperaturesAreSaidInWords) {
   EXPECT_EQ(value_of(estimate.findings, "temperatures_limit_order", "more"), 1.0);
   EXPECT_NE(find_parameter(estimate, "b_1"), nullptr);
   EXPECT_EQ(find_parameter(estimate, "b_2"), nullptr);
-  EXPECT_TRUE(has(estimate.findings, "repeatability_not_known"));
+  EXPECT_TRUE(has_finding(estimate.findings, "repeatability_not_known"));
 }
 
 TEST(FourPositions, ATemperatureThatMovesIsSeen) {
@@ -279,7 +279,7 @@ TEST(FourPositions, ATemperatureThatMovesIsSeen) {
     plan.schedule[k].axes["temperature"] = {.kind = Motion::Kind::hold,
                                             .value = 293.15 + 0.45 * static_cast<double>(k)};
   plan.rig.set_number("oven_time", 1.0, Unit::parse("s"));
-  EXPECT_TRUE(has(method().identify(simulated(plan), {}).findings, "temperature_moves_in_set"));
+  EXPECT_TRUE(has_finding(method().identify(simulated(plan), {}).findings, "temperature_moves_in_set"));
 }
 
 TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {

@@ -157,7 +157,7 @@ TEST(AccelerometerTumble, WhatOneGHides) {
   EXPECT_EQ(text_of(first.estimate.findings, "hinge_hidden_at_one_g", "symbol"), "K_pp");
   EXPECT_EQ(text_of(first.estimate.findings, "hinge_hidden_at_one_g", "meanings"),
             "bias + K_pp, second_order_coefficient - K_pp");
-  EXPECT_TRUE(has(first.estimate.findings, "products_across_not_excited"));
+  EXPECT_TRUE(has_finding(first.estimate.findings, "products_across_not_excited"));
   EXPECT_FALSE(says(first.estimate.findings, "K_oo"));
   EXPECT_NEAR(second("bias"), hinge.k_0 + hinge.k_oo, rounding);
   EXPECT_NEAR(second("second_order_coefficient"), hinge.k_2 - hinge.k_oo, rounding);
@@ -264,7 +264,7 @@ TEST(AccelerometerTumble, TheZeroOfTheHeadIsInTheMisalignmentUnlessTheUnitIsTurn
   const double d = 20.0 * arcsec;
   const auto zero = [d](double) { return d; };
   const auto alone = answer(turn(8), unit, zero);
-  EXPECT_TRUE(has(alone.estimate.findings, "zero_of_head_in_misalignment"));
+  EXPECT_TRUE(has_finding(alone.estimate.findings, "zero_of_head_in_misalignment"));
   auto positions = turn(8);
   for (const auto& position : turn(8, 180.0)) positions.push_back(position);
   // an ideal head but for its zero, which the estimate then knows of
@@ -275,7 +275,7 @@ TEST(AccelerometerTumble, TheZeroOfTheHeadIsInTheMisalignmentUnlessTheUnitIsTurn
   evidence.plan.rig.set_number("index_zero_sd", si(30.0, "arcsec"), Unit::parse("arcsec"));
   const auto estimate = method().identify(evidence, {});
   EXPECT_NEAR(local(estimate, "misalignment_o", evidence), unit.delta_o, 1e-7);
-  EXPECT_FALSE(has(estimate.findings, "zero_of_head_in_misalignment"));
+  EXPECT_FALSE(has_finding(estimate.findings, "zero_of_head_in_misalignment"));
 }
 
 // K_1 pulse/s/g is per standard g; where g is G, K_1 G/g0 per local g, K_0 g0/G, K_2 G/g0, K_3 (G/g0)^2.
@@ -387,7 +387,7 @@ TEST(AccelerometerTumble, ACounterThatOverflowsIsRefused) {
 TEST(AccelerometerTumble, AHeadThatCountsTheOtherWayIsNamed) {
   const auto found = answer(turn(12), unit, [](double th) { return -2.0 * th; });
   EXPECT_NEAR(found("scale_factor"), -unit.k_1, 1e-3);
-  EXPECT_TRUE(has(found.estimate.findings, "scale_factor_negative"));
+  EXPECT_TRUE(has_finding(found.estimate.findings, "scale_factor_negative"));
 }
 
 TEST(AccelerometerTumble, APositionThatWasNotGoneToIsNamed) {
@@ -423,14 +423,14 @@ TEST(AccelerometerTumble, FewPositionsThatAgreeAreNotAccused) {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const auto estimate = method().identify({plan, {simulate(plan, seed, {})}, {}}, {});
     for (const char* code : {"position_disagrees", "position_disagrees_and_repeats", "outputs_exchanged"})
-      accused += has(estimate.findings, code);
+      accused += has_finding(estimate.findings, code);
   }
   EXPECT_LE(accused, 1);  // one in ten thousand is meant, of normal residuals
 }
 
 TEST(AccelerometerTumble, AScaleFactorThatTheAngleOfTheHeadSpoilsIsDoubted) {
   const auto found = answer(turn(12), unit, [](double) { return si(1.0, "deg"); });
-  EXPECT_TRUE(has(found.estimate.findings, "misalignment_changes_scale_factor"));
+  EXPECT_TRUE(has_finding(found.estimate.findings, "misalignment_changes_scale_factor"));
 }
 
 /// Counts of two power-ups that are equal to the last one, over evenly spaced positions and the first once more.

@@ -41,18 +41,6 @@ inline double value_of(const Findings& findings, const std::string& code, const 
   return std::nan("");
 }
 
-/// Whether there is a finding of this code.
-inline bool has(const Findings& findings, const std::string& code) { return finding_of(findings, code) != nullptr; }
-
-/// A text of the first finding of this code; empty, and a failure, where there is none.
-inline std::string text_of(const Findings& findings, const std::string& code, const std::string& name) {
-  if (const Finding* finding = finding_of(findings, code))
-    for (const FindingValue& v : finding->values)
-      if (const auto* text = std::get_if<std::string>(&v.value); text && v.name == name) return *text;
-  ADD_FAILURE() << "no finding " << code << " with the text " << name;
-  return "";
-}
-
 /// The message with which the method refuses the evidence.
 inline std::string refusal(const Method& method, const Evidence& evidence) {
   try {
@@ -61,6 +49,20 @@ inline std::string refusal(const Method& method, const Evidence& evidence) {
     return error.what();
   }
   ADD_FAILURE() << "not refused";
+  return "";
+}
+
+/// Whether there is a finding of this code.
+inline bool has_finding(const Findings& findings, const std::string& code) {
+  return finding_of(findings, code) != nullptr;
+}
+
+/// A text of the first finding of this code; empty, and a failure, where there is none.
+inline std::string text_of(const Findings& findings, const std::string& code, const std::string& name) {
+  if (const Finding* finding = finding_of(findings, code))
+    for (const FindingValue& v : finding->values)
+      if (const auto* text = std::get_if<std::string>(&v.value); text && v.name == name) return *text;
+  ADD_FAILURE() << "no finding " << code << " with the text " << name;
   return "";
 }
 
