@@ -12,7 +12,7 @@
 namespace tumble {
 namespace {
 
-/// What is left beside a factor may be rounding of numbers that cancelled, not more.
+/// Greatest remainder beside a factor: rounding of numbers that cancelled.
 constexpr double rounding = 1e-9;
 
 Matrix product(const Matrix& a, const Matrix& b) {
@@ -101,8 +101,8 @@ void set_degrees_of_freedom(const std::vector<ErrorLine>& lines, Estimate& estim
       for (std::size_t c = 0; c < line.factor.columns; ++c) v += line.factor(i, c) * line.factor(i, c);
       fourth += v * v / line.degrees_of_freedom[i];
     }
-    const double whole = estimate.covariance(i, i);
-    if (fourth > 0.0) estimate.parameters[i].degrees_of_freedom = std::max(1.0, whole * whole / fourth);
+    const double variance = estimate.covariance(i, i);
+    if (fourth > 0.0) estimate.parameters[i].degrees_of_freedom = std::max(1.0, variance * variance / fourth);
   }
 }
 
@@ -156,7 +156,7 @@ ErrorLine carried(const Matrix& gradients, ErrorLine inputs) {
   auto& dof = inputs.degrees_of_freedom;
   if (!dof.empty()) {
     const double first = dof.front();
-    if (std::ranges::any_of(dof, [first](double one) { return one != first; }))
+    if (std::ranges::any_of(dof, [first](double v) { return v != first; }))
       throw Error(Error::Kind::internal,
                   "budget line '" + inputs.source + "' has inputs of several degrees of freedom");
     dof.assign(gradients.rows, first);

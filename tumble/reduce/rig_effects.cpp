@@ -70,7 +70,7 @@ namespace {
 
 bool everywhere(std::size_t) { return true; }
 
-/// What is observed on every row; differences of it are the effects.
+/// The observation on every row; differences of it are the effects.
 class Difference {
  public:
   Difference(const ConductedTest& test, const Observation& observation) : test_(test), observation_(observation) {

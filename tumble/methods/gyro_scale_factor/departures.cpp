@@ -190,7 +190,7 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
   });
 }
 
-/// Of pairs (input, share of the output due, its sd): where the share falls below a half.
+/// The input at which the share falls below a half. Given: pairs of input, and share of the output due with its sd.
 Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
   Bracket bracket;
   std::erase_if(tried, [](const auto& one) { return one.second.second > 0.2; });

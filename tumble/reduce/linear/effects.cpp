@@ -40,7 +40,7 @@ double mean_over(const Reference& reference, double begin, double length, std::s
   return sum / static_cast<double>(points);
 }
 
-/// The same at evenly spaced instants, as many as `felt` has room for.
+/// Mean of `value` at evenly spaced instants of an interval, as many as `felt` has room for.
 template <class Value>
 double mean_at(const Reference& reference, double begin, double length, std::span<Felt> felt, const Value& value) {
   const double step = length / static_cast<double>(felt.size());
@@ -53,10 +53,9 @@ double mean_at(const Reference& reference, double begin, double length, std::spa
 constexpr std::size_t points_of_block = 6;      ///< in a short block
 constexpr std::size_t points_of_stretch = 192;  ///< in a stretch, or in one turn
 
-/// The same over a stretch in which the rig turns evenly: what goes round with its axis is the same in each whole turn.
-/// So one turn stands for all of them, with points enough for what comes round several times in it, and the rest of the
-/// last one for itself. (Points strewn over all turns would leave of a ripple of the rate one over the root of their
-/// number, a hundred times what the whole stretch does.)
+/// Mean of `value` over a stretch in which the rig turns evenly: all whole turns are equal, so that one of them
+/// represents all, with enough points for ripples of a turn; the remainder of the last turn is added. (Points spread
+/// over all turns would retain a ripple of the rate over the root of their number, a hundred times its true mean.)
 template <class Value>
 double mean_of_turns(const Reference& reference, const Segment& segment, double begin, double length,
                      const Value& value) {

@@ -61,7 +61,7 @@ std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals
   slow.push_back({drift_source,
                   kernel_of(intervals, [](const Interval&, const Interval&, bool same) { return same ? 1.0 : 0.0; })});
   const bool stated = bias_instability > 0.0;
-  // Two variances more than the parameters need some segments to be told apart.
+  // Two variances more than the parameters: some more segments are needed to distinguish them.
   const bool shown = intervals.size() >= parameters + 4;
   if (shown || stated) {
     const auto bank = flicker_bank(1.0, step / 4.0, 4.0 * longest_of(intervals));
