@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/units/error.hpp"
 
@@ -33,11 +34,6 @@ struct Triad {
   Matrix3 inverse = identity3();
   Vector3 bias;
 };
-
-const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto given = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, given == estimate.provenance.settings.end() ? name : given->second);
-}
 
 /// The two scale factors that the estimate was made with.
 Settings settings_of(const Estimate& estimate) {
@@ -87,14 +83,6 @@ bool calibrated(const Estimate& estimate, Kind kind) {
                              [&](const Parameter& p) { return p.name.starts_with(role_of(kind, 0) + "_"); });
 }
 
-bool one_clock(const Channel& a, const Channel& b) {
-  if (a.values.size() != b.values.size()) return false;
-  if (a.timeline.uniform() && b.timeline.uniform())
-    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
-  return a.timeline.stamps == b.timeline.stamps ||
-         (a.timeline.stamps && b.timeline.stamps && *a.timeline.stamps == *b.timeline.stamps);
-}
-
 std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recording) {
   const Settings settings = settings_of(estimate);
   std::vector<Triad> triads;
@@ -104,14 +92,14 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
     if (!calibrated(estimate, kind)) continue;
     Triad triad{.kind = kind};
     for (std::size_t i = 0; i < 3; ++i) {
-      const Channel* channel = role(estimate, recording, role_of(kind, i));
+      const Channel* channel = channel_of(estimate, recording, role_of(kind, i));
       if (!channel) {
         problems.push_back("the recording has no channel for the role " + role_of(kind, i));
         continue;
       }
       if (find_channel(recording, channel->name + ".compensation_sd"))
         problems.push_back("channel " + channel->name + " is compensated already: the method would subtract it twice");
-      if (first && !one_clock(*first, *channel))
+      if (first && !sampled_together(*first, *channel))
         problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
                                        first->name, channel->name));
       first = first ? first : channel;
