@@ -107,8 +107,8 @@ void set_degrees_of_freedom(const std::vector<ErrorLine>& lines, Estimate& estim
 }
 
 template <class Item>
-void follow(std::vector<Item>& whole, const std::vector<Item>& part) {
-  whole.insert(whole.end(), part.begin(), part.end());
+void follow(std::vector<Item>& sum, const std::vector<Item>& part) {
+  sum.insert(sum.end(), part.begin(), part.end());
 }
 
 }  // namespace
@@ -180,19 +180,19 @@ void settle(Estimate& estimate, const std::vector<ErrorLine>& lines) {
   set_degrees_of_freedom(lines, estimate);
 }
 
-void append(Estimate& whole, const Estimate& part) {
-  const std::size_t before = whole.parameters.size(), added = part.parameters.size();
-  for (auto& line : whole.budget) line.factor = padded(line.factor, 0, added);
-  for (const auto& line : part.budget) add_line(line.source, line.key, padded(line.factor, before, 0), whole.budget);
-  follow(whole.parameters, part.parameters);
-  complete(whole);
-  whole.fit.observations += part.fit.observations;
-  whole.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
-  whole.fit.chi_square += part.fit.chi_square;
-  whole.fit.condition = std::max(whole.fit.condition, part.fit.condition);
-  follow(whole.findings, part.findings);
-  follow(whole.tables, part.tables);
-  follow(whole.curves, part.curves);
+void append(Estimate& sum, const Estimate& part) {
+  const std::size_t before = sum.parameters.size(), added = part.parameters.size();
+  for (auto& line : sum.budget) line.factor = padded(line.factor, 0, added);
+  for (const auto& line : part.budget) add_line(line.source, line.key, padded(line.factor, before, 0), sum.budget);
+  follow(sum.parameters, part.parameters);
+  complete(sum);
+  sum.fit.observations += part.fit.observations;
+  sum.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
+  sum.fit.chi_square += part.fit.chi_square;
+  sum.fit.condition = std::max(sum.fit.condition, part.fit.condition);
+  follow(sum.findings, part.findings);
+  follow(sum.tables, part.tables);
+  follow(sum.curves, part.curves);
 }
 
 void append_parameter(Estimate& estimate, Parameter parameter, const std::string& source, double variance) {

@@ -118,15 +118,15 @@ Cause angles_of(double sd) {
 
 /// The Earth's rate is in every output: along the vertical with the sign of the pose, and level in unknown directions.
 Cause earth_of(const Plan& plan, const Calibration& c, const Means& means) {
-  const double whole = earth_rate / std::sqrt(3.0);
-  double vertical = whole, level = whole;
+  const double component = earth_rate / std::sqrt(3.0);
+  double vertical = component, level = component;
   if (plan.site) {
     vertical = std::abs(earth_rate * std::sin(plan.site->latitude));
     level = earth_rate * std::cos(plan.site->latitude) / std::sqrt(2.0);
   }
   Cause cause{"Earth rate", {vertical}, infinite, nullptr};
   cause.sd.insert(cause.sd.end(), 2 * poses, level);
-  for (std::size_t t = 0; t < turns; ++t) cause.sd.insert(cause.sd.end(), 3, whole * means.turn_time[t]);
+  for (std::size_t t = 0; t < turns; ++t) cause.sd.insert(cause.sd.end(), 3, component * means.turn_time[t]);
   cause.disturb = [rate = response(c.k_g, c.r_g)](std::span<const double> z, Means& disturbed) {
     for (std::size_t p = 0; p < poses; ++p) {
       const std::size_t axis = axis_of(p);

@@ -39,8 +39,8 @@ struct Triad {
 Settings settings_of(const Estimate& estimate) {
   Settings settings = defaults(imu::scale_factor_options());
   for (const char* name : {"gyro_scale_factor", "accelerometer_scale_factor"})
-    if (const auto found = estimate.provenance.settings.find(name); found != estimate.provenance.settings.end())
-      settings.set_word(name, found->second);
+    if (const auto given = estimate.provenance.settings.find(name); given != estimate.provenance.settings.end())
+      settings.set_word(name, given->second);
   return settings;
 }
 

@@ -57,16 +57,16 @@ std::string absence(const std::string& name, const linear::Problem& problem, con
 }
 
 Table observability(const Task& task, const JointSolution& solution, const Estimate& estimate) {
-  const Unit one;
+  const Unit pure;
   Table table{"observability",
               "each term as this schedule shows it, its greatest correlation, and a motion that would show it better",
-              {{"term", one},
-               {"state", one},
-               {"unit", one},
-               {"sd", one},
-               {"correlation", one},
-               {"with", one},
-               {"shown_by", one}},
+              {{"term", pure},
+               {"state", pure},
+               {"unit", pure},
+               {"sd", pure},
+               {"correlation", pure},
+               {"with", pure},
+               {"shown_by", pure}},
               {}};
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const Kind kind = task.kinds[o / 3];
@@ -93,10 +93,10 @@ Table observability(const Task& task, const JointSolution& solution, const Estim
 
 /// u = M (y - b), M = (1 + S)^-1, as a navigation computer uses them.
 Table correction(const Task& task, const Estimate& estimate) {
-  const Unit one;
+  const Unit pure;
   Table table{"correction",
               "u = M (y - b): rates and specific forces from the outputs, g-sensitivity, second order and levers apart",
-              {{"output", one}, {"M_x", one}, {"M_y", one}, {"M_z", one}, {"b", one}, {"unit", one}},
+              {{"output", pure}, {"M_x", pure}, {"M_y", pure}, {"M_z", pure}, {"b", pure}, {"unit", pure}},
               {}};
   for (const Kind kind : task.kinds) {
     const Matrix3 m = inverse(sensitivity_of(estimate, kind));

@@ -46,7 +46,7 @@ double mean_at(const Reference& reference, double begin, double length, std::spa
   const double step = length / static_cast<double>(felt.size());
   reference.felt(begin + 0.5 * step, step, felt);
   double sum = 0.0;
-  for (const Felt& one : felt) sum += value(one);
+  for (const Felt& sample : felt) sum += value(sample);
   return sum / static_cast<double>(felt.size());
 }
 
@@ -96,8 +96,8 @@ class Means {
            std::span<double> column) const {
     const Stretch& stretch = evidence_.test.stretches[g];
     const Blocking& blocking = evidence_.blocking[g];
-    if (!blocking.whole.empty()) {
-      column[0] += mean_over(reference, blocking.whole, value);
+    if (!blocking.instants.empty()) {
+      column[0] += mean_over(reference, blocking.instants, value);
       return;
     }
     if (evidence_.uniform(g)) {
@@ -149,7 +149,7 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
                              {.stretch = rows.segment,
                               .add = [&](const Reference& reference, std::size_t g, Detail detail,
                                          std::span<double> column) { means.add(reference, g, detail, shown, column); },
-                              .is_total = [&](std::size_t g) { return !evidence.blocking[g].whole.empty(); }});
+                              .is_total = [&](std::size_t g) { return !evidence.blocking[g].instants.empty(); }});
   for (const auto& error : problem.reading_errors) {
     if (!(error.sd > 0.0)) continue;
     const auto value = [&](const Felt& felt) { return error.sd * error.change(felt, shown(felt)); };

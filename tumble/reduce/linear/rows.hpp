@@ -16,7 +16,7 @@ namespace tumble::linear {
 struct Blocking {
   bool even = false;  ///< the rig turns, but what is felt hardly changes: blocks as if it were steady
   std::size_t per_block = 1;
-  Instants whole = {};  ///< a move that is used whole, as one block: the instants that stand for it; else empty
+  Instants instants = {};  ///< of a move that is used as one total; else empty
 };
 
 /// The test as carried out, and the blocks of each stretch.

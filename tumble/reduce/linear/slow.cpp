@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
+#include <set>
 
 namespace tumble::linear {
 namespace {
@@ -40,9 +40,9 @@ Matrix same_power_up(const std::vector<Interval>& intervals) {
 }
 
 std::size_t power_ups_in(const std::vector<Interval>& intervals) {
-  std::map<std::size_t, int> found;
-  for (const auto& interval : intervals) ++found[interval.power_up];
-  return found.size();
+  std::set<std::size_t> power_ups;
+  for (const auto& interval : intervals) power_ups.insert(interval.power_up);
+  return power_ups.size();
 }
 
 double longest_of(const std::vector<Interval>& intervals) {
