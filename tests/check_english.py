@@ -18,7 +18,9 @@ NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 CLEAN = ("apps/", "tumble/units/", "tumble/core/", "tumble/earth/", "tumble/models/", "tumble/rigs/", "tumble/sim/",
          "tumble/checks/", "tumble/formats/", "tumble/report/", "tumble/tasks/",
          "tumble/methods/accelerometer_", "tumble/methods/polar_axis_tumble/", "tumble/methods/sdof_gyro_",
-         "tumble/reduce/accelerometer/", "tumble/reduce/pulses/", "tumble/reduce/sdof_gyro_support/")
+         "tumble/reduce/accelerometer/", "tumble/reduce/pulses/", "tumble/reduce/sdof_gyro_support/",
+         "tumble/methods/gyro_scale_factor/", "tumble/methods/imu_ferraris/", "tumble/methods/imu_turntable/",
+         "tumble/methods/static_bias/", "tumble/reduce/compensation/", "tumble/reduce/linear/")
 # Names in the result JSON do not change.
 FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart")}
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)

@@ -52,7 +52,7 @@ Estimate result() {
   return estimate;
 }
 
-/// What an instrument with these parameters shows of (a_x, a_y).
+/// Output of an instrument with these parameters that feels (a_x, a_y).
 double shown(const std::vector<double>& p, double x, double y) {
   return p[0] * (x + p[1] + p[2] * x * x + p[3] * x * y);
 }

@@ -206,10 +206,10 @@ Scatter scatter_of(std::span<const double> values, std::size_t first) {
     sums[lane] += value - origin;
     squares[lane] += (value - origin) * (value - origin);
   };
-  const std::size_t whole = values.size() / lanes * lanes;
-  for (std::size_t n = 0; n < whole; n += lanes)
+  const std::size_t in_lanes = values.size() / lanes * lanes;
+  for (std::size_t n = 0; n < in_lanes; n += lanes)
     for (std::size_t k = 0; k < lanes; ++k) add(values[n + k], k);
-  for (std::size_t n = whole; n < values.size(); ++n) add(values[n], 0);
+  for (std::size_t n = in_lanes; n < values.size(); ++n) add(values[n], 0);
   double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
   double square = (squares[0] + squares[1]) + (squares[2] + squares[3]);
   if (std::isnan(sum)) {

@@ -49,7 +49,7 @@ struct EvenSignal {
 /// Throws    Error::bad_data for a clock that runs backwards (time named) or an infinite sample
 EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing);
 
-/// Of samples begin <= i < end. Throws Error::bad_data that names the first infinite one, if there is one.
+/// Extremes of the samples begin <= i < end [SI]. Throws Error::bad_data that names the first infinite sample.
 Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label);
 
 /// Reason why a noise analysis is not possible (too short, constant, NaN); empty for a usable signal.

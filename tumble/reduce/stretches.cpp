@@ -280,7 +280,7 @@ void add_stretch(const Channel& channel, double rate, const MarkedSegment& marke
   test.stretches.push_back(std::move(out));
 }
 
-/// Of a plan that was not yet carried out.
+/// Adds a segment of a plan that was not yet carried out.
 void add_planned(const PowerUp& power_up, SegmentPlace place, std::size_t start, const StretchOptions& options,
                  ConductedTest& test) {
   const Segment& segment = power_up.rig.segments[place.segment];

@@ -86,7 +86,7 @@ struct Stretch {
   double duration() const { return static_cast<double>(samples) * step; }  ///< [s]
 };
 
-/// What a method wants of a test.
+/// The needs of a method.
 struct StretchOptions {
   std::string role;         ///< the channel whose samples are used and whose clock the rig is asked by
   double scale = 1.0;       ///< output [SI] for one SI unit of the channel

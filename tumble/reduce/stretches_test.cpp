@@ -56,10 +56,10 @@ TEST(MarkedSegments, ALabelThatOccursTwiceIsTakenInOrder) {
 TEST(MarkedSegments, AClosingRepeatIsNotTakenForTheFirstSegment) {
   const std::vector<Segment> closed{{"up", 2.0}, {"down", 2.0}, {"left", 2.0}, {"up", 2.0}};
   // the first segments were not recorded: in one file, and in two
-  const Recording late = recording_of({{"left", 0.0}, {"up", 2.0}}), left = recording_of({{"left", 0.0}}),
+  const Recording late = recording_of({{"left", 0.0}, {"up", 2.0}}), side = recording_of({{"left", 0.0}}),
                   up = recording_of({{"up", 0.0}});
   EXPECT_EQ(marked_segments({plan_of(closed), {late}}).at(0).at(1).index, 3u);
-  EXPECT_EQ(marked_segments({plan_of(closed), {left, up}}).at(1).at(0).index, 3u);
+  EXPECT_EQ(marked_segments({plan_of(closed), {side, up}}).at(1).at(0).index, 3u);
   // the last segment was not recorded: what follows shows that this is the first one
   const Recording early = recording_of({{"up", 0.0}, {"down", 2.0}});
   const auto repeated = marked_segments({plan_of(closed), {early, early}});

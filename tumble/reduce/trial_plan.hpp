@@ -6,7 +6,7 @@
 
 #include "tumble/core/plan.hpp"
 
-/// What the trials of the methods begin with.
+/// The plans with which the trials of the methods begin.
 namespace tumble {
 
 /// An instrument of that model without errors, on a rig with all its errors, in a laboratory; no schedule. Given: rate

@@ -190,10 +190,10 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
   });
 }
 
-/// Of pairs (input, share of the output due, its sd): where the share falls below a half.
+/// The input at which the share falls below a half. Given: pairs of input, and share of the output due with its sd.
 Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
   Bracket bracket;
-  std::erase_if(tried, [](const auto& one) { return one.second.second > 0.2; });
+  std::erase_if(tried, [](const auto& pair) { return pair.second.second > 0.2; });
   bracket.tried = tried.size() >= 3;
   if (!bracket.tried) return bracket;
   bracket.smallest = tried.begin()->first;
@@ -203,7 +203,7 @@ Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
   if (below == 0.0) return bracket;
   const auto above = tried.upper_bound(below);
   if (above == tried.end()) return bracket;
-  bracket.found = true;
+  bracket.bounded = true;
   bracket.value = 0.5 * (below + above->first);
   bracket.sd = 0.5 * (above->first - below) / std::sqrt(3.0);
   return bracket;

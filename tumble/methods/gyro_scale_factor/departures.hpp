@@ -40,8 +40,8 @@ Line line_of(const linear::Solution& solution, std::size_t parameters);
 
 /// The smallest input (or change of input) that gives at least half of the output due.
 struct Bracket {
-  bool tried = false;  ///< three small inputs or more, each with little enough scatter
-  bool found = false;  ///< some give less than half
+  bool tried = false;    ///< three small inputs or more, each with little enough scatter
+  bool bounded = false;  ///< some give less than half
   double
       value = 0.0,
       sd = 0.0;  ///< [rad/s] middle and half width over sqrt(3) of the smallest that does and the largest that does not

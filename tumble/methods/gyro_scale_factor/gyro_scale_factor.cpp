@@ -196,7 +196,7 @@ void add_size(Estimate& estimate, const Size& size, const char* name, const char
 
 void add_bracket(Estimate& estimate, const Bracket& bracket, const char* name, const char* symbol,
                  const std::string& description) {
-  if (bracket.found)
+  if (bracket.bounded)
     add_from_scatter(estimate, name, symbol, "deg/h", bracket.value, bracket.sd, INFINITY, description);
   else if (bracket.tried)
     estimate.findings.push_back(

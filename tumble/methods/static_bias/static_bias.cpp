@@ -128,7 +128,7 @@ struct Variance {
   double value = 0.0, edf = 0.0;
 };
 
-/// Of the mean of a run about the constant at power-on.
+/// Variance of the mean of a run about the constant at power-on.
 Variance within_run(const Pooled& noise, std::size_t samples) {
   std::vector<double> gain;
   for (const auto& term : terms) gain.push_back(mean_variance(term, samples));

@@ -96,7 +96,7 @@ std::string make_whole(const PowerUp& power_up, const Problem& problem, Stretch&
   if (std::ranges::any_of(stretch.values, [](double v) { return std::isnan(v); })) return "samples_missing_in_move";
   stretch.steady = false;
   blocking = {.per_block = stretch.samples,
-              .whole = instants_of(power_up.reference, stretch.first, end, quickest(segment))};
+              .instants = instants_of(power_up.reference, stretch.first, end, quickest(segment))};
   return "";
 }
 

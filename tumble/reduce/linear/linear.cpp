@@ -19,20 +19,20 @@ namespace {
 
 /// Which columns the evidence shows, as indices of Problem::columns; the others are put into the solution's `dropped`.
 std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, Solution& solution) {
-  std::vector<std::size_t> preference, kept;
+  std::vector<std::size_t> preference, used;
   for (const auto& name : problem.leave_out_first)
     for (std::size_t j = 0; j < problem.columns.size(); ++j)
       if (problem.columns[j].name == name) preference.push_back(j);
   solution.dropped = unobservable_columns(rows.design, rows.weights, rows.natural, preference, problem.condition_limit);
   for (std::size_t j = 0; j < problem.columns.size(); ++j)
     if (std::ranges::none_of(solution.dropped, [j](const Dropped& dropped) { return dropped.column == j; })) {
-      kept.push_back(j);
+      used.push_back(j);
       solution.columns.push_back(problem.columns[j]);
       const auto [least, greatest] = std::ranges::minmax(column(rows.design, j));
       solution.least.push_back(least);
       solution.greatest.push_back(greatest);
     }
-  return kept;
+  return used;
 }
 
 /// Every stretch is one segment of the mixed model. Power-ups of different plans are different ones.
@@ -67,9 +67,9 @@ void refuse_too_few(std::size_t rows, std::size_t columns) {
 }
 
 /// Coefficients of all columns from those of the columns used; 0 for the others.
-std::vector<double> spread(const std::vector<std::size_t>& kept, const std::vector<double>& b, std::size_t columns) {
+std::vector<double> spread(const std::vector<std::size_t>& used, const std::vector<double>& b, std::size_t columns) {
   std::vector<double> all(columns, 0.0);
-  for (std::size_t k = 0; k < kept.size(); ++k) all[kept[k]] = b[k];
+  for (std::size_t k = 0; k < used.size(); ++k) all[used[k]] = b[k];
   return all;
 }
 
@@ -94,10 +94,10 @@ std::vector<double> coefficients_for(const Problem& problem, const Truth& truth)
 }
 
 /// The bias instability stated, as the output shows it.
-double stated_for(const Problem& problem, const std::vector<std::size_t>& kept, const std::vector<double>& b) {
+double stated_for(const Problem& problem, const std::vector<std::size_t>& used, const std::vector<double>& b) {
   double per = problem.stated_per.empty() ? 1.0 : 0.0;
-  for (std::size_t k = 0; k < kept.size(); ++k)
-    if (problem.columns[kept[k]].name == problem.stated_per) per = std::abs(b[k]);
+  for (std::size_t k = 0; k < used.size(); ++k)
+    if (problem.columns[used[k]].name == problem.stated_per) per = std::abs(b[k]);
   return per * problem.bias_instability;
 }
 
@@ -121,22 +121,22 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   work.rows = rows_of(work.evidence, problem);
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
-  work.kept = observable(problem, work.rows, solution);
-  refuse_too_few(work.rows.weights.size(), work.kept.size());
+  work.used = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.used.size());
   const auto counting = take_out_counting(work.evidence, problem, work.rows);
 
   MixedData& data = work.data;
-  data = {.design = chosen_columns(work.rows.design, work.kept),
+  data = {.design = chosen_columns(work.rows.design, work.used),
           .weights = work.rows.weights,
           .segment = work.rows.segment};
   data.observations = work.rows.output;
   for (std::size_t i = 0; i < work.rows.input.size(); ++i) data.observations[i] -= work.rows.input[i];
   const auto look = first_look(data.design, data.observations, data.weights);
-  data.effects = effects_of(work.evidence, problem, work.rows, spread(work.kept, look, problem.columns.size()));
+  data.effects = effects_of(work.evidence, problem, work.rows, spread(work.used, look, problem.columns.size()));
   if (problem.pulse > 0.0) data.effects.push_back(counting);
   const double step = work.evidence.test.stretches.front().step;
-  data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.kept.size(), step,
-                                 stated_for(problem, work.kept, look));
+  data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.used.size(), step,
+                                 stated_for(problem, work.used, look));
   solution.fit = fit_mixed_model(data);
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
@@ -151,11 +151,11 @@ Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
   work.rows = rows_of(work.evidence, problem);
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
-  work.kept = observable(problem, work.rows, solution);
-  refuse_too_few(work.rows.weights.size(), work.kept.size());
+  work.used = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.used.size());
   const auto all = coefficients_for(problem, truth);
   MixedData& data = work.data;
-  data = {.design = chosen_columns(work.rows.design, work.kept),
+  data = {.design = chosen_columns(work.rows.design, work.used),
           .weights = work.rows.weights,
           .segment = work.rows.segment};
   data.effects = effects_of(work.evidence, problem, work.rows, all);
@@ -163,10 +163,10 @@ Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
   const double step = work.evidence.test.stretches.front().step;
   data.slow = known_slow_noise(intervals_of(work.evidence.test), truth.noise, truth.turn_on_sd, step);
   solution.fit = predict_mixed_model(data, white_variance(truth.noise));
-  for (std::size_t k = 0; k < work.kept.size(); ++k) solution.fit.parameters[k] = all[work.kept[k]];
+  for (std::size_t k = 0; k < work.used.size(); ++k) solution.fit.parameters[k] = all[work.used[k]];
   for (const auto& dropped : solution.dropped)
-    for (std::size_t k = 0; k < work.kept.size(); ++k)
-      solution.fit.parameters[k] += dropped.weights[work.kept[k]] * all[dropped.column];
+    for (std::size_t k = 0; k < work.used.size(); ++k)
+      solution.fit.parameters[k] += dropped.weights[work.used[k]] * all[dropped.column];
   solution.observations = work.rows.weights.size();
   set_fitted(work, work.rows.design * all);
   describe_dropped(problem, solution);
@@ -208,9 +208,9 @@ Matrix information_of(const Matrix& a, const std::vector<const KnownEffect*>& ow
 }  // namespace
 
 Information information(const Plan& plan, const Problem& problem, const Truth& truth) {
-  const Evidences found = evidence_of(plan, problem);
-  const Rows rows = rows_of(found, problem);
-  const auto effects = effects_of(found, problem, rows, coefficients_for(problem, truth));
+  const Evidences evidence = evidence_of(plan, problem);
+  const Rows rows = rows_of(evidence, problem);
+  const auto effects = effects_of(evidence, problem, rows, coefficients_for(problem, truth));
   if (!(white_variance(truth.noise) > 0.0))
     throw Error(Error::Kind::bad_input, "the plan's [truth] has no white noise: nothing limits the information");
   Information out;
@@ -226,18 +226,18 @@ Information information(const Plan& plan, const Problem& problem, const Truth& t
     a.values.insert(a.values.end(), effect.column.begin(), effect.column.end());
     ++a.columns;
   }
-  std::vector<std::vector<std::size_t>> taken(found.test.stretches.size());
+  std::vector<std::vector<std::size_t>> taken(evidence.test.stretches.size());
   for (std::size_t i = 0; i < rows.segment.size(); ++i) taken[rows.segment[i]].push_back(i);
   std::map<std::pair<std::size_t, std::size_t>, Matrix> by_place;
-  for (std::size_t g = 0; g < found.test.stretches.size(); ++g) {
-    const Stretch& stretch = found.test.stretches[g];
+  for (std::size_t g = 0; g < evidence.test.stretches.size(); ++g) {
+    const Stretch& stretch = evidence.test.stretches[g];
     // on its own: as if the segment began with power-on
     const auto slow = known_slow_noise({{0, 0.0, stretch.duration()}}, truth.noise, 0.0, stretch.step);
     by_place[{stretch.power_up, stretch.segment}] =
         information_of(a, own, rows.weights, taken[g], white_variance(truth.noise), slow[0].kernel(0, 0));
   }
-  for (std::size_t u = 0; u < found.test.power_ups.size(); ++u)
-    for (std::size_t s = 0; s < found.test.power_ups[u].rig.segments.size(); ++s) {
+  for (std::size_t u = 0; u < evidence.test.power_ups.size(); ++u)
+    for (std::size_t s = 0; s < evidence.test.power_ups[u].rig.segments.size(); ++s) {
       const auto place = by_place.find({u, s});
       out.of_segment.push_back(place == by_place.end() ? Matrix(a.columns, a.columns) : place->second);
     }

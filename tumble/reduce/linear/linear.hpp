@@ -34,7 +34,7 @@ struct ResponseError {
   std::function<Response(double step)> response;
 };
 
-/// What is to be identified, and how the output is read.
+/// The unknowns, and how the output is read.
 struct Problem {
   std::string role = "gyro";  ///< the channel
   double scale = 1.0;         ///< output [SI] for one SI unit of the channel
@@ -125,7 +125,7 @@ struct Truth {
   double turn_on_sd = 0.0;  ///< of the bias, from power-up to power-up [SI]
 };
 
-/// What the plan's [truth] says of the output called `channel` of the plan's model.
+/// Truth of the output called `channel` by the plan's [truth] and model.
 /// Throws Error::bad_input where the plan lacks model or truth.
 Truth truth_of(const Plan& plan, const std::string& channel);
 
@@ -141,7 +141,7 @@ struct Information {
   std::vector<Matrix> of_segment;   ///< one a segment of the schedule, [SI]; zero where a segment gives no samples
 };
 
-/// What each segment of the plan's schedule gives on its own: A' V^-1 A with A = [X | common errors], V white noise,
+/// Information of each segment of the plan's schedule alone: A' V^-1 A with A = [X | common errors], V white noise,
 /// slow noise independent between segments, and the errors drawn anew for each. Add those of the segments chosen, and 1
 /// on the diagonal of the errors; the inverse's first block is the covariance of the coefficients.
 Information information(const Plan& plan, const Problem& problem, const Truth& truth);

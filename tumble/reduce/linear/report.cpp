@@ -22,8 +22,8 @@ std::string signed_term(double weight, const std::string& name) {
   return (weight < 0.0 ? " - " : " + ") + factor + name;
 }
 
-double shown_weight(double weight, const Term& kept, const Term& dropped) {
-  return weight * Unit::parse(dropped.unit).factor() / Unit::parse(kept.unit).factor();
+double shown_weight(double weight, const Term& used, const Term& dropped) {
+  return weight * Unit::parse(dropped.unit).factor() / Unit::parse(used.unit).factor();
 }
 
 std::string listed(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }

@@ -124,10 +124,10 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
 void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
                Sums& sums) {
   const double count = sums.count.front();
-  for (std::size_t k = 0; k < blocking.whole.time.size(); ++k) {
+  for (std::size_t k = 0; k < blocking.instants.time.size(); ++k) {
     Felt felt;
-    power_up.reference.felt(blocking.whole.time[k], stretch.step, std::span(&felt, 1));
-    const double share = blocking.whole.share[k];
+    power_up.reference.felt(blocking.instants.time[k], stretch.step, std::span(&felt, 1));
+    const double share = blocking.instants.share[k];
     for (std::size_t s = 0; s < sums.series.columns; ++s)
       sums.series(0, s) += count * share * evaluate(problem, s, felt);
     sums.felt.specific_force = sums.felt.specific_force + share * felt.specific_force;
@@ -140,9 +140,10 @@ Sums sums_of(const Evidences& evidence, std::size_t g, const Problem& problem) {
   const Stretch& stretch = evidence.test.stretches[g];
   const Blocking& blocking = evidence.blocking[g];
   Sums sums(stretch, blocking.per_block, problem.columns.size());
-  (stretch.steady           ? sum_steady
-   : blocking.whole.empty() ? sum_moving
-                            : sum_whole)(evidence.test.power_ups[stretch.power_up], stretch, blocking, problem, sums);
+  (stretch.steady ? sum_steady
+   : blocking.instants.empty()
+       ? sum_moving
+       : sum_whole)(evidence.test.power_ups[stretch.power_up], stretch, blocking, problem, sums);
   return sums;
 }
 

@@ -11,7 +11,7 @@ namespace tumble::linear {
 struct Work {
   Evidences evidence;
   Rows rows;
-  std::vector<std::size_t> kept;  ///< columns of the problem that the evidence shows
+  std::vector<std::size_t> used;  ///< columns of the problem that the evidence shows
   MixedData data;
   Solution solution;  ///< of this output alone
 };
