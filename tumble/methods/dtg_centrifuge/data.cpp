@@ -141,7 +141,7 @@ void add_marks(const std::vector<MarkedSegment>& marks, const PlanPowerUps& plan
   for (const auto& marked : marks) {
     test.starts = std::max(test.starts, marked.start + 1);
     if (marked.planned == nullptr) {
-      test.findings.push_back(unused_segment(marked.label, marked.run, "the schedule has no segment of that name"));
+      test.findings.push_back(unused_segment(marked.label, marked.run, {"not_in_schedule"}));
       continue;
     }
     Spin spin{.recording = marked.recording, .start = marked.start, .run = marked.run, .label = marked.label};

@@ -256,7 +256,7 @@ TEST(NorthFinding, LevelIsTakenFromTheRigWithoutAccelerometers) {
   plan.rig.set_number("level_sd", 100.0 * arcsec, Unit::parse("arcsec"));
   const auto estimate = identified(plan, gyro_alone(plan));
   EXPECT_EQ(find_parameter(estimate, "pitch"), nullptr);
-  EXPECT_EQ(text_of_value(estimate.findings, "tilt_of_the_rig", "reason"), "no_accelerometer_shows_tilt");
+  EXPECT_EQ(text_of(estimate.findings, "tilt_of_the_rig", "reason"), "no_accelerometer_shows_tilt");
   // (2.17): tan(phi) (rho_X cos A + rho_Y sin A) with equal sd of both
   EXPECT_NEAR(sd(estimate, "azimuth") / (std::tan(latitude) * 100.0 * arcsec), 1.0, 0.01);
 }
@@ -283,9 +283,9 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
   EXPECT_TRUE(has_error(scaled("accelerometer_x", 9.8).findings, "different_tilts"));
   const auto per_minute = scaled("gyro_x", 60.0), locked_in = scaled("gyro_x", 1e-3, 1e-6);
   EXPECT_TRUE(has_error(per_minute.findings, "wrong_horizontal_rate"));
-  EXPECT_EQ(text_of_value(per_minute.findings, "wrong_horizontal_rate", "suspicion"), "rate_in_wrong_time_unit");
+  EXPECT_EQ(text_of(per_minute.findings, "wrong_horizontal_rate", "suspicion"), "rate_in_wrong_time_unit");
   EXPECT_TRUE(has_error(locked_in.findings, "wrong_horizontal_rate"));
-  EXPECT_EQ(text_of_value(locked_in.findings, "wrong_horizontal_rate", "suspicion"), "gyro_misses_earth_rate");
+  EXPECT_EQ(text_of(locked_in.findings, "wrong_horizontal_rate", "suspicion"), "gyro_misses_earth_rate");
   Plan exchanged = plan;
   std::swap(exchanged.schedule[2].axes, exchanged.schedule[4].axes);
   const auto mended = identified(exchanged, good);  // by the recorded angles
@@ -296,8 +296,8 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
   without_angles(blind);
   const auto of_blind = identified(exchanged, blind);
   EXPECT_TRUE(has_error(of_blind.findings, "positions_exchanged"));
-  EXPECT_EQ(text_of_value(of_blind.findings, "positions_exchanged", "position"), "3");
-  EXPECT_EQ(text_of_value(of_blind.findings, "positions_exchanged", "other"), "5");
+  EXPECT_EQ(text_of(of_blind.findings, "positions_exchanged", "position"), "3");
+  EXPECT_EQ(text_of(of_blind.findings, "positions_exchanged", "other"), "5");
 }
 
 TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {

@@ -101,8 +101,7 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
     problem.bias_instability = output == gyro ? gyro_instability : other_instability;
     problem.stated_by = std::string(output == gyro ? gyro_prefix : accelerometer_prefix) + "bias_instability";
     problem.stated_per = wanted()[output * per_output].name;  // the scale factor
-    problem.advice = output == gyro ? "the path needs rotations about x, y and z and the eight positions"
-                                    : "the path needs x and y up and down, z up and down";
+    problem.advice = {output == gyro ? "distinguish_gyro_by_path" : "distinguish_accelerometer_by_path"};
     for (const auto& parameter : wanted())
       if (parameter.output == output)
         problem.columns.push_back(

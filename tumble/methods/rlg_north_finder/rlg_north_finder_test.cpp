@@ -86,7 +86,7 @@ double sd(const Estimate& estimate, const char* name) {
 
 /// What the accelerometers, where they do not fit the plan, show instead.
 std::string meaning(const Estimate& estimate) {
-  return text_of_value(estimate.findings, "accelerometers_do_not_fit_plan", "meaning");
+  return text_of(estimate.findings, "accelerometers_do_not_fit_plan", "meaning");
 }
 
 Segment& segment(Plan& plan, const char* label) { return *std::ranges::find(plan.schedule, label, &Segment::label); }
@@ -352,7 +352,7 @@ TEST(RlgNorthFinder, RotationsAboutAnotherAxisOrTheOtherWayAreNamed) {
   const auto short_of = [](Plan& plan) { segment(plan, "about y, forward").axes.at("outer").to -= si(360.0, "deg"); };
   const Findings short_turns = trial_with(short_of).findings;
   EXPECT_TRUE(has_error(short_turns, "turns_do_not_fit_gravity"));
-  EXPECT_EQ(text_of_value(short_turns, "turns_do_not_fit_gravity", "channel"), "accelerometer_x");
+  EXPECT_EQ(text_of(short_turns, "turns_do_not_fit_gravity", "channel"), "accelerometer_x");
   EXPECT_EQ(value_of(short_turns, "turns_do_not_fit_gravity", "turns"), 1.0);
   EXPECT_NEAR(value_of(short_turns, "turns_do_not_fit_gravity", "planned"), 2.0, 0.01);
   const Estimate sound = trial_with({});
@@ -409,7 +409,7 @@ TEST(RlgNorthFinder, AMissingRotationSaysWhichTermIsLost) {
   Evidence evidence = without("about z");
   const Estimate weak = answer(evidence);
   EXPECT_TRUE(has_error(weak.findings, "no_rotations_about_axis"));
-  EXPECT_EQ(text_of_value(weak.findings, "no_rotations_about_axis", "parameter"), "gyro.misalignment_z");
+  EXPECT_EQ(text_of(weak.findings, "no_rotations_about_axis", "parameter"), "gyro.misalignment_z");
   EXPECT_GT(sd(weak, "gyro.misalignment_z"), si(30.0, "arcsec"));
   evidence.plan.settings.set_word("estimator", "closed_form");
   EXPECT_NE(refusal(method(), evidence).find("gyro.misalignment_z"), std::string::npos);
@@ -485,7 +485,7 @@ TEST(RlgNorthFinder, ATableThatKeepsMovingIsNamed) {
   };
   const Findings findings = trial_with({}, creeping).findings;
   EXPECT_TRUE(has_error(findings, "counts_not_at_rest"));
-  EXPECT_EQ(text_of_value(findings, "counts_not_at_rest", "stays"), "'5'");
+  EXPECT_EQ(text_of(findings, "counts_not_at_rest", "stays"), "'5'");
 }
 
 TEST(RlgNorthFinder, UnequalTimesAreSaidAndTakenIntoAccount) {

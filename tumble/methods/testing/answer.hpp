@@ -52,20 +52,26 @@ inline std::string refusal(const Method& method, const Evidence& evidence) {
   return "";
 }
 
+/// Whether there is a finding of this code.
+inline bool has_finding(const Findings& findings, const std::string& code) {
+  return finding_of(findings, code) != nullptr;
+}
+
 /// Whether there is an error of this code.
 inline bool has_error(const Findings& findings, const std::string& code) {
   const Finding* finding = finding_of(findings, code);
   return finding != nullptr && finding->severity == Finding::Severity::error;
 }
 
-/// A name, or the key of a phrase, in the first finding of this code; empty where there is none.
-inline std::string text_of_value(const Findings& findings, const std::string& code, const std::string& name) {
+/// A text, or the key of a phrase, of the first finding of this code; empty, and a failure, where there is none.
+inline std::string text_of(const Findings& findings, const std::string& code, const std::string& name) {
   if (const Finding* finding = finding_of(findings, code))
     for (const FindingValue& v : finding->values) {
       if (v.name != name) continue;
       if (const auto* phrase = std::get_if<Phrase>(&v.value)) return phrase->key;
       if (const auto* text = std::get_if<std::string>(&v.value)) return *text;
     }
+  ADD_FAILURE() << "no finding " << code << " with the text " << name;
   return "";
 }
 

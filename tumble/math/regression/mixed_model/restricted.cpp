@@ -144,9 +144,9 @@ VectorXd scoring_step(const Restricted& likelihood, const Restricted::Point& poi
 }
 
 /// theta_i sqrt(z'PK_iPz/tr(PK_i)): never leads downhill (Zhou, Hu, Zhou and Lange, J. Comput. Graph. Stat. 28 (2019)
-/// 350), but slow where a variance is zero.
+/// 350), but slow where a variance is zero. Rounding may put z'PK_iPz below zero where data that repeat exactly cancel.
 VectorXd sure_step(const Restricted::Point& point, const VectorXd& variances) {
-  return variances.cwiseProduct((point.fits.cwiseQuotient(point.expects.cwiseMax(1e-300))).cwiseSqrt());
+  return variances.cwiseProduct(point.fits.cwiseMax(0.0).cwiseQuotient(point.expects.cwiseMax(1e-300)).cwiseSqrt());
 }
 
 /// Variances and what the likelihood says there.
