@@ -254,17 +254,17 @@ struct HouseholderQr {
 };
 
 /// Orthogonal factors of a matrix [m x n], without pivots: the first k columns of Q span those of A.
-HouseholderQr householder_qr(const Matrix& a);
+HouseholderQr householder_qr(Matrix a);
 
 /// R [min(m, n) x n], zero below the diagonal.
 Matrix upper_of(const HouseholderQr& qr);
 
 /// Q B [m x k] of a matrix [m x k]; B of the last columns of the identity gives what is orthogonal to A.
-Matrix q_product(const HouseholderQr& qr, const Matrix& b);
+Matrix q_product(const HouseholderQr& qr, Matrix b);
 
 /// Q' b [m] of a vector [m], or Q' B [m x k].
 std::vector<double> q_transposed_product(const HouseholderQr& qr, std::span<const double> b);
-Matrix q_transposed_product(const HouseholderQr& qr, const Matrix& b);
+Matrix q_transposed_product(const HouseholderQr& qr, Matrix b);
 
 /// Least squares x [n], or [n x k], from the factors of a matrix [m x n] of full rank, m >= n.
 std::vector<double> solve(const HouseholderQr& qr, std::span<const double> b);
