@@ -189,11 +189,11 @@ Matrix solve(const Cholesky& factor, const Matrix& b);
 
 /// Solve L x = b, with b [n] or [n x k]: whitening, L being the Cholesky factor [n x n] of the covariance of b.
 std::vector<double> solve_lower(const Matrix& lower, std::span<const double> b);
-Matrix solve_lower(const Matrix& lower, const Matrix& b);
+Matrix solve_lower(const Matrix& lower, Matrix b);
 
 /// Solve L' x = b, with b [n] or [n x k], for L lower triangular [n x n].
 std::vector<double> solve_lower_transposed(const Matrix& lower, std::span<const double> b);
-Matrix solve_lower_transposed(const Matrix& lower, const Matrix& b);
+Matrix solve_lower_transposed(const Matrix& lower, Matrix b);
 
 /// Eigenvalues and vectors of a symmetric matrix, A v_k = l_k v_k.
 struct SymmetricEigen {
@@ -271,7 +271,7 @@ std::vector<double> solve(const HouseholderQr& qr, std::span<const double> b);
 Matrix solve(const HouseholderQr& qr, const Matrix& b);
 
 /// Solve R x = b, with b [n x k], for R upper triangular [n x n].
-Matrix solve_upper(const Matrix& upper, const Matrix& b);
+Matrix solve_upper(const Matrix& upper, Matrix b);
 
 // ---- singular values --------------------------------------------------------------------------------------------
 

@@ -107,12 +107,12 @@ Matrix solve(const HouseholderQr& qr, const Matrix& b) {
   return solve_upper(block(qr.packed, 0, n, 0, n), block(q_transposed_product(qr, b), 0, n, 0, b.columns));
 }
 
-Matrix solve_upper(const Matrix& upper, const Matrix& b) {
+Matrix solve_upper(const Matrix& upper, Matrix b) {
   assert(upper.rows == upper.columns && upper.rows == b.rows);
   if (b.empty()) return b;
-  MatrixXd x = map(b);
+  auto x = view(b);
   map(upper).triangularView<Eigen::Upper>().solveInPlace(x);
-  return plain(x);
+  return b;
 }
 
 }  // namespace tumble

@@ -84,8 +84,14 @@ State Worth::state(const Visits& visits) const {
 
 double Worth::gain(const State& state, const Matrix& u) const {
   const Matrix g = state.covariance * u;
-  if (u.columns == 1 && problem_.criterion == DesignCriterion::A)
-    return dot(weights_, scaled(g.values, g.values)) / (1.0 + dot(u.values, g.values));
+  if (u.columns == 1 && (problem_.criterion == DesignCriterion::A || nuisance_.empty())) {
+    double s = 1.0, squares = 0.0;
+    for (std::size_t i = 0; i < g.rows; ++i) {
+      s += u.values[i] * g.values[i];
+      squares += weights_[i] * g.values[i] * g.values[i];
+    }
+    return problem_.criterion == DesignCriterion::A ? squares / s : std::log(s);
+  }
   Matrix s = transposed_product(u, g);
   add_to_diagonal(s, 1.0);
   const Cholesky factor = cholesky(s);
