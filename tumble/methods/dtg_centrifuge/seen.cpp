@@ -1,27 +1,26 @@
 #include "tumble/methods/dtg_centrifuge/seen.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "tumble/math/circle.hpp"
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
 
-constexpr Eigen::Index points = 192;
+constexpr std::size_t points = 192;
 
-/// Lines that errors of the rig give besides those of the estimator: multiples of arm and theta.
+/// Lines that errors of the rig give in addition to those of the estimator: multiples of arm and theta.
 constexpr std::array<std::array<int, 2>, 8> others{{{1, 0}, {2, 0}, {1, 2}, {1, -2}, {2, 1}, {2, -1}, {2, -2}, {0, 4}}};
-constexpr Eigen::Index own = static_cast<Eigen::Index>(columns);
-constexpr Eigen::Index all = own + 2 * static_cast<Eigen::Index>(others.size());
+constexpr std::size_t all = columns + 2 * others.size();
 
 struct Instants {
-  Eigen::VectorXd tau, arm, theta;
-  Eigen::Matrix<double, points, 5> felt;  ///< f_x, f_y, f_z, w_x, w_y
-  double first = 0.0, last = 0.0;
+  std::array<double, points> tau, arm, theta;
+  Matrix felt{points, 5};  ///< columns f_x, f_y, f_z, w_x, w_y
 };
 
 double angle(const Reference& reference, const char* name, double time) {
@@ -35,29 +34,27 @@ double angle(const Reference& reference, const char* name, double time) {
 Instants look(const Reference& reference, const Spin& spin) {
   constexpr double golden = 0.6180339887498949;
   Instants out;
-  out.tau.resize(points);
-  out.arm.resize(points);
-  out.theta.resize(points);
   const double begin = spin.begin - spin.power_on, length = spin.end - spin.begin;
-  for (Eigen::Index k = 0; k < points; ++k) {
+  for (std::size_t k = 0; k < points; ++k) {
     const double share = std::fmod(golden * static_cast<double>(k) + 0.5 / points, 1.0), time = begin + share * length;
     Felt felt;
     reference.felt(time, 0.0, std::span(&felt, 1));
     out.tau[k] = 2.0 * share - 1.0;
     out.arm[k] = angle(reference, "arm_angle", time);
     out.theta[k] = -angle(reference, "table_angle", time);
-    out.felt.row(k) << felt.specific_force.x, felt.specific_force.y, felt.specific_force.z, felt.rate.x, felt.rate.y;
+    const double sensed[] = {felt.specific_force.x, felt.specific_force.y, felt.specific_force.z, felt.rate.x,
+                             felt.rate.y};
+    for (std::size_t c = 0; c < 5; ++c) out.felt(k, c) = sensed[c];
   }
   return out;
 }
 
 Seen lines_of(const Instants& at) {
-  Eigen::MatrixXd design(points, all);
-  design.col(0).setOnes();
-  design.col(1) = at.tau;
-  Eigen::Index next = 2;
+  Matrix design(points, all, 1.0);
+  std::ranges::copy(at.tau, column(design, 1).begin());
+  std::size_t next = 2;
   const auto line = [&](int of_arm, int of_theta) {
-    for (Eigen::Index k = 0; k < points; ++k) {
+    for (std::size_t k = 0; k < points; ++k) {
       const double turns = (of_arm * at.arm[k] + of_theta * at.theta[k]) * 0.5 / pi;
       const CirclePoint p = on_circle(turns);
       design(k, next) = p.cosine;
@@ -69,14 +66,13 @@ Seen lines_of(const Instants& at) {
   line(1, -1);
   line(1, 1);
   for (const auto& [of_arm, of_theta] : others) line(of_arm, of_theta);
-  // Other lines may coincide with those of the estimator: what cannot be told apart is then theirs.
-  Eigen::MatrixXd normal = design.transpose() * design;
-  normal.diagonal().tail(all - own).array() += 1e-6 * static_cast<double>(points);
-  normal.diagonal().array() += 1e-12 * static_cast<double>(points);
-  const Eigen::LDLT<Eigen::MatrixXd> root(normal);
-  Eigen::MatrixXd b = root.solve(design.transpose() * at.felt);
-  b += root.solve(design.transpose() * (at.felt - design * b));
-  const auto phasors = [&](Eigen::Index c) {
+  // Other lines may coincide with those of the estimator: what cannot be distinguished then belongs to the estimator's.
+  Matrix normal = gram(design);
+  for (std::size_t k = 0; k < all; ++k)
+    normal(k, k) += (k < columns ? 1e-12 : 1e-6 + 1e-12) * static_cast<double>(points);
+  Matrix b = solve_symmetric(normal, transposed_product(design, at.felt));
+  b += solve_symmetric(normal, transposed_product(design, at.felt - design * b));
+  const auto phasors = [&](std::size_t c) {
     return Phasors{{Complex(b(2, c), -b(3, c)), Complex(b(4, c), -b(5, c)), Complex(b(6, c), -b(7, c))},
                    Complex(b(8, c), -b(9, c))};
   };
