@@ -93,11 +93,10 @@ Felt felt_at(const Reference& reference, double time) {
 void require_upright(const Spin& spin, const Felt& felt) {
   const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(0.1, "deg/s"));
   if (along > 0.99 || norm(felt.rate) < si(0.1, "deg/s")) return;
-  throw Error(
-      Error::Kind::bad_input,
-      fmt::format("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
-                  "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
-                  where_of(spin), std::acos(along) / si(1.0, "deg")));
+  throw Error(Error::Kind::bad_input,
+              fmt::format("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
+                          "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
+                          where_of(spin), std::acos(along) / si(1.0, "deg")));
 }
 
 /// From the end of settling to the end of the segment, as far as there are data.

@@ -98,8 +98,7 @@ std::vector<double> noise_weights(const std::vector<Observation>& observations, 
     least = std::min(least, variance);
     most = std::max(most, variance);
   }
-  findings.push_back(
-      {Finding::Severity::info, "noise_differs_between_levels", {{"factor", std::sqrt(most / least)}}});
+  findings.push_back({Finding::Severity::info, "noise_differs_between_levels", {{"factor", std::sqrt(most / least)}}});
   return factor;
 }
 

@@ -50,8 +50,8 @@ struct Polynomial {
   std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level [each()]
 };
 
-/// Generalised least squares on the levels with their full covariance, so that their pattern also determines what is common
-/// to the levels (gain and azimuth of the reference gyro). The order as given, or with -1 the lowest whose AICc
+/// Generalised least squares on the levels with their full covariance, so that their pattern also determines what is
+/// common to the levels (gain and azimuth of the reference gyro). The order as given, or with -1 the lowest whose AICc
 /// is within 4 of the least. Given: observations [1], for AICc.
 Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
                          double observations);

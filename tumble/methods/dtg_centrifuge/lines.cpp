@@ -46,7 +46,9 @@ struct Solver {
     root = cholesky(correlation);
   }
   Columns solve(const Columns& moment) const { return scaled(scale, tumble::solve(root, scaled(scale, moment))); }
-  Matrix solve(const Matrix& moments) const { return scaled_rows(scale, tumble::solve(root, scaled_rows(scale, moments))); }
+  Matrix solve(const Matrix& moments) const {
+    return scaled_rows(scale, tumble::solve(root, scaled_rows(scale, moments)));
+  }
 };
 
 /// The signals that are recorded on one clock, and their sums over each part of the stretch.
@@ -241,10 +243,11 @@ Findings faults_of(const Channel& channel, const Spin& spin) {
   }
   const double share = static_cast<double>(clipped) / static_cast<double>(last - first);
   if (share < 0.01) return {};
-  return {{Severity::error,
-           "channel_clipped",
-           {{"channel", channel.name}, {"share", share, "%"}, {"least", least, channel.unit}, {"most", most, channel.unit}},
-           where_of(spin)}};
+  return {
+      {Severity::error,
+       "channel_clipped",
+       {{"channel", channel.name}, {"share", share, "%"}, {"least", least, channel.unit}, {"most", most, channel.unit}},
+       where_of(spin)}};
 }
 
 }  // namespace

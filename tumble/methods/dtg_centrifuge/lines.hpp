@@ -41,9 +41,9 @@ struct Measured {
   std::array<Lines, most_signals> of;       ///< by Signal
   double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as turned
   double unsteady = 0.0;                    ///< greatest relative departure of a sixteenth's rate from the mean
-  double weakest = 1.0;     ///< least eigenvalue of the design's correlations; 0: indistinguishable lines
+  double weakest = 1.0;       ///< least eigenvalue of the design's correlations; 0: indistinguishable lines
   bool rates_visible = true;  ///< without encoders: a line shows them
-  Findings faults;          ///< why the level cannot be used
+  Findings faults;            ///< why the level cannot be used
   double theta_rate() const { return -table_rate; }           ///< [rad/s]
   double beta_rate() const { return arm_rate + table_rate; }  ///< [rad/s]
 };
