@@ -287,7 +287,7 @@ double allan_variance_of(const FittedLine& line, double factor) {
 
 void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   Table table{"lines",
-              "sines in the record, fitted beside the noise and taken off it",
+              "sines in the record, fitted with the noise and subtracted",
               {{"channel", Unit()},
                {"frequency", Unit::parse("Hz")},
                {"sd", Unit::parse("Hz")},

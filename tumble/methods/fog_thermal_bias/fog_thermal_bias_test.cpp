@@ -9,6 +9,7 @@
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -207,9 +208,10 @@ TEST(FogThermalBias, LeavesBlankWhatHasNoTemperature) {
   const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
   EXPECT_TRUE(std::isnan(find_channel(out.recording, "gyro")->values[250]));
   EXPECT_FALSE(std::isnan(find_channel(out.recording, "gyro")->values[350]));
-  ASSERT_EQ(out.findings.size(), 1u);
-  EXPECT_EQ(out.findings[0].code, "samples_without_temperature");
-  EXPECT_EQ(out.findings[0].where, "gyro");
+  const Finding* blank = finding_of(out.findings, "samples_without_temperature");
+  ASSERT_NE(blank, nullptr);
+  EXPECT_EQ(blank->where, "gyro");
+  EXPECT_GE(blank->occurrences.count, 90u);  // of 100, without those near enough to a reading
 }
 
 /// The samples whose index in the channel `lost` does not name, with their stamps.
@@ -226,34 +228,40 @@ Channel without(const Channel& channel, const std::function<bool(std::size_t)>& 
   return out;
 }
 
-// An average holds 100 samples of the clock of 1 Hz: whole periods of this output, whose averages are zero. The mean
-// rate without every second stretch of 1000 s is 0.5 Hz: averages of 50 samples would have an sd of 0.64 deg/h.
+/// Number of a sample of a channel within its run.
+std::function<std::size_t(std::size_t)> within_run(const Recording& recording, const Channel& channel) {
+  std::vector<std::size_t> begins;
+  for (const auto& run : runs_of({recording})) begins.push_back(index_at(channel, run.begin));
+  return [begins](std::size_t k) { return k - *(std::ranges::upper_bound(begins, k) - 1); };
+}
+
+// An average of 100 s holds 20 samples of the clock of 0.2 Hz: one period of this output, whose averages are zero. By
+// the mean rate without every second stretch of 1000 s, 0.1 Hz, they would be of half periods: 0.64 deg/h.
 TEST(FogThermalBias, LostSamplesDoNotChangeTheAveragesOfCompensation) {
   const Trial trial = method().trial(1);
   Recording recording = trial.evidence.recordings[0];
   Channel& gyro = recording.channels[0];
   ASSERT_EQ(gyro.name, "gyro");
-  ASSERT_EQ(gyro.timeline.rate, 1.0);
-  std::vector<std::size_t> begins;
-  for (const auto& run : runs_of({recording})) begins.push_back(index_at(gyro, run.begin));
-  const auto of_run = [&](std::size_t k) { return k - *(std::ranges::upper_bound(begins, k) - 1); };
+  ASSERT_EQ(gyro.timeline.rate, 0.2);
+  const auto number = within_run(recording, gyro);
   for (std::size_t k = 0; k < gyro.values.size(); ++k)
-    gyro.values[k] = si(1.0, "deg/h") * std::sin(two_pi * static_cast<double>(of_run(k)) / 100.0);
-  gyro = without(gyro, [&](std::size_t k) { return of_run(k) / 1000 % 2 == 1; });
+    gyro.values[k] = si(1.0, "deg/h") * std::sin(two_pi * static_cast<double>(number(k)) / 20.0);
+  gyro = without(gyro, [&](std::size_t k) { return number(k) / 200 % 2 == 1; });
   const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
   for (const auto& row : out.tables.at(0).rows) EXPECT_LT(std::get<double>(row[3]), si(1e-9, "deg/h"));
 }
 
-// The share of an interval is of the samples that its clock of 1 Hz gives, also where half of the record is lost.
+// The share of an interval is of the samples that its clock of 0.2 Hz gives, also where half of the record is lost.
 TEST(FogThermalBias, LostSamplesLessenTheShareOfTheirInterval) {
   Trial trial = method().trial(1);
-  Channel& gyro = trial.evidence.recordings[0].channels[0];
-  gyro = without(gyro, [](std::size_t k) {
-    const std::size_t of_interval = k % 100, interval = k / 100;
-    return interval == 3 ? of_interval < 40 : interval == 5 ? of_interval < 60 : interval > 20 && interval % 2 == 0;
+  Recording& recording = trial.evidence.recordings[0];
+  const auto number = within_run(recording, recording.channels[0]);
+  recording.channels[0] = without(recording.channels[0], [&](std::size_t k) {
+    const std::size_t of_interval = number(k) % 20, interval = number(k) / 20;
+    return interval == 3 ? of_interval < 8 : interval == 5 ? of_interval < 12 : interval > 20 && interval % 2 == 0;
   });
-  const auto terms =
-      find_model("fiber_optic_gyro").outputs(fog_thermal_bias::constants_of(trial.evidence.plan.settings))[0].terms;
+  const auto constants = fog_thermal_bias::constants_of(trial.evidence.plan.settings);
+  const auto terms = find_model("fiber_optic_gyro").outputs(constants)[0].terms;
   const auto runs = fog_thermal_bias::run_data(trial.evidence, terms, 0.0, 100.0);
   EXPECT_NEAR(runs[0].share[2], 1.0, 1e-6);
   EXPECT_NEAR(runs[0].share[3], 0.6, 1e-6);
