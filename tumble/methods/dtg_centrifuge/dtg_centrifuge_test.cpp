@@ -342,7 +342,7 @@ TEST(DtgCentrifuge, LostSamplesDoNotChangeIt) {
   const Estimate fourier = method().identify(evidence, {});
   ASSERT_NE(finding_of(fourier.findings, "samples_missing_in_whole_periods"), nullptr);
   const auto missing = std::ranges::find(fourier.findings, "samples_missing_in_whole_periods", &Finding::code);
-  EXPECT_NEAR(static_cast<double>(std::get<long long>(missing->values[0].value)), 300.0, 1.0);
+  EXPECT_NEAR(std::get<double>(missing->values[0].value), 300.0, 1.0);
   EXPECT_EQ(missing->where, "run 1, spin 3");
 }
 
@@ -401,6 +401,13 @@ TEST(DtgCentrifuge, SaysWhatIsWrongWithARecording) {
     v = std::min(v, si(6.0, "deg/h"));
   }
   EXPECT_NE(finding_of(method().identify(evidence, {}).findings, "channel_clipped"), nullptr);
+
+  // the gyro in the second level too: another channel, another finding
+  for (std::size_t i = level(1); i < level(2); ++i) {
+    double& v = evidence.recordings[0].channels[0].values[i];
+    v = std::min(v, si(6.0, "deg/h"));
+  }
+  EXPECT_EQ(std::ranges::count(method().identify(evidence, {}).findings, "channel_clipped", &Finding::code), 2);
 
   evidence = good;  // the fifth level slows down
   for (std::size_t i = level(4); i < level(5); ++i)

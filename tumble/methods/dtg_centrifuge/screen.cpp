@@ -14,17 +14,27 @@ using Severity = Finding::Severity;
 
 double turns_of(double rate, const Spin& s) { return std::abs(rate) * (s.end - s.begin) / two_pi; }
 
-/// One finding for each code: how often it was made, where first, and where worst, with the values of the worst.
+/// Whether findings say one thing: their codes, and their values that are names or numbers of something, agree.
+bool same(const Finding& a, const Finding& b) {
+  if (a.code != b.code) return false;
+  return std::ranges::equal(a.values, b.values, [](const FindingValue& v, const FindingValue& w) {
+    if (const auto* name = std::get_if<std::string>(&v.value)) return *name == std::get<std::string>(w.value);
+    if (const auto* number = std::get_if<long long>(&v.value)) return *number == std::get<long long>(w.value);
+    return true;
+  });
+}
+
+/// One finding for each thing: how often it was made, where first, and where worst, with the values of the worst.
 class Collected {
  public:
   /// Given: size [1], by which the worst is chosen.
   void add(Finding finding, double size = 0.0) {
-    auto same = std::ranges::find(all_, finding.code, [](const Entry& entry) { return entry.finding.code; });
-    if (same == all_.end()) same = all_.insert(all_.end(), {finding, {}, size});
-    same->places.push_back(finding.where);
-    if (size <= same->size) return;
-    same->size = size;
-    same->finding = std::move(finding);
+    auto entry = std::ranges::find_if(all_, [&](const Entry& other) { return same(other.finding, finding); });
+    if (entry == all_.end()) entry = all_.insert(entry, {finding, {}, size});
+    entry->places.push_back(finding.where);
+    if (size <= entry->size) return;
+    entry->size = size;
+    entry->finding = std::move(finding);
   }
   void into(Findings& findings) const {
     for (auto [finding, places, size] : all_) {
@@ -86,8 +96,7 @@ void check_lines(const Measured& m, bool fourier, Findings& findings) {
   else if (m.weakest < 0.02)
     findings.push_back({Severity::error, "lines_not_distinguished", {}, where_of(s)});
   else if (fourier && lost > 0.5)
-    findings.push_back(
-        {Severity::error, "samples_missing_in_whole_periods", {{"lost", std::llround(lost)}}, where_of(s)});
+    findings.push_back({Severity::error, "samples_missing_in_whole_periods", {{"lost", lost}}, where_of(s)});
 }
 
 /// Why the level cannot be used, by the first check that fails; empty: it can.
