@@ -70,8 +70,8 @@ Range range_of(const Estimate& estimate) {
 }
 
 const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto found = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+  const auto setting = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, setting == estimate.provenance.settings.end() ? name : setting->second);
 }
 
 /// Specific force along an axis: as the plan names it, else specific_force_x, accelerometer_x or the only
@@ -79,14 +79,14 @@ const Channel* role(const Estimate& estimate, const Recording& recording, const 
 const Channel* force_along(const Estimate& estimate, const Recording& recording, const std::string& axis) {
   if (const Channel* named = role(estimate, recording, "specific_force_" + axis)) return named;
   const std::string model = "accelerometer_" + axis;
-  const Channel* found = find_channel(recording, model);
-  if (found != nullptr) return found;
+  const Channel* only = find_channel(recording, model);
+  if (only != nullptr) return only;
   for (const Channel& channel : recording.channels)
     if (channel.name.ends_with("." + model)) {
-      if (found != nullptr) return nullptr;
-      found = &channel;
+      if (only != nullptr) return nullptr;
+      only = &channel;
     }
-  return found;
+  return only;
 }
 
 struct Inputs {

@@ -79,8 +79,8 @@ void require(const Plan& plan, std::vector<std::string>& problems) {
 }
 
 double rate_of(const Segment& segment, const char* axis) {
-  const auto found = segment.axes.find(axis);
-  return found != segment.axes.end() && found->second.kind == Motion::Kind::rate ? found->second.value : 0.0;
+  const auto motion = segment.axes.find(axis);
+  return motion != segment.axes.end() && motion->second.kind == Motion::Kind::rate ? motion->second.value : 0.0;
 }
 
 Felt felt_at(const Reference& reference, double time) {

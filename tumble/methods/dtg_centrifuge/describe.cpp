@@ -107,9 +107,9 @@ class Levels {
   const std::vector<Level>& levels_;
 };
 
-Group group_of(const Found& found) {
-  return {found.value.size(), found.fit.sources,
-          [fit = found.fit](const std::vector<double>& function) { return degrees_of_freedom(fit, function); }};
+Group group_of(const Quantities& quantities) {
+  return {quantities.value.size(), quantities.fit.sources,
+          [fit = quantities.fit](const std::vector<double>& function) { return degrees_of_freedom(fit, function); }};
 }
 
 void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, Ledger& ledger,
@@ -248,7 +248,8 @@ void add_relation(const Relation& relation, Ledger& ledger) {
 /// The size of the shift from power-up to power-up, with an interval; a finding where it is not significant.
 void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger& ledger, Findings& findings) {
   if (outcome.levels.fit.slow_variance.empty()) {
-    if (prefix.empty() && outcome.power_ups < 2) findings.push_back({Severity::info, "power_up_change_not_included", {}});
+    if (prefix.empty() && outcome.power_ups < 2)
+      findings.push_back({Severity::info, "power_up_change_not_included", {}});
     return;
   }
   const double parts = static_cast<double>(outcome.polynomial.parts);

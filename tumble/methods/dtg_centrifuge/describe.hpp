@@ -18,9 +18,9 @@ struct Outcome {
   bool corrected = true;  ///< regression: bias by noise subtracted, nonlinearity from the polynomial
   std::vector<Observation> observations;
   Relation relation;
-  Found levels;
+  Quantities levels;
   Polynomial polynomial;
-  std::optional<Found> second, third;
+  std::optional<Quantities> second, third;
   std::size_t power_ups = 1;
 };
 

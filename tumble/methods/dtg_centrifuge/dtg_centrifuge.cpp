@@ -110,7 +110,7 @@ std::vector<Option> options() {
 /// A cell: one level in one sense in one plan, alike in every power-up.
 struct Cells {
   std::vector<const Spin*> stretch;
-  std::vector<Seen> nominal;
+  std::vector<RigLines> nominal;
   std::vector<std::size_t> of;  ///< of each measured
 };
 
@@ -136,8 +136,8 @@ int powers_of(const Settings& settings) {
 
 /// Everything of one output.
 Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction,
-                   const Cells& cells, const std::vector<SeenShift>& shifts, const Settings& settings, Signal output,
-                   const Sensitivity& sensitivity, Findings& findings) {
+                   const Cells& cells, const std::vector<RigLinesShift>& shifts, const Settings& settings,
+                   Signal output, const Sensitivity& sensitivity, Findings& findings) {
   const bool fourier = settings.word("estimator") == "fourier", phase_known = test.encoders && !fourier;
   Outcome out{.output = output, .take = phase_known ? Take::both_parts : Take::size, .corrected = !fourier};
   out.power_ups = test.starts;

@@ -30,8 +30,8 @@ struct Circumstances {
 /// Errors of the rig: the estimator on what the rig with the error would make an instrument of these terms show, less
 /// the same without.
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
-                                const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
-                                const std::vector<Seen>& nominal, const std::vector<const Spin*>& cells);
+                                const std::vector<RigLinesShift>& shifts, const std::vector<std::size_t>& cell_of,
+                                const std::vector<RigLines>& nominal, const std::vector<const Spin*>& cells);
 
 /// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag of the loop.
 std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations);

@@ -179,7 +179,7 @@ struct White {
   std::vector<double> scale, y;
   Matrix lower;  ///< L, Cholesky factor of the scaled covariance
 
-  explicit White(const Found& levels) {
+  explicit White(const Quantities& levels) {
     const Matrix& covariance = levels.fit.covariance;
     // scaled to unit diagonal; a floor against rounding where there is no noise
     const double floor = 1e-26 * dot(levels.value, levels.value);
@@ -213,8 +213,8 @@ Polynomial of_order(int order, const Polynomial& common, const White& levels, co
 
 }  // namespace
 
-Found fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects, std::size_t levels,
-                 Take take, bool unbiased, Findings& findings) {
+Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
+                      std::size_t levels, Take take, bool unbiased, Findings& findings) {
   const auto factor = noise_weights(observations, levels, findings);
   Rows rows;
   rows.components = take == Take::both_parts ? 2 : 1;
@@ -231,13 +231,14 @@ Found fit_levels(const std::vector<Observation>& observations, const std::vector
     rows.add_effect(effect.source, shift);
   }
   rows.add_power_ups();
-  Found found;
-  found.fit = fit_mixed_model(rows.data);
-  found.value = found.fit.parameters;
-  return found;
+  Quantities quantities;
+  quantities.fit = fit_mixed_model(rows.data);
+  quantities.value = quantities.fit.parameters;
+  return quantities;
 }
 
-Found fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic) {
+Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
+                        int harmonic) {
   Rows rows;
   std::vector<std::pair<std::size_t, std::size_t>> design;
   for (const Observation& one : observations) {
@@ -248,10 +249,10 @@ Found fit_harmonic(const std::vector<Observation>& observations, const std::vect
   rows.close(design, 2);
   for (const Effect& effect : effects) rows.add_effect(effect.source, harmonic == 2 ? effect.second : effect.third);
   rows.add_power_ups();
-  Found found;
-  found.fit = fit_mixed_model(rows.data);
-  found.value = found.fit.parameters;
-  return found;
+  Quantities quantities;
+  quantities.fit = fit_mixed_model(rows.data);
+  quantities.value = quantities.fit.parameters;
+  return quantities;
 }
 
 std::vector<double> Polynomial::row(const Level& level) const {
@@ -261,7 +262,7 @@ std::vector<double> Polynomial::row(const Level& level) const {
   return out;
 }
 
-Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
+Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations) {
   std::set<double> up, down;
   for (const Level& level : levels) (level.spin_up > 0.0 ? up : down).insert(level.force);
@@ -269,7 +270,7 @@ Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, T
   Polynomial common;
   common.parts = take == Take::both_parts ? 2 : 1;
   common.both_orientations = !up.empty() && !down.empty();
-  const White white(found);
+  const White white(quantities);
   std::vector<Order> tried;
   std::vector<Polynomial> candidates;
   for (int order = 0; order <= 2; ++order) {

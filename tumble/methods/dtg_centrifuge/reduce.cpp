@@ -69,7 +69,7 @@ std::vector<Pair> pairs_of(const std::vector<Measured>& measured, Signal output,
 struct Ratio {
   Complex c = 1.0;
   double sd = 0.0;  ///< of each part of ln c
-  bool found = false;
+  bool known = false;
 };
 
 Ratio ratio_of(const std::vector<Pair>& pairs) {
@@ -88,7 +88,7 @@ Ratio ratio_of(const std::vector<Pair>& pairs) {
     if (!(below > 0.0) || std::abs(above) == 0.0) return {};
     out.c = above / below;
     out.sd = std::sqrt(1.0 / information);
-    out.found = true;
+    out.known = true;
   }
   return out;
 }
@@ -121,12 +121,12 @@ Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) 
   for (const auto& [key, members] : cells) {
     Level level{.spin_up = measured[members.front()].stretch->spin_up,
                 .label = measured[members.front()].stretch->label};
-    std::map<std::pair<const Plan*, double>, std::size_t> seen;  // alike in every power-up
+    std::map<std::pair<const Plan*, double>, std::size_t> first_of;  // alike in every power-up
     for (const std::size_t i : members) {
       const Measured& m = measured[i];
       const Plan* plan = test.power_ups[m.stretch->power_up].plan;
-      const auto [known, fresh] = seen.try_emplace({plan, m.stretch->arm_rate}, i);
-      out.nominal[i] = fresh ? seen_of(test, *m.stretch) : out.nominal[known->second];
+      const auto [known, fresh] = first_of.try_emplace({plan, m.stretch->arm_rate}, i);
+      out.nominal[i] = fresh ? rig_lines_of(test, *m.stretch) : out.nominal[known->second];
       out.level_of[i] = out.levels.size();
       const double share = 1.0 / static_cast<double>(members.size());
       level.arm_rate += share * std::abs(m.arm_rate);
@@ -144,7 +144,7 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
   constexpr double unknown = std::numeric_limits<double>::infinity();
   const double right_angle = output == gyro_y ? -half_pi : 0.0;  // the reference lies beside X
   Relation out{.log_gain_sd = unknown, .azimuth_sd = unknown, .from_earth = false, .earth_sd = unknown};
-  if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.found) {
+  if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.known) {
     out.log_gain = std::log(std::abs(ratio.c));
     out.azimuth = -std::arg(ratio.c);
     out.log_gain_sd = out.azimuth_sd = out.earth_sd = ratio.sd;
@@ -198,7 +198,7 @@ Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reductio
   return {Complex(b(p - 1, 0), b(p - 1, 1)) * scale[p - 1], std::sqrt(noise * inverse) * scale[p - 1], true};
 }
 
-Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double gravity) {
+Complex force_of(const RigLines& nominal, double arm_rate, Complex true_rate, double gravity) {
   const double ratio = arm_rate / nominal.arm_rate;
   return nominal.force[0].line[0] * ratio * ratio + (gravity == 0.0 ? 0.0 : gravity / arm_rate * true_rate);
 }
@@ -206,7 +206,7 @@ Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double
 Observation observe(const Measured& m, const Reduction& reduction, std::size_t index, Signal output,
                     const Relation& relation, Complex sensitivity, bool phase_known) {
   Observation out;
-  const Seen& nominal = reduction.nominal[index];
+  const RigLines& nominal = reduction.nominal[index];
   const double sigma = spin_of(m), gravity = std::abs(nominal.force_along);
   const Complex c = std::conj(relation.c(sigma));
   const Lines &g = m.of[output], &f = m.of[reference];
@@ -217,7 +217,7 @@ Observation observe(const Measured& m, const Reduction& reduction, std::size_t i
   out.power_up = m.stretch->start;
   out.raw = g.value.line[0];
   out.true_rate = c * (f.value.line[0] - own);
-  // seen from X: the output Y shows what is fixed to the arm a right angle later
+  // first_of from X: the output Y shows what is fixed to the arm a right angle later
   const Complex along_x = output == gyro_y ? Complex(0.0, sigma) : 1.0;
   out.force = force_of(nominal, m.arm_rate, out.true_rate * along_x, phase_known ? gravity : 0.0);
   const auto facing = [sigma](Complex y) { return Complex(y.real(), -sigma * y.imag()); };

@@ -6,7 +6,7 @@
 #include "tumble/core/finding.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
-#include "tumble/methods/dtg_centrifuge/seen.hpp"
+#include "tumble/methods/dtg_centrifuge/rig_lines.hpp"
 
 /// From lines to the sensitive term: gain and azimuth of the reference gyro, true rate subtracted, specific force.
 namespace tumble::dtg_centrifuge {
@@ -56,7 +56,7 @@ struct Observation {
 struct Reduction {
   std::vector<Level> levels;
   std::vector<std::size_t> level_of;  ///< of each measured
-  std::vector<Seen> nominal;          ///< of each measured: what the plan's rig gives
+  std::vector<RigLines> nominal;      ///< of each measured: what the plan's rig gives
 };
 
 /// Numbers the levels: spin axis up first, then by specific force.
@@ -70,7 +70,7 @@ Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reductio
 
 /// Specific force along X at the table's angle [m/s^2]: centripetal and the gravity that a tilt of the table's axis
 /// lets in.
-Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double gravity);
+Complex force_of(const RigLines& nominal, double arm_rate, Complex true_rate, double gravity);
 
 Observation observe(const Measured& measured, const Reduction& reduction, std::size_t index, Signal output,
                     const Relation& relation, Complex sensitivity, bool phase_known);

@@ -10,7 +10,7 @@
 namespace tumble::dtg_centrifuge {
 
 /// Along the instrument's x and y axes.
-struct Seen {
+struct RigLines {
   Phasors force[2];                         ///< [m/s^2]
   Phasors rate[2];                          ///< [rad/s]
   double force_along = 0.0;                 ///< [m/s^2] mean f_Z
@@ -18,13 +18,13 @@ struct Seen {
 };
 
 /// Without errors.
-Seen seen_of(const Test& test, const Spin& spin);
+RigLines rig_lines_of(const Test& test, const Spin& spin);
 
-/// One error of a plan's rig, off by one standard deviation, and what is then seen at the spins given.
-using SeenShift = WithError<Seen>;
+/// One error of a plan's rig, off by one standard deviation, and the lines at the spins given with it.
+using RigLinesShift = WithError<RigLines>;
 
 /// Each error of the rigs of all plans, off by one standard deviation, at the spins given.
-std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
-                                 const std::vector<Seen>& nominal);
+std::vector<RigLinesShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
+                                     const std::vector<RigLines>& nominal);
 
 }  // namespace tumble::dtg_centrifuge

@@ -1,4 +1,4 @@
-#include "tumble/methods/dtg_centrifuge/seen.hpp"
+#include "tumble/methods/dtg_centrifuge/rig_lines.hpp"
 
 #include <algorithm>
 #include <array>
@@ -49,7 +49,7 @@ Instants look(const Reference& reference, const Spin& spin) {
   return out;
 }
 
-Seen lines_of(const Instants& at) {
+RigLines lines_of(const Instants& at) {
   Matrix design(points, all, 1.0);
   std::ranges::copy(at.tau, column(design, 1).begin());
   std::size_t next = 2;
@@ -76,31 +76,33 @@ Seen lines_of(const Instants& at) {
     return Phasors{{Complex(b(2, c), -b(3, c)), Complex(b(4, c), -b(5, c)), Complex(b(6, c), -b(7, c))},
                    Complex(b(8, c), -b(9, c))};
   };
-  Seen seen;
-  seen.force[0] = phasors(0);
-  seen.force[1] = phasors(1);
-  seen.force_along = b(0, 2);
-  seen.rate[0] = phasors(3);
-  seen.rate[1] = phasors(4);
-  return seen;
+  RigLines lines;
+  lines.force[0] = phasors(0);
+  lines.force[1] = phasors(1);
+  lines.force_along = b(0, 2);
+  lines.rate[0] = phasors(3);
+  lines.rate[1] = phasors(4);
+  return lines;
 }
 
-Seen seen_at(const Reference& reference, const Spin& spin) {
+RigLines rig_lines_at(const Reference& reference, const Spin& spin) {
   const Instants at = look(reference, spin);
-  Seen seen = lines_of(at);
+  RigLines lines = lines_of(at);
   const double begin = spin.begin - spin.power_on, end = spin.end - spin.power_on;
-  for (const auto& [name, rate] : {std::pair{"arm_angle", &Seen::arm_rate}, {"table_angle", &Seen::table_rate}})
-    seen.*rate = (angle(reference, name, end) - angle(reference, name, begin)) / (end - begin);
-  return seen;
+  for (const auto& [name, rate] : {std::pair{"arm_angle", &RigLines::arm_rate}, {"table_angle", &RigLines::table_rate}})
+    lines.*rate = (angle(reference, name, end) - angle(reference, name, begin)) / (end - begin);
+  return lines;
 }
 
 }  // namespace
 
-Seen seen_of(const Test& test, const Spin& spin) { return seen_at(test.power_ups[spin.power_up].reference, spin); }
+RigLines rig_lines_of(const Test& test, const Spin& spin) {
+  return rig_lines_at(test.power_ups[spin.power_up].reference, spin);
+}
 
-std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
-                                 const std::vector<Seen>& nominal) {
-  return observed_with_errors(test.power_ups, spins, nominal, seen_at);
+std::vector<RigLinesShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
+                                     const std::vector<RigLines>& nominal) {
+  return observed_with_errors(test.power_ups, spins, nominal, rig_lines_at);
 }
 
 }  // namespace tumble::dtg_centrifuge
