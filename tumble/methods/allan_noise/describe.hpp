@@ -62,7 +62,7 @@ struct TermWords {
   std::string name, symbol, unit, description;
 };
 TermWords words(NoiseTerm term, QuantityKind kind);
-/// What a rate or a specific force, and what its ramp, is shown in.
+/// Unit of a rate or a specific force, and of its ramp, for people.
 std::string rate_unit(QuantityKind kind);
 std::string ramp_unit(QuantityKind kind);
 

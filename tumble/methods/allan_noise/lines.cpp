@@ -81,17 +81,17 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   std::stable_sort(lines.begin(), lines.end(),
                    [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
   // A line that drifts has several peaks: one, with the amplitude of the highest and the width of all.
-  std::vector<SpectralLine> apart;
+  std::vector<SpectralLine> separate;
   for (const auto& line : lines) {
-    const auto near = std::find_if(apart.begin(), apart.end(), [&](const SpectralLine& other) {
+    const auto near = std::find_if(separate.begin(), separate.end(), [&](const SpectralLine& other) {
       return std::abs(other.frequency - line.frequency) < 8.0 * bin + other.width;
     });
-    if (near != apart.end())
+    if (near != separate.end())
       near->width = std::max(near->width, std::abs(near->frequency - line.frequency) + line.width);
-    else if (apart.size() < most_lines)
-      apart.push_back(line);
+    else if (separate.size() < most_lines)
+      separate.push_back(line);
   }
-  return apart;
+  return separate;
 }
 
 NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine>& lines) {

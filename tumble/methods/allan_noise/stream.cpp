@@ -30,7 +30,7 @@ Scatter joined(const Scatter& a, const Scatter& b) {
   return {count, a.mean + step * b.count / count, std::sqrt(squares / count), a.first};
 }
 
-/// What is kept of one channel.
+/// State of one channel.
 struct StreamedChannel {
   StreamedChannel(const ChannelRun& stretch, std::size_t number, const Settings& settings)
       : index(number),

@@ -58,7 +58,7 @@ Noise noise_of(const ChannelNoise& channel, double interval) {
     }
     if (kind != NoiseTerm::white && kind != NoiseTerm::quantization && term.kept)
       noise.freedom = std::min(noise.freedom, term.degrees_of_freedom);
-    // What quantization leaves in an average, as independent from one to the next.
+    // Quantization in an average, as if independent from one to the next.
     if (kind == NoiseTerm::quantization)
       noise.model.angle_random_walk = std::max(noise.model.angle_random_walk, value * std::sqrt(2.0 / interval));
   }

@@ -25,7 +25,7 @@ struct Drift {
   Matrix covariance;
 };
 
-/// What the test covered.
+/// Specific force that the test covered.
 struct Range {
   double force = 0.0;             ///< [m/s^2] greatest across the spin axis
   bool up = false, down = false;  ///< orientations of the spin axis

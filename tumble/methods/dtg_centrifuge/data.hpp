@@ -11,7 +11,7 @@
 /// A gyro and a reference gyro on the table of a centrifuge: which samples belong to which level of which power-up.
 namespace tumble::dtg_centrifuge {
 
-/// What is recorded of the instruments.
+/// Recorded signals of the instruments.
 enum Signal : std::size_t { gyro, gyro_y, reference };
 
 /// The channels of one recording.

@@ -30,7 +30,7 @@ std::vector<Role> roles() {
           {"specific_force_z", "g", false, "for compensate: along the spin axis Z"}};
 }
 
-/// Of a capture loop and of the averaging of one gyro.
+/// Options of the capture loop and of the averaging of one gyro.
 void add_electronics(const std::string& prefix, std::vector<Option>& options) {
   const std::string whose = prefix.empty() ? "the gyro" : "the reference gyro";
   options.push_back(quantity(prefix + "averaging", "s")

@@ -84,7 +84,7 @@ bool noise_differs(const LevelScatter& scatter) {
   return dof >= 1.0 && statistic / (1.0 + inverse / (3.0 * dof)) > chi_square_quantile(0.999, dof);
 }
 
-/// Factor for the weights of each level: 1 where the noise differs between the levels no more than by chance.
+/// Factor for the weights of each level: 1 where the noise does not differ significantly between the levels.
 std::vector<double> noise_weights(const std::vector<Observation>& observations, std::size_t levels,
                                   Findings& findings) {
   const LevelScatter scatter = scatter_of(observations, levels);

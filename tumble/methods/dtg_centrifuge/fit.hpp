@@ -17,7 +17,7 @@ struct Quantities {
   MixedFit fit;               ///< covariance, sources, degrees of freedom of functions
 };
 
-/// What is fitted in the observations: p + i q of the levels, or their size alone where the phase is not known.
+/// Part of the observations that is fitted: p + i q of the levels, or their size alone where the phase is not known.
 enum class Take { both_parts, size };
 
 /// p_1, q_1, p_2, q_2 ... (or K_1, K_2 ...), with one shift of all levels for each power-up.

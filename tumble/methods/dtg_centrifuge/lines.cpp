@@ -95,7 +95,7 @@ std::vector<Group> groups_of(const Channels& channels) {
   return groups;
 }
 
-/// What the electronics make of the lines at the rates of a level.
+/// Responses of the electronics to the lines at the rates of a level.
 Phasors gains_of(const Channelling& electronics, const Measured& measured, double step) {
   Phasors gain;
   for (std::size_t h = 0; h < 3; ++h)

@@ -35,7 +35,7 @@ struct Lines {
   Findings faults;  ///< why it cannot be used: clipped, constant
 };
 
-/// What was measured of one level in one power-up.
+/// Lines of one level in one power-up.
 struct Measured {
   const Spin* stretch = nullptr;
   std::array<Lines, most_signals> of;       ///< by Signal

@@ -6,10 +6,10 @@
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 
-/// What the plan's rig makes the instruments feel, as lines at the angles that its encoders show.
+/// Rate and force on the plan's rig, as lines at the angles that its encoders show.
 namespace tumble::dtg_centrifuge {
 
-/// Along the instrument's x and y axes.
+/// Lines along the instrument's x and y axes.
 struct RigLines {
   Phasors force[2];                         ///< [m/s^2]
   Phasors rate[2];                          ///< [rad/s]
@@ -17,7 +17,7 @@ struct RigLines {
   double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as the encoders show them
 };
 
-/// Without errors.
+/// Lines on a rig without errors.
 RigLines rig_lines_of(const Test& test, const Spin& spin);
 
 /// One error of a plan's rig, off by one standard deviation, and the lines at the spins given with it.

@@ -129,7 +129,7 @@ void compare_rates(const Measured& m, Collected& collected) {
                 off);
 }
 
-/// What is weak in a level that is used.
+/// Warnings of a level that is used.
 void warn(const Measured& m, bool encoders, bool fourier, Collected& collected) {
   const std::string where = where_of(*m.stretch);
   compare_rates(m, collected);

@@ -22,7 +22,7 @@ struct Drift {
   Matrix covariance;
 };
 
-/// What the result file says that no identification can have written: edited or damaged.
+/// Faults of a result file that was edited or damaged: an identification does not write them.
 std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<Term>& terms) {
   std::vector<std::string> faults;
   for (const auto& parameter : estimate.parameters) {
@@ -117,7 +117,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-/// What compensation did to one power-up.
+/// Outcome of the compensation of one power-up.
 struct Outcome {
   double start_temperature = 0.0, sd_raw = 0.0, sd_compensated = 0.0;
   double outside = 0.0;  ///< share of the samples outside of the calibrated range
@@ -204,7 +204,7 @@ struct Written {
   }
 };
 
-/// What is common to all runs.
+/// Correction that all runs share.
 struct Correction {
   const Settings& settings;
   const Drift& drift;

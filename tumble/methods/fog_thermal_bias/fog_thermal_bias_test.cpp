@@ -47,7 +47,7 @@ TEST(FogThermalBias, RecoversTheTruthWithoutNoise) {
   const Estimate estimate = method().identify(trial.evidence, {});
   for (const auto& [name, truth] : trial.truth) {
     if (name == "turn_on_repeatability" || name.starts_with("bias_")) continue;
-    // What is left is the local quadratic over +-5 s where the air changes its rate: the slope there is wrong by up to
+    // The remainder is the local quadratic over +-5 s where the air changes its rate: the slope there is wrong by up to
     // half the change for 10 s of 10 000 s. One part in 1000 bounds it.
     EXPECT_NEAR(find_parameter(estimate, name)->value / truth, 1.0, 1e-3) << name;
   }
