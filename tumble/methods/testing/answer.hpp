@@ -52,4 +52,21 @@ inline std::string refusal(const Method& method, const Evidence& evidence) {
   return "";
 }
 
+/// Whether there is an error of this code.
+inline bool has_error(const Findings& findings, const std::string& code) {
+  const Finding* finding = finding_of(findings, code);
+  return finding != nullptr && finding->severity == Finding::Severity::error;
+}
+
+/// A name, or the key of a phrase, in the first finding of this code; empty where there is none.
+inline std::string text_of_value(const Findings& findings, const std::string& code, const std::string& name) {
+  if (const Finding* finding = finding_of(findings, code))
+    for (const FindingValue& v : finding->values) {
+      if (v.name != name) continue;
+      if (const auto* phrase = std::get_if<Phrase>(&v.value)) return phrase->key;
+      if (const auto* text = std::get_if<std::string>(&v.value)) return *text;
+    }
+  return "";
+}
+
 }  // namespace tumble
