@@ -16,7 +16,8 @@ import tempfile
 PAGE_OF_WORDS = "docs/english.md"
 NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
 # Names in the result JSON do not change.
-FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart")}
+FIXED = {"tumble/tasks/optimisation/report.cpp": ("told", "told apart"),
+         "tumble/methods/allan_noise/spectrum.cpp": ("left out",)}
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\((?:.*?)\)\1"|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL)
 
 
