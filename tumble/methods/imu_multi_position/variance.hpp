@@ -5,7 +5,7 @@
 /// How far the observations scatter, and what that does to the parameters.
 namespace tumble::imu_multi_position {
 
-/// Of the groups in use, with their present variances.
+/// Normal equations of the groups in use, with their present variances.
 Chain normal_equations(const Fit& fit);
 
 /// The residual of a group in standard deviations [1].
@@ -14,6 +14,9 @@ double distance_of(const Group& group, const Fit& fit);
 /// Fit::scatter by restricted maximum likelihood at the present linearisation, one part after the other, `rounds`
 /// times.
 void find_scatter(int rounds, Fit& fit);
+
+/// Variance of an observation [unit of the residual squared]: noise, Earth and scatter.
+double variance_of(const Row& row, Part part, const Fit& fit);
 
 /// Covariance with its shares and degrees of freedom (Satterthwaite). `noise_degrees` [1]: of the noise at rest.
 void add_uncertainty(double noise_degrees, Fit& fit);
