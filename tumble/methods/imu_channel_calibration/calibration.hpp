@@ -28,7 +28,7 @@ struct Calibration {
   std::vector<double> value;               ///< 12 [SI]
   std::vector<double> degrees_of_freedom;  ///< 12
   std::vector<SourceCovariance> sources;   ///< 12 x 12 each
-  std::vector<double> least, greatest;     ///< 12 [SI], of what each term multiplies, in the test of the whole unit
+  std::vector<double> least, greatest;     ///< 12 [SI], of the regressor of each term in the test of the whole unit
   double temperature = 293.15;             ///< [K] at which it holds
   Findings findings;
 };

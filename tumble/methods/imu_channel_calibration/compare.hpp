@@ -14,10 +14,11 @@ struct Pair {
 /// Parameters of both and their differences; the error of gravity is common to both where `same_gravity`.
 void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate& estimate);
 
-/// Which terms differ by more than twice the standard uncertainty and the tolerance, in words.
+/// A finding for each term that differs by more than twice the standard uncertainty and the tolerance, and the number
+/// of those that agree.
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate);
 
-/// Table `comparison`: what is left of each channel in the positions for the check after compensation by either.
+/// Table `comparison`: residuals of each channel in the positions for the check after compensation by each calibration.
 Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings& findings);
 
 /// Table `terms`: whole, split and difference side by side.

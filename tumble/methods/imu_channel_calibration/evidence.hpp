@@ -16,15 +16,15 @@ using imu::letters;
 using imu::role_of;
 
 struct Sorted {
-  Evidence whole;                         ///< recordings without a plan of their own, segments for the check left out
-  Evidence check;                         ///< the same recordings, segments for the check alone; none: no recording
+  Evidence whole;                         ///< recordings without a plan of their own, without segments for the check
+  Evidence check;                         ///< these recordings, segments for the check only; none: no recording
   std::map<std::string, Evidence> alone;  ///< by role; the channel plays the role "accelerometer" or "gyro"
   bool gyros = false;                     ///< calibrated as well
   Findings findings;
 };
 
 /// A recording with a plan of its own is of the channels that its [channels] name; the others are of the whole unit.
-/// Throws Error::bad_data with all that is missing.
+/// Throws Error::bad_data that names everything that is missing.
 Sorted sorted(const Evidence& evidence);
 
 /// The evidence without segments in which the rig turns.

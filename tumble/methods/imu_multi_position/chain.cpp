@@ -42,8 +42,7 @@ void eliminate(const Chain::Link& link, const Matrix2& inverse, const Matrix& pa
   for (std::size_t i = 0; i < 2; ++i) {
     const Pair column_of_next{link.next[0][i], link.next[1][i]};
     const Pair forward = product(inverse, column_of_next);  // row i of E' D^-1
-    for (std::size_t j = 0; j < 2; ++j)
-      next.own[i][j] -= forward[0] * link.next[0][j] + forward[1] * link.next[1][j];
+    for (std::size_t j = 0; j < 2; ++j) next.own[i][j] -= forward[0] * link.next[0][j] + forward[1] * link.next[1][j];
     next.right[i] -= forward[0] * link.right[0] + forward[1] * link.right[1];
     subtract(column(next.border, i), column_of_next[0], column(part, 0), column_of_next[1], column(part, 1));
   }

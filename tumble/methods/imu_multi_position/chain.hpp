@@ -36,7 +36,7 @@ struct ChainSolution {
   Matrix covariance;                                      ///< [p x p] of the parameters: their block of the inverse
   std::vector<std::array<std::vector<double>, 2>> cross;  ///< [p] each: blocks of the inverse between pairs and them
   double log_determinant = 0.0;
-  double gain = 0.0;              ///< right' inverse right
+  double gain = 0.0;  ///< right' inverse right
   bool positive_definite = false;
 };
 

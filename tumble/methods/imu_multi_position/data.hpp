@@ -17,12 +17,12 @@ using imu::letters;
 /// Three channels of one kind. Sample i is valid from time[i] to time[i + 1].
 struct Triad {
   std::array<std::string, 3> names;
-  std::vector<double> time;       ///< [s]
-  std::vector<Vector3> value;    ///< [SI of the unit]; not finite: missing
-  std::vector<std::size_t> gaps;  ///< indices of the last samples before one
+  std::vector<double> time;                                              ///< [s]
+  std::vector<Vector3> value;                                            ///< [SI of the unit]; not finite: missing
+  std::vector<std::size_t> gaps;                                         ///< indices of the last samples before one
   Vector3 lowest{-1e300, -1e300, -1e300}, highest{1e300, 1e300, 1e300};  ///< outputs at which gyros look clipped
   double step = 0.0;                                                     ///< [s] between samples
-  bool counts = false;  ///< raw, LSB; else m/s^2 or rad/s
+  bool counts = false;                                                   ///< raw, LSB; else m/s^2 or rad/s
 
   bool empty() const { return value.empty(); }
   /// First sample at or after that time [s].

@@ -109,17 +109,11 @@ std::vector<Entry> entries_of(const std::vector<Session>& sessions, const Fit& f
   const auto& c = fit.calibration;
   const bool counts = sessions[0].accelerometer.counts, gyro_counts = sessions[0].gyro.counts;
   std::vector<Entry> all;
-  const Channels forces{"accelerometer",
-                        "a",
-                        counts ? "LSB" : "mg",
-                        "LSB/(m/s^2)",
-                        counts,
-                        c.accelerometer,
+  const Channels forces{"accelerometer",       "a", counts ? "LSB" : "mg", "LSB/(m/s^2)", counts, c.accelerometer,
                         index_of_accelerometer};
   for (std::size_t row = 0; row < 3; ++row) add_channel(forces, row, fit.parameters, all);
   if (fit.parameters == of_accelerometers) return all;
-  const Channels rates{
-      "gyro", "g", gyro_counts ? "LSB" : "deg/h", "LSB/(rad/s)", gyro_counts, c.gyro, index_of_gyro};
+  const Channels rates{"gyro", "g", gyro_counts ? "LSB" : "deg/h", "LSB/(rad/s)", gyro_counts, c.gyro, index_of_gyro};
   for (std::size_t row = 0; row < 3; ++row) {
     add_channel(rates, row, fit.parameters, all);
     if (fit.parameters == with_sensitivity) add_sensitivity(rates, c.sensitivity, row, fit.parameters, all);
@@ -291,8 +285,9 @@ void add_scatter(const Fit& fit, Findings& findings) {
   const auto add = [&](Part part, const char* what, const char* unit) {
     const auto i = static_cast<std::size_t>(part);
     if (fit.scatter_significant[i])
-      findings.push_back(
-          {Severity::info, "scatter_beyond_noise", {{"scatter", Phrase{what}}, {"sd", std::sqrt(fit.scatter[i]), unit}}});
+      findings.push_back({Severity::info,
+                          "scatter_beyond_noise",
+                          {{"scatter", Phrase{what}}, {"sd", std::sqrt(fit.scatter[i]), unit}}});
     else
       findings.push_back({Severity::info, "scatter_not_significant", {{"scatter", Phrase{what}}}});
   };
@@ -303,11 +298,10 @@ void add_scatter(const Fit& fit, Findings& findings) {
 }
 
 void add_surroundings(const Fit& fit, const Surroundings& around, Findings& findings) {
-  findings.push_back({Severity::info,
-                      "gravity_used",
-                      {{"gravity", around.gravity, "m/s^2"},
-                       {"from", around.gravity_from},
-                       {"sd", around.gravity_sd, "ug"}}});
+  findings.push_back(
+      {Severity::info,
+       "gravity_used",
+       {{"gravity", around.gravity, "m/s^2"}, {"from", around.gravity_from}, {"sd", around.gravity_sd, "ug"}}});
   if (fit.parameters == of_accelerometers) return;
   if (around.latitude)
     findings.push_back(

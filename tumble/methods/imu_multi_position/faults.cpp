@@ -71,8 +71,8 @@ std::string exchanges(const std::array<std::string, 3>& names, const Axes& axes)
   std::string text;
   for (std::size_t i = 0; i < 3; ++i) {
     if (axes.along[i] == i && axes.sign[i] > 0.0) continue;
-    text += fmt::format("{}'{}' shows {}{}", text.empty() ? "" : ", ", names[i],
-                        axes.sign[i] < 0.0 ? "-" : "", letters[axes.along[i]]);
+    text += fmt::format("{}'{}' shows {}{}", text.empty() ? "" : ", ", names[i], axes.sign[i] < 0.0 ? "-" : "",
+                        letters[axes.along[i]]);
   }
   return text;
 }
@@ -95,7 +95,8 @@ void check_gyros(const Session& session, const Matrix3& matrix) {
   const Axes axes = axes_of(matrix);
   if (axes.sound && changed(axes) > 0) {
     const Matrix3 of_gyros = matrix_of(axes);
-    std::string text = "the gyros do not turn about the axes of the accelerometers: " + exchanges(session.gyro.names, axes);
+    std::string text =
+        "the gyros do not turn about the axes of the accelerometers: " + exchanges(session.gyro.names, axes);
     if (determinant(of_gyros) < 0.0) {
       text += ": the gyros are a left-handed triad";
     } else {  // accelerometers P f look like gyros det(P) P'
@@ -127,9 +128,10 @@ void check_up(Vector3 first, Vector3 planned) {
   if (dot(first, planned) > -0.8) return;
   throw Error(
       Error::Kind::bad_data,
-      fmt::format("at the first rest ({:+.2f}, {:+.2f}, {:+.2f}) shows up, the opposite of the stated direction: the "
-                  "accelerometers show gravity instead of the specific force, which points up at rest; reverse their signs",
-                  first.x, first.y, first.z));
+      fmt::format(
+          "at the first rest ({:+.2f}, {:+.2f}, {:+.2f}) shows up, the opposite of the stated direction: the "
+          "accelerometers show gravity instead of the specific force, which points up at rest; reverse their signs",
+          first.x, first.y, first.z));
 }
 
 }  // namespace tumble::imu_multi_position

@@ -112,8 +112,8 @@ void set_turn(const Work& work, Group& group) {
   const Matrix3 to_rate = inverse(fit.calibration.gyro.matrix);
   const auto& from_first = fit.from_first[group.pair];
   const Vector3 n = fit.direction[group.pair];
-  turn = turn_of(work.sessions[work.rests.all[move.from].session].gyro, move, fit.calibration,
-                 earth_at(work, group.pair));
+  turn =
+      turn_of(work.sessions[work.rests.all[move.from].session].gyro, move, fit.calibration, earth_at(work, group.pair));
   fit.from_first[group.pair + 1].reset();
   if (from_first && group.used) fit.from_first[group.pair + 1] = transposed(turn.rotation) * *from_first;
   const Basis before = across(n), after = across(fit.direction[group.pair + 1]);
@@ -185,8 +185,7 @@ void apply(const ChainSolution& step, Fit& fit) {
   if (fit.parameters == with_sensitivity) add_columns(p, gyro_index(0, 4), c.sensitivity);
   for (std::size_t k = 0; k < fit.direction.size(); ++k) {
     const Basis basis = across(fit.direction[k]);
-    fit.direction[k] =
-        normalised(fit.direction[k] + step.pairs[k][0] * basis[0] + step.pairs[k][1] * basis[1]);
+    fit.direction[k] = normalised(fit.direction[k] + step.pairs[k][0] * basis[0] + step.pairs[k][1] * basis[1]);
   }
 }
 
@@ -309,7 +308,8 @@ bool reject_outliers(const Work& work) {
 void explain_rejections(const Work& work) {
   for (const Group& group : work.fit.groups) {
     if (group.used) continue;
-    auto& why = group.part == Part::turn ? work.fit.moves[group.index].rejection : work.rests.all[group.index].rejection;
+    auto& why =
+        group.part == Part::turn ? work.fit.moves[group.index].rejection : work.rests.all[group.index].rejection;
     if (why) continue;
     why = Finding(Finding::Severity::warning,
                   group.part == Part::force  ? "rest_off_gravity"

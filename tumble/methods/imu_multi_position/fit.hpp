@@ -21,20 +21,23 @@ constexpr std::size_t gyro_index(std::size_t row, std::size_t column) { return o
 enum class Part { force, rate, turn, earth };
 inline constexpr std::array<Part, 3> parts{Part::force, Part::rate, Part::turn};
 
+/// Variance of each part in addition to noise [(m/s^2)^2, (rad/s)^2, 1, -].
+using Scatter = std::array<double, 4>;
+
 /// One observation, linearised.
 struct Row {
   double residual = 0.0;
-  std::array<double, 24> common{};            ///< derivative by the parameters from Group::first on
-  Pair here{}, next{};                        ///< derivative by the pair, and by the one after it
+  std::array<double, 24> common{};              ///< derivative by the parameters from Group::first on
+  Pair here{}, next{};                          ///< derivative by the pair, and by the one after it
   double white = 0.0, earth = 0.0, unit = 0.0;  ///< variances; unit: of scatter
 };
 
 /// Observations that belong together: up to three rows, of one rest or one move.
 struct Group {
   Part part = Part::force;
-  std::size_t index = 0;   ///< of the rest in Rests::all, or of the move
-  std::size_t pair = 0;    ///< of the chain; a move ties it to the next
-  std::size_t first = 0;   ///< parameter of the first column
+  std::size_t index = 0;  ///< of the rest in Rests::all, or of the move
+  std::size_t pair = 0;   ///< of the chain; a move ties it to the next
+  std::size_t first = 0;  ///< parameter of the first column
   std::size_t columns = 0;
   std::vector<Row> rows;
   double distance = 0.0;  ///< of the residual from 0, in standard deviations
@@ -60,14 +63,14 @@ struct Fit {
   Calibration calibration;
   std::size_t parameters = of_accelerometers;  ///< without those of the Earth
   std::size_t unknowns() const { return parameters + (parameters > of_accelerometers ? 3 : 0); }
-  std::vector<std::size_t> chain;                   ///< rests in the order of the pairs
+  std::vector<std::size_t> chain;                  ///< rests in the order of the pairs
   std::vector<Vector3> direction;                  ///< of gravity (up), of each of them
   Vector3 earth;                                   ///< [rad/s] its rotation in the axes of the first rest
   std::vector<std::optional<Matrix3>> from_first;  ///< axes of each rest from those of the first, where moves show it
   std::vector<Move> moves;
   std::vector<Turn> turns;  ///< one a move; empty where it is not used
   std::vector<Group> groups;
-  std::array<double, 4> scatter{};                     ///< variance of each part in addition to noise [(m/s^2)^2, (rad/s)^2, 1]
+  Scatter scatter{};
   std::array<bool, 3> scatter_significant{};  ///< false: noise alone
   Matrix covariance;                          ///< of the parameters
   std::array<Matrix, sources.size()> shares;  ///< sum to it

@@ -27,7 +27,8 @@ std::vector<Vector3> cube() {
 std::string named(Vector3 v) {
   std::string text;
   for (std::size_t i = 0; i < 3; ++i)
-    if (std::abs(v[i]) > 1e-9) text += fmt::format("{}{}{}", text.empty() ? "" : " ", v[i] < 0.0 ? '-' : '+', letters[i]);
+    if (std::abs(v[i]) > 1e-9)
+      text += fmt::format("{}{}{}", text.empty() ? "" : " ", v[i] < 0.0 ? '-' : '+', letters[i]);
   return text;
 }
 
@@ -39,14 +40,18 @@ std::size_t nearest(const std::vector<Vector3>& all, Vector3 up) {
 }
 
 /// 1 + rows covariance rows', of whitened rows that a new observation adds.
-Matrix innovation(const Matrix& covariance, const Matrix& rows) { return identity(rows.rows) + sandwich(rows, covariance); }
+Matrix innovation(const Matrix& covariance, const Matrix& rows) {
+  return identity(rows.rows) + sandwich(rows, covariance);
+}
 
 Matrix with(const Matrix& covariance, const Matrix& rows) {
   return covariance - sandwich(covariance * transposed(rows), inverse(innovation(covariance, rows)));
 }
 
 /// Logarithm of the determinant gained, by which observations are compared.
-double worth(const Matrix& covariance, const Matrix& rows) { return std::log(determinant(innovation(covariance, rows))); }
+double worth(const Matrix& covariance, const Matrix& rows) {
+  return std::log(determinant(innovation(covariance, rows)));
+}
 
 /// A rest like the others with that direction up.
 Matrix rest_towards(const Fit& fit, Vector3 up, double gravity, Vector3 variance) {
@@ -160,8 +165,7 @@ void add_turns(const Fit& fit, const std::vector<std::string>& names, double gra
     double turned = 0.0;
     for (const Group& group : fit.groups)
       if (group.part == Part::turn && group.used) turned += fit.turns[group.index].about[i];
-    const Gain gain =
-        gain_of(fit.covariance, with(fit.covariance, turn_about(fit, identity3()[i], variance)), names);
+    const Gain gain = gain_of(fit.covariance, with(fit.covariance, turn_about(fit, identity3()[i], variance)), names);
     const std::string name(1, letters[i]);
     if (gain.share > best.share) best = gain, axis = name;
     out.turns.rows.push_back({name, turned, gain.share, gain.of});
@@ -188,7 +192,8 @@ Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, doub
                {},
                false};
   out.turns = {"turns",
-               "angle turned about each axis, and the reduction of a standard uncertainty by one more turn of 90 deg about it, held level",
+               "angle turned about each axis, and the reduction of a standard uncertainty by one more turn of 90 deg "
+               "about it, held level",
                {{"axis", one}, {"turned", Unit::parse("deg")}, {"gain", percent}, {"of", one}},
                {},
                false};

@@ -32,29 +32,30 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  return {quantity("gravity", "m/s^2").between(5, 15).says("local gravity; absent: that of [site]"),
-          quantity("gravity_sd", "ug")
-              .at_least(0)
-              .says("standard uncertainty of gravity; absent: that of the rig by_hand, 30 ug without a rig"),
-          quantity("latitude", "deg").between(-90, 90).says("for the rotation of the Earth; absent: that of [site]"),
-          quantity("window", "s")
-              .above(0)
-              .otherwise("0.5 s")
-              .says("time over which the variance is calculated that distinguishes rest from motion"),
-          quantity("rest_least", "s").above(0).otherwise("1 s").says("shortest rest that is used"),
-          quantity("initial_rest", "s")
-              .at_least(0)
-              .says("time at the beginning in which the unit is at rest: the noise level is calculated from it; absent: "
-                    "from the quietest fifth of the recording"),
-          flag("acceleration_sensitivity")
-              .otherwise("true")
-              .says("whether the drift of the gyros with the specific force is estimated"),
-          linear::bias_instability_option("deg/h", "gyro_"),
-          linear::bias_instability_option("ug", "accelerometer_"),
-          word("up", {"unknown", "x", "-x", "y", "-y", "z", "-z"})
-              .otherwise("unknown")
-              .says("axis that points up at the first rest, to check the sign of the accelerometers; unknown: the axis "
-                    "by the plan of the rig by_hand, if there is one")};
+  return {
+      quantity("gravity", "m/s^2").between(5, 15).says("local gravity; absent: that of [site]"),
+      quantity("gravity_sd", "ug")
+          .at_least(0)
+          .says("standard uncertainty of gravity; absent: that of the rig by_hand, 30 ug without a rig"),
+      quantity("latitude", "deg").between(-90, 90).says("for the rotation of the Earth; absent: that of [site]"),
+      quantity("window", "s")
+          .above(0)
+          .otherwise("0.5 s")
+          .says("time over which the variance is calculated that distinguishes rest from motion"),
+      quantity("rest_least", "s").above(0).otherwise("1 s").says("shortest rest that is used"),
+      quantity("initial_rest", "s")
+          .at_least(0)
+          .says("time at the beginning in which the unit is at rest: the noise level is calculated from it; absent: "
+                "from the quietest fifth of the recording"),
+      flag("acceleration_sensitivity")
+          .otherwise("true")
+          .says("whether the drift of the gyros with the specific force is estimated"),
+      linear::bias_instability_option("deg/h", "gyro_"),
+      linear::bias_instability_option("ug", "accelerometer_"),
+      word("up", {"unknown", "x", "-x", "y", "-y", "z", "-z"})
+          .otherwise("unknown")
+          .says("axis that points up at the first rest, to check the sign of the accelerometers; unknown: the axis "
+                "by the plan of the rig by_hand, if there is one")};
 }
 
 double or_else(const Settings& settings, const char* name, double otherwise) {

@@ -30,10 +30,10 @@ struct Move {
 ///
 ///   d phi = -sum_j turned[j] W^-1 dc_j,   c_j the columns of [W | b | G]
 struct Turn {
-  Matrix3 rotation = identity3();     ///< axes at the beginning from axes at the end
-  std::array<Matrix3, 7> turned{};    ///< integral of R(t) x_j dt, x = (w, 1, f) [rad, s, m/s]
-  double path = 0.0;                  ///< [rad] integral of |w|
-  Vector3 about;                      ///< [rad] integrals of |w_x|, |w_y|, |w_z|
+  Matrix3 rotation = identity3();   ///< axes at the beginning from axes at the end
+  std::array<Matrix3, 7> turned{};  ///< integral of R(t) x_j dt, x = (w, 1, f) [rad, s, m/s]
+  double path = 0.0;                ///< [rad] integral of |w|
+  Vector3 about;                    ///< [rad] integrals of |w_x|, |w_y|, |w_z|
 };
 
 /// One for each pair of neighbours among the rests that are used, in each session. A move with gaps, missing or clipped

@@ -176,7 +176,8 @@ void reject_drifting(const std::vector<Session>& sessions, const Densities& nois
   }
   const double bound = std::max(8.0, 8.0 * median(sizes));  // sqrt(3) for noise alone
   for (std::size_t k = 0; k < rests.size(); ++k)
-    if (rests[k].used() && sizes[k] > bound) rests[k].rejection = Finding(Finding::Severity::warning, "rest_drifts", {});
+    if (rests[k].used() && sizes[k] > bound)
+      rests[k].rejection = Finding(Finding::Severity::warning, "rest_drifts", {});
 }
 
 /// Sums of squares of block means about the mean of their rest.

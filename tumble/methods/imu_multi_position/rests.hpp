@@ -18,7 +18,7 @@ struct RestOptions {
 struct Rest {
   std::size_t session = 0;
   double begin = 0.0, end = 0.0;  ///< [s]
-  Vector3 force, rate;         ///< means [unit of the channels]
+  Vector3 force, rate;            ///< means [unit of the channels]
   std::size_t samples = 0, gyro_samples = 0;
   std::optional<Finding> rejection;  ///< why it is not used
   bool used() const { return !rejection; }

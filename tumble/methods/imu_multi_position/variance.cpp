@@ -11,19 +11,51 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-/// -2 log of the restricted likelihood, up to a constant.
-double deviance(const Fit& fit) {
+void add_scaled(std::span<double> to, double factor, std::span<const double> what) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * what[i];
+}
+
+/// Adds weight row' row to the equations of the parameters, and of a pair with derivative `here`.
+void add(const Row& row, const Pair& here, const Group& group, double weight, Chain::Link& link) {
+  for (std::size_t c = 0; c < 2; ++c) {
+    add_scaled(column(link.border, c).subspan(group.first, group.columns), weight * here[c], row.common);
+    for (std::size_t d = 0; d < 2; ++d) link.own[c][d] += weight * here[c] * here[d];
+    link.right[c] += weight * row.residual * here[c];
+  }
+}
+
+void add(const Row& row, const Group& group, double weight, Chain& chain) {
+  const std::span<const double> common(row.common.data(), group.columns);
+  for (std::size_t j = 0; j < group.columns; ++j)
+    add_scaled(column(chain.common, group.first + j).subspan(group.first + j, group.columns - j), weight * common[j],
+               common.subspan(j));
+  add_scaled(std::span(chain.right).subspan(group.first, group.columns), weight * row.residual, common);
+  Chain::Link& link = chain.links[group.pair];
+  add(row, row.here, group, weight, link);
+  if (group.part != Part::turn) return;
+  add(row, row.next, group, weight, chain.links[group.pair + 1]);
+  for (std::size_t c = 0; c < 2; ++c)
+    for (std::size_t d = 0; d < 2; ++d) link.next[c][d] += weight * row.here[c] * row.next[d];
+}
+
+Chain empty_chain(const Fit& fit) {
+  Chain chain(fit.unknowns(), fit.chain.size());
+  for (auto& link : chain.links) link.own[0][0] = link.own[1][1] = 1e-6;  // for a rest without observations
+  return chain;
+}
+
+/// Adds the groups in use of the parts whose flag is `flag`. Returned: their sum of log v + r^2/v.
+double add_groups(const Fit& fit, const Scatter& scatter, const std::array<bool, 4>& flags, bool flag, Chain& chain) {
   double sum = 0.0;
   for (const Group& group : fit.groups) {
-    if (!group.used) continue;
+    if (!group.used || flags[static_cast<std::size_t>(group.part)] != flag) continue;
     for (const Row& row : group.rows) {
-      const double variance = variance_of(row, group.part, fit);
+      const double variance = variance_of(row, group.part, scatter);
+      add(row, group, 1.0 / variance, chain);
       sum += std::log(variance) + row.residual * row.residual / variance;
     }
   }
-  const ChainSolution solution = solve(normal_equations(fit), false);
-  if (!solution.positive_definite) throw_singular();
-  return sum + solution.log_determinant - solution.gain;
+  return sum;
 }
 
 /// Median of the noise in the unit of the scatter of a part; 0: no group of it.
@@ -40,26 +72,47 @@ double noise_of(const Fit& fit, Part part) {
 
 constexpr double least_ratio = 1e-3, greatest_ratio = 1e12;  ///< scatter to noise, variances
 
-/// -2 log likelihood with the logarithms of the scatter of those parts.
-double deviance_at(Fit& fit, const std::vector<std::size_t>& which, const std::vector<double>& logs) {
-  const auto present = fit.scatter;
-  for (std::size_t i = 0; i < which.size(); ++i) fit.scatter[which[i]] = std::exp(logs[i]);
-  const double value = deviance(fit);
-  fit.scatter = present;
-  return value;
-}
+/// -2 log of the restricted likelihood, up to a constant, as a function of the scatter of some parts. The equations of
+/// the groups of other parts do not change: they are calculated once.
+class Deviance {
+ public:
+  Deviance(const Fit& of, std::vector<std::size_t> scattering)
+      : fit(of), which(std::move(scattering)), fixed(empty_chain(of)) {
+    for (const std::size_t i : which) varies[i] = true;
+    fixed_sum = add_groups(fit, fit.scatter, varies, false, fixed);
+  }
+
+  /// Given: logarithms of the scatter of those parts.
+  double operator()(const std::vector<double>& logs) const {
+    Scatter scatter = fit.scatter;
+    for (std::size_t i = 0; i < which.size(); ++i) scatter[which[i]] = std::exp(logs[i]);
+    Chain chain = fixed;
+    const double sum = fixed_sum + add_groups(fit, scatter, varies, true, chain);
+    const ChainSolution solution = solve(std::move(chain), false);
+    if (!solution.positive_definite) throw_singular();
+    return sum + solution.log_determinant - solution.gain;
+  }
+
+ private:
+  const Fit& fit;
+  std::vector<std::size_t> which;
+  std::array<bool, 4> varies{};
+  Chain fixed;
+  double fixed_sum = 0.0;
+};
 
 /// Covariance of the logarithms of the scatter of those parts: twice the inverse of the second derivatives.
-Matrix covariance_of_scatter(Fit& fit, const std::vector<std::size_t>& which) {
+Matrix covariance_of_scatter(const Fit& fit, const std::vector<std::size_t>& which) {
   const std::size_t n = which.size();
   std::vector<double> logs;
   for (const std::size_t i : which) logs.push_back(std::log(fit.scatter[i]));
   constexpr double h = 0.1;
-  const double middle = deviance_at(fit, which, logs);
+  const Deviance deviance(fit, which);
+  const double middle = deviance(logs);
   const auto shifted = [&](std::size_t i, double a, std::size_t j, double b) {
     auto x = logs;
     x[i] += a, x[j] += b;
-    return deviance_at(fit, which, x);
+    return deviance(x);
   };
   Matrix second(n, n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -73,10 +126,6 @@ Matrix covariance_of_scatter(Fit& fit, const std::vector<std::size_t>& which) {
   return sandwich(eigen.vectors, eigen.values);
 }
 
-void add_scaled(std::span<double> to, double factor, std::span<const double> what) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * what[i];
-}
-
 /// Change of the parameters [p] by a unit of an observation: row of H^-1 J' R^-1.
 std::vector<double> gain_of(const Row& row, const Group& group, const ChainSolution& solution, const Fit& fit) {
   std::vector<double> gain(fit.parameters);
@@ -86,7 +135,7 @@ std::vector<double> gain_of(const Row& row, const Group& group, const ChainSolut
     add_scaled(gain, row.here[c], solution.cross[group.pair][c]);
     if (group.part == Part::turn) add_scaled(gain, row.next[c], solution.cross[group.pair + 1][c]);
   }
-  return scaled(1.0 / variance_of(row, group.part, fit), gain);
+  return scaled(1.0 / variance_of(row, group.part, fit.scatter), gain);
 }
 
 /// The share of each source: H^-1 J' R^-1 R_source R^-1 J H^-1.
@@ -128,47 +177,21 @@ double condition_of(const Matrix& covariance) {
   return std::sqrt(values.back() / std::max(values.front(), 1e-300));
 }
 
-/// Adds weight row' row to the equations of the parameters, and of a pair with derivative `here`.
-void add(const Row& row, const Pair& here, const Group& group, double weight, Chain::Link& link) {
-  for (std::size_t c = 0; c < 2; ++c) {
-    add_scaled(column(link.border, c).subspan(group.first, group.columns), weight * here[c], row.common);
-    for (std::size_t d = 0; d < 2; ++d) link.own[c][d] += weight * here[c] * here[d];
-    link.right[c] += weight * row.residual * here[c];
-  }
-}
-
-void add(const Row& row, const Group& group, double weight, Chain& chain) {
-  const std::span<const double> common(row.common.data(), group.columns);
-  for (std::size_t j = 0; j < group.columns; ++j)
-    add_scaled(column(chain.common, group.first + j).subspan(group.first + j, group.columns - j), weight * common[j],
-               common.subspan(j));
-  add_scaled(std::span(chain.right).subspan(group.first, group.columns), weight * row.residual, common);
-  Chain::Link& link = chain.links[group.pair];
-  add(row, row.here, group, weight, link);
-  if (group.part != Part::turn) return;
-  add(row, row.next, group, weight, chain.links[group.pair + 1]);
-  for (std::size_t c = 0; c < 2; ++c)
-    for (std::size_t d = 0; d < 2; ++d) link.next[c][d] += weight * row.here[c] * row.next[d];
-}
-
 }  // namespace
 
-double variance_of(const Row& row, Part part, const Fit& fit) {
-  return row.white + row.earth + fit.scatter[static_cast<std::size_t>(part)] * row.unit;
+double variance_of(const Row& row, Part part, const Scatter& scatter) {
+  return row.white + row.earth + scatter[static_cast<std::size_t>(part)] * row.unit;
 }
 
 Chain normal_equations(const Fit& fit) {
-  Chain chain(fit.unknowns(), fit.chain.size());
-  for (auto& link : chain.links) link.own[0][0] = link.own[1][1] = 1e-6;  // for a rest without observations
-  for (const Group& group : fit.groups)
-    if (group.used)
-      for (const Row& row : group.rows) add(row, group, 1.0 / variance_of(row, group.part, fit), chain);
+  Chain chain = empty_chain(fit);
+  add_groups(fit, fit.scatter, {}, false, chain);
   return chain;
 }
 
 double distance_of(const Group& group, const Fit& fit) {
   double sum = 0.0;
-  for (const Row& row : group.rows) sum += row.residual * row.residual / variance_of(row, group.part, fit);
+  for (const Row& row : group.rows) sum += row.residual * row.residual / variance_of(row, group.part, fit.scatter);
   return std::sqrt(sum);
 }
 
@@ -180,7 +203,8 @@ void find_scatter(int rounds, Fit& fit) {
       if (!(noise > 0.0)) continue;
       const double low = std::log(least_ratio * noise);
       const double high = std::log(std::clamp(1e3 * fit.scatter[i], 1e2 * noise, greatest_ratio * noise));
-      const auto value = [&](double x) { return deviance_at(fit, {i}, {x}); };
+      const Deviance deviance(fit, {i});
+      const auto value = [&](double x) { return deviance({x}); };
       std::uintmax_t most = 30;
       const auto best = boost::math::tools::brent_find_minima(value, low, high, 8, most);
       fit.scatter_significant[i] = best.first > low + 2.0;  // below, it adds nothing

@@ -16,7 +16,7 @@ double distance_of(const Group& group, const Fit& fit);
 void find_scatter(int rounds, Fit& fit);
 
 /// Variance of an observation [unit of the residual squared]: noise, Earth and scatter.
-double variance_of(const Row& row, Part part, const Fit& fit);
+double variance_of(const Row& row, Part part, const Scatter& scatter);
 
 /// Covariance with its shares and degrees of freedom (Satterthwaite). `noise_degrees` [1]: of the noise at rest.
 void add_uncertainty(double noise_degrees, Fit& fit);
