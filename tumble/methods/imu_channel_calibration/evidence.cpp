@@ -1,4 +1,4 @@
-#include "tumble/methods/imu_channel_calibration/evidence.hpp"
+#include "tumble/methods/imu_channel_calibration/calibration.hpp"
 
 #include <fmt/format.h>
 

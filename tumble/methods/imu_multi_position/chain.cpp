@@ -8,90 +8,61 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-using Links = std::vector<Chain::Link>;
+/// How many unknowns after k are tied to it, and itself.
+std::size_t tied(const Chain& chain, std::size_t k) { return std::min(Chain::width, chain.band.size() - k); }
 
-double determinant(const Matrix2& m) { return m[0][0] * m[1][1] - m[0][1] * m[1][0]; }
-
-Matrix2 inverse(const Matrix2& m) {
-  const double d = determinant(m);
-  return {{{m[1][1] / d, -m[0][1] / d}, {-m[1][0] / d, m[0][0] / d}}};
-}
-
-Pair product(const Matrix2& m, const Pair& v) {
-  return {m[0][0] * v[0] + m[0][1] * v[1], m[1][0] * v[0] + m[1][1] * v[1]};
-}
-
-/// to -= factor_a a + factor_b b, vectors [n].
-void subtract(std::span<double> to, double factor_a, std::span<const double> a, double factor_b,
-              std::span<const double> b) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] -= factor_a * a[i] + factor_b * b[i];
-}
-
-/// Subtracts what the elimination of a pair takes from the parameters: C -= B D^-1 B', right -= B D^-1 c.
-/// Given: part = B D^-1 [p x 2].
-void eliminate(const Chain::Link& link, const Matrix& part, Chain& chain) {
-  const std::size_t p = part.rows;
-  for (std::size_t j = 0; j < p; ++j)
-    subtract(column(chain.common, j).subspan(j), link.border(j, 0), column(part, 0).subspan(j), link.border(j, 1),
-             column(part, 1).subspan(j));
-  subtract(chain.right, link.right[0], column(part, 0), link.right[1], column(part, 1));
-}
-
-/// Subtracts it from the pair that follows.
-void eliminate(const Chain::Link& link, const Matrix2& inverse, const Matrix& part, Chain::Link& next) {
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Pair column_of_next{link.next[0][i], link.next[1][i]};
-    const Pair forward = product(inverse, column_of_next);  // row i of E' D^-1
-    for (std::size_t j = 0; j < 2; ++j) next.own[i][j] -= forward[0] * link.next[0][j] + forward[1] * link.next[1][j];
-    next.right[i] -= forward[0] * link.right[0] + forward[1] * link.right[1];
-    subtract(column(next.border, i), column_of_next[0], column(part, 0), column_of_next[1], column(part, 1));
+/// Subtracts the part of unknown k from all equations after it.
+void eliminate(std::size_t k, Chain& chain) {
+  const auto& band = chain.band[k];
+  const auto border = column(chain.border, k);
+  for (std::size_t i = 1; i < tied(chain, k); ++i) {
+    const double factor = -band[i] / band[0];
+    if (factor == 0.0) continue;
+    for (std::size_t j = i; j < tied(chain, k); ++j) chain.band[k + i][j - i] += factor * band[j];
+    chain.chain_right[k + i] += factor * chain.chain_right[k];
+    add_scaled(column(chain.border, k + i), factor, border);
   }
+  for (std::size_t j = 0; j < border.size(); ++j)
+    add_scaled(column(chain.common, j).subspan(j), -border[j] / band[0], border.subspan(j));
+  add_scaled(chain.right, -chain.chain_right[k] / band[0], border);
 }
 
-/// The pairs and their blocks of the inverse, from the last pair to the first.
-void substitute_back(const Links& links, const std::vector<Matrix2>& inverses, ChainSolution& out) {
-  const std::size_t n = links.size(), p = out.parameters.size();
-  out.pairs.resize(n), out.cross.resize(n);
+/// The unknowns and their block of the inverse, from the last to the first.
+void substitute_back(const Chain& chain, ChainSolution& out) {
+  const std::size_t n = chain.band.size();
+  out.unknowns = chain.chain_right;
+  out.cross = Matrix(out.parameters.size(), n);
   for (std::size_t k = n; k-- > 0;) {
-    const Chain::Link& link = links[k];
-    Pair right = link.right;
-    std::array<std::vector<double>, 2> cross;
-    for (std::size_t c = 0; c < 2; ++c) {
-      right[c] -= dot(column(link.border, c), out.parameters);
-      cross[c] = scaled(-1.0, out.covariance * column(link.border, c));
-      if (k + 1 == n) continue;
-      right[c] -= link.next[c][0] * out.pairs[k + 1][0] + link.next[c][1] * out.pairs[k + 1][1];
-      subtract(cross[c], link.next[c][0], out.cross[k + 1][0], link.next[c][1], out.cross[k + 1][1]);
+    const auto border = column(chain.border, k);
+    const auto cross = column(out.cross, k);
+    out.unknowns[k] -= dot(border, out.parameters);
+    for (std::size_t j = 0; j < border.size(); ++j) add_scaled(cross, -border[j], column(out.covariance, j));
+    for (std::size_t i = 1; i < tied(chain, k); ++i) {
+      out.unknowns[k] -= chain.band[k][i] * out.unknowns[k + i];
+      add_scaled(cross, -chain.band[k][i], column(out.cross, k + i));
     }
-    out.pairs[k] = product(inverses[k], right);
-    for (std::size_t c = 0; c < 2; ++c) {
-      out.cross[k][c].assign(p, 0.0);
-      subtract(out.cross[k][c], -inverses[k][c][0], cross[0], -inverses[k][c][1], cross[1]);
-    }
+    out.unknowns[k] /= chain.band[k][0];
+    for (double& value : cross) value /= chain.band[k][0];
   }
 }
 
 }  // namespace
 
-Chain::Chain(std::size_t parameters, std::size_t pairs)
-    : common(parameters, parameters), right(parameters), links(pairs, Link{.border = Matrix(parameters, 2)}) {}
+Chain::Chain(std::size_t parameters, std::size_t unknowns)
+    : common(parameters, parameters),
+      right(parameters),
+      border(parameters, unknowns),
+      band(unknowns),
+      chain_right(unknowns) {}
 
 ChainSolution solve(Chain chain, bool covariances) {
   ChainSolution out;
-  std::vector<Matrix2> inverses;
-  for (std::size_t k = 0; k < chain.links.size(); ++k) {
-    const Chain::Link& link = chain.links[k];
-    const double size = determinant(link.own);
-    if (!(size > 0.0)) return out;
-    const Matrix2& inverted = inverses.emplace_back(inverse(link.own));
-    Matrix part(chain.right.size(), 2);
-    for (std::size_t c = 0; c < 2; ++c)
-      subtract(column(part, c), -inverted[0][c], column(link.border, 0), -inverted[1][c], column(link.border, 1));
-    const Pair solved = product(inverted, link.right);
-    out.log_determinant += std::log(size);
-    out.gain += link.right[0] * solved[0] + link.right[1] * solved[1];
-    eliminate(link, part, chain);
-    if (k + 1 < chain.links.size()) eliminate(link, inverted, part, chain.links[k + 1]);
+  for (std::size_t k = 0; k < chain.band.size(); ++k) {
+    const double pivot = chain.band[k][0];
+    if (!(pivot > 0.0)) return out;
+    out.log_determinant += std::log(pivot);
+    out.gain += chain.chain_right[k] * chain.chain_right[k] / pivot;
+    eliminate(k, chain);
   }
   const Cholesky factor = cholesky(chain.common);
   if (!factor.positive) return out;
@@ -101,7 +72,7 @@ ChainSolution solve(Chain chain, bool covariances) {
   out.positive_definite = std::ranges::all_of(out.parameters, [](double v) { return std::isfinite(v); });
   if (!covariances) return out;
   out.covariance = solve(factor, identity(chain.right.size()));
-  substitute_back(chain.links, inverses, out);
+  substitute_back(chain, out);
   return out;
 }
 

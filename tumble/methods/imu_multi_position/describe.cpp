@@ -10,7 +10,6 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_multi_position/compensate.hpp"
-#include "tumble/methods/imu_multi_position/guidance.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 

@@ -21,4 +21,20 @@ struct Surroundings {
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
                   const Surroundings& surroundings);
 
+/// The nearest of the 6 faces, 12 edges and 8 corners of a cube: "+x", "+x -z", "-x +y -z".
+std::string facing(Vector3 up);
+
+/// Reduction of the uncertainties by more rests and turns, from the information they would add.
+struct Guidance {
+  Table poses;      ///< direction up, rests there, greatest reduction of a sd by one more, and of which parameter
+  Table turns;      ///< axis, angle turned about it so far, reduction by a turn of 90 deg; no rows without gyros
+  Findings advice;  ///< the three best directions one after the other, the best turn
+};
+
+/// `names` of the parameters in the order of the fit. Given: gravity [m/s^2].
+Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, double gravity);
+
+/// Faces, then edges, that no rest shows: "+y, -z, +x -y"; for a test with too few rests.
+std::string missing(const std::vector<Vector3>& directions);
+
 }  // namespace tumble::imu_multi_position

@@ -7,7 +7,6 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
-#include "tumble/methods/imu_multi_position/variance.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
@@ -22,7 +21,9 @@ Basis across(Vector3 n) {
   return {first, cross(n, first)};
 }
 
-Pair product(const Basis& basis, Vector3 v) { return {dot(basis[0], v), dot(basis[1], v)}; }
+void put_chain(const Basis& basis, Vector3 v, Row& row) {
+  row.chain[0] = dot(basis[0], v), row.chain[1] = dot(basis[1], v);
+}
 
 struct Work {
   const std::vector<Session>& sessions;
@@ -51,7 +52,7 @@ void set_rest(const Work& work, Group& group) {
     Row& row = group.rows[i];
     row.residual = residual[i];
     std::ranges::copy(derivative(identity3()[i], force), row.common.begin());
-    row.here = product(basis, work.options.gravity * linear.matrix[i]);
+    put_chain(basis, work.options.gravity * linear.matrix[i], row);
     row.unit = std::pow(linear.matrix(i, i), 2);
     row.white = work.rests.noise.force[i] / (rest.end - rest.begin) +
                 std::pow(floor_of_noise * work.options.gravity, 2) * row.unit;
@@ -91,7 +92,7 @@ void set_rate(const Work& work, Group& group) {
     }
     row.common[gyro_index(i, 3) - group.first] = 1.0;
     if (from_first) put(transposed(*from_first) * c.gyro.matrix[i], group.columns - 3, row);
-    row.here = product(basis, work.options.gravity * c.sensitivity[i]);
+    put_chain(basis, work.options.gravity * c.sensitivity[i], row);
     row.unit = dot(c.gyro.matrix[i], c.gyro.matrix[i]);
     row.white = work.rests.noise.rate[i] / (rest.end - rest.begin) + floor_of_noise * floor_of_noise * row.unit;
     row.earth = from_first ? 0.0 : std::pow(earth_sd(work.options), 2) * row.unit;
@@ -129,8 +130,8 @@ void set_turn(const Work& work, Group& group) {
     for (std::size_t j = 0; j < (fit.parameters == with_sensitivity ? 7 : 4); ++j)
       put(transposed(to_rate) * (transposed(turn.turned[j]) * across_n), 3 * j, row);
     if (from_first) put(move.duration * (transposed(*from_first) * across_n), group.columns - 3, row);
-    row.here = product(before, project);
-    row.next[i] = -1.0;
+    put_chain(before, project, row);
+    row.chain[2 + i] = -1.0;
     row.white = density * move.duration + floor_of_noise * floor_of_noise;
     row.earth = from_first ? 0.0 : std::pow(earth_sd(work.options) * move.duration, 2);
     row.unit = std::max(turn.path * turn.path, 1e-4);
@@ -185,7 +186,8 @@ void apply(const ChainSolution& step, Fit& fit) {
   if (fit.parameters == with_sensitivity) add_columns(p, gyro_index(0, 4), c.sensitivity);
   for (std::size_t k = 0; k < fit.direction.size(); ++k) {
     const Basis basis = across(fit.direction[k]);
-    fit.direction[k] = normalised(fit.direction[k] + step.pairs[k][0] * basis[0] + step.pairs[k][1] * basis[1]);
+    fit.direction[k] =
+        normalised(fit.direction[k] + step.unknowns[2 * k] * basis[0] + step.unknowns[2 * k + 1] * basis[1]);
   }
 }
 

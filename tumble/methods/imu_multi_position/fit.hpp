@@ -28,7 +28,7 @@ using Scatter = std::array<double, 4>;
 struct Row {
   double residual = 0.0;
   std::array<double, 24> common{};              ///< derivative by the parameters from Group::first on
-  Pair here{}, next{};                          ///< derivative by the pair, and by the one after it
+  std::array<double, Chain::width> chain{};     ///< derivative by the directions of a rest and of the next one
   double white = 0.0, earth = 0.0, unit = 0.0;  ///< variances; unit: of scatter
 };
 
@@ -36,10 +36,12 @@ struct Row {
 struct Group {
   Part part = Part::force;
   std::size_t index = 0;  ///< of the rest in Rests::all, or of the move
-  std::size_t pair = 0;   ///< of the chain; a move ties it to the next
+  std::size_t pair = 0;   ///< rest of the chain, with two unknowns; a move ties it to the next
   std::size_t first = 0;  ///< parameter of the first column
   std::size_t columns = 0;
   std::vector<Row> rows;
+  /// How many numbers of directions its rows depend on.
+  std::size_t unknowns() const { return part == Part::turn ? 4 : 2; }
   double distance = 0.0;  ///< of the residual from 0, in standard deviations
   bool used = true;
 };
@@ -63,7 +65,7 @@ struct Fit {
   Calibration calibration;
   std::size_t parameters = of_accelerometers;  ///< without those of the Earth
   std::size_t unknowns() const { return parameters + (parameters > of_accelerometers ? 3 : 0); }
-  std::vector<std::size_t> chain;                  ///< rests in the order of the pairs
+  std::vector<std::size_t> chain;                  ///< the rests in use
   std::vector<Vector3> direction;                  ///< of gravity (up), of each of them
   Vector3 earth;                                   ///< [rad/s] its rotation in the axes of the first rest
   std::vector<std::optional<Matrix3>> from_first;  ///< axes of each rest from those of the first, where moves show it
@@ -87,5 +89,23 @@ struct Fit {
 ///
 ///   y_a = A g n_k + a,   y_g = W C_k w_ie + b + G g n_k,   n_(k+1) = R_k' n_k
 Fit fit_all(const std::vector<Session>& sessions, Rests& rests, const FitOptions& options);
+
+// How far the observations scatter, and the uncertainty that follows: variance.cpp.
+
+/// Normal equations of the groups in use, with their present variances.
+Chain normal_equations(const Fit& fit);
+
+/// The residual of a group in standard deviations [1].
+double distance_of(const Group& group, const Fit& fit);
+
+/// Fit::scatter by restricted maximum likelihood at the present linearisation, one part after the other, `rounds`
+/// times.
+void find_scatter(int rounds, Fit& fit);
+
+/// Covariance with its shares and degrees of freedom (Satterthwaite). `noise_degrees` [1]: of the noise at rest.
+void add_uncertainty(double noise_degrees, Fit& fit);
+
+/// Error::bad_data: the rests do not show all parameters.
+[[noreturn]] void throw_singular();
 
 }  // namespace tumble::imu_multi_position

@@ -1,4 +1,4 @@
-#include "tumble/methods/imu_multi_position/guidance.hpp"
+#include "tumble/methods/imu_multi_position/describe.hpp"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,6 @@
 #include "tumble/methods/imu_multi_position/compensate.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
-#include "tumble/methods/imu_multi_position/guidance.hpp"
 #include "tumble/methods/imu_multi_position/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/linear/linear.hpp"

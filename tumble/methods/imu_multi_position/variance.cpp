@@ -1,4 +1,4 @@
-#include "tumble/methods/imu_multi_position/variance.hpp"
+#include "tumble/methods/imu_multi_position/fit.hpp"
 
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
@@ -11,36 +11,30 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-void add_scaled(std::span<double> to, double factor, std::span<const double> what) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * what[i];
+/// Variance of an observation [unit of the residual squared]: noise, Earth and scatter.
+double variance_of(const Row& row, Part part, const Scatter& scatter) {
+  return row.white + row.earth + scatter[static_cast<std::size_t>(part)] * row.unit;
 }
 
-/// Adds weight row' row to the equations of the parameters, and of a pair with derivative `here`.
-void add(const Row& row, const Pair& here, const Group& group, double weight, Chain::Link& link) {
-  for (std::size_t c = 0; c < 2; ++c) {
-    add_scaled(column(link.border, c).subspan(group.first, group.columns), weight * here[c], row.common);
-    for (std::size_t d = 0; d < 2; ++d) link.own[c][d] += weight * here[c] * here[d];
-    link.right[c] += weight * row.residual * here[c];
+/// Adds weight row' row to the equations.
+void add(const Row& row, const Group& group, double weight, Chain& chain) {
+  const std::size_t first = group.first, n = group.columns;
+  const std::span<const double> common(row.common.data(), n);
+  for (std::size_t j = 0; j < n; ++j)
+    add_scaled(column(chain.common, first + j).subspan(first + j, n - j), weight * common[j], common.subspan(j));
+  add_scaled(std::span(chain.right).subspan(first, n), weight * row.residual, common);
+  for (std::size_t a = 0; a < group.unknowns(); ++a) {
+    const std::size_t k = 2 * group.pair + a;
+    const double factor = weight * row.chain[a];
+    add_scaled(column(chain.border, k).subspan(first, n), factor, common);
+    for (std::size_t b = a; b < group.unknowns(); ++b) chain.band[k][b - a] += factor * row.chain[b];
+    chain.chain_right[k] += factor * row.residual;
   }
 }
 
-void add(const Row& row, const Group& group, double weight, Chain& chain) {
-  const std::span<const double> common(row.common.data(), group.columns);
-  for (std::size_t j = 0; j < group.columns; ++j)
-    add_scaled(column(chain.common, group.first + j).subspan(group.first + j, group.columns - j), weight * common[j],
-               common.subspan(j));
-  add_scaled(std::span(chain.right).subspan(group.first, group.columns), weight * row.residual, common);
-  Chain::Link& link = chain.links[group.pair];
-  add(row, row.here, group, weight, link);
-  if (group.part != Part::turn) return;
-  add(row, row.next, group, weight, chain.links[group.pair + 1]);
-  for (std::size_t c = 0; c < 2; ++c)
-    for (std::size_t d = 0; d < 2; ++d) link.next[c][d] += weight * row.here[c] * row.next[d];
-}
-
 Chain empty_chain(const Fit& fit) {
-  Chain chain(fit.unknowns(), fit.chain.size());
-  for (auto& link : chain.links) link.own[0][0] = link.own[1][1] = 1e-6;  // for a rest without observations
+  Chain chain(fit.unknowns(), 2 * fit.chain.size());
+  for (auto& band : chain.band) band[0] = 1e-6;  // for a rest without observations
   return chain;
 }
 
@@ -131,10 +125,8 @@ std::vector<double> gain_of(const Row& row, const Group& group, const ChainSolut
   std::vector<double> gain(fit.parameters);
   for (std::size_t j = 0; j < group.columns; ++j)
     add_scaled(gain, row.common[j], column(solution.covariance, group.first + j));
-  for (std::size_t c = 0; c < 2; ++c) {
-    add_scaled(gain, row.here[c], solution.cross[group.pair][c]);
-    if (group.part == Part::turn) add_scaled(gain, row.next[c], solution.cross[group.pair + 1][c]);
-  }
+  for (std::size_t a = 0; a < group.unknowns(); ++a)
+    add_scaled(gain, row.chain[a], column(solution.cross, 2 * group.pair + a));
   return scaled(1.0 / variance_of(row, group.part, fit.scatter), gain);
 }
 
@@ -178,10 +170,6 @@ double condition_of(const Matrix& covariance) {
 }
 
 }  // namespace
-
-double variance_of(const Row& row, Part part, const Scatter& scatter) {
-  return row.white + row.earth + scatter[static_cast<std::size_t>(part)] * row.unit;
-}
 
 Chain normal_equations(const Fit& fit) {
   Chain chain = empty_chain(fit);
