@@ -214,10 +214,10 @@ Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings&
                        : "residuals in the positions of the whole unit after compensation by each calibration",
               {},
               {}};
-  const Unit one, ug = Unit::parse("ug"), rate = Unit::parse("deg/h");
-  table.columns = {{"channel", one}, {"positions", one}, {"unit", one}};
+  const Unit unitless, ug = Unit::parse("ug"), rate = Unit::parse("deg/h");
+  table.columns = {{"channel", unitless}, {"positions", unitless}, {"unit", unitless}};
   for (const char* name : {"raw_rms", "whole_rms", "split_rms", "whole_largest", "split_largest"})
-    table.columns.push_back({name, one});
+    table.columns.push_back({name, unitless});
   for (const auto& pair : pairs) {
     const Evidence evidence = at_rest(separate ? sorted.check : sorted.whole);
     if (evidence.recordings.empty()) continue;
@@ -236,11 +236,11 @@ Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings&
 }
 
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate) {
-  const Unit one;
+  const Unit unitless;
   Table table{"terms", "the model (3.4) by the whole unit and by the channels alone", {}, {}};
-  table.columns = {{"term", one}, {"unit", one}};
+  table.columns = {{"term", unitless}, {"unit", unitless}};
   for (const char* name : {"whole", "whole_sd", "split", "split_sd", "difference", "difference_sd", "ratio"})
-    table.columns.push_back({name, one});
+    table.columns.push_back({name, unitless});
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (std::size_t i = 0; i < terms; ++i) {
       std::vector<Table::Cell> row{estimate.parameters[place(pairs.size(), 0, p, i)].name,

@@ -4,17 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/math/extremes.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t fewest = 64;  ///< samples of a channel
 
 struct Kind {
@@ -69,10 +68,9 @@ void check(const std::array<const Channel*, 3>& channels, const Kind& kind, std:
 /// A dead accelerometer would make the method ask for more rests without end.
 void check_alive(const std::array<const Channel*, 3>& channels, std::vector<std::string>& problems) {
   for (const Channel* c : channels) {
-    double low = infinity, high = -infinity;
-    for (const double v : c->values)
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-    if (low == high) problems.push_back(fmt::format("channel '{}' holds the same value throughout", c->name));
+    const Extremes extremes = extremes_of(c->values);
+    if (extremes.lowest == extremes.highest)
+      problems.push_back(fmt::format("channel '{}' holds the same value throughout", c->name));
   }
 }
 

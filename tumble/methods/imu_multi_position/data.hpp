@@ -31,7 +31,7 @@ struct Triad {
   bool clipped(std::size_t sample) const;
 };
 
-/// What was recorded in one go.
+/// Accelerometers and gyros that were recorded together.
 struct Session {
   std::string where;  ///< which recording; empty: there is only one
   Triad accelerometer, gyro;

@@ -121,8 +121,8 @@ std::vector<Entry> entries_of(const std::vector<Session>& sessions, const Fit& f
 }
 
 /// Change of the fit's parameters by one standard uncertainty of gravity, to which A and G are relative.
-std::vector<double> by_gravity(const Fit& fit, const Surroundings& around) {
-  const double share = -around.gravity_sd / around.gravity;
+std::vector<double> by_gravity(const Fit& fit, const Surroundings& surroundings) {
+  const double share = -surroundings.gravity_sd / surroundings.gravity;
   std::vector<double> d(fit.parameters);
   for (std::size_t row = 0; row < 3; ++row)
     for (std::size_t column = 0; column <= row; ++column)
@@ -151,23 +151,24 @@ double shared_level(const Rests& rests, double step) {
 }
 
 /// Covariance of the fit's parameters by the level that all rests share by the stated bias instabilities.
-Matrix by_level(const Fit& fit, const Rests& rests, const Surroundings& around, double step) {
+Matrix by_level(const Fit& fit, const Rests& rests, const Surroundings& surroundings, double step) {
   Matrix covariance(fit.parameters, fit.parameters);
-  if (!(around.accelerometer_instability > 0.0) && !(around.gyro_instability > 0.0)) return covariance;
+  if (!(surroundings.accelerometer_instability > 0.0) && !(surroundings.gyro_instability > 0.0)) return covariance;
   const double level = shared_level(rests, step);
   const auto add = [&](std::size_t index, double instability, double scale) {
     covariance(index, index) = level * std::pow(instability * scale, 2);
   };
   for (std::size_t row = 0; row < 3; ++row) {
-    add(accelerometer_index(row, 3), around.accelerometer_instability, fit.calibration.accelerometer.matrix(row, row));
+    add(accelerometer_index(row, 3), surroundings.accelerometer_instability,
+        fit.calibration.accelerometer.matrix(row, row));
     if (fit.parameters > of_accelerometers)
-      add(gyro_index(row, 3), around.gyro_instability, fit.calibration.gyro.matrix(row, row));
+      add(gyro_index(row, 3), surroundings.gyro_instability, fit.calibration.gyro.matrix(row, row));
   }
   return covariance;
 }
 
 void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& rests, double step,
-                    const Surroundings& around, Estimate& estimate) {
+                    const Surroundings& surroundings, Estimate& estimate) {
   Matrix slopes(all.size(), fit.parameters);
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t p = 0; p < fit.parameters; ++p) slopes(i, p) = all[i].slope[p];
@@ -178,8 +179,8 @@ void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& 
     lines.push_back(from_covariance(source, sandwich(slopes, covariance)));
   };
   for (std::size_t s = 0; s < sources.size(); ++s) add(sources[s], fit.shares[s]);
-  lines.push_back(from_shifts("gravity", as_column(slopes * by_gravity(fit, around))));
-  add(linear::stated_source, by_level(fit, rests, around, step));
+  lines.push_back(from_shifts("gravity", as_column(slopes * by_gravity(fit, surroundings))));
+  add(linear::stated_source, by_level(fit, rests, surroundings, step));
   settle(estimate, lines);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const double from_fit = fit.covariance(all[i].main, all[i].main) * std::pow(all[i].slope[all[i].main], 2);
@@ -296,15 +297,16 @@ void add_scatter(const Fit& fit, Findings& findings) {
   add(Part::turn, "angles_of_moves", "%");
 }
 
-void add_surroundings(const Fit& fit, const Surroundings& around, Findings& findings) {
-  findings.push_back(
-      {Severity::info,
-       "gravity_used",
-       {{"gravity", around.gravity, "m/s^2"}, {"from", around.gravity_from}, {"sd", around.gravity_sd, "ug"}}});
+void add_surroundings(const Fit& fit, const Surroundings& surroundings, Findings& findings) {
+  findings.push_back({Severity::info,
+                      "gravity_used",
+                      {{"gravity", surroundings.gravity, "m/s^2"},
+                       {"from", surroundings.gravity_from},
+                       {"sd", surroundings.gravity_sd, "ug"}}});
   if (fit.parameters == of_accelerometers) return;
-  if (around.latitude)
+  if (surroundings.latitude)
     findings.push_back(
-        {Severity::info, "earth_subtracted", {{"vertical", earth_rate * std::sin(*around.latitude), "deg/h"}}});
+        {Severity::info, "earth_subtracted", {{"vertical", earth_rate * std::sin(*surroundings.latitude), "deg/h"}}});
   else
     findings.push_back({Severity::info, "earth_neglected", {{"rate", earth_rate, "deg/h"}}});
 }
@@ -312,11 +314,11 @@ void add_surroundings(const Fit& fit, const Surroundings& around, Findings& find
 }  // namespace
 
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
-                  const Surroundings& around) {
+                  const Surroundings& surroundings) {
   Estimate estimate;
   estimate.method = "imu_multi_position";
   const auto all = entries_of(sessions, fit);
-  add_parameters(all, fit, rests, sessions.front().accelerometer.step, around, estimate);
+  add_parameters(all, fit, rests, sessions.front().accelerometer.step, surroundings, estimate);
   estimate.fit.observations = fit.observations;
   estimate.fit.degrees_of_freedom = static_cast<double>(fit.observations) - static_cast<double>(fit.parameters) -
                                     2.0 * static_cast<double>(fit.chain.size());
@@ -324,16 +326,16 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   estimate.fit.condition = fit.condition;
   std::vector<std::string> names(fit.parameters);
   for (const Entry& entry : all) names[entry.main] = entry.parameter.name;
-  Guidance guidance = guidance_of(fit, names, around.gravity);
-  estimate.tables.push_back(rests_table(rests, fit, around.gravity, sessions.size() > 1));
+  Guidance guidance = guidance_of(fit, names, surroundings.gravity);
+  estimate.tables.push_back(rests_table(rests, fit, surroundings.gravity, sessions.size() > 1));
   if (!fit.moves.empty()) estimate.tables.push_back(moves_table(fit));
   estimate.tables.push_back(std::move(guidance.poses));
   if (!guidance.turns.rows.empty()) estimate.tables.push_back(std::move(guidance.turns));
   estimate.tables.push_back(covered(sessions, rests, fit, estimate));
-  add_curves(rests, fit, around.gravity, estimate);
+  add_curves(rests, fit, surroundings.gravity, estimate);
   add_rejections(rests, fit, estimate.findings);
   add_scatter(fit, estimate.findings);
-  add_surroundings(fit, around, estimate.findings);
+  add_surroundings(fit, surroundings, estimate.findings);
   std::ranges::move(guidance.advice, std::back_inserter(estimate.findings));
   if (sessions[0].gyro.empty()) estimate.findings.push_back({Severity::info, "accelerometers_alone", {}});
   if (fit.gyros_without_turns) estimate.findings.push_back({Severity::error, "gyros_without_turns", {}, "gyros"});

@@ -1,5 +1,3 @@
-#include "tumble/methods/imu_multi_position/describe.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/rotation.hpp"
+#include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::imu_multi_position {
@@ -113,7 +112,7 @@ double variance_of_turn(const Fit& fit, double gravity) {
   return noise / std::max(n, 1.0) + fit.scatter[2] * half_pi * half_pi + ends;
 }
 
-/// What new rests are judged by.
+/// Rests that could be added: all directions of a cube.
 struct Candidates {
   std::vector<Vector3> up;
   std::vector<Matrix> rows;  ///< [1 x parameters] each

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <limits>
 
 #include "tumble/core/say.hpp"
@@ -63,37 +62,35 @@ double or_else(const Settings& settings, const char* name, double otherwise) {
 
 Surroundings surroundings_of(const Plan& plan) {
   const Settings& settings = plan.settings;
-  Surroundings around;
+  Surroundings surroundings;
   std::vector<std::string> problems;
   if (settings.has("gravity")) {
-    around.gravity = settings.number("gravity"), around.gravity_from = {"stated"};
+    surroundings.gravity = settings.number("gravity"), surroundings.gravity_from = {"stated"};
   } else if (plan.site) {
-    around.gravity = gravity(*plan.site);
-    around.gravity_from = {plan.site->gravity ? "stated_for_the_site" : "normal_gravity_at_the_site"};
+    surroundings.gravity = gravity(*plan.site);
+    surroundings.gravity_from = {plan.site->gravity ? "stated_for_the_site" : "normal_gravity_at_the_site"};
   } else {
     problems.emplace_back(
         "gravity is the reference of the accelerometers: state it, --set gravity=\"9.81 m/s^2\", or [site] in a plan");
   }
   const double of_rig = rig_sd(plan, error_names::gravity).value_or(si(30.0, "ug"));
-  around.gravity_sd = or_else(settings, "gravity_sd", of_rig);
+  surroundings.gravity_sd = or_else(settings, "gravity_sd", of_rig);
   if (settings.has("latitude"))
-    around.latitude = settings.number("latitude");
+    surroundings.latitude = settings.number("latitude");
   else if (plan.site)
-    around.latitude = plan.site->latitude;
-  around.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
-  around.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
+    surroundings.latitude = plan.site->latitude;
+  surroundings.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
+  surroundings.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, std::move(problems));
-  return around;
+  return surroundings;
 }
 
 /// Directions up of these means at rest, approximate: without a calibration.
 std::vector<Vector3> directions_of(const std::vector<Vector3>& means) {
-  Vector3 low{1e300, 1e300, 1e300}, high = -low;
-  for (const Vector3& mean : means)
-    for (std::size_t i = 0; i < 3; ++i) low[i] = std::min(low[i], mean[i]), high[i] = std::max(high[i], mean[i]);
+  const Vector3 middle = means.size() < 4 ? Vector3{} : box_of(means).middle();
   std::vector<Vector3> directions;
   for (const Vector3& mean : means) {
-    const Vector3 from = means.size() < 4 ? mean : mean - 0.5 * (low + high);
+    const Vector3 from = mean - middle;
     if (norm(from) > 0.0) directions.push_back(normalised(from));
   }
   return directions;
@@ -124,22 +121,22 @@ double first_end(const Evidence& evidence) {
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
-  const Surroundings around = surroundings_of(evidence.plan);
+  const Surroundings surroundings = surroundings_of(evidence.plan);
   const Settings& settings = evidence.plan.settings;
   const auto sessions = sessions_of(evidence);
   report(progress, 0.1, "looking for rests");
   RestOptions how{settings.number("window"), settings.number("rest_least"), or_else(settings, "initial_rest", 0.0)};
-  Rests rests = find_rests(sessions, how, around.gravity);
-  require_poses(rests, around.gravity, how.least);
-  FitOptions options{.gravity = around.gravity};
+  Rests rests = find_rests(sessions, how, surroundings.gravity);
+  require_poses(rests, surroundings.gravity, how.least);
+  FitOptions options{.gravity = surroundings.gravity};
   options.sensitivity = settings.flag("acceleration_sensitivity");
-  options.latitude = around.latitude;
+  options.latitude = surroundings.latitude;
   report(progress, 0.3, "calibrating");
   const Fit fit = fit_all(sessions, rests, options);
   const auto planned = planned_up(evidence.plan);
   if (planned && rests.all[fit.chain.front()].begin < first_end(evidence)) check_up(fit.direction.front(), *planned);
   report(progress, 0.9, "describing");
-  return describe(sessions, rests, fit, around);
+  return describe(sessions, rests, fit, surroundings);
 }
 
 Trial trial_of(std::uint64_t seed) { return imu_multi_position::trial(seed, options()); }

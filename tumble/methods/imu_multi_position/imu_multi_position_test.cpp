@@ -143,12 +143,12 @@ TEST(ImuMultiPosition, AStatedBiasInstabilityIsInTheBiasesAlone) {
                                               Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
     return method().identify(trial.evidence, {});
   };
-  const auto one = with(1.0), three = with(3.0);
-  for (std::size_t p = 0; p < one.parameters.size(); ++p) {
-    const std::string& name = one.parameters[p].name;
-    const double more = three.covariance(p, p) - one.covariance(p, p);
+  const auto once = with(1.0), threefold = with(3.0);
+  for (std::size_t p = 0; p < once.parameters.size(); ++p) {
+    const std::string& name = once.parameters[p].name;
+    const double more = threefold.covariance(p, p) - once.covariance(p, p);
     if (!name.ends_with("_bias")) {
-      EXPECT_NEAR(more, 0.0, 1e-12 * one.covariance(p, p)) << name;
+      EXPECT_NEAR(more, 0.0, 1e-12 * once.covariance(p, p)) << name;
       continue;
     }
     // (9 - 1) k B^2: k, of flicker between means over seconds some minutes apart in a bank of 4 records, is one to four

@@ -52,9 +52,9 @@ struct Observed {
   Vector3 change;
 
   Vector3 residual(const Matrix3& to_rate) const {
-    Vector3 left = change;
-    for (std::size_t j = 0; j < 3; ++j) left -= of[j] * column(to_rate, j);
-    return left;
+    Vector3 residual = change;
+    for (std::size_t j = 0; j < 3; ++j) residual -= of[j] * column(to_rate, j);
+    return residual;
   }
 };
 

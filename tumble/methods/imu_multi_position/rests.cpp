@@ -92,12 +92,12 @@ Quiet quiet_of(const std::vector<Session>& sessions, std::size_t s, bool gyro, c
 std::vector<Span> spans_of(const Triad& triad, const Quiet& quiet, double multiplier) {
   std::vector<Span> spans;
   const double bound = multiplier * quiet.level;
-  bool inside = false;
+  bool resting = false;
   for (std::size_t i = 0; i < quiet.variance.size(); ++i) {
     const bool still = quiet.variance[i] <= bound;
-    if (still && !inside) spans.push_back({triad.time[i], triad.time[i]});
+    if (still && !resting) spans.push_back({triad.time[i], triad.time[i]});
     if (still) spans.back().end = triad.time[i];
-    inside = still;
+    resting = still;
   }
   return spans;
 }

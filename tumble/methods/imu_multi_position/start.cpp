@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
@@ -14,11 +15,9 @@ double greatest(Vector3 v) { return std::max({v.x, v.y, v.z}); }
 /// sum_i (p_i y_i^2 + q_i y_i) = 1 in centred and scaled means.
 std::optional<Linear> ellipsoid(const std::vector<Vector3>& means, double gravity) {
   if (means.size() < 6) return {};
-  Vector3 low = means[0], high = means[0];
-  for (const Vector3& mean : means)
-    for (std::size_t i = 0; i < 3; ++i) low[i] = std::min(low[i], mean[i]), high[i] = std::max(high[i], mean[i]);
-  const Vector3 middle = 0.5 * (low + high);
-  const double size = 0.5 * greatest(high - low);
+  const Box box = box_of(means);
+  const Vector3 middle = box.middle();
+  const double size = 0.5 * greatest(box.high - box.low);
   if (!(size > 0.0)) return {};
   Matrix design(means.size(), 6);
   for (std::size_t k = 0; k < means.size(); ++k) {
@@ -100,6 +99,15 @@ bool iterate(Search& search) {
 }
 
 }  // namespace
+
+Box box_of(const std::vector<Vector3>& means) {
+  constexpr double far = std::numeric_limits<double>::infinity();
+  Box box{{far, far, far}, {-far, -far, -far}};
+  for (const Vector3& mean : means)
+    for (std::size_t i = 0; i < 3; ++i)
+      box.low[i] = std::min(box.low[i], mean[i]), box.high[i] = std::max(box.high[i], mean[i]);
+  return box;
+}
 
 Coefficients derivative(Vector3 v, Vector3 u) {
   return {v.x * u.x, v.y * u.x, v.y * u.y, v.z * u.x, v.z * u.y, v.z * u.z, v.x, v.y, v.z};

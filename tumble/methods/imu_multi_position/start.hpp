@@ -35,6 +35,13 @@ Coefficients derivative(Vector3 v, Vector3 u);
 /// Adds a change of the coefficients [9].
 void add(std::span<const double> step, Linear& to);
 
+/// Least and greatest component of each axis [u].
+struct Box {
+  Vector3 low, high;
+  Vector3 middle() const { return 0.5 * (low + high); }
+};
+Box box_of(const std::vector<Vector3>& means);
+
 /// A calibration from |f| alone, lower triangular.
 struct Sphere {
   Linear accelerometer;

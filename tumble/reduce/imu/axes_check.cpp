@@ -72,21 +72,21 @@ AxesSeen axes_seen(const Matrix& response) {
     for (std::size_t j = 0; j < 3; ++j) size[i] += std::abs(response(i, j));
     for (std::size_t j = 0; j < 3; ++j) cost[i][j] = size[i] > 0.0 ? 1.0 - std::abs(response(i, j)) / size[i] : 1.0;
   }
-  AxesSeen seen;
-  seen.along = permutations[best_of(cost, least_improvement)];
+  AxesSeen axes;
+  axes.along = permutations[best_of(cost, least_improvement)];
   for (std::size_t i = 0; i < 3; ++i) {
-    seen.ratio[i] = response(i, seen.along[i]);
-    seen.misfit += cost[i][seen.along[i]] / 3.0;
+    axes.ratio[i] = response(i, axes.along[i]);
+    axes.misfit += cost[i][axes.along[i]] / 3.0;
   }
-  return seen;
+  return axes;
 }
 
 AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown) {
-  AxesSeen seen;
+  AxesSeen axes;
   const double most_felt = greatest(felt), most = greatest(shown);
   if (!(most_felt > 0.0) || !(most > 0.0)) {
-    seen.misfit = 1.0;
-    return seen;
+    axes.misfit = 1.0;
+    return axes;
   }
   std::array<bool, 3> moved{};
   for (std::size_t j = 0; j < 3; ++j)
@@ -100,12 +100,12 @@ AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown
       cost[i][j] = misfit_of(felt, shown, i, j, slope[i][j], most);
     }
   }
-  seen.along = permutations[best_of(cost, least_improvement * nothing)];
+  axes.along = permutations[best_of(cost, least_improvement * nothing)];
   for (std::size_t i = 0; i < 3; ++i) {
-    seen.ratio[i] = moved[seen.along[i]] ? slope[i][seen.along[i]] : std::nan("");
-    seen.misfit += cost[i][seen.along[i]] / nothing;
+    axes.ratio[i] = moved[axes.along[i]] ? slope[i][axes.along[i]] : std::nan("");
+    axes.misfit += cost[i][axes.along[i]] / nothing;
   }
-  return seen;
+  return axes;
 }
 
 namespace {
@@ -127,15 +127,15 @@ bool even(const std::array<std::size_t, 3>& along) {
 }
 
 /// Axis that output i shows, with its sign: "-y".
-std::string axis_of(const AxesSeen& seen, std::size_t i) {
-  return std::string(seen.ratio[i] < 0.0 ? "-" : "") + letters[seen.along[i]];
+std::string axis_of(const AxesSeen& axes, std::size_t i) {
+  return std::string(axes.ratio[i] < 0.0 ? "-" : "") + letters[axes.along[i]];
 }
 
-Findings about_directions(Kind kind, const AxesSeen& seen, const std::array<std::string, 3>& names) {
+Findings about_directions(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& names) {
   std::vector<std::size_t> named, reversed;  // outputs with the axis of their name; reversed outputs
   for (std::size_t i = 0; i < 3; ++i) {
-    if (seen.along[i] == i) named.push_back(i);
-    if (seen.ratio[i] < 0.0) reversed.push_back(i);
+    if (axes.along[i] == i) named.push_back(i);
+    if (axes.ratio[i] < 0.0) reversed.push_back(i);
   }
   if (named.size() == 3 && reversed.empty()) return {};
   if (named.size() == 3 && reversed.size() == 3)
@@ -145,11 +145,11 @@ Findings about_directions(Kind kind, const AxesSeen& seen, const std::array<std:
     return {{error,
              "axes_exchanged",
              {{"first", names[other_axes(named[0])[0]]}, {"second", names[other_axes(named[0])[1]]}}}};
-  const bool right_handed = even(seen.along) == (reversed.size() % 2 == 0);
+  const bool right_handed = even(axes.along) == (reversed.size() % 2 == 0);
   std::vector<FindingValue> values;
   for (std::size_t i = 0; i < 3; ++i) {
     values.emplace_back(std::string("output_") + letters[i], names[i]);
-    values.emplace_back(std::string("axis_") + letters[i], axis_of(seen, i));
+    values.emplace_back(std::string("axis_") + letters[i], axis_of(axes, i));
   }
   return {{error, right_handed ? "axes_turned" : "axes_mirrored", std::move(values)}};
 }
@@ -160,7 +160,7 @@ struct MistakenUnit {
   const char *of, *read_as;
 };
 
-Findings about_units(Kind kind, const AxesSeen& seen) {
+Findings about_units(Kind kind, const AxesSeen& axes) {
   constexpr double g = standard_gravity;
   static constexpr MistakenUnit rates[] = {{degrees_per_radian, "deg/s", "rad/s"},
                                            {1.0 / degrees_per_radian, "rad/s", "deg/s"},
@@ -171,7 +171,7 @@ Findings about_units(Kind kind, const AxesSeen& seen) {
   static constexpr MistakenUnit forces[] = {
       {g, "m/s^2", "g"}, {1.0 / g, "g", "m/s^2"}, {1e3, "mg", "g"}, {1e-3, "g", "mg"}};
   std::vector<double> sizes;
-  for (const double ratio : seen.ratio)
+  for (const double ratio : axes.ratio)
     if (!std::isnan(ratio)) sizes.push_back(std::abs(ratio));
   if (sizes.empty()) return {};
   const double size = median(sizes);
@@ -190,18 +190,18 @@ Findings about_units(Kind kind, const AxesSeen& seen) {
 
 }  // namespace
 
-Findings about_axes(Kind kind, const AxesSeen& seen, const std::array<std::string, 3>& channels) {
-  Findings findings = about_directions(kind, seen, names_of(kind, channels));
-  std::ranges::move(about_units(kind, seen), std::back_inserter(findings));
+Findings about_axes(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& channels) {
+  Findings findings = about_directions(kind, axes, names_of(kind, channels));
+  std::ranges::move(about_units(kind, axes), std::back_inserter(findings));
   return findings;
 }
 
 namespace {
 
-Vector3 read_along(const AxesSeen& seen, Vector3 felt) {
+Vector3 read_along(const AxesSeen& axes, Vector3 felt) {
   std::array<double, 3> out{};
   for (std::size_t i = 0; i < 3; ++i)
-    out[i] = std::isnan(seen.ratio[i]) ? component(felt, i) : seen.ratio[i] * component(felt, seen.along[i]);
+    out[i] = std::isnan(axes.ratio[i]) ? component(felt, i) : axes.ratio[i] * component(felt, axes.along[i]);
   return {out[0], out[1], out[2]};
 }
 
@@ -210,18 +210,18 @@ AxesSeen as_named(std::span<const Vector3> felt, std::span<const Vector3> shown)
   std::vector<double> ratios;
   for (std::size_t g = 0; g < felt.size(); ++g)
     if (norm(felt[g]) > 0.0) ratios.push_back(norm(shown[g]) / norm(felt[g]));
-  AxesSeen seen;
-  seen.ratio.fill(median(ratios));
-  return seen;
+  AxesSeen axes;
+  axes.ratio.fill(median(ratios));
+  return axes;
 }
 
-Findings about_order(const AxesSeen& seen, std::span<const Vector3> felt, std::span<const Vector3> shown,
+Findings about_order(const AxesSeen& axes, std::span<const Vector3> felt, std::span<const Vector3> shown,
                      const std::vector<std::string>& labels) {
   Findings findings;
   const double most = greatest(shown);
   std::size_t deviating = 0;
   for (std::size_t g = 0; g < felt.size(); ++g) {
-    const auto distance = [&](std::size_t of) { return norm(shown[g] - read_along(seen, felt[of])); };
+    const auto distance = [&](std::size_t of) { return norm(shown[g] - read_along(axes, felt[of])); };
     if (!(distance(g) > greatest_deviation * most)) continue;
     if (++deviating > most_findings) continue;
     std::size_t nearest = g;
@@ -241,10 +241,10 @@ Findings about_order(const AxesSeen& seen, std::span<const Vector3> felt, std::s
 
 Findings about_triad(Kind kind, std::span<const Vector3> felt, std::span<const Vector3> shown,
                      const std::vector<std::string>& labels, const std::array<std::string, 3>& channels) {
-  const AxesSeen seen = axes_seen(felt, shown);
-  if (seen.misfit > greatest_misfit) return about_order(as_named(felt, shown), felt, shown, labels);
-  Findings findings = about_axes(kind, seen, channels);
-  std::ranges::move(about_order(seen, felt, shown, labels), std::back_inserter(findings));
+  const AxesSeen axes = axes_seen(felt, shown);
+  if (axes.misfit > greatest_misfit) return about_order(as_named(felt, shown), felt, shown, labels);
+  Findings findings = about_axes(kind, axes, channels);
+  std::ranges::move(about_order(axes, felt, shown, labels), std::back_inserter(findings));
   return findings;
 }
 

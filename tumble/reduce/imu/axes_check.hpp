@@ -30,7 +30,7 @@ AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown
 /// Faults of the axes, each an error with its remedy: axes_exchanged, axis_reversed, axes_mirrored (left-handed),
 /// axes_turned, gravity_inverted, rates_inverted, unit_mistaken, scale_mistaken. Empty: sound. `channels` are the names
 /// of the three outputs for the reader; empty: those of the roles.
-Findings about_axes(Kind kind, const AxesSeen& seen, const std::array<std::string, 3>& channels = {});
+Findings about_axes(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& channels = {});
 
 /// Check of means over segments: about_axes where an exchange of axes explains them, and segment_reads_as_another,
 /// segment_reads_as_none where the order, the angles or the labels are not those of the plan.

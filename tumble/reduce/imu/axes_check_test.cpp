@@ -87,10 +87,10 @@ TEST(AxesCheck, NamesPositionsInAnotherOrder) {
 
 TEST(AxesCheck, AnAxisWithoutInputKeepsItsName) {
   const std::vector<Vector3> about_z{{0, 0, 1}, {0, 0, -1}};
-  const auto seen = axes_seen(about_z, shown_by(about_z, {0, 1, 2}, {1, 1, -1}));
-  EXPECT_EQ(seen.along, (std::array<std::size_t, 3>{0, 1, 2}));
-  EXPECT_LT(seen.ratio[2], 0.0);
-  EXPECT_TRUE(std::isnan(seen.ratio[0]));
+  const auto axes = axes_seen(about_z, shown_by(about_z, {0, 1, 2}, {1, 1, -1}));
+  EXPECT_EQ(axes.along, (std::array<std::size_t, 3>{0, 1, 2}));
+  EXPECT_LT(axes.ratio[2], 0.0);
+  EXPECT_TRUE(std::isnan(axes.ratio[0]));
 }
 
 TEST(AxesCheck, ReadsAMatrix) {
@@ -99,9 +99,9 @@ TEST(AxesCheck, ReadsAMatrix) {
   response(1, 0) = 1.01;
   response(2, 2) = 1.0;
   response(0, 0) = 0.03;
-  const auto seen = axes_seen(response);
-  EXPECT_EQ(seen.along, (std::array<std::size_t, 3>{1, 0, 2}));
-  EXPECT_EQ(about_axes(Kind::gyro, seen).size(), 1u);
+  const auto axes = axes_seen(response);
+  EXPECT_EQ(axes.along, (std::array<std::size_t, 3>{1, 0, 2}));
+  EXPECT_EQ(about_axes(Kind::gyro, axes).size(), 1u);
 }
 
 }  // namespace

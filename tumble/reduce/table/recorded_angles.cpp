@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "tumble/math/extremes.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/constants.hpp"
@@ -94,11 +95,9 @@ std::vector<Encoder> encoders_of(const Evidence& evidence, std::size_t recording
   for (const auto& axis : find_rig(plan_of(evidence, recording).rig_kind).axes()) {
     const Channel* channel = channel_for(evidence, evidence.recordings[recording], axis.name + "_angle");
     if (channel == nullptr || channel->values.size() < 2 || channel->kind != QuantityKind::angle) continue;
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const double v : channel->values)
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-    if (!(low <= high)) continue;
-    encoders.push_back({axis.name, channel, high - low > 1.001 * two_pi, step_of(*channel)});
+    const Extremes extremes = extremes_of(channel->values);
+    if (extremes.present == 0) continue;
+    encoders.push_back({axis.name, channel, extremes.highest - extremes.lowest > 1.001 * two_pi, step_of(*channel)});
   }
   return encoders;
 }
@@ -175,22 +174,18 @@ void replace_repeatability(const std::vector<Stand>& stands, const std::vector<s
 }
 
 void judge(const std::vector<Stand>& stands, double tolerance, Findings& findings) {
-  std::vector<const Stand*> off;
-  for (const auto& stand : stands) {
+  for (const auto& stand : stands)
     if (std::abs(stand.drift) > std::max(significant * stand.drift_sd, 0.02 * tolerance))
       findings.push_back(
           {Severity::error, "axis_not_at_rest", {{"axis", stand.axis}, {"drift", stand.drift, "arcsec"}}, stand.label});
-    if (std::abs(stand.recorded - stand.commanded) > tolerance) off.push_back(&stand);
-  }
-  if (off.empty()) return;
-  const auto size = [](const Stand* stand) { return std::abs(stand->recorded - stand->commanded); };
-  const Stand& worst = **std::ranges::max_element(off, {}, size);
-  findings.push_back(
-      {Severity::warning,
-       "angles_off_plan",
-       {{"axis", worst.axis}, {"recorded", worst.recorded, "deg"}, {"commanded", worst.commanded, "deg"}},
-       "",
-       {off.size(), off.front()->label, worst.label}});
+  for (const auto& stand : stands)
+    if (std::abs(stand.recorded - stand.commanded) > tolerance)
+      findings.push_back({Severity::warning,
+                          "angle_off_plan",
+                          {{"segment", stand.label},
+                           {"axis", stand.axis},
+                           {"recorded", stand.recorded, "deg"},
+                           {"commanded", stand.commanded, "deg"}}});
 }
 
 /// How much later [s] than the plan says an axis passes the middle between two angles [rad]; NaN: it does not pass it.
@@ -206,8 +201,6 @@ double delay_of(const Channel& channel, const Place& place, double from, double 
 void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Place>& places, Findings& findings) {
   if (!encoder.counts_turns) return;
   const auto commands = commands_of(plan.schedule, encoder.axis);
-  double worst = 0.0;
-  Occurrences often{.count = 0};
   for (const auto& place : places) {
     const Segment& segment = plan.schedule[place.segment];
     const Motion* motion = motion_of(segment, encoder.axis);
@@ -216,15 +209,11 @@ void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Pla
     if (!(std::abs(motion->to - from) > 0.5)) continue;
     const double delay = delay_of(*encoder.channel, place, from, motion->to);
     if (!(std::abs(delay) > 2.0 / mean_rate(*encoder.channel) + 1.0)) continue;
-    if (++often.count == 1) often.first = tumble::Place(segment.label);
-    if (std::abs(delay) > std::abs(worst)) worst = delay, often.worst = tumble::Place(segment.label);
-  }
-  if (often.count > 0)
     findings.push_back({Severity::warning,
-                        worst > 0.0 ? "turn_late" : "turn_early",
-                        {{"axis", encoder.axis}, {"offset", std::abs(worst), "s"}},
-                        "",
-                        often});
+                        delay > 0.0 ? "turn_late" : "turn_early",
+                        {{"axis", encoder.axis}, {"offset", std::abs(delay), "s"}},
+                        segment.label});
+  }
 }
 
 bool recorded_alone(const Evidence& evidence, std::size_t recording) {

@@ -29,7 +29,7 @@ struct RecordedAngles {
   Evidence evidence;
   std::vector<Stand> stands;      ///< empty: no angles were recorded
   std::vector<std::string> axes;  ///< whose angles were recorded
-  Findings findings;              ///< angles_off_plan, axis_not_at_rest, turn_late, turn_early
+  Findings findings;              ///< angle_off_plan, axis_not_at_rest, turn_late, turn_early
 };
 
 /// Channels called <axis>_angle (or named for such a role in [channels]) replace what the plan commands.
