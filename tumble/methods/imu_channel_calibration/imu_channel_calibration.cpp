@@ -3,7 +3,6 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_channel_calibration/compare.hpp"
-#include "tumble/methods/imu_channel_calibration/compensate.hpp"
 #include "tumble/methods/imu_channel_calibration/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"

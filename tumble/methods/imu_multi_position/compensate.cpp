@@ -1,9 +1,8 @@
-#include "tumble/methods/imu_multi_position/compensate.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/reduce/imu/error_models.hpp"
 #include "tumble/units/error.hpp"
 

@@ -9,7 +9,6 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/linear_algebra.hpp"
-#include "tumble/methods/imu_multi_position/compensate.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 

@@ -4,7 +4,6 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/methods/imu_multi_position/compensate.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/imu_multi_position/trial.hpp"
