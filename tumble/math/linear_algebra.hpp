@@ -239,13 +239,14 @@ struct QrFit {
 
 /// Least squares by QR with column pivots, of any shape.
 ///
-/// Given     a  design [m x n], columns of comparable length
-///           b  observations [m]
+/// Given     a                   design [m x n], columns of comparable length
+///           b                   observations [m]
+///           relative_tolerance  [1] columns with pivots below this share of the greatest depend on the others; 0:
+///                               min(m, n) eps
 /// Returned  x [n] with |A x - b| least; the rows of `root` [n x rank] are 0 where x is
-/// Accuracy  rank counts the pivots above min(m, n) eps times the greatest
 /// See       Golub and Van Loan, Matrix Computations, 4th ed. (2013), section 5.4.2; regression/least_squares.hpp for a
 ///           fit that names what cannot be observed
-QrFit qr_fit(const Matrix& a, std::span<const double> b);
+QrFit qr_fit(const Matrix& a, std::span<const double> b, double relative_tolerance = 0.0);
 
 /// Orthogonal factors A = Q R, as Householder reflections.
 struct HouseholderQr {

@@ -299,6 +299,19 @@ TEST(LinearAlgebra, FitOfLowerRankLeavesDependentColumnsAtZero) {
   EXPECT_EQ(solve(a, a * truth)[2], 0.0);
 }
 
+// The third column is 1 % of a random one in addition to half the first: its pivot is some 1 % of the greatest.
+TEST(LinearAlgebra, FitOfAStatedToleranceLeavesWeakColumnsAtZero) {
+  Matrix a = random_matrix(10, 3, 19);
+  std::ranges::copy(scaled_sum(scaled(0.01, column(a, 2)), 0.5, column(a, 0)), column(a, 2).begin());
+  const Vector b = a * Vector{2.0, -1.0, 0.0};
+  EXPECT_EQ(qr_fit(a, b).rank, 3u);
+  const auto fit = qr_fit(a, b, 0.1);
+  EXPECT_EQ(fit.rank, 2u);
+  EXPECT_EQ(fit.x[2], 0.0);
+  EXPECT_EQ(row(fit.root, 2), (Vector{0.0, 0.0}));
+  EXPECT_LT(norm(difference(fit.x, Vector{2.0, -1.0, 0.0})), 100.0 * eps * condition(block(a, 0, 10, 0, 2)));
+}
+
 TEST(LinearAlgebra, WideFitMeetsTheObservations) {
   const Matrix a = random_matrix(3, 7, 20);
   const Vector b{1.0, -2.0, 3.0};

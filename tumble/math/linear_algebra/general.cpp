@@ -48,20 +48,26 @@ double determinant(const Matrix& a) {
   return a.empty() ? 1.0 : Eigen::PartialPivLU<MatrixXd>(MatrixXd(map(a))).determinant();
 }
 
-QrFit qr_fit(const Matrix& a, std::span<const double> b) {
+QrFit qr_fit(const Matrix& a, std::span<const double> b, double relative_tolerance) {
   assert(a.rows == b.size());
   QrFit out{std::vector<double>(a.columns), Matrix(a.columns, 0), 0, dot(b, b)};
   if (a.empty()) return out;
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr{MatrixXd(map(a))};
-  const VectorXd y = vector(b), x = qr.solve(y);
-  out.x.assign(x.data(), x.data() + x.size());
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  if (relative_tolerance > 0.0) qr.setThreshold(relative_tolerance);
+  qr.compute(MatrixXd(map(a)));
   const Index rank = qr.rank();
   out.rank = static_cast<std::size_t>(rank);
-  MatrixXd root = MatrixXd::Identity(rank, rank);
   const MatrixXd upper = qr.matrixQR().topLeftCorner(rank, rank);
+  const VectorXd rotated = qr.householderQ().adjoint() * vector(b);
+  const VectorXd x = upper.triangularView<Eigen::Upper>().solve(rotated.head(rank));
+  MatrixXd root = MatrixXd::Identity(rank, rank);
   upper.triangularView<Eigen::Upper>().solveInPlace(root);
   MatrixXd placed = MatrixXd::Zero(at(a.columns), rank);
-  for (Index k = 0; k < rank; ++k) placed.row(qr.colsPermutation().indices()[k]) = root.row(k);
+  for (Index k = 0; k < rank; ++k) {
+    const Index column = qr.colsPermutation().indices()[k];
+    out.x[static_cast<std::size_t>(column)] = x[k];
+    placed.row(column) = root.row(k);
+  }
   out.root = plain(placed);
   const auto rest = difference(b, a * out.x);
   out.residual_square = dot(rest, rest);

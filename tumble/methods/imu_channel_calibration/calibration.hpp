@@ -1,9 +1,11 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
-#include "tumble/methods/imu_channel_calibration/evidence.hpp"
+#include "tumble/core/evidence.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
 /// Three channels of one kind in the form of the whole-unit model
@@ -12,6 +14,28 @@
 ///
 /// See Lu Hanjie, Liu Yabin, Zhou Qiang, dynamic test of linear accelerometers, 2019
 namespace tumble::imu_channel_calibration {
+
+using imu::Kind;
+using imu::kinds;
+using imu::letters;
+using imu::Reading;
+using imu::reading_of;
+using imu::role_of;
+
+struct Sorted {
+  Evidence whole;                         ///< recordings without a plan of their own, without segments for the check
+  Evidence check;                         ///< these recordings, segments for the check only; none: no recording
+  std::map<std::string, Evidence> alone;  ///< by role; the channel plays the role "accelerometer" or "gyro"
+  bool gyros = false;                     ///< calibrated as well
+  Findings findings;
+};
+
+/// A recording with a plan of its own is of the channels that its [channels] name; the others are of the whole unit.
+/// Throws Error::bad_data that names everything that is missing.
+Sorted sorted(const Evidence& evidence);
+
+/// The evidence without segments in which the rig turns.
+Evidence at_rest(const Evidence& evidence);
 
 inline constexpr std::size_t per_axis = 4;          ///< nabla_i, dK_i, and the two E of its row
 inline constexpr std::size_t terms = 3 * per_axis;  ///< of three channels
@@ -28,13 +52,10 @@ struct Calibration {
   std::vector<double> value;               ///< 12 [SI]
   std::vector<double> degrees_of_freedom;  ///< 12
   std::vector<SourceCovariance> sources;   ///< 12 x 12 each
-  std::vector<double> least, greatest;     ///< 12 [SI], of what each term multiplies, in the test of the whole unit
+  std::vector<double> least, greatest;     ///< 12 [SI], of the regressor of each term in the test of the whole unit
   double temperature = 293.15;             ///< [K] at which it holds
   Findings findings;
 };
-
-using imu::Reading;
-using imu::reading_of;
 
 /// All three channels of the unit, each by linear identification over the positions (and rates), turned into (3.4).
 Calibration whole_of(Kind kind, const Evidence& whole);

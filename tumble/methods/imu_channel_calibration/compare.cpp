@@ -1,13 +1,12 @@
 #include "tumble/methods/imu_channel_calibration/compare.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
@@ -16,11 +15,11 @@ namespace {
 
 constexpr std::array<const char*, 3> sets{"", "split.", "whole_minus_split."};
 
-struct Face {
+struct Entry {
   std::string name, symbol, unit, description;
 };
 
-Face face_of(Kind kind, std::size_t axis, std::size_t which) {
+Entry entry_of(Kind kind, std::size_t axis, std::size_t which) {
   const std::string role = role_of(kind, axis);
   const char letter = letters[axis];
   if (which == 0) return {role + "_bias", fmt::format("nabla_{}", letter), kind == Kind::gyro ? "deg/h" : "mg", "bias"};
@@ -29,31 +28,28 @@ Face face_of(Kind kind, std::size_t axis, std::size_t which) {
             "K_m/K - 1: 1 + dK multiplies the counts"};
   const char other = letters[other_axis(axis, which)];
   return {fmt::format("{}_misalignment_{}", role, other), fmt::format("E_{}{}", letter, other), "arcsec",
-          fmt::format("what channel {} takes off channel {}", other, letter)};
+          fmt::format("share of the output of channel {} in channel {}", other, letter)};
 }
 
 /// Covariance of (whole, split) by one source: 24 x 24.
 Matrix joint(const Pair& pair, const std::string& source, bool shared) {
   Matrix out(2 * terms, 2 * terms);
-  const auto find = [&](const Calibration& c) -> const Matrix* {
-    const auto found = std::ranges::find(c.sources, source, &SourceCovariance::source);
-    return found == c.sources.end() ? nullptr : &found->covariance;
+  const auto covariance_of = [&](const Calibration& c) {
+    const auto entry = std::ranges::find(c.sources, source, &SourceCovariance::source);
+    return entry == c.sources.end() ? Matrix(terms, terms) : entry->covariance;
   };
-  const Matrix *whole = find(pair.whole), *split = find(pair.split);
-  const auto put = [&](const Matrix* c, std::size_t first) {
-    for (std::size_t i = 0; c && i < terms; ++i)
-      for (std::size_t j = 0; j < terms; ++j) out(first + i, first + j) = (*c)(i, j);
-  };
-  put(whole, 0);
-  put(split, terms);
-  if (!shared || !whole || !split) return out;
+  const Matrix whole = covariance_of(pair.whole), split = covariance_of(pair.split);
+  set_block(out, 0, 0, whole);
+  set_block(out, terms, terms, split);
+  if (!shared) return out;
   // One number moves both: each covariance is a square, with the sign of dK_x as the sense.
-  const auto shift = [](const Matrix& c, std::size_t i) {
+  const auto shift = [](const Matrix& c) {
     const std::size_t k = index_of(0, 1);
-    return c(k, k) > 0.0 ? c(i, k) / std::sqrt(c(k, k)) : 0.0;
+    return c(k, k) > 0.0 ? scaled(1.0 / std::sqrt(c(k, k)), column(c, k)) : std::vector<double>(terms);
   };
-  for (std::size_t i = 0; i < terms; ++i)
-    for (std::size_t j = 0; j < terms; ++j) out(i, terms + j) = out(terms + j, i) = shift(*whole, i) * shift(*split, j);
+  const Matrix both = outer(shift(whole), shift(split));
+  set_block(out, 0, terms, both);
+  set_block(out, terms, 0, transposed(both));
   return out;
 }
 
@@ -75,7 +71,7 @@ double freedom_of(const Matrix& total, const Pair& pair, std::size_t set, std::s
   return of_v > 0.0 ? std::max(1.0, v * v / of_v) : std::numeric_limits<double>::infinity();
 }
 
-/// Where a term stands among the parameters: set after set, kind after kind.
+/// Index of a term among the parameters: set after set, kind after kind.
 std::size_t place(std::size_t pairs, std::size_t set, std::size_t pair, std::size_t term) {
   return (set * pairs + pair) * terms + term;
 }
@@ -103,60 +99,60 @@ void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate&
     std::vector<SourceCovariance> sources;
     for (const auto& name : names) {
       sources.push_back({name, joint(pair, name, same_gravity && name == "gravity")});
-      for (std::size_t k = 0; k < total.values.size(); ++k) total.values[k] += sources.back().covariance.values[k];
+      total += sources.back().covariance;
     }
     for (auto& line : carried(gradients_of(pairs.size(), p), lines_of(sources))) lines.push_back(std::move(line));
     for (std::size_t set = 0; set < 3; ++set)
       for (std::size_t i = 0; i < terms; ++i) {
-        const Face face = face_of(pair.kind, i / per_axis, i % per_axis);
+        const Entry entry = entry_of(pair.kind, i / per_axis, i % per_axis);
         const double w = pair.whole.value[i], s = pair.split.value[i];
-        const std::size_t at = place(pairs.size(), set, p, i);
+        const std::size_t index = place(pairs.size(), set, p, i);
         const char* what[] = {", whole unit", ", channel alone", ", whole unit minus channel alone"};
-        estimate.parameters[at] = {sets[set] + face.name,        face.symbol,
-                                   Unit::parse(face.unit),       set == 0 ? w : set == 1 ? s : w - s,
-                                   face.description + what[set], freedom_of(total, pair, set, i)};
+        estimate.parameters[index] = {sets[set] + entry.name,        entry.symbol,
+                                      Unit::parse(entry.unit),       set == 0 ? w : set == 1 ? s : w - s,
+                                      entry.description + what[set], freedom_of(total, pair, set, i)};
       }
   }
   settle(estimate, lines);
 }
 
+namespace {
+
+const char* tolerance_of(Kind kind, std::size_t which) {
+  if (which == 1) return "scale_factor_tolerance";
+  if (which > 1) return "misalignment_tolerance";
+  return kind == Kind::gyro ? "gyro_bias_tolerance" : "bias_tolerance";
+}
+
+}  // namespace
+
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate) {
-  std::vector<std::string> apart;
-  std::size_t all = 0;
+  const std::size_t all = pairs.size() * terms;
+  std::size_t agreeing = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (std::size_t i = 0; i < terms; ++i) {
-      const std::size_t at = place(pairs.size(), 2, p, i), which = i % per_axis;
-      const char* name = which == 1                    ? "scale_factor_tolerance"
-                         : which > 1                   ? "misalignment_tolerance"
-                         : pairs[p].kind == Kind::gyro ? "gyro_bias_tolerance"
-                                                       : "bias_tolerance";
-      const auto& parameter = estimate.parameters[at];
-      const double sd = standard_uncertainty(estimate, at);
-      ++all;
-      if (std::abs(parameter.value) > 2.0 * sd + settings.number(name))
-        apart.push_back(fmt::format("{} by {} ({:.1f} sd)", parameter.name.substr(std::string(sets[2]).size()),
-                                    say_difference(parameter.value, parameter.unit), std::abs(parameter.value) / sd));
+      const std::size_t index = place(pairs.size(), 2, p, i);
+      const auto& parameter = estimate.parameters[index];
+      const double sd = standard_uncertainty(estimate, index), size = std::abs(parameter.value);
+      if (size <= 2.0 * sd + settings.number(tolerance_of(pairs[p].kind, i % per_axis)))
+        ++agreeing;
+      else
+        estimate.findings.push_back({Finding::Severity::warning,
+                                     "term_differs",
+                                     {{"difference", parameter.value, parameter.unit}, {"ratio", size / sd}},
+                                     estimate.parameters[place(pairs.size(), 0, p, i)].name});
     }
-  if (apart.empty())
-    estimate.findings.push_back({Finding::Severity::info,
-                                 fmt::format("all {} terms of the channels alone equal those of the whole unit within "
-                                             "twice the standard uncertainty of the difference and the tolerances",
-                                             all),
-                                 ""});
-  else
-    estimate.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} of {} terms differ between whole unit and channels alone by more than twice the standard "
-                     "uncertainty and the tolerance: {} (chance alone gives {:.1f})",
-                     apart.size(), all, fmt::join(apart, ", "), 0.05 * static_cast<double>(all)),
-         ""});
+  estimate.findings.push_back(
+      {Finding::Severity::info,
+       "terms_agree",
+       {{"agreeing", agreeing}, {"terms", all}, {"expected", 0.05 * static_cast<double>(all)}}});
 }
 
 namespace {
 
-/// Means of the three channels of one kind in the positions for the check: y [SI], and what was felt.
+/// Means of the three channels of one kind in the positions for the check, and the field in them [SI].
 struct Checked {
-  std::vector<std::array<double, 3>> output, felt;
+  std::vector<Vector3> output, felt;
 };
 
 Checked checked(Kind kind, const Evidence& evidence) {
@@ -170,20 +166,18 @@ Checked checked(Kind kind, const Evidence& evidence) {
     problem.role = role;
     problem.scale = reading.scale;
     problem.pulse = reading.pulse;
-    const auto found = linear::evidence_of(evidence, problem);
-    const auto rows = linear::rows_of(found, problem);
+    const auto rows = linear::rows_of(linear::evidence_of(evidence, problem), problem);
     out.output.resize(rows.segments.size());
     out.felt.resize(rows.segments.size());
     for (std::size_t g = 0; g < rows.segments.size(); ++g) {
-      const Vector3 v = kind == Kind::gyro ? rows.segments[g].felt.rate : rows.segments[g].felt.specific_force;
       out.output[g][axis] = rows.segments[g].measured;
-      out.felt[g] = {v.x, v.y, v.z};
+      out.felt[g] = imu::field_of(kind, rows.segments[g].felt);
     }
   }
   return out;
 }
 
-/// M y - nabla - what was felt, along one axis; a null calibration leaves the output as it is.
+/// M y - nabla - field along one axis; without a calibration: y - field.
 double residual(const Calibration* c, const Checked& checked, std::size_t g, std::size_t axis) {
   double value = checked.output[g][axis];
   if (c) {
@@ -195,71 +189,68 @@ double residual(const Calibration* c, const Checked& checked, std::size_t g, std
   return value - checked.felt[g][axis];
 }
 
-struct Left {
+struct Residuals {
   double rms = 0.0, most = 0.0;
 };
 
-Left left_of(const Calibration* c, const Checked& checked, std::size_t axis) {
-  Left left;
+Residuals residuals_of(const Calibration* c, const Checked& checked, std::size_t axis) {
+  Residuals out;
   for (std::size_t g = 0; g < checked.output.size(); ++g) {
     const double r = residual(c, checked, g, axis);
-    left.rms += r * r / static_cast<double>(checked.output.size());
-    left.most = std::max(left.most, std::abs(r));
+    out.rms += r * r / static_cast<double>(checked.output.size());
+    out.most = std::max(out.most, std::abs(r));
   }
-  left.rms = std::sqrt(left.rms);
-  return left;
+  out.rms = std::sqrt(out.rms);
+  return out;
 }
 
 }  // namespace
 
 Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings& findings) {
-  const bool apart = !sorted.check.recordings.empty();
-  if (!apart)
-    findings.push_back({Finding::Severity::info,
-                        "no segment is for the check (its label would begin with the setting check): the comparison is "
-                        "made in the positions that the whole-unit calibration was fitted to, which favours it",
-                        ""});
+  const bool separate = !sorted.check.recordings.empty();
+  if (!separate) findings.push_back({Finding::Severity::info, "no_check_positions", {}});
   Table table{"comparison",
-              apart ? "what is left in the positions for the check after compensation by either calibration"
-                    : "what is left in the positions of the whole unit after compensation by either calibration",
+              separate ? "residuals in the positions for the check after compensation by each calibration"
+                       : "residuals in the positions of the whole unit after compensation by each calibration",
               {},
               {}};
-  const Unit one, ug = Unit::parse("ug"), rate = Unit::parse("deg/h");
-  table.columns = {{"channel", one}, {"positions", one}, {"unit", one}};
+  const Unit unitless, ug = Unit::parse("ug"), rate = Unit::parse("deg/h");
+  table.columns = {{"channel", unitless}, {"positions", unitless}, {"unit", unitless}};
   for (const char* name : {"raw_rms", "whole_rms", "split_rms", "whole_largest", "split_largest"})
-    table.columns.push_back({name, one});
+    table.columns.push_back({name, unitless});
   for (const auto& pair : pairs) {
-    const Evidence evidence = at_rest(apart ? sorted.check : sorted.whole);
+    const Evidence evidence = at_rest(separate ? sorted.check : sorted.whole);
     if (evidence.recordings.empty()) continue;
-    const Checked seen = checked(pair.kind, evidence);
+    const Checked means = checked(pair.kind, evidence);
     const Unit& unit = pair.kind == Kind::gyro ? rate : ug;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Left raw = left_of(nullptr, seen, axis), whole = left_of(&pair.whole, seen, axis),
-                 split = left_of(&pair.split, seen, axis);
-      const auto shown = [&](double v) { return unit.difference_from_si(v); };
-      table.rows.push_back({role_of(pair.kind, axis), static_cast<double>(seen.output.size()), unit.text(),
-                            shown(raw.rms), shown(whole.rms), shown(split.rms), shown(whole.most), shown(split.most)});
+      const Residuals raw = residuals_of(nullptr, means, axis), whole = residuals_of(&pair.whole, means, axis),
+                      split = residuals_of(&pair.split, means, axis);
+      std::vector<Table::Cell> row{role_of(pair.kind, axis), static_cast<double>(means.output.size()), unit.text()};
+      for (const double value : {raw.rms, whole.rms, split.rms, whole.most, split.most})
+        row.emplace_back(unit.difference_from_si(value));
+      table.rows.push_back(std::move(row));
     }
   }
   return table;
 }
 
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate) {
-  const Unit one;
+  const Unit unitless;
   Table table{"terms", "the model (3.4) by the whole unit and by the channels alone", {}, {}};
-  table.columns = {{"term", one}, {"unit", one}};
+  table.columns = {{"term", unitless}, {"unit", unitless}};
   for (const char* name : {"whole", "whole_sd", "split", "split_sd", "difference", "difference_sd", "ratio"})
-    table.columns.push_back({name, one});
+    table.columns.push_back({name, unitless});
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (std::size_t i = 0; i < terms; ++i) {
       std::vector<Table::Cell> row{estimate.parameters[place(pairs.size(), 0, p, i)].name,
                                    estimate.parameters[place(pairs.size(), 0, p, i)].unit.text()};
       double value = 0.0, sd = 1.0;
       for (std::size_t set = 0; set < 3; ++set) {
-        const std::size_t at = place(pairs.size(), set, p, i);
-        const Unit& unit = estimate.parameters[at].unit;
-        value = unit.difference_from_si(estimate.parameters[at].value);
-        sd = unit.difference_from_si(standard_uncertainty(estimate, at));
+        const std::size_t index = place(pairs.size(), set, p, i);
+        const Unit& unit = estimate.parameters[index].unit;
+        value = unit.difference_from_si(estimate.parameters[index].value);
+        sd = unit.difference_from_si(standard_uncertainty(estimate, index));
         row.insert(row.end(), {value, sd});
       }
       row.emplace_back(value / sd);

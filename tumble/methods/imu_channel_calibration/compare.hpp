@@ -2,6 +2,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
+#include "tumble/reduce/compensate.hpp"
 
 namespace tumble::imu_channel_calibration {
 
@@ -14,13 +15,21 @@ struct Pair {
 /// Parameters of both and their differences; the error of gravity is common to both where `same_gravity`.
 void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate& estimate);
 
-/// Which terms differ by more than twice the standard uncertainty and the tolerance, in words.
+/// A finding for each term that differs by more than twice the standard uncertainty and the tolerance, and the number
+/// of those that agree.
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate);
 
-/// Table `comparison`: what is left of each channel in the positions for the check after compensation by either.
+/// Table `comparison`: residuals of each channel in the positions for the check after compensation by each calibration.
 Table comparison(const std::vector<Pair>& pairs, const Sorted& sorted, Findings& findings);
 
 /// Table `terms`: whole, split and difference side by side.
 Table side_by_side(const std::vector<Pair>& pairs, const Estimate& estimate);
+
+/// Table `regressors` of the calibrations of the whole unit, for `compensate`.
+Table covered(const std::vector<Pair>& pairs);
+
+/// (3.4) of the whole unit applied to the channels of a recording.
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan,
+                        const std::vector<Option>& options);
 
 }  // namespace tumble::imu_channel_calibration

@@ -1,7 +1,6 @@
-#include "tumble/methods/imu_channel_calibration/compensate.hpp"
-
 #include <fmt/format.h>
 
+#include "tumble/methods/imu_channel_calibration/compare.hpp"
 #include "tumble/reduce/imu/error_models.hpp"
 
 namespace tumble::imu_channel_calibration {

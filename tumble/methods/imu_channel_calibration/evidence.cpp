@@ -1,4 +1,4 @@
-#include "tumble/methods/imu_channel_calibration/evidence.hpp"
+#include "tumble/methods/imu_channel_calibration/calibration.hpp"
 
 #include <fmt/format.h>
 
@@ -11,14 +11,14 @@ namespace {
 
 const char* word(Kind kind) { return kind == Kind::gyro ? "gyro" : "accelerometer"; }
 
-/// The recordings with those marks alone that `keep` says; a segment ends by the schedule's durations.
-template <class Keep>
-Evidence with_marks(const Evidence& evidence, Keep keep) {
+/// The recordings with the marks that a predicate selects; a segment ends by the schedule's durations.
+template <class Selected>
+Evidence with_marks(const Evidence& evidence, Selected selected) {
   Evidence out;
   out.plan = evidence.plan;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     Recording recording = evidence.recordings[r];
-    std::erase_if(recording.marks, [&](const Mark& mark) { return !keep(plan_of(evidence, r), mark); });
+    std::erase_if(recording.marks, [&](const Mark& mark) { return !selected(plan_of(evidence, r), mark); });
     if (recording.marks.empty()) continue;
     out.recordings.push_back(std::move(recording));
     out.plans.push_back(r < evidence.plans.size() ? evidence.plans[r] : nullptr);
@@ -95,10 +95,11 @@ Sorted sorted(const Evidence& evidence) {
   }
   out.whole = with_marks(whole, [&](const Plan&, const Mark& mark) { return !is_check(evidence.plan, mark); });
   out.check = with_marks(whole, [&](const Plan&, const Mark& mark) { return is_check(evidence.plan, mark); });
-  const bool some_alone = std::ranges::any_of(out.alone, [](const auto& one) { return one.first.starts_with("gyro"); });
+  const bool some_alone =
+      std::ranges::any_of(out.alone, [](const auto& entry) { return entry.first.starts_with("gyro"); });
   if (out.gyros && !some_alone) {
     out.gyros = false;
-    out.findings.push_back({Finding::Severity::info, "no gyro was tested alone: the gyros are left out", ""});
+    out.findings.push_back({Finding::Severity::info, "no_gyro_tested_alone", {}});
   }
   refuse_incomplete(out);
   return out;

@@ -1,6 +1,8 @@
+#include <algorithm>
+#include <iterator>
+
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/imu_channel_calibration/compare.hpp"
-#include "tumble/methods/imu_channel_calibration/compensate.hpp"
 #include "tumble/methods/imu_channel_calibration/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/units/error.hpp"
@@ -13,45 +15,55 @@ namespace {
 
 std::vector<Role> roles() {
   std::vector<Role> all;
-  for (const char* letter : {"x", "y", "z"})
+  for (const char letter : letters)
     all.push_back(
         {std::string("accelerometer_") + letter, "", false,
          std::string("accelerometer along ") + letter + ", of the unit or alone: pulses, specific force, mA, V"});
-  for (const char* letter : {"x", "y", "z"})
+  for (const char letter : letters)
     all.push_back({std::string("gyro_") + letter, "", false,
                    std::string("gyro along ") + letter + ", of the unit or alone: pulses or angular rate"});
   all.push_back({"temperature", "degC", false, "temperature of the unit, or of the channel alone"});
   return all;
 }
 
+Option tolerance(const char* name, const char* unit, const char* of) {
+  return quantity(name, unit)
+      .at_least(0)
+      .otherwise(std::string("0 ") + unit)
+      .says(std::string("difference of ") + of +
+            " between whole unit and channel alone that is accepted in addition to "
+            "twice its standard uncertainty");
+}
+
 std::vector<Option> options() {
-  using Type = Option::Type;
   auto options = linear::options("2 s", "10 s");
-  const auto add = [&](const char* name, Type type, const char* unit, const char* fallback, const char* description) {
-    options.push_back({name, type, unit, fallback, {}, description});
-  };
-  for (auto& option : imu::scale_factor_options()) options.push_back(std::move(option));
+  std::ranges::move(imu::scale_factor_options(), std::back_inserter(options));
   for (const auto& [kind, unit] : {std::pair{imu::Kind::gyro, "deg/h"}, {imu::Kind::accelerometer, "ug"}})
     options.push_back(linear::bias_instability_option(unit, imu::prefix_of(kind)));
-  options.push_back({"order",
-                     Type::word,
-                     "1",
-                     "auto",
-                     {"auto", "0", "1", "2"},
-                     "highest power of T where an accelerometer alone was tested at several temperatures"});
-  add("same_temperature", Type::quantity, "K", "2 K", "temperatures closer than this are one");
-  add("assembly_sd", Type::quantity, "arcsec", "120 arcsec",
-      "standard uncertainty of each angle E of the assembled channels, which are taken as 0");
-  add("check", Type::text, "1", "check",
-      "segments of the whole unit whose label begins so are for the comparison alone");
-  add("bias_tolerance", Type::quantity, "ug", "0 ug", "by which biases of accelerometers may differ besides");
-  add("gyro_bias_tolerance", Type::quantity, "deg/h", "0 deg/h", "by which biases of gyros may differ besides");
-  add("scale_factor_tolerance", Type::quantity, "ppm", "0 ppm", "by which scale factors may differ besides");
-  add("misalignment_tolerance", Type::quantity, "arcsec", "0 arcsec", "by which angles may differ besides");
+  options.insert(
+      options.end(),
+      {word("order", {"auto", "0", "1", "2"})
+           .otherwise("auto")
+           .says("highest power of T where an accelerometer alone was tested at several temperatures"),
+       quantity("same_temperature", "K")
+           .at_least(0)
+           .otherwise("2 K")
+           .says("temperatures that differ by less than this are one temperature"),
+       quantity("assembly_sd", "arcsec")
+           .at_least(0)
+           .otherwise("120 arcsec")
+           .says(
+               "standard uncertainty of each angle E of the channels after assembly; the method takes the angles as 0"),
+       text("check").otherwise("check").says(
+           "segments of the whole unit whose label begins with this are used only for the comparison"),
+       tolerance("bias_tolerance", "ug", "biases of accelerometers"),
+       tolerance("gyro_bias_tolerance", "deg/h", "biases of gyros"),
+       tolerance("scale_factor_tolerance", "ppm", "scale factors"),
+       tolerance("misalignment_tolerance", "arcsec", "angles")});
   return options;
 }
 
-/// Gravity was measured once for all where every plan states the same.
+/// Whether every plan states one gravity: then it was measured once for all.
 bool same_gravity(const Evidence& evidence) {
   for (const auto& plan : evidence.plans)
     if (plan && (!plan->site || !evidence.plan.site || gravity(*plan->site) != gravity(*evidence.plan.site)))
@@ -59,8 +71,8 @@ bool same_gravity(const Evidence& evidence) {
   return true;
 }
 
-void keep(const Findings& from, Estimate& estimate) {
-  for (const auto& finding : from) estimate.findings.push_back(finding);
+void add(const Findings& findings, Estimate& estimate) {
+  estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
@@ -74,12 +86,12 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     report(progress, 0.5 * static_cast<double>(pairs.size()), "calibrating");
     Pair pair{kind, whole_of(kind, all.whole), {}};
     pair.split = split_of(kind, all, pair.whole.temperature);
-    keep(pair.whole.findings, estimate);
-    keep(pair.split.findings, estimate);
+    add(pair.whole.findings, estimate);
+    add(pair.split.findings, estimate);
     estimate.fit.observations += 2 * terms;
     pairs.push_back(std::move(pair));
   }
-  keep(all.findings, estimate);
+  add(all.findings, estimate);
   add_parameters(pairs, same_gravity(evidence), estimate);
   estimate.tables = {comparison(pairs, all, estimate.findings), side_by_side(pairs, estimate), covered(pairs)};
   add_agreement(pairs, evidence.plan.settings, estimate);

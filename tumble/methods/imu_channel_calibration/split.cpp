@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tumble/core/attempt.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/accelerometer_four_position/report.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/methods/method.hpp"
@@ -21,14 +22,7 @@ struct Alone {
   Findings findings;
 };
 
-double combined(const Matrix& c, const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < b.size(); ++j) sum += a[i] * b[j] * c(i, j);
-  return sum;
-}
-
-/// The settings of the method of four positions, as those of this one say.
+/// Settings of the method of four positions by those of this method.
 Settings settings_of_four(const Settings& own) {
   Settings settings = defaults(find_method("accelerometer_four_position").options());
   for (const char* name : {"settling", "averaging", "same_temperature"})
@@ -46,41 +40,31 @@ Alone accelerometer_alone(Evidence evidence, double temperature) {
   const double low = bench.group_temperature.front(), high = bench.group_temperature.back();
   const double from = std::clamp(temperature, low, high);
   Alone out;
-  std::vector<std::vector<double>> weights;
+  Matrix weights(2, reduced.parameters.size());
+  std::size_t k = 0;
   for (const auto quantity : {accelerometer_four_position::bias, accelerometer_four_position::scale_factor_error}) {
     const auto& polynomial = reduced.polynomial[quantity];
-    std::vector<double> row(reduced.parameters.size(), 0.0);
     const auto powers = accelerometer_four_position::powers(from, polynomial.count);
     double freedom = std::numeric_limits<double>::infinity();
     for (std::size_t j = 0; j < polynomial.count; ++j) {
-      row[polynomial.first + j] = powers[j];
+      weights(k, polynomial.first + j) = powers[j];
       freedom = std::min(freedom, reduced.degrees_of_freedom[polynomial.first + j]);
     }
-    const std::size_t k = weights.size();
     out.value[k] = accelerometer_four_position::at_temperature(reduced.parameters, polynomial, from);
-    out.degrees_of_freedom[k] = freedom;
-    weights.push_back(std::move(row));
+    out.degrees_of_freedom[k++] = freedom;
   }
-  for (const auto& source : reduced.sources) {
-    Matrix two(2, 2);
-    for (std::size_t a = 0; a < 2; ++a)
-      for (std::size_t b = 0; b < 2; ++b) two(a, b) = combined(source.covariance, weights[a], weights[b]);
-    out.sources.emplace_back(source.source, std::move(two));
-  }
+  for (const auto& source : reduced.sources)
+    out.sources.emplace_back(source.source, sandwich(weights, source.covariance));
   const double slack = evidence.plan.settings.number("same_temperature");
   if (temperature < low - slack || temperature > high + slack)
-    out.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("the channel alone was tested from {} to {}, the unit at {}: "
-                     "the nearest temperature is taken",
-                     accelerometer_four_position::in_words(low), accelerometer_four_position::in_words(high),
-                     accelerometer_four_position::in_words(temperature)),
-         ""});
+    out.findings.push_back({Finding::Severity::warning,
+                            "tested_at_other_temperature",
+                            {{"low", low, "degC"}, {"high", high, "degC"}, {"unit", temperature, "degC"}}});
   for (const auto& finding : bench.findings) out.findings.push_back(finding);
   return out;
 }
 
-/// What the model of the channel's own plan takes as its input.
+/// Input of the model of the channel's own plan.
 std::function<double(const Felt&)> input_of(const Plan& plan, const std::string& channel) {
   if (!plan.instrument_model.empty()) {
     const Model& model = find_model(plan.instrument_model);
@@ -109,21 +93,18 @@ Alone gyro_alone(const Evidence& evidence) {
   if (solution.columns.size() != 2)
     throw Error(Error::Kind::bad_data, "the schedule does not show bias and scale factor: rates of both signs do");
   const double b = solution.fit.parameters[0], s = 1.0 + solution.fit.parameters[1];
-  const std::vector<double> slopes[2] = {{1.0 / s, -b / (s * s)}, {0.0, -1.0 / (s * s)}};
+  Matrix slopes(2, 2);
+  slopes(0, 0) = 1.0 / s, slopes(0, 1) = -b / (s * s), slopes(1, 1) = -1.0 / (s * s);
   Alone out{{b / s, 1.0 / s - 1.0}, {}, {}, solution.findings};
-  for (std::size_t k = 0; k < 2; ++k) out.degrees_of_freedom[k] = degrees_of_freedom(solution.fit, slopes[k]);
-  for (const auto& source : solution.fit.sources) {
-    Matrix two(2, 2);
-    for (std::size_t i = 0; i < 2; ++i)
-      for (std::size_t j = 0; j < 2; ++j) two(i, j) = combined(source.covariance, slopes[i], slopes[j]);
-    out.sources.emplace_back(source.source, std::move(two));
-  }
+  for (std::size_t k = 0; k < 2; ++k) out.degrees_of_freedom[k] = degrees_of_freedom(solution.fit, row(slopes, k));
+  for (const auto& source : solution.fit.sources)
+    out.sources.emplace_back(source.source, sandwich(slopes, source.covariance));
   return out;
 }
 
 Matrix& source(Calibration& calibration, const std::string& name) {
-  const auto found = std::ranges::find(calibration.sources, name, &SourceCovariance::source);
-  if (found != calibration.sources.end()) return found->covariance;
+  const auto entry = std::ranges::find(calibration.sources, name, &SourceCovariance::source);
+  if (entry != calibration.sources.end()) return entry->covariance;
   calibration.sources.push_back({name, Matrix(terms, terms)});
   return calibration.sources.back().covariance;
 }
@@ -137,19 +118,18 @@ void add_channel(std::size_t axis, const Alone& alone, Calibration& out) {
   }
 }
 
-/// One and the same gravity acts on all: more of it makes every dK smaller.
+/// The error of gravity is common to all channels: a greater gravity makes every dK smaller.
 void join_gravity(Calibration& out) {
-  for (auto& one : out.sources) {
-    if (one.source != "gravity") continue;
+  for (auto& source : out.sources) {
+    if (source.source != "gravity") continue;
     std::vector<double> shift(terms, 0.0);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t k = index_of(axis, 1);
-      const double sd = std::sqrt(one.covariance(k, k));
+      const double sd = std::sqrt(source.covariance(k, k));
       for (std::size_t a = 0; a < per_axis && sd > 0.0; ++a)
-        shift[index_of(axis, a)] = -one.covariance(index_of(axis, a), k) / sd;
+        shift[index_of(axis, a)] = -source.covariance(index_of(axis, a), k) / sd;
     }
-    for (std::size_t i = 0; i < terms; ++i)
-      for (std::size_t j = 0; j < terms; ++j) one.covariance(i, j) = shift[i] * shift[j];
+    source.covariance = outer(shift, shift);
   }
 }
 

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <memory>
 
+#include "tumble/math/matrix3.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/models/model.hpp"
@@ -73,7 +73,8 @@ Plan whole_plan(const Method& method) {
     add(fmt::format("z at {:g}", speed), 40.0, hold(0.0), rate(speed));
   }
   const double checks[][2] = {{45, 30}, {135, 120}, {60, 250}};
-  for (const auto& one : checks) add(fmt::format("check {:g} {:g}", one[0], one[1]), 40.0, hold(one[0]), hold(one[1]));
+  for (const auto& face : checks)
+    add(fmt::format("check {:g} {:g}", face[0], face[1]), 40.0, hold(face[0]), hold(face[1]));
   return plan;
 }
 
@@ -107,7 +108,7 @@ Plan gyro_plan(std::size_t axis) {
   plan.truth.set_word("sensors", "gyros");
   plan.channels[role_of(Kind::gyro, axis)] = {{role_of(Kind::gyro, axis), std::nullopt}};
   set_channel(plan, Kind::gyro, axis);
-  // alone it is mounted by its own input axis, which does not lean
+  // alone, it is mounted by its own input axis, which does not lean
   for (const std::size_t which : {2u, 3u})
     set_truth(plan,
               fmt::format("{}_misalignment_{}", role_of(Kind::gyro, axis), letters[other_axis(axis, which)]).c_str(),
@@ -126,25 +127,23 @@ Plan gyro_plan(std::size_t axis) {
 void add_truth(Kind kind, Trial& trial) {
   const bool gyro = kind == Kind::gyro;
   const auto& all = gyro ? gyros : accelerometers;
-  Eigen::Matrix3d s = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d b;
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = static_cast<std::size_t>(i);
+  Matrix3 s = identity3();
+  Vector3 b;
+  for (std::size_t i = 0; i < 3; ++i) {
     b[i] = si(all[i].bias, gyro ? "deg/h" : "mg");
     s(i, i) += si(all[i].scale, "ppm");
-    s(i, static_cast<int>(other_axis(axis, 2))) = si(all[i].first, "arcsec");
-    s(i, static_cast<int>(other_axis(axis, 3))) = si(all[i].second, "arcsec");
+    s(i, other_axis(i, 2)) = si(all[i].first, "arcsec");
+    s(i, other_axis(i, 3)) = si(all[i].second, "arcsec");
   }
-  const Eigen::Matrix3d m = s.inverse();
-  const Eigen::Vector3d nabla = m * b;
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = static_cast<std::size_t>(i);
-    const std::string role = role_of(kind, axis);
+  const Matrix3 m = inverse(s);
+  const Vector3 nabla = m * b;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string role = role_of(kind, i);
     const double scale = si(all[i].scale, "ppm"), dk = 1.0 / (1.0 + scale) - 1.0, alone = b[i] / (1.0 + scale);
     trial.truth.emplace_back(role + "_bias", nabla[i]);
     trial.truth.emplace_back(role + "_scale_factor_error", m(i, i) - 1.0);
-    trial.truth.emplace_back(fmt::format("{}_misalignment_{}", role, letters[other_axis(axis, 2)]),
-                             m(i, static_cast<int>(other_axis(axis, 2))));
+    trial.truth.emplace_back(fmt::format("{}_misalignment_{}", role, letters[other_axis(i, 2)]),
+                             m(i, other_axis(i, 2)));
     trial.truth.emplace_back("split." + role + "_bias", alone);
     trial.truth.emplace_back("split." + role + "_scale_factor_error", dk);
     trial.truth.emplace_back("whole_minus_split." + role + "_bias", nabla[i] - alone);
@@ -152,7 +151,7 @@ void add_truth(Kind kind, Trial& trial) {
   }
 }
 
-/// Gravity was measured once for all parts: one draw of its error stands for that of each rig.
+/// Gravity was measured once for all parts: one draw replaces the error of each rig.
 Recording simulated(Plan plan, std::uint64_t seed, double gravity_error) {
   plan.site->gravity = *plan.site->gravity + gravity_error;
   plan.rig.set_number("gravity_sd", 0.0, Unit::parse("ug"));

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/matrix3.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/reduce/linear/joint.hpp"
 #include "tumble/units/error.hpp"
@@ -12,12 +12,8 @@
 namespace tumble::imu_channel_calibration {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-/// y = u_i + b + k u_i + m_j u_j + m_l u_l, in the order bias, scale factor, misalignments; accelerometers with K_2 as
-/// well, which is not of (3.4).
+/// y = u_i + b + k u_i + m_j u_j + m_l u_l, in the order bias, scale factor, misalignments; accelerometers also have
+/// K_2, which (3.4) does not contain.
 linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings, const Channel& channel) {
   const std::string role = role_of(kind, axis);
   linear::Problem problem;
@@ -37,64 +33,61 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   return problem;
 }
 
-/// What was found of the channels: y = (1 + S) u + b, one column of 12, and its covariance by source.
+/// Estimate of the channels: y = (1 + S) u + b, 12 terms, and their covariance by source.
 struct Forward {
-  VectorXd value = VectorXd(at(terms));
-  std::vector<double> degrees_of_freedom;
-  std::vector<std::pair<std::string, MatrixXd>> sources;
+  std::vector<double> value, degrees_of_freedom;  ///< [12]
+  std::vector<SourceCovariance> sources;          ///< [12 x 12] each
 };
 
 Forward forward_of(const linear::JointSolution& solution) {
   const auto& fit = solution.all.fit;
-  MatrixXd pick = MatrixXd::Zero(at(terms), at(fit.parameters.size()));
   Forward out;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::size_t a = 0; a < per_axis; ++a) {
-      const std::size_t from = solution.first[axis] + a;
-      std::vector<double> one(fit.parameters.size(), 0.0);
-      one[from] = 1.0;
-      pick(at(index_of(axis, a)), at(from)) = 1.0;
-      out.value[at(index_of(axis, a))] = fit.parameters[from];
-      out.degrees_of_freedom.push_back(degrees_of_freedom(fit, one));
-    }
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < terms; ++i) {
+    chosen.push_back(solution.first[i / per_axis] + i % per_axis);
+    std::vector<double> weights(fit.parameters.size(), 0.0);
+    weights[chosen.back()] = 1.0;
+    out.value.push_back(fit.parameters[chosen.back()]);
+    out.degrees_of_freedom.push_back(degrees_of_freedom(fit, weights));
+  }
   for (const auto& source : fit.sources)
-    out.sources.emplace_back(source.source, pick * map(source.covariance) * pick.transpose());
+    out.sources.push_back({source.source, chosen_rows(chosen_columns(source.covariance, chosen), chosen)});
+  return out;
+}
+
+/// The 12 terms of a matrix without its identity and of a bias.
+std::vector<double> terms_of(const Matrix3& matrix, Vector3 bias) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < 3; ++i)
+    out.insert(out.end(), {bias[i], matrix(i, i), matrix(i, other_axis(i, 2)), matrix(i, other_axis(i, 3))});
   return out;
 }
 
 /// M = (1 + S)^-1, nabla = M b and their derivatives: dM = -M dS M, d nabla = M db - M dS M b.
 struct Inverted {
-  VectorXd value = VectorXd(at(terms));
-  MatrixXd slope = MatrixXd::Zero(at(terms), at(terms));
+  std::vector<double> value;  ///< [12]
+  Matrix slope{terms, 0};     ///< [12 x 12]
 };
 
-std::size_t column_of(std::size_t axis, std::size_t which) { return which == 1 ? axis : other_axis(axis, which); }
-
-Inverted inverted(const VectorXd& forward) {
-  Eigen::Matrix3d s = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d b;
+Inverted inverted(const std::vector<double>& forward) {
+  Matrix3 s = identity3();
+  Vector3 b;
   for (std::size_t i = 0; i < 3; ++i) {
-    b[at(i)] = forward[at(index_of(i, 0))];
-    for (const std::size_t which : {1u, 2u, 3u}) s(at(i), at(column_of(i, which))) += forward[at(index_of(i, which))];
+    b[i] = forward[index_of(i, 0)];
+    s(i, i) += forward[index_of(i, 1)];
+    for (const std::size_t which : {2u, 3u}) s(i, other_axis(i, which)) = forward[index_of(i, which)];
   }
-  const Eigen::Matrix3d m = s.inverse();
-  const Eigen::Vector3d nabla = m * b;
-  Inverted out;
-  const auto put = [](const Eigen::Matrix3d& matrix, const Eigen::Vector3d& bias, auto&& to) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      to(index_of(i, 0), bias[at(i)]);
-      for (const std::size_t which : {1u, 2u, 3u}) to(index_of(i, which), matrix(at(i), at(column_of(i, which))));
-    }
+  const Matrix3 m = inverse(s);
+  const Vector3 nabla = m * b;
+  Inverted out{.value = terms_of(m - identity3(), nabla)};
+  const auto add_column = [&](const Matrix3& matrix, Vector3 bias) {
+    out.slope = beside(out.slope, as_column(terms_of(matrix, bias)));
   };
-  put(m - Eigen::Matrix3d::Identity(), nabla, [&](std::size_t k, double v) { out.value[at(k)] = v; });
   for (std::size_t p = 0; p < 3; ++p) {
-    const auto bias_column = [&](std::size_t k, double v) { out.slope(at(k), at(index_of(p, 0))) = v; };
-    put(Eigen::Matrix3d::Zero(), m.col(at(p)), bias_column);
-    for (const std::size_t which : {1u, 2u, 3u}) {
-      const std::size_t q = column_of(p, which);
-      const auto column = [&](std::size_t k, double v) { out.slope(at(k), at(index_of(p, which))) = v; };
-      put(-m.col(at(p)) * m.row(at(q)), -m.col(at(p)) * nabla[at(q)], column);
-    }
+    const Vector3 of_p = column(m, p);
+    add_column({}, of_p);
+    for (const std::size_t q : {p, other_axis(p, 2), other_axis(p, 3)})
+      add_column(-outer(of_p, m[q]), -nabla[q] * of_p);
   }
   return out;
 }
@@ -104,10 +97,7 @@ double temperature_of(const Evidence& whole, const linear::Solution& solution) {
   for (const auto& recording : whole.recordings)
     if (const Channel* channel = channel_for(whole, recording, "temperature"))
       for (const double v : channel->values)
-        if (std::isfinite(v)) {
-          sum += v;
-          count += 1.0;
-        }
+        if (std::isfinite(v)) sum += v, count += 1.0;
   return count > 0.0 ? sum / count : solution.segments.front().felt.temperature;
 }
 
@@ -123,15 +113,15 @@ void refuse_hidden(const std::vector<linear::Problem>& problems, const linear::J
   throw Error(Error::Kind::bad_data, hidden);
 }
 
-/// What the regressors of the 12 terms were in the test.
+/// Ranges of the regressors of the 12 terms in the test.
 void set_limits(const std::vector<linear::Problem>& problems, const linear::JointSolution& solution, Calibration& out) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t a = 0; a < per_axis; ++a) {
       const linear::Solution& alone = solution.outputs[axis];
       const auto column = std::ranges::find(alone.columns, problems[axis].columns[a].name, &Term::name);
-      const auto at = static_cast<std::size_t>(column - alone.columns.begin());
-      out.least.push_back(alone.least[at]);
-      out.greatest.push_back(alone.greatest[at]);
+      const auto index = static_cast<std::size_t>(column - alone.columns.begin());
+      out.least.push_back(alone.least[index]);
+      out.greatest.push_back(alone.greatest[index]);
     }
 }
 
@@ -154,11 +144,11 @@ Calibration whole_of(Kind kind, const Evidence& all) {
   out.findings = solution.all.findings;
   out.temperature = temperature_of(whole, solution.outputs.front());
   const Inverted result = inverted(forward.value);
-  out.value.assign(result.value.data(), result.value.data() + result.value.size());
+  out.value = result.value;
   out.degrees_of_freedom = forward.degrees_of_freedom;
   set_limits(problems, solution, out);
-  for (const auto& [name, covariance] : forward.sources)
-    out.sources.push_back({name, plain(result.slope * covariance * result.slope.transpose())});
+  for (const auto& source : forward.sources)
+    out.sources.push_back({source.source, sandwich(result.slope, source.covariance)});
   return out;
 }
 

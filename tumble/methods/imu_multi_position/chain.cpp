@@ -1,60 +1,78 @@
 #include "tumble/methods/imu_multi_position/chain.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
+#include "tumble/math/linear_algebra.hpp"
+
 namespace tumble::imu_multi_position {
+namespace {
 
-Chain::Chain(Eigen::Index parameters, std::size_t pairs)
-    : common(Eigen::MatrixXd::Zero(parameters, parameters)),
-      right(Eigen::VectorXd::Zero(parameters)),
-      own(pairs, Eigen::Matrix2d::Zero()),
-      next(pairs, Eigen::Matrix2d::Zero()),
-      border(pairs, Eigen::Matrix<double, Eigen::Dynamic, 2>::Zero(parameters, 2)),
-      own_right(pairs, Eigen::Vector2d::Zero()) {}
+/// How many unknowns after k are tied to it, and itself.
+std::size_t tied(const Chain& chain, std::size_t k) { return std::min(Chain::width, chain.band.size() - k); }
 
-// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
-ChainSolution solve(Chain chain, bool whole) {
-  ChainSolution out;
-  const std::size_t n = chain.own.size();
-  std::vector<Eigen::Matrix2d> inverse(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const double determinant = chain.own[k].determinant();
-    if (!(determinant > 0.0)) return out;
-    inverse[k] = chain.own[k].inverse();
-    out.log_determinant += std::log(determinant);
-    const Eigen::Matrix<double, Eigen::Dynamic, 2> part = chain.border[k].lazyProduct(inverse[k]);
-    const Eigen::Matrix<double, Eigen::Dynamic, 2> root =
-        chain.border[k].lazyProduct(Eigen::Matrix2d(inverse[k].llt().matrixL()));
-    out.gain += chain.own_right[k].dot(inverse[k] * chain.own_right[k]);
-    for (int c = 0; c < 2; ++c) {
-      chain.common.selfadjointView<Eigen::Lower>().rankUpdate(root.col(c), -1.0);
-      chain.right -= chain.own_right[k][c] * part.col(c);
-    }
-    if (k + 1 == n) break;
-    const Eigen::Matrix2d forward = chain.next[k].transpose() * inverse[k];
-    chain.own[k + 1] -= forward * chain.next[k];
-    chain.own_right[k + 1] -= forward * chain.own_right[k];
-    chain.border[k + 1] -= part.lazyProduct(chain.next[k]);
+/// Subtracts the part of unknown k from all equations after it.
+void eliminate(std::size_t k, Chain& chain) {
+  const auto& band = chain.band[k];
+  const auto border = column(chain.border, k);
+  for (std::size_t i = 1; i < tied(chain, k); ++i) {
+    const double factor = -band[i] / band[0];
+    if (factor == 0.0) continue;
+    for (std::size_t j = i; j < tied(chain, k); ++j) chain.band[k + i][j - i] += factor * band[j];
+    chain.chain_right[k + i] += factor * chain.chain_right[k];
+    add_scaled(column(chain.border, k + i), factor, border);
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor(chain.common);
-  if (factor.info() != Eigen::Success) return out;
-  for (Eigen::Index i = 0; i < chain.common.rows(); ++i)
-    out.log_determinant += 2.0 * std::log(factor.matrixLLT()(i, i));
-  out.parameters = factor.solve(chain.right);
-  out.gain += out.parameters.dot(chain.right);
-  out.sound = out.parameters.allFinite();
-  if (!whole) return out;
-  out.covariance = factor.solve(Eigen::MatrixXd::Identity(chain.common.rows(), chain.common.rows()));
-  out.pairs.resize(n), out.with.resize(n);
+  for (std::size_t j = 0; j < border.size(); ++j)
+    add_scaled(column(chain.common, j).subspan(j), -border[j] / band[0], border.subspan(j));
+  add_scaled(chain.right, -chain.chain_right[k] / band[0], border);
+}
+
+/// The unknowns and their block of the inverse, from the last to the first.
+void substitute_back(const Chain& chain, ChainSolution& out) {
+  const std::size_t n = chain.band.size();
+  out.unknowns = chain.chain_right;
+  out.cross = Matrix(out.parameters.size(), n);
   for (std::size_t k = n; k-- > 0;) {
-    Eigen::Vector2d right = chain.own_right[k] - chain.border[k].transpose() * out.parameters;
-    Eigen::Matrix<double, 2, Eigen::Dynamic> with = -chain.border[k].transpose() * out.covariance;
-    if (k + 1 < n) right -= chain.next[k] * out.pairs[k + 1], with -= chain.next[k] * out.with[k + 1];
-    out.pairs[k] = inverse[k] * right;
-    out.with[k] = inverse[k] * with;
+    const auto border = column(chain.border, k);
+    const auto cross = column(out.cross, k);
+    out.unknowns[k] -= dot(border, out.parameters);
+    for (std::size_t j = 0; j < border.size(); ++j) add_scaled(cross, -border[j], column(out.covariance, j));
+    for (std::size_t i = 1; i < tied(chain, k); ++i) {
+      out.unknowns[k] -= chain.band[k][i] * out.unknowns[k + i];
+      add_scaled(cross, -chain.band[k][i], column(out.cross, k + i));
+    }
+    out.unknowns[k] /= chain.band[k][0];
+    for (double& value : cross) value /= chain.band[k][0];
   }
+}
+
+}  // namespace
+
+Chain::Chain(std::size_t parameters, std::size_t unknowns)
+    : common(parameters, parameters),
+      right(parameters),
+      border(parameters, unknowns),
+      band(unknowns),
+      chain_right(unknowns) {}
+
+ChainSolution solve(Chain chain, bool covariances) {
+  ChainSolution out;
+  for (std::size_t k = 0; k < chain.band.size(); ++k) {
+    const double pivot = chain.band[k][0];
+    if (!(pivot > 0.0)) return out;
+    out.log_determinant += std::log(pivot);
+    out.gain += chain.chain_right[k] * chain.chain_right[k] / pivot;
+    eliminate(k, chain);
+  }
+  const Cholesky factor = cholesky(chain.common);
+  if (!factor.positive) return out;
+  out.log_determinant += factor.log_determinant;
+  out.parameters = solve(factor, chain.right);
+  out.gain += dot(out.parameters, chain.right);
+  out.positive_definite = std::ranges::all_of(out.parameters, [](double v) { return std::isfinite(v); });
+  if (!covariances) return out;
+  out.covariance = solve(factor, identity(chain.right.size()));
+  substitute_back(chain, out);
   return out;
 }
 

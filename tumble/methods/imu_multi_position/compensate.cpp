@@ -1,26 +1,21 @@
-#include "tumble/methods/imu_multi_position/compensate.hpp"
-
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/reduce/imu/error_models.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
-Vector3 plain(const Vector3d& v) { return {v[0], v[1], v[2]}; }
-
 std::vector<Felt> in_rests(const Rests& rests, const Fit& fit) {
-  const Linear& linear = fit.calibration.accelerometer;
-  const Matrix3d inverse = linear.matrix.inverse();
+  const Inverse force(fit.calibration.accelerometer);
   std::vector<Felt> all;
   for (const Rest& rest : rests.all) {
     if (!rest.used()) continue;
     Felt felt;
-    felt.specific_force = plain(inverse * (rest.force - linear.bias));
+    felt.specific_force = force(rest.force);
     all.push_back(felt);
   }
   return all;
@@ -28,14 +23,14 @@ std::vector<Felt> in_rests(const Rests& rests, const Fit& fit) {
 
 void add_moves(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit, std::vector<Felt>& all) {
   const Calibration& c = fit.calibration;
-  const Matrix3d inverse = c.gyro.matrix.inverse();
+  const Inverse rate(c.gyro);
   for (const Move& move : fit.moves) {
     if (!move.used()) continue;
     const Triad& gyro = sessions[rests.all[move.from].session].gyro;
     for (std::size_t i = 0; i < move.force.size() && move.first + i < gyro.value.size(); ++i) {
       Felt felt;
-      felt.specific_force = plain(move.force[i]);
-      felt.rate = plain(inverse * (gyro.value[move.first + i] - c.sensitivity * move.force[i] - c.gyro.bias));
+      felt.specific_force = move.force[i];
+      felt.rate = rate(gyro.value[move.first + i] - c.sensitivity * move.force[i]);
       all.push_back(felt);
     }
   }

@@ -4,16 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
+#include "tumble/math/extremes.hpp"
+#include "tumble/math/median.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t fewest = 64;  ///< samples of a channel
 
 struct Kind {
@@ -35,15 +35,15 @@ std::string label(const Evidence& evidence, std::size_t r) {
 /// The three channels, or what hinders; none at all: null and no problem.
 std::array<const Channel*, 3> channels_of(const Evidence& evidence, std::size_t r, const Kind& kind,
                                           std::vector<std::string>& problems) {
-  std::array<const Channel*, 3> found{};
+  std::array<const Channel*, 3> channels{};
   std::string missing;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string role = fmt::format("{}_{}", kind.name, letters[i]);
-    found[i] = channel_for(evidence, evidence.recordings[r], role);
-    if (found[i] == nullptr) missing += (missing.empty() ? "" : ", ") + role;
+    channels[i] = channel_for(evidence, evidence.recordings[r], role);
+    if (channels[i] == nullptr) missing += (missing.empty() ? "" : ", ") + role;
   }
-  if (missing.empty()) return found;
-  const std::size_t present = 3 - static_cast<std::size_t>(std::count(found.begin(), found.end(), nullptr));
+  if (missing.empty()) return channels;
+  const std::size_t present = 3 - static_cast<std::size_t>(std::ranges::count(channels, nullptr));
   if (present > 0)
     problems.push_back(fmt::format("{}no channel for {}: all three of a triad are needed",
                                    label(evidence, r).empty() ? "" : label(evidence, r) + ": ", missing));
@@ -65,33 +65,32 @@ void check(const std::array<const Channel*, 3>& channels, const Kind& kind, std:
   }
 }
 
-/// Rests of which one accelerometer says nothing would be asked for without end.
+/// A dead accelerometer would make the method ask for more rests without end.
 void check_alive(const std::array<const Channel*, 3>& channels, std::vector<std::string>& problems) {
   for (const Channel* c : channels) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const double v : c->values)
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-    if (low == high) problems.push_back(fmt::format("channel '{}' holds the same value throughout", c->name));
+    const Extremes extremes = extremes_of(c->values);
+    if (extremes.lowest == extremes.highest)
+      problems.push_back(fmt::format("channel '{}' holds the same value throughout", c->name));
   }
 }
 
-/// An output that stays at its greatest value, three samples and more, far from its middle.
-void find_range(Triad& triad, int axis) {
+/// Longest run of samples in a row with this value.
+std::size_t longest_run(const std::vector<double>& values, double of) {
+  std::size_t run = 0, longest = 0;
+  for (const double v : values) run = v == of ? run + 1 : 0, longest = std::max(longest, run);
+  return longest;
+}
+
+/// An output that stays at its greatest or least value for three samples and more, far from its median.
+void find_range(Triad& triad, std::size_t axis) {
   std::vector<double> values;
   for (const auto& v : triad.value)
     if (std::isfinite(v[axis])) values.push_back(v[axis]);
   if (values.empty()) return;
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  const double lowest = *low, highest = *high, far = 0.25 * (highest - lowest);
-  std::size_t at_low = 0, at_high = 0, most_low = 0, most_high = 0;
-  for (const double v : values) {
-    at_low = v == lowest ? at_low + 1 : 0, most_low = std::max(most_low, at_low);
-    at_high = v == highest ? at_high + 1 : 0, most_high = std::max(most_high, at_high);
-  }
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2), values.end());
-  const double middle = values[values.size() / 2];
-  if (most_low >= 3 && middle - lowest > far) triad.lowest[axis] = lowest;
-  if (most_high >= 3 && highest - middle > far) triad.highest[axis] = highest;
+  const auto [lowest, highest] = std::ranges::minmax(values);
+  const double middle = median(values), far = 0.25 * (highest - lowest);
+  if (middle - lowest > far && longest_run(values, lowest) >= 3) triad.lowest[axis] = lowest;
+  if (highest - middle > far && longest_run(values, highest) >= 3) triad.highest[axis] = highest;
 }
 
 Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, std::vector<std::string>& problems) {
@@ -102,7 +101,7 @@ Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, 
     problems.push_back(
         fmt::format("channel '{}': the stamps run backwards at sample {}", first.name, clock.first_backward + 1));
   if (!(clock.rate > 0.0)) {
-    problems.push_back(fmt::format("channel '{}': no sampling rate can be told from its stamps", first.name));
+    problems.push_back(fmt::format("channel '{}': its stamps do not show a sampling rate", first.name));
     return triad;
   }
   triad.step = 1.0 / clock.rate;
@@ -112,10 +111,10 @@ Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, 
   triad.time.resize(n), triad.value.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     triad.time[i] = clock.even ? first.time(0) + static_cast<double>(i) * triad.step : first.time(i);
-    for (std::size_t a = 0; a < 3; ++a) triad.value[i][static_cast<int>(a)] = scale * channels[a]->values[i];
+    for (std::size_t a = 0; a < 3; ++a) triad.value[i][a] = scale * channels[a]->values[i];
   }
   for (const auto& gap : clock.gaps) triad.gaps.push_back(gap.after);
-  for (int a = 0; a < 3; ++a) {
+  for (std::size_t a = 0; a < 3; ++a) {
     triad.names[a] = channels[a]->name;
     if (kind.quantity == QuantityKind::angular_rate) find_range(triad, a);
   }
@@ -134,12 +133,12 @@ Triad triad_in(const Evidence& evidence, std::size_t r, const Kind& kind, std::v
 
 }  // namespace
 
-std::size_t Triad::index(double at) const {
-  return static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), at) - time.begin());
+std::size_t Triad::index(double instant) const {
+  return static_cast<std::size_t>(std::ranges::lower_bound(time, instant) - time.begin());
 }
 
 bool Triad::clipped(std::size_t sample) const {
-  for (int a = 0; a < 3; ++a)
+  for (std::size_t a = 0; a < 3; ++a)
     if (value[sample][a] <= lowest[a] || value[sample][a] >= highest[a]) return true;
   return false;
 }
@@ -147,16 +146,17 @@ bool Triad::clipped(std::size_t sample) const {
 std::vector<Session> sessions_of(const Evidence& evidence) {
   std::vector<std::string> problems;
   std::vector<Session> sessions;
-  std::vector<Triad> lone;
+  std::vector<Triad> gyros_alone;
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     Triad forces = triad_in(evidence, r, accelerometers, problems), rates = triad_in(evidence, r, gyros, problems);
     if (!forces.empty())
       sessions.push_back({label(evidence, r), std::move(forces), std::move(rates)});
     else if (!rates.empty())
-      lone.push_back(std::move(rates));
+      gyros_alone.push_back(std::move(rates));
   }
   for (auto& session : sessions)
-    if (session.gyro.empty() && !lone.empty()) session.gyro = std::move(lone.front()), lone.erase(lone.begin());
+    if (session.gyro.empty() && !gyros_alone.empty())
+      session.gyro = std::move(gyros_alone.front()), gyros_alone.erase(gyros_alone.begin());
   if (sessions.empty() && problems.empty())
     problems.push_back(
         "there are no accelerometers: channels accelerometer_x, _y, _z are needed, and gyro_x, _y, _z beside them");

@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/eigen/view.hpp"
-#include "tumble/methods/imu_multi_position/compensate.hpp"
-#include "tumble/methods/imu_multi_position/guidance.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 
@@ -18,28 +17,32 @@ namespace {
 
 using Severity = Finding::Severity;
 
-/// A parameter with its derivative by those of the fit.
-struct Shown {
+/// A parameter of the result with its derivative by those of the fit.
+struct Entry {
   Parameter parameter;
-  Eigen::VectorXd slope;
-  Eigen::Index main = 0;  ///< the parameter of the fit it is first of all
+  std::vector<double> slope;
+  std::size_t main = 0;  ///< the parameter of the fit that it is, apart from a scale
 };
 
-/// The three channels of a kind: m = A or W, bias, and where their entries stand among the parameters of the fit.
+/// The three channels of a kind: A or W, bias, and the positions of their entries among the parameters of the fit.
 struct Channels {
   std::string kind, symbol;
   const char *bias_unit, *scale_unit;
   bool counts = false;
-  Matrix3d matrix;
-  Vector3d bias;
-  Eigen::Index (*index)(int row, int column);  ///< column 3: the bias; negative: not sought
+  Linear linear;
+  /// Column 3: the bias; null: not sought.
+  std::optional<std::size_t> (*index)(std::size_t row, std::size_t column);
 };
 
-Eigen::Index accelerometer_index(int row, int column) {
-  if (column == 3) return 6 + row;
-  return column > row ? -1 : row * (row + 1) / 2 + column;
+std::size_t accelerometer_index(std::size_t row, std::size_t column) {
+  return column == 3 ? 6 + row : row * (row + 1) / 2 + column;
 }
-Eigen::Index index_of_gyro(int row, int column) { return gyro_index(row, column); }
+
+std::optional<std::size_t> index_of_accelerometer(std::size_t row, std::size_t column) {
+  if (column > row && column != 3) return {};
+  return accelerometer_index(row, column);
+}
+std::optional<std::size_t> index_of_gyro(std::size_t row, std::size_t column) { return gyro_index(row, column); }
 
 Parameter parameter(std::string name, std::string symbol, const char* unit, double value, std::string description) {
   Parameter p;
@@ -48,91 +51,85 @@ Parameter parameter(std::string name, std::string symbol, const char* unit, doub
   return p;
 }
 
-Shown shown(Parameter p, Eigen::Index main, Eigen::Index size) {
-  Shown s{std::move(p), Eigen::VectorXd::Zero(size), main};
-  s.slope[main] = 1.0;
-  return s;
+Entry entry(Parameter p, std::size_t main, std::size_t size) {
+  Entry e{std::move(p), std::vector<double>(size), main};
+  e.slope[main] = 1.0;
+  return e;
 }
 
-/// entry over the scale factor of its row: relative to what one LSB is.
-void make_relative(const Channels& of, int row, double entry, Shown& s) {
-  const double scale = of.matrix(row, row);
-  s.parameter.value = entry / scale;
-  s.slope /= scale;
-  s.slope[of.index(row, row)] -= entry / (scale * scale);
+/// Divides by the scale factor of the row: raw counts have misalignments relative to it.
+void make_relative(const Channels& of, std::size_t row, Entry& e) {
+  const double scale = of.linear.matrix(row, row), value = e.parameter.value;
+  e.parameter.value = value / scale;
+  e.slope = scaled(1.0 / scale, e.slope);
+  e.slope[*of.index(row, row)] -= value / (scale * scale);
 }
 
-void add_channel(const Channels& of, int row, Eigen::Index size, std::vector<Shown>& all) {
-  const char letter = letters[static_cast<std::size_t>(row)];
+void add_channel(const Channels& of, std::size_t row, std::size_t size, std::vector<Entry>& all) {
+  const char letter = letters[row];
   const std::string channel = fmt::format("{}_{}", of.kind, letter);
-  all.push_back(shown(parameter(channel + "_bias", fmt::format("b_{}{}", of.symbol, letter), of.bias_unit, of.bias[row],
-                                "output for zero input"),
-                      of.index(row, 3), size));
-  const double scale = of.matrix(row, row);
+  all.push_back(entry(parameter(channel + "_bias", fmt::format("b_{}{}", of.symbol, letter), of.bias_unit,
+                                of.linear.bias[row], "output for zero input"),
+                      *of.index(row, 3), size));
+  const double scale = of.linear.matrix(row, row);
   const std::string symbol = fmt::format("{}_{}{}", of.counts ? "K" : "k", of.symbol, letter);
-  all.push_back(shown(of.counts ? parameter(channel + "_scale_factor", symbol, of.scale_unit, scale, "scale factor")
+  all.push_back(entry(of.counts ? parameter(channel + "_scale_factor", symbol, of.scale_unit, scale, "scale factor")
                                 : parameter(channel + "_scale_factor_error", symbol, "ppm", scale - 1.0,
                                             "relative error of the scale factor"),
-                      of.index(row, row), size));
-  for (int column = 0; column < 3; ++column) {
-    const Eigen::Index index = of.index(row, column);
-    if (column == row || index < 0) continue;
-    const char other = letters[static_cast<std::size_t>(column)];
-    Shown s = shown(
+                      *of.index(row, row), size));
+  for (std::size_t column = 0; column < 3; ++column) {
+    const auto index = of.index(row, column);
+    if (column == row || !index) continue;
+    const char other = letters[column];
+    Entry e = entry(
         parameter(fmt::format("{}_misalignment_{}", channel, other), fmt::format("m_{}{}{}", of.symbol, letter, other),
-                  "arcsec", of.matrix(row, column), fmt::format("the input axis leans toward {}", other)),
-        index, size);
-    if (of.counts) make_relative(of, row, of.matrix(row, column), s);
-    all.push_back(std::move(s));
+                  "arcsec", of.linear.matrix(row, column), fmt::format("the input axis leans toward {}", other)),
+        *index, size);
+    if (of.counts) make_relative(of, row, e);
+    all.push_back(std::move(e));
   }
 }
 
-void add_sensitivity(const Channels& of, const Matrix3d& sensitivity, int row, Eigen::Index size,
-                     std::vector<Shown>& all) {
-  for (int column = 0; column < 3; ++column) {
-    const char letter = letters[static_cast<std::size_t>(row)], other = letters[static_cast<std::size_t>(column)];
-    Shown s = shown(parameter(fmt::format("gyro_{}_acceleration_sensitivity_{}", letter, other),
+void add_sensitivity(const Channels& of, const Matrix3& sensitivity, std::size_t row, std::size_t size,
+                     std::vector<Entry>& all) {
+  for (std::size_t column = 0; column < 3; ++column) {
+    const char letter = letters[row], other = letters[column];
+    Entry e = entry(parameter(fmt::format("gyro_{}_acceleration_sensitivity_{}", letter, other),
                               fmt::format("g_{}{}", letter, other), "deg/h/g", sensitivity(row, column),
                               fmt::format("drift with the specific force along {}", other)),
                     gyro_index(row, 4 + column), size);
-    if (of.counts) make_relative(of, row, sensitivity(row, column), s);
-    all.push_back(std::move(s));
+    if (of.counts) make_relative(of, row, e);
+    all.push_back(std::move(e));
   }
 }
 
-std::vector<Shown> all_shown(const std::vector<Session>& sessions, const Fit& fit) {
+std::vector<Entry> entries_of(const std::vector<Session>& sessions, const Fit& fit) {
   const auto& c = fit.calibration;
   const bool counts = sessions[0].accelerometer.counts, gyro_counts = sessions[0].gyro.counts;
-  std::vector<Shown> all;
-  const Channels forces{"accelerometer",
-                        "a",
-                        counts ? "LSB" : "mg",
-                        "LSB/(m/s^2)",
-                        counts,
-                        c.accelerometer.matrix,
-                        c.accelerometer.bias,
-                        accelerometer_index};
-  for (int row = 0; row < 3; ++row) add_channel(forces, row, fit.parameters, all);
+  std::vector<Entry> all;
+  const Channels forces{"accelerometer",       "a", counts ? "LSB" : "mg", "LSB/(m/s^2)", counts, c.accelerometer,
+                        index_of_accelerometer};
+  for (std::size_t row = 0; row < 3; ++row) add_channel(forces, row, fit.parameters, all);
   if (fit.parameters == of_accelerometers) return all;
-  const Channels rates{"gyro",        "g",          gyro_counts ? "LSB" : "deg/h",
-                       "LSB/(rad/s)", gyro_counts,  c.gyro.matrix,
-                       c.gyro.bias,   index_of_gyro};
-  for (int row = 0; row < 3; ++row) {
+  const Channels rates{"gyro", "g", gyro_counts ? "LSB" : "deg/h", "LSB/(rad/s)", gyro_counts, c.gyro, index_of_gyro};
+  for (std::size_t row = 0; row < 3; ++row) {
     add_channel(rates, row, fit.parameters, all);
     if (fit.parameters == with_sensitivity) add_sensitivity(rates, c.sensitivity, row, fit.parameters, all);
   }
   return all;
 }
 
-/// Change of the fit's parameters by one standard uncertainty of gravity: A and G are taken relative to it.
-Eigen::VectorXd by_gravity(const Fit& fit, const Surroundings& around) {
-  const double share = -around.gravity_sd / around.gravity;
-  Eigen::VectorXd d = Eigen::VectorXd::Zero(fit.parameters);
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column <= row; ++column)
+/// Change of the fit's parameters by one standard uncertainty of gravity, to which A and G are relative.
+std::vector<double> by_gravity(const Fit& fit, const Surroundings& surroundings) {
+  const double share = -surroundings.gravity_sd / surroundings.gravity;
+  std::vector<double> d(fit.parameters);
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column <= row; ++column)
       d[accelerometer_index(row, column)] = share * fit.calibration.accelerometer.matrix(row, column);
   if (fit.parameters == with_sensitivity)
-    for (int j = 0; j < 3; ++j) d.segment<3>(gyro_index(0, 4 + j)) = share * fit.calibration.sensitivity.col(j);
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t column = 0; column < 3; ++column)
+        d[gyro_index(row, 4 + column)] = share * fit.calibration.sensitivity(row, column);
   return d;
 }
 
@@ -152,35 +149,37 @@ double shared_level(const Rests& rests, double step) {
   return pairs > 0.0 ? sum / pairs : 0.0;
 }
 
-/// Covariance of the fit's parameters by the level that the bias instabilities stated leave in all rests.
-Eigen::MatrixXd by_level(const Fit& fit, const Rests& rests, const Surroundings& around, double step) {
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(fit.parameters, fit.parameters);
-  if (!(around.accelerometer_instability > 0.0) && !(around.gyro_instability > 0.0)) return covariance;
+/// Covariance of the fit's parameters by the level that all rests share by the stated bias instabilities.
+Matrix by_level(const Fit& fit, const Rests& rests, const Surroundings& surroundings, double step) {
+  Matrix covariance(fit.parameters, fit.parameters);
+  if (!(surroundings.accelerometer_instability > 0.0) && !(surroundings.gyro_instability > 0.0)) return covariance;
   const double level = shared_level(rests, step);
-  const auto add = [&](Eigen::Index index, double instability, double scale) {
+  const auto add = [&](std::size_t index, double instability, double scale) {
     covariance(index, index) = level * std::pow(instability * scale, 2);
   };
-  for (int row = 0; row < 3; ++row) {
-    add(accelerometer_index(row, 3), around.accelerometer_instability, fit.calibration.accelerometer.matrix(row, row));
+  for (std::size_t row = 0; row < 3; ++row) {
+    add(accelerometer_index(row, 3), surroundings.accelerometer_instability,
+        fit.calibration.accelerometer.matrix(row, row));
     if (fit.parameters > of_accelerometers)
-      add(gyro_index(row, 3), around.gyro_instability, fit.calibration.gyro.matrix(row, row));
+      add(gyro_index(row, 3), surroundings.gyro_instability, fit.calibration.gyro.matrix(row, row));
   }
   return covariance;
 }
 
-void add_parameters(const std::vector<Shown>& all, const Fit& fit, const Rests& rests, double step,
-                    const Surroundings& around, Estimate& estimate) {
-  const auto n = static_cast<Eigen::Index>(all.size());
-  Eigen::MatrixXd map(n, fit.parameters);
-  for (Eigen::Index i = 0; i < n; ++i) map.row(i) = all[static_cast<std::size_t>(i)].slope.transpose();
+void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& rests, double step,
+                    const Surroundings& surroundings, Estimate& estimate) {
+  Matrix slopes(all.size(), fit.parameters);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t p = 0; p < fit.parameters; ++p) slopes(i, p) = all[i].slope[p];
+    estimate.parameters.push_back(all[i].parameter);
+  }
   std::vector<ErrorLine> lines;
-  const auto add = [&](const std::string& source, const Eigen::MatrixXd& covariance) {
-    lines.push_back(from_covariance(source, plain(map * covariance * map.transpose())));
+  const auto add = [&](const std::string& source, const Matrix& covariance) {
+    lines.push_back(from_covariance(source, sandwich(slopes, covariance)));
   };
   for (std::size_t s = 0; s < sources.size(); ++s) add(sources[s], fit.shares[s]);
-  lines.push_back(from_shifts("gravity", plain(map * by_gravity(fit, around))));
-  add(linear::stated_source, by_level(fit, rests, around, step));
-  for (const Shown& shown : all) estimate.parameters.push_back(shown.parameter);
+  lines.push_back(from_shifts("gravity", as_column(slopes * by_gravity(fit, surroundings))));
+  add(linear::stated_source, by_level(fit, rests, surroundings, step));
   settle(estimate, lines);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const double from_fit = fit.covariance(all[i].main, all[i].main) * std::pow(all[i].slope[all[i].main], 2);
@@ -189,15 +188,13 @@ void add_parameters(const std::vector<Shown>& all, const Fit& fit, const Rests& 
   }
 }
 
-Vector3d calibrated(const Fit& fit, const Rest& rest) {
-  const auto& linear = fit.calibration.accelerometer;
-  return linear.matrix.inverse() * (rest.force - linear.bias);
-}
+/// "yes", or why not.
+std::string used(const std::optional<Finding>& rejection) { return rejection ? "no: " + rejection->message : "yes"; }
 
 Table rests_table(const Rests& rests, const Fit& fit, double gravity, bool several) {
   const Unit seconds = Unit::parse("s"), force = Unit::parse("m/s^2"), one = Unit::parse("1");
   Table table{"rests",
-              "what was found at rest, with the calibration found; residual: |f| less gravity",
+              "specific force at rest by this calibration; residual: |f| less gravity",
               {{"rest", one},
                {"begin", seconds},
                {"duration", seconds},
@@ -209,24 +206,25 @@ Table rests_table(const Rests& rests, const Fit& fit, double gravity, bool sever
                {"used", one}},
               {},
               false};
+  const Inverse felt(fit.calibration.accelerometer);
   for (std::size_t k = 0; k < rests.all.size(); ++k) {
     const Rest& rest = rests.all[k];
-    const Vector3d f = calibrated(fit, rest);
+    const Vector3 f = felt(rest.force);
     const std::string label =
         several ? fmt::format("{} of recording {}", k + 1, rest.session + 1) : fmt::format("{}", k + 1);
-    table.rows.push_back({label, rest.begin, rest.end - rest.begin, f[0], f[1], f[2], facing(f.normalized()),
-                          f.norm() - gravity, rest.used() ? "yes" : "no: " + rest.why_not});
+    table.rows.push_back({label, rest.begin, rest.end - rest.begin, f.x, f.y, f.z, facing(normalised(f)),
+                          norm(f) - gravity, used(rest.rejection)});
   }
   return table;
 }
 
 /// Angle between the direction that a turn leads to and that of the rest after it [rad].
-double misfit(const Group& group) { return group.residual.norm(); }
+double misfit(const Group& group) { return std::hypot(group.rows[0].residual, group.rows[1].residual); }
 
 Table moves_table(const Fit& fit) {
   const Unit degree = Unit::parse("deg"), one = Unit::parse("1");
   Table table{"moves",
-              "turns between rests; residual: between the direction of gravity that the gyros lead to and that found",
+              "turns between rests; residual: between the directions of gravity by the gyros and by the fit",
               {{"rests", one}, {"duration", Unit::parse("s")}, {"turned", degree}, {"residual", degree}, {"used", one}},
               {},
               false};
@@ -235,7 +233,7 @@ Table moves_table(const Fit& fit) {
     if (group.part == Part::turn) residual[group.index] = misfit(group);
   for (std::size_t m = 0; m < fit.moves.size(); ++m)
     table.rows.push_back({fmt::format("{} to {}", fit.moves[m].from + 1, fit.moves[m].to + 1), fit.moves[m].duration,
-                          fit.turns[m].path, residual[m], fit.moves[m].used() ? "yes" : "no: " + fit.moves[m].why_not});
+                          fit.turns[m].path, residual[m], used(fit.moves[m].rejection)});
   return table;
 }
 
@@ -245,10 +243,11 @@ void add_curves(const Rests& rests, const Fit& fit, double gravity, Estimate& es
               .x = {"time", Unit::parse("s"), {}},
               .y = {"residual", Unit::parse("ug"), {}}};
   force.points = true;
+  const Inverse felt(fit.calibration.accelerometer);
   for (const Rest& rest : rests.all) {
     if (!rest.used()) continue;
     force.x.values.push_back(0.5 * (rest.begin + rest.end));
-    force.y.values.push_back(calibrated(fit, rest).norm() - gravity);
+    force.y.values.push_back(norm(felt(rest.force)) - gravity);
   }
   estimate.curves.push_back(std::move(force));
   Curve turn{.name = "direction after a move",
@@ -264,92 +263,81 @@ void add_curves(const Rests& rests, const Fit& fit, double gravity, Estimate& es
   if (!turn.x.values.empty()) estimate.curves.push_back(std::move(turn));
 }
 
-void add_left_out(const Rests& rests, const Fit& fit, Findings& findings) {
-  std::size_t used = 0;
-  for (const Rest& rest : rests.all) used += rest.used() ? 1 : 0;
+void add_rejections(const Rests& rests, const Fit& fit, Findings& findings) {
+  const auto used_rests = static_cast<std::size_t>(std::ranges::count_if(rests.all, &Rest::used));
   findings.push_back({Severity::info,
-                      fmt::format("{} found, {} used: at rest is where the variance stays below {:g} times "
-                                  "that of the quietest fifth",
-                                  say_count(rests.all.size(), "rest"), used, rests.multiplier),
-                      ""});
+                      "rests_used",
+                      {{"rests", rests.all.size()}, {"used", used_rests}, {"multiplier", rests.multiplier}}});
+  const auto add = [&](const std::optional<Finding>& rejection, const std::string& where) {
+    if (!rejection) return;
+    findings.push_back(*rejection);
+    findings.back().where = where;
+  };
   for (std::size_t k = 0; k < rests.all.size(); ++k)
-    if (!rests.all[k].used())
-      findings.push_back({Severity::warning, "not used: " + rests.all[k].why_not,
-                          fmt::format("rest {} at {}", k + 1, say_instant(rests.all[k].begin))});
+    add(rests.all[k].rejection, fmt::format("rest {} at {}", k + 1, say_instant(rests.all[k].begin)));
   for (const Move& move : fit.moves)
-    if (!move.used())
-      findings.push_back({Severity::warning, "not used: " + move.why_not,
-                          fmt::format("move from rest {} to rest {}", move.from + 1, move.to + 1)});
-  if (used < 18)
-    findings.push_back({Severity::warning,
-                        fmt::format("only {} rests for nine coefficients of the accelerometers: 20 to 40 "
-                                    "make the scatter and the uncertainties sure",
-                                    used),
-                        ""});
+    add(move.rejection, fmt::format("move from rest {} to rest {}", move.from + 1, move.to + 1));
+  if (used_rests < 18) findings.push_back({Severity::warning, "few_rests", {{"used", used_rests}}});
 }
 
 void add_scatter(const Fit& fit, Findings& findings) {
-  const auto say = [&](Part part, const char* what, const char* unit) {
+  const auto add = [&](Part part, const char* what, const char* unit) {
     const auto i = static_cast<std::size_t>(part);
-    findings.push_back({Severity::info,
-                        fit.scatter_seen[i] ? fmt::format("{}: {} besides their noise", what,
-                                                          say_difference(std::sqrt(fit.scatter[i]), Unit::parse(unit)))
-                                            : fmt::format("{}: none besides their noise", what),
-                        ""});
+    if (fit.scatter_significant[i])
+      findings.push_back({Severity::info,
+                          "scatter_beyond_noise",
+                          {{"scatter", Phrase{what}}, {"sd", std::sqrt(fit.scatter[i]), unit}}});
+    else
+      findings.push_back({Severity::info, "scatter_not_significant", {{"scatter", Phrase{what}}}});
   };
-  say(Part::force, "scatter of the accelerometers from rest to rest", "ug");
+  add(Part::force, "accelerometers_between_rests", "ug");
   if (fit.parameters == of_accelerometers) return;
-  say(Part::rate, "scatter of the gyros from rest to rest", "deg/h");
-  say(Part::turn, "scatter of the moves, of the angle turned", "%");
+  add(Part::rate, "gyros_between_rests", "deg/h");
+  add(Part::turn, "angles_of_moves", "%");
 }
 
-void add_surroundings(const Fit& fit, const Surroundings& around, Findings& findings) {
-  findings.push_back(
-      {Severity::info,
-       fmt::format("gravity {:.6g} m/s^2 ({}), +- {}: all scale factors of accelerometers are "
-                   "relative to it",
-                   around.gravity, around.gravity_from, say_difference(around.gravity_sd, Unit::parse("ug"))),
-       ""});
+void add_surroundings(const Fit& fit, const Surroundings& surroundings, Findings& findings) {
+  findings.push_back({Severity::info,
+                      "gravity_used",
+                      {{"gravity", surroundings.gravity, "m/s^2"},
+                       {"from", surroundings.gravity_from},
+                       {"sd", surroundings.gravity_sd, "ug"}}});
   if (fit.parameters == of_accelerometers) return;
-  findings.push_back(
-      {Severity::info,
-       around.latitude ? fmt::format("rotation of the Earth: taken off about the vertical ({}); its level part, whose "
-                                     "direction is not known, is in the uncertainty",
-                                     say_difference(earth_rate * std::sin(*around.latitude), Unit::parse("deg/h")))
-                       : "rotation of the Earth: neglected, 15 deg/h at most, and in the uncertainty; state the "
-                         "latitude to take off its part about the vertical",
-       ""});
+  if (surroundings.latitude)
+    findings.push_back(
+        {Severity::info, "earth_subtracted", {{"vertical", earth_rate * std::sin(*surroundings.latitude), "deg/h"}}});
+  else
+    findings.push_back({Severity::info, "earth_neglected", {{"rate", earth_rate, "deg/h"}}});
 }
 
 }  // namespace
 
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
-                  const Surroundings& around) {
+                  const Surroundings& surroundings) {
   Estimate estimate;
   estimate.method = "imu_multi_position";
-  const auto all = all_shown(sessions, fit);
-  add_parameters(all, fit, rests, sessions.front().accelerometer.step, around, estimate);
+  const auto all = entries_of(sessions, fit);
+  add_parameters(all, fit, rests, sessions.front().accelerometer.step, surroundings, estimate);
   estimate.fit.observations = fit.observations;
   estimate.fit.degrees_of_freedom = static_cast<double>(fit.observations) - static_cast<double>(fit.parameters) -
                                     2.0 * static_cast<double>(fit.chain.size());
   estimate.fit.chi_square = fit.chi_square;
   estimate.fit.condition = fit.condition;
-  std::vector<std::string> names(static_cast<std::size_t>(fit.parameters));
-  for (const auto& s : all) names[static_cast<std::size_t>(s.main)] = s.parameter.name;
-  Guidance guidance = guidance_of(fit, names, around.gravity);
-  estimate.tables.push_back(rests_table(rests, fit, around.gravity, sessions.size() > 1));
+  std::vector<std::string> names(fit.parameters);
+  for (const Entry& entry : all) names[entry.main] = entry.parameter.name;
+  Guidance guidance = guidance_of(fit, names, surroundings.gravity);
+  estimate.tables.push_back(rests_table(rests, fit, surroundings.gravity, sessions.size() > 1));
   if (!fit.moves.empty()) estimate.tables.push_back(moves_table(fit));
   estimate.tables.push_back(std::move(guidance.poses));
   if (!guidance.turns.rows.empty()) estimate.tables.push_back(std::move(guidance.turns));
   estimate.tables.push_back(covered(sessions, rests, fit, estimate));
-  add_curves(rests, fit, around.gravity, estimate);
-  add_left_out(rests, fit, estimate.findings);
+  add_curves(rests, fit, surroundings.gravity, estimate);
+  add_rejections(rests, fit, estimate.findings);
   add_scatter(fit, estimate.findings);
-  add_surroundings(fit, around, estimate.findings);
-  estimate.findings.push_back({Severity::info, guidance.advice, ""});
-  if (sessions[0].gyro.empty())
-    estimate.findings.push_back({Severity::info, "no gyros: the accelerometers alone are calibrated", ""});
-  if (!fit.no_gyros.empty()) estimate.findings.push_back({Severity::error, "not calibrated: " + fit.no_gyros, "gyros"});
+  add_surroundings(fit, surroundings, estimate.findings);
+  std::ranges::move(guidance.advice, std::back_inserter(estimate.findings));
+  if (sessions[0].gyro.empty()) estimate.findings.push_back({Severity::info, "accelerometers_alone", {}});
+  if (fit.gyros_without_turns) estimate.findings.push_back({Severity::error, "gyros_without_turns", {}, "gyros"});
   return estimate;
 }
 

@@ -4,22 +4,45 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/imu_multi_position/fit.hpp"
-#include "tumble/units/constants.hpp"
+#include "tumble/reduce/compensate.hpp"
 
 namespace tumble::imu_multi_position {
 
-/// What is known of gravity and the Earth besides the recording.
+/// Gravity and the Earth, and stated bias instabilities: prior knowledge of a test.
 struct Surroundings {
   double gravity = standard_gravity;  ///< [m/s^2]
   double gravity_sd = 0.0;
-  std::string gravity_from;        ///< "stated", "normal gravity at the site"
+  Phrase gravity_from;             ///< where it comes from
   std::optional<double> latitude;  ///< [rad]
-  /// Bias instabilities as stated [m/s^2], [rad/s]; 0: not.
+  /// Bias instabilities as stated [m/s^2], [rad/s]; 0: not stated.
   double accelerometer_instability = 0.0, gyro_instability = 0.0;
 };
 
-/// The answer of a fit: parameters in the unit of the channels, budget, tables, curves, findings.
+/// Result of a fit: parameters in the unit of the channels, budget, tables, curves, findings.
 Estimate describe(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit,
                   const Surroundings& surroundings);
+
+/// The nearest of the 6 faces, 12 edges and 8 corners of a cube: "+x", "+x -z", "-x +y -z".
+std::string facing(Vector3 up);
+
+/// Reduction of the uncertainties by more rests and turns, from the information they would add.
+struct Guidance {
+  Table poses;      ///< direction up, rests there, greatest reduction of a sd by one more, and of which parameter
+  Table turns;      ///< axis, angle turned about it so far, reduction by a turn of 90 deg; no rows without gyros
+  Findings advice;  ///< the three best directions one after the other, the best turn
+};
+
+/// `names` of the parameters in the order of the fit. Given: gravity [m/s^2].
+Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, double gravity);
+
+/// Faces, then edges, that no rest shows: "+y, -z, +x -y"; for a test with too few rests.
+std::string missing(const std::vector<Vector3>& directions);
+
+/// Table `regressors`: what the accelerometers felt in the rests, the gyros in rests and moves, for `compensate`.
+Table covered(const std::vector<Session>& sessions, const Rests& rests, const Fit& fit, const Estimate& estimate);
+
+/// f = A^-1 (y_a - a), rate = W^-1 (y_g - G f - b), of the triads that the recording has. Throws Error::bad_data for
+/// channels in another kind of unit than was calibrated, and as tumble::compensate.
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 }  // namespace tumble::imu_multi_position

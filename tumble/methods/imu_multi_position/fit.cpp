@@ -1,29 +1,28 @@
 #include "tumble/methods/imu_multi_position/fit.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/median.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
-#include "tumble/methods/imu_multi_position/variance.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
-using Basis = Eigen::Matrix<double, 3, 2>;
+using Basis = std::array<Vector3, 2>;
 
 /// Two directions across n.
-Basis across(const Vector3d& n) {
-  Eigen::Index least = 0;
-  n.cwiseAbs().minCoeff(&least);
-  Basis b;
-  b.col(0) = n.cross(Vector3d::Unit(least)).normalized();
-  b.col(1) = n.cross(b.col(0));
-  return b;
+Basis across(Vector3 n) {
+  const Vector3 size = absolute(n);
+  const std::size_t least = size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2;
+  const Vector3 first = normalised(cross(n, identity3()[least]));
+  return {first, cross(n, first)};
+}
+
+void put_chain(const Basis& basis, Vector3 v, Row& row) {
+  row.chain[0] = dot(basis[0], v), row.chain[1] = dot(basis[1], v);
 }
 
 struct Work {
@@ -35,105 +34,128 @@ struct Work {
 
 constexpr double floor_of_noise = 1e-10;  ///< relative; for data without any
 
+/// Puts a row of a block [3 columns] of derivatives into an observation.
+void put(Vector3 block, std::size_t from, Row& row) {
+  for (std::size_t j = 0; j < 3; ++j) row.common[from + j] = block[j];
+}
+
 void set_rest(const Work& work, Group& group) {
   const Fit& fit = work.fit;
   const Rest& rest = work.rests.all[group.index];
   const Linear& linear = fit.calibration.accelerometer;
-  const Vector3d force = work.options.gravity * fit.direction[group.pair];
-  const double length = rest.end - rest.begin;
-  group.residual = rest.force - linear.matrix * force - linear.bias;
-  group.common.setZero(3, 9);
-  group.common(0, 0) = force[0];
-  group.common(1, 1) = force[0], group.common(1, 2) = force[1];
-  group.common(2, 3) = force[0], group.common(2, 4) = force[1], group.common(2, 5) = force[2];
-  group.common.rightCols<3>() = Matrix3d::Identity();
-  group.here = work.options.gravity * linear.matrix * across(fit.direction[group.pair]);
-  group.unit = linear.matrix.diagonal().cwiseAbs2();
-  group.white = work.rests.noise.force / length + std::pow(floor_of_noise * work.options.gravity, 2) * group.unit;
-  group.earth.setZero(3);
+  const Vector3 n = fit.direction[group.pair], force = work.options.gravity * n;
+  const Vector3 residual = rest.force - linear.matrix * force - linear.bias;
+  const Basis basis = across(n);
+  group.columns = of_accelerometers;
+  group.rows.assign(3, {});
+  for (std::size_t i = 0; i < 3; ++i) {
+    Row& row = group.rows[i];
+    row.residual = residual[i];
+    std::ranges::copy(derivative(identity3()[i], force), row.common.begin());
+    put_chain(basis, work.options.gravity * linear.matrix[i], row);
+    row.unit = std::pow(linear.matrix(i, i), 2);
+    row.white = work.rests.noise.force[i] / (rest.end - rest.begin) +
+                std::pow(floor_of_noise * work.options.gravity, 2) * row.unit;
+  }
 }
 
-/// The Earth's rate about the vertical, and the sd of what is not known of it about each axis.
+/// The Earth's rate about the vertical, and the sd of its unknown part about each axis.
 double earth_up(const FitOptions& options) { return options.latitude ? earth_rate * std::sin(*options.latitude) : 0.0; }
 double earth_sd(const FitOptions& options) {
   return options.latitude ? earth_rate * std::cos(*options.latitude) / std::sqrt(2.0) : earth_rate / std::sqrt(3.0);
 }
 
-/// What the Earth's rotation is in the axes of a rest; `known`: by the moves since the first one.
-Vector3d earth_at(const Work& work, std::size_t pair, bool& known) {
+/// The Earth's rotation [rad/s] in the axes of a rest: by the moves since the first rest, else its part about the
+/// vertical.
+Vector3 earth_at(const Work& work, std::size_t pair) {
   const auto& from_first = work.fit.from_first[pair];
-  known = from_first.has_value();
-  return known ? Vector3d(*from_first * work.fit.earth) : Vector3d(earth_up(work.options) * work.fit.direction[pair]);
+  return from_first ? *from_first * work.fit.earth : earth_up(work.options) * work.fit.direction[pair];
 }
 
 void set_rate(const Work& work, Group& group) {
   const Fit& fit = work.fit;
   const Rest& rest = work.rests.all[group.index];
   const Calibration& c = fit.calibration;
-  const Vector3d n = fit.direction[group.pair];
-  bool known = false;
-  const Vector3d earth = earth_at(work, group.pair, known);
-  group.first = 9;
-  group.residual = rest.rate - c.gyro.bias - work.options.gravity * c.sensitivity * n - c.gyro.matrix * earth;
-  group.common.setZero(3, fit.unknowns() - 9);
-  for (int j = 0; j < 3; ++j) {
-    group.common.middleCols<3>(3 * j) = earth[j] * Matrix3d::Identity();
-    if (fit.parameters == with_sensitivity)
-      group.common.middleCols<3>(12 + 3 * j) = work.options.gravity * n[j] * Matrix3d::Identity();
+  const Vector3 earth = earth_at(work, group.pair), force = work.options.gravity * fit.direction[group.pair];
+  const auto& from_first = fit.from_first[group.pair];
+  const Vector3 residual = rest.rate - c.gyro.bias - c.sensitivity * force - c.gyro.matrix * earth;
+  const Basis basis = across(fit.direction[group.pair]);
+  group.first = of_accelerometers;
+  group.columns = fit.unknowns() - group.first;
+  group.rows.assign(3, {});
+  for (std::size_t i = 0; i < 3; ++i) {
+    Row& row = group.rows[i];
+    row.residual = residual[i];
+    for (std::size_t j = 0; j < 3; ++j) {
+      row.common[gyro_index(i, j) - group.first] = earth[j];
+      if (fit.parameters == with_sensitivity) row.common[gyro_index(i, 4 + j) - group.first] = force[j];
+    }
+    row.common[gyro_index(i, 3) - group.first] = 1.0;
+    if (from_first) put(transposed(*from_first) * c.gyro.matrix[i], group.columns - 3, row);
+    put_chain(basis, work.options.gravity * c.sensitivity[i], row);
+    row.unit = dot(c.gyro.matrix[i], c.gyro.matrix[i]);
+    row.white = work.rests.noise.rate[i] / (rest.end - rest.begin) + floor_of_noise * floor_of_noise * row.unit;
+    row.earth = from_first ? 0.0 : std::pow(earth_sd(work.options), 2) * row.unit;
   }
-  group.common.middleCols<3>(9) = Matrix3d::Identity();
-  if (known) group.common.rightCols<3>() = c.gyro.matrix * *fit.from_first[group.pair];
-  group.here = work.options.gravity * c.sensitivity * across(n);
-  group.unit = c.gyro.matrix.rowwise().squaredNorm();
-  group.white = work.rests.noise.rate / (rest.end - rest.begin) + floor_of_noise * floor_of_noise * group.unit;
-  group.earth = (known ? 0.0 : std::pow(earth_sd(work.options), 2)) * group.unit;
+}
+
+/// Variance [rad^2/s] of the gyros' noise over a second of a move, mean of the axes.
+double noise_of_turn(const Matrix3& inverse, Vector3 noise) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) sum += dot(scaled(inverse[i], inverse[i]), noise) / 3.0;
+  return sum;
 }
 
 void set_turn(const Work& work, Group& group) {
   Fit& fit = work.fit;
   const Move& move = fit.moves[group.index];
   Turn& turn = fit.turns[group.index];
-  const Matrix3d inverse = fit.calibration.gyro.matrix.inverse();
-  bool known = false;
-  const Vector3d earth = earth_at(work, group.pair, known);
-  turn = turn_of(work.sessions[work.rests.all[move.from].session].gyro, move, fit.calibration, earth);
+  const Matrix3 to_rate = inverse(fit.calibration.gyro.matrix);
+  const auto& from_first = fit.from_first[group.pair];
+  const Vector3 n = fit.direction[group.pair];
+  turn =
+      turn_of(work.sessions[work.rests.all[move.from].session].gyro, move, fit.calibration, earth_at(work, group.pair));
   fit.from_first[group.pair + 1].reset();
-  if (known && group.used) fit.from_first[group.pair + 1] = turn.rotation.transpose() * *fit.from_first[group.pair];
-  const Vector3d n = fit.direction[group.pair];
-  const Basis after = across(fit.direction[group.pair + 1]);
-  const Eigen::Matrix<double, 2, 3> project = after.transpose() * turn.rotation.transpose();
-  group.first = 9;
-  group.residual = -project * n;
-  Matrix3d cross;  // n x
-  cross << 0.0, -n[2], n[1], n[2], 0.0, -n[0], -n[1], n[0], 0.0;
-  group.common.setZero(2, fit.unknowns() - 9);
-  const int columns = fit.parameters == with_sensitivity ? 7 : 4;
-  for (int j = 0; j < columns; ++j)
-    group.common.middleCols<3>(3 * j) = -project * cross * turn.turned[static_cast<std::size_t>(j)] * inverse;
-  if (known) group.common.rightCols<3>() = -move.duration * project * cross * *fit.from_first[group.pair];
-  group.here = project * across(n);
-  group.next = -Eigen::Matrix2d::Identity();
-  const double density = (inverse.cwiseAbs2() * work.rests.noise.rate).mean();
-  group.white.setConstant(2, density * move.duration + floor_of_noise * floor_of_noise);
-  group.earth.setConstant(2, known ? 0.0 : std::pow(earth_sd(work.options) * move.duration, 2));
-  group.unit.setConstant(2, std::max(turn.path * turn.path, 1e-4));
+  if (from_first && group.used) fit.from_first[group.pair + 1] = transposed(turn.rotation) * *from_first;
+  const Basis before = across(n), after = across(fit.direction[group.pair + 1]);
+  const double density = noise_of_turn(to_rate, work.rests.noise.rate);
+  group.first = of_accelerometers;
+  group.columns = fit.unknowns() - group.first;
+  group.rows.assign(2, {});
+  for (std::size_t i = 0; i < 2; ++i) {
+    Row& row = group.rows[i];
+    const Vector3 project = turn.rotation * after[i];  // in the axes at the beginning
+    const Vector3 across_n = cross(n, project);        // -project' [n x]
+    row.residual = -dot(project, n);
+    for (std::size_t j = 0; j < (fit.parameters == with_sensitivity ? 7 : 4); ++j)
+      put(transposed(to_rate) * (transposed(turn.turned[j]) * across_n), 3 * j, row);
+    if (from_first) put(move.duration * (transposed(*from_first) * across_n), group.columns - 3, row);
+    put_chain(before, project, row);
+    row.chain[2 + i] = -1.0;
+    row.white = density * move.duration + floor_of_noise * floor_of_noise;
+    row.earth = from_first ? 0.0 : std::pow(earth_sd(work.options) * move.duration, 2);
+    row.unit = std::max(turn.path * turn.path, 1e-4);
+  }
 }
 
-/// What is known of the Earth's rotation before: how far about the vertical of the first rest, and its size.
+/// Prior knowledge of the Earth's rotation: its part about the vertical of the first rest, and its size.
 void set_earth(const Work& work, Group& group) {
   const Fit& fit = work.fit;
-  Matrix3d axes;
-  axes << fit.direction[0].transpose(), across(fit.direction[0]).transpose();
+  const Vector3 up = fit.direction[0];
+  const Basis level = across(up);
+  const std::array<Vector3, 3> axes{up, level[0], level[1]};
   group.first = fit.parameters;
-  group.common = axes;
-  group.residual = earth_up(work.options) * Vector3d::UnitX() - axes * fit.earth;
-  group.here.setZero(3, 2);
-  group.white.setZero(3), group.unit.setZero(3);
-  group.earth.setConstant(3, std::pow(earth_sd(work.options), 2));
-  if (work.options.latitude) group.earth[0] = std::pow(1e-3 * earth_rate, 2);
+  group.columns = 3;
+  group.rows.assign(3, {});
+  for (std::size_t i = 0; i < 3; ++i) {
+    Row& row = group.rows[i];
+    put(axes[i], 0, row);
+    row.residual = (i == 0 ? earth_up(work.options) : 0.0) - dot(axes[i], fit.earth);
+    row.earth = std::pow(i == 0 && work.options.latitude ? 1e-3 * earth_rate : earth_sd(work.options), 2);
+  }
 }
 
-/// Moves come first: they say how the axes of the rests lie to one another.
+/// Moves come first: they show the orientation of each rest relative to the first.
 void linearise(const Work& work) {
   for (Group& group : work.fit.groups)
     if (group.part == Part::turn) set_turn(work, group);
@@ -144,136 +166,138 @@ void linearise(const Work& work) {
   }
 }
 
+/// Adds the columns of a matrix [3 x 3], from a parameter on.
+void add_columns(const std::vector<double>& step, std::size_t from, Matrix3& to) {
+  for (std::size_t j = 0; j < 3; ++j)
+    for (std::size_t i = 0; i < 3; ++i) to(i, j) += step[from + 3 * j + i];
+}
+
 void apply(const ChainSolution& step, Fit& fit) {
   const auto& p = step.parameters;
-  auto& a = fit.calibration.accelerometer;
-  a.matrix(0, 0) += p[0];
-  a.matrix(1, 0) += p[1], a.matrix(1, 1) += p[2];
-  a.matrix(2, 0) += p[3], a.matrix(2, 1) += p[4], a.matrix(2, 2) += p[5];
-  a.bias += p.segment<3>(6);
+  Calibration& c = fit.calibration;
+  add(p, c.accelerometer);
   if (fit.parameters > of_accelerometers) {
-    for (int j = 0; j < 3; ++j) fit.calibration.gyro.matrix.col(j) += p.segment<3>(gyro_index(0, j));
-    fit.calibration.gyro.bias += p.segment<3>(gyro_index(0, 3));
+    add_columns(p, gyro_index(0, 0), c.gyro.matrix);
+    for (std::size_t i = 0; i < 3; ++i) {
+      c.gyro.bias[i] += p[gyro_index(i, 3)];
+      fit.earth[i] += p[fit.parameters + i];
+    }
   }
-  if (fit.parameters == with_sensitivity)
-    for (int j = 0; j < 3; ++j) fit.calibration.sensitivity.col(j) += p.segment<3>(gyro_index(0, 4 + j));
-  if (fit.parameters > of_accelerometers) fit.earth += p.tail<3>();
-  for (std::size_t k = 0; k < fit.direction.size(); ++k)
-    fit.direction[k] = (fit.direction[k] + across(fit.direction[k]) * step.pairs[k]).normalized();
+  if (fit.parameters == with_sensitivity) add_columns(p, gyro_index(0, 4), c.sensitivity);
+  for (std::size_t k = 0; k < fit.direction.size(); ++k) {
+    const Basis basis = across(fit.direction[k]);
+    fit.direction[k] =
+        normalised(fit.direction[k] + step.unknowns[2 * k] * basis[0] + step.unknowns[2 * k + 1] * basis[1]);
+  }
 }
 
 constexpr double roughly = 1e-2, finely = 1e-4;  ///< of a standard deviation
 
-/// Gauss-Newton steps until one would change all by less than that, or `most`.
+/// Gauss-Newton steps until one would change every parameter by less than `close`, or `most`.
 void iterate(const Work& work, int most, double close) {
   for (int i = 0; i < most; ++i) {
     const ChainSolution step = solve(normal_equations(work.fit), true);
-    if (!step.sound) throw_singular();
-    const auto relative = step.parameters.cwiseAbs2().cwiseQuotient(step.covariance.diagonal());
-    if (relative.maxCoeff() < close * close) break;
+    if (!step.positive_definite) throw_singular();
+    double greatest = 0.0;
+    for (std::size_t p = 0; p < step.parameters.size(); ++p)
+      greatest = std::max(greatest, step.parameters[p] * step.parameters[p] / step.covariance(p, p));
+    if (greatest < close * close) break;
     apply(step, work.fit);
     linearise(work);
   }
 }
 
-/// Bias and, where sought, G from the means at rest; single bad ones weigh little.
+/// Bias and, where sought, G from the means at rest; single outliers weigh little.
 void start_rates(const Work& work) {
   Fit& fit = work.fit;
-  const auto n = static_cast<Eigen::Index>(fit.chain.size());
-  const int columns = work.options.sensitivity ? 4 : 1;
-  Eigen::MatrixXd design(n, columns), means(n, 3), found;
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const std::size_t at = static_cast<std::size_t>(k);
-    design(k, 0) = 1.0;
-    if (columns == 4) design.block<1, 3>(k, 1) = work.options.gravity * fit.direction[at].transpose();
-    means.row(k) = work.rests.all[fit.chain[at]].rate.transpose();
-  }
+  const std::size_t n = fit.chain.size(), columns = work.options.sensitivity ? 4 : 1;
+  Matrix design(n, columns, 1.0), means(n, 3), solution;
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (columns == 4) design(k, 1 + j) = work.options.gravity * fit.direction[k][j];
+      means(k, j) = work.rests.all[fit.chain[k]].rate[j];
+    }
+  std::vector<double> weights(n, 1.0);
   for (int pass = 0; pass < 5; ++pass) {
-    found = (weight.asDiagonal() * design).colPivHouseholderQr().solve(weight.asDiagonal() * means);
-    const Eigen::VectorXd size = (means - design * found).rowwise().norm();
-    std::vector<double> sorted(size.data(), size.data() + n);
-    std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.end());
-    const double middle = std::max(sorted[static_cast<std::size_t>(n / 2)], 1e-300);
-    weight = (2.0 * middle / size.array().max(2.0 * middle)).sqrt();
+    solution = solve(scaled_rows(weights, design), scaled_rows(weights, means));
+    const Matrix residual = means - design * solution;
+    std::vector<double> sizes;
+    for (std::size_t k = 0; k < n; ++k) sizes.push_back(norm(row(residual, k)));
+    const double middle = std::max(median(sizes), 1e-300);
+    for (std::size_t k = 0; k < n; ++k) weights[k] = std::sqrt(2.0 * middle / std::max(sizes[k], 2.0 * middle));
     fit.scatter[1] = middle * middle / 3.0;
   }
-  fit.calibration.gyro.bias = found.row(0).transpose();
-  if (columns == 4) fit.calibration.sensitivity = found.bottomRows(3).transpose();
+  for (std::size_t i = 0; i < 3; ++i) {
+    fit.calibration.gyro.bias[i] = solution(0, i);
+    for (std::size_t j = 1; j < columns; ++j) fit.calibration.sensitivity(i, j - 1) = solution(j, i);
+  }
 }
 
 void add_groups(Fit& fit) {
   for (std::size_t k = 0; k < fit.chain.size(); ++k) {
-    for (const Part part : {Part::force, Part::rate}) {
-      if (part == Part::rate && fit.parameters == of_accelerometers) continue;
-      Group group;
-      group.part = part, group.index = fit.chain[k], group.pair = k;
-      fit.groups.push_back(group);
-    }
+    fit.groups.push_back({.part = Part::force, .index = fit.chain[k], .pair = k});
+    if (fit.parameters > of_accelerometers)
+      fit.groups.push_back({.part = Part::rate, .index = fit.chain[k], .pair = k});
   }
   fit.from_first.resize(fit.chain.size());
   if (fit.parameters == of_accelerometers) return;
-  fit.from_first[0] = Matrix3d::Identity();
-  Group earth;
-  earth.part = Part::earth;
-  fit.groups.push_back(earth);
+  fit.from_first[0] = identity3();
+  fit.groups.push_back({.part = Part::earth});
   for (std::size_t m = 0; m < fit.moves.size(); ++m) {
     if (!fit.moves[m].used()) continue;
-    Group group;
-    group.part = Part::turn, group.index = m;
-    group.pair =
-        static_cast<std::size_t>(std::find(fit.chain.begin(), fit.chain.end(), fit.moves[m].from) - fit.chain.begin());
-    fit.groups.push_back(group);
+    const auto from = std::ranges::find(fit.chain, fit.moves[m].from) - fit.chain.begin();
+    fit.groups.push_back({.part = Part::turn, .index = m, .pair = static_cast<std::size_t>(from)});
   }
+}
+
+void start_gyros(const Work& work) {
+  Fit& fit = work.fit;
+  start_rates(work);
+  fit.moves = moves_between(work.sessions, work.rests, fit.calibration.accelerometer);
+  const auto gyro = start_of_gyro(work.sessions, work.rests, fit.moves, fit.calibration);
+  fit.gyros_without_turns = !gyro;
+  if (!gyro) return;
+  check_gyros(work.sessions[0], *gyro);
+  fit.calibration.gyro.matrix = *gyro;
+  double mean_square = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) mean_square += dot((*gyro)[i], (*gyro)[i]) / 3.0;
+  fit.scatter[1] /= mean_square;
+  fit.scatter[2] = 1e-4;
+  fit.parameters = work.options.sensitivity ? with_sensitivity : with_gyros;
 }
 
 void start(const Work& work) {
   Fit& fit = work.fit;
-  std::vector<Vector3d> means;
+  std::vector<Vector3> means;
   for (std::size_t k = 0; k < work.rests.all.size(); ++k)
     if (work.rests.all[k].used()) fit.chain.push_back(k), means.push_back(work.rests.all[k].force);
   const auto sphere = fit_sphere(means, work.options.gravity);
   if (!sphere) throw_singular();
   check_force_unit(work.sessions[0], sphere->accelerometer.matrix);
   fit.calibration.accelerometer = sphere->accelerometer;
-  const Matrix3d inverse = sphere->accelerometer.matrix.inverse();
-  for (const auto& mean : means) fit.direction.push_back((inverse * (mean - sphere->accelerometer.bias)).normalized());
+  const Inverse felt(sphere->accelerometer);
+  for (const Vector3& mean : means) fit.direction.push_back(normalised(felt(mean)));
   fit.scatter[0] = sphere->scatter * sphere->scatter;
-  if (!work.sessions[0].gyro.empty()) {
-    start_rates(work);
-    fit.moves = moves_between(work.sessions, work.rests, sphere->accelerometer);
-    const auto gyro = start_of_gyro(work.sessions, work.rests, fit.moves, fit.calibration);
-    if (gyro) {
-      check_gyros(work.sessions[0], *gyro);
-      fit.calibration.gyro.matrix = *gyro;
-      fit.scatter[1] /= gyro->rowwise().squaredNorm().mean();
-      fit.scatter[2] = 1e-4;
-      fit.parameters = work.options.sensitivity ? with_sensitivity : with_gyros;
-    } else {
-      fit.no_gyros = "the moves do not turn about three axes, or too few of them are fit";
-    }
-  }
+  if (!work.sessions[0].gyro.empty()) start_gyros(work);
   fit.turns.resize(fit.moves.size());
   add_groups(fit);
 }
 
-/// Whether any was left out: single groups whose distance is far beyond the median of their part.
-bool leave_out_far(const Work& work) {
+/// Rejects single groups whose distance is far beyond the median of their part. Returned: whether there was any.
+bool reject_outliers(const Work& work) {
   constexpr std::array<double, 3> beyond{8.0, 4.5, 5.5};  // about 5.5 sigma for 1, 3 and 2 degrees of freedom
   bool any = false;
   for (const Part part : parts) {
     std::vector<double> distances;
-    std::size_t out = 0;
+    std::size_t rejected = 0;
     for (Group& group : work.fit.groups) {
       if (group.part != part) continue;
       group.distance = distance_of(group, work.fit);
-      out += group.used ? 0 : 1;
+      rejected += group.used ? 0 : 1;
       if (group.used) distances.push_back(group.distance);
     }
-    if (distances.size() < 8 || out > distances.size() / 4) continue;
-    std::nth_element(distances.begin(), distances.begin() + static_cast<long>(distances.size() / 2), distances.end());
-    const double middle = distances[distances.size() / 2];
-    const double farthest = *std::max_element(distances.begin(), distances.end());
+    if (distances.size() < 8 || rejected > distances.size() / 4) continue;
+    const double middle = median(distances), farthest = *std::ranges::max_element(distances);
     for (Group& group : work.fit.groups) {
       if (group.part != part || !group.used || group.distance < 0.6 * farthest) continue;
       if (group.distance <= beyond[static_cast<std::size_t>(part)] * std::max(middle, 1e-3)) continue;
@@ -283,15 +307,17 @@ bool leave_out_far(const Work& work) {
   return any;
 }
 
-void say_left_out(const Work& work) {
+void explain_rejections(const Work& work) {
   for (const Group& group : work.fit.groups) {
     if (group.used) continue;
-    std::string& why =
-        group.part == Part::turn ? work.fit.moves[group.index].why_not : work.rests.all[group.index].why_not;
-    if (!why.empty()) continue;
-    why = group.part == Part::force  ? "|f| is far from gravity"
-          : group.part == Part::rate ? "the gyros are far from their bias"
-                                     : "the turn does not fit the rests at its ends";
+    auto& why =
+        group.part == Part::turn ? work.fit.moves[group.index].rejection : work.rests.all[group.index].rejection;
+    if (why) continue;
+    why = Finding(Finding::Severity::warning,
+                  group.part == Part::force  ? "rest_off_gravity"
+                  : group.part == Part::rate ? "rest_off_gyro_bias"
+                                             : "move_off_rests",
+                  {});
   }
 }
 
@@ -307,12 +333,12 @@ Fit fit_all(const std::vector<Session>& sessions, Rests& rests, const FitOptions
   for (int pass = 0; pass < 10; ++pass) {
     find_scatter(1, fit);
     iterate(work, 3, roughly);
-    if (!leave_out_far(work)) break;
+    if (!reject_outliers(work)) break;
     iterate(work, 3, roughly);
   }
   find_scatter(2, fit);
   iterate(work, 6, finely);
-  say_left_out(work);
+  explain_rejections(work);
   add_uncertainty(rests.noise.degrees_of_freedom, fit);
   return fit;
 }

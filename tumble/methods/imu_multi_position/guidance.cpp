@@ -1,91 +1,79 @@
-#include "tumble/methods/imu_multi_position/guidance.hpp"
-
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/rotation.hpp"
+#include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
 /// Faces, edges, corners, in this order.
-std::vector<Vector3d> cube() {
-  std::vector<Vector3d> all;
-  for (int parts = 1; parts <= 3; ++parts)
+std::vector<Vector3> cube() {
+  constexpr double of_digit[] = {0.0, 1.0, -1.0};
+  std::vector<Vector3> all;
+  for (int axes = 1; axes <= 3; ++axes)
     for (int code = 0; code < 27; ++code) {
-      const Vector3d v(code % 3 == 1   ? 1.0
-                       : code % 3 == 2 ? -1.0
-                                       : 0.0,
-                       code / 3 % 3 == 1   ? 1.0
-                       : code / 3 % 3 == 2 ? -1.0
-                                           : 0.0,
-                       code / 9 == 1   ? 1.0
-                       : code / 9 == 2 ? -1.0
-                                       : 0.0);
-      if (static_cast<int>(v.cwiseAbs().sum()) == parts) all.push_back(v.normalized());
+      const Vector3 v{of_digit[code % 3], of_digit[code / 3 % 3], of_digit[code / 9]};
+      if (static_cast<int>(dot(v, v)) == axes) all.push_back(normalised(v));
     }
   return all;
 }
 
-std::string named(const Vector3d& v) {
+std::string named(Vector3 v) {
   std::string text;
-  for (int i = 0; i < 3; ++i)
+  for (std::size_t i = 0; i < 3; ++i)
     if (std::abs(v[i]) > 1e-9)
-      text +=
-          fmt::format("{}{}{}", text.empty() ? "" : " ", v[i] < 0.0 ? '-' : '+', letters[static_cast<std::size_t>(i)]);
+      text += fmt::format("{}{}{}", text.empty() ? "" : " ", v[i] < 0.0 ? '-' : '+', letters[i]);
   return text;
 }
 
-std::size_t nearest(const std::vector<Vector3d>& all, const Vector3d& up) {
+std::size_t nearest(const std::vector<Vector3>& all, Vector3 up) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < all.size(); ++i)
-    if (all[i].dot(up) > all[best].dot(up)) best = i;
+    if (dot(all[i], up) > dot(all[best], up)) best = i;
   return best;
 }
 
-/// Rows that a new observation adds, whitened.
-using Rows = Eigen::MatrixXd;
-
-Eigen::MatrixXd with(const Eigen::MatrixXd& covariance, const Rows& rows) {
-  const Eigen::MatrixXd cross = covariance * rows.transpose();
-  const Eigen::MatrixXd inner = Eigen::MatrixXd::Identity(rows.rows(), rows.rows()) + rows * cross;
-  return covariance - cross * inner.inverse() * cross.transpose();
+/// 1 + rows covariance rows', of whitened rows that a new observation adds.
+Matrix innovation(const Matrix& covariance, const Matrix& rows) {
+  return identity(rows.rows) + sandwich(rows, covariance);
 }
 
-/// log of the determinant gained: what tells observations apart.
-double worth(const Eigen::MatrixXd& covariance, const Rows& rows) {
-  const Eigen::MatrixXd inner =
-      Eigen::MatrixXd::Identity(rows.rows(), rows.rows()) + rows * covariance * rows.transpose();
-  return std::log(inner.determinant());
+Matrix with(const Matrix& covariance, const Matrix& rows) {
+  return covariance - sandwich(covariance * transposed(rows), inverse(innovation(covariance, rows)));
+}
+
+/// Logarithm of the determinant gained, by which observations are compared.
+double worth(const Matrix& covariance, const Matrix& rows) {
+  return std::log(determinant(innovation(covariance, rows)));
 }
 
 /// A rest like the others with that direction up.
-Rows rest_towards(const Fit& fit, const Vector3d& up, double gravity, const Vector3d& variance) {
-  const auto& linear = fit.calibration.accelerometer;
-  const Vector3d v = -linear.matrix.inverse().transpose() * up, f = gravity * up;
-  Rows rows = Rows::Zero(1, fit.parameters);
-  rows.leftCols<9>() << v[0] * f[0], v[1] * f[0], v[1] * f[1], v[2] * f[0], v[2] * f[1], v[2] * f[2], v.transpose();
-  return rows / std::sqrt(v.cwiseAbs2().dot(variance));
+Matrix rest_towards(const Fit& fit, Vector3 up, double gravity, Vector3 variance) {
+  const Vector3 v = -(transposed(inverse(fit.calibration.accelerometer.matrix)) * up);
+  const double sd = std::sqrt(dot(scaled(v, v), variance));
+  Matrix row(1, fit.parameters);
+  std::ranges::copy(scaled(1.0 / sd, derivative(v, gravity * up)), row.values.begin());
+  return row;
 }
 
 /// A turn by 90 deg about a level axis.
-Rows turn_about(const Fit& fit, const Vector3d& axis, double variance) {
+Matrix turn_about(const Fit& fit, Vector3 axis, double variance) {
   const double angle = half_pi;
-  const Vector3d up = axis.unitOrthogonal();
-  const Matrix3d inverse = fit.calibration.gyro.matrix.inverse();
-  Matrix3d sum = Matrix3d::Zero();
   constexpr int steps = 16;
-  for (int i = 0; i < steps; ++i)
-    sum += Eigen::AngleAxisd(angle * (i + 0.5) / steps, axis).toRotationMatrix() * (angle / steps);
-  Rows rows = Rows::Zero(2, fit.parameters);
-  Eigen::Matrix<double, 2, 3> across;
-  across << axis.transpose(), up.cross(axis).transpose();  // what a small turn moves `up` by, across it
-  for (int j = 0; j < 3; ++j)
-    rows.middleCols<3>(gyro_index(0, j)) = across * axis[j] * sum * inverse / std::sqrt(variance);
+  Matrix3 sum;
+  for (int i = 0; i < steps; ++i) sum += (angle / steps) * matrix3(about(axis, -angle * (i + 0.5) / steps));
+  const Matrix3 transpose = transposed(sum * inverse(fit.calibration.gyro.matrix));
+  const Vector3 across[] = {axis, cross(unit_across(axis), axis)};  // directions in which a small turn moves `up`
+  Matrix rows(2, fit.parameters);
+  for (std::size_t r = 0; r < 2; ++r)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t i = 0; i < 3; ++i)
+        rows(r, gyro_index(i, j)) = axis[j] * (transpose * across[r])[i] / std::sqrt(variance);
   return rows;
 }
 
@@ -94,58 +82,77 @@ struct Gain {
   std::string of;
 };
 
-Gain gain_of(const Eigen::MatrixXd& before, const Eigen::MatrixXd& after, const std::vector<std::string>& names) {
+Gain gain_of(const Matrix& before, const Matrix& after, const std::vector<std::string>& names) {
   Gain gain;
-  for (Eigen::Index i = 0; i < before.rows(); ++i) {
+  for (std::size_t i = 0; i < before.rows; ++i) {
     const double share = 1.0 - std::sqrt(std::max(after(i, i), 0.0) / before(i, i));
-    if (share > gain.share + 1e-9) gain = {share, names[static_cast<std::size_t>(i)]};
+    if (share > gain.share + 1e-9) gain = {share, names[i]};
   }
   gain.share = std::round(1e3 * gain.share) / 1e3;  // a tenth of a percent is more than anybody needs
   return gain;
 }
 
-Vector3d variance_of_rest(const Fit& fit) {
-  Vector3d sum = Vector3d::Zero();
+Vector3 variance_of_rest(const Fit& fit) {
+  Vector3 sum;
   double n = 0.0;
-  for (const Group& group : fit.groups)
-    if (group.part == Part::force && group.used) sum += group.white + fit.scatter[0] * group.unit, n += 1.0;
+  for (const Group& group : fit.groups) {
+    if (group.part != Part::force || !group.used) continue;
+    for (std::size_t i = 0; i < 3; ++i) sum[i] += group.rows[i].white + fit.scatter[0] * group.rows[i].unit;
+    n += 1.0;
+  }
   return sum / std::max(n, 1.0);
 }
 
 double variance_of_turn(const Fit& fit, double gravity) {
-  const Vector3d ends =
-      variance_of_rest(fit).cwiseQuotient(fit.calibration.accelerometer.matrix.diagonal().cwiseAbs2());
-  double noise = 0.0, n = 0.0;
+  const Vector3 rest = variance_of_rest(fit), scale = gravity * diagonal_of(fit.calibration.accelerometer.matrix);
+  double ends = 0.0, noise = 0.0, n = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) ends += 2.0 * rest[i] / (scale[i] * scale[i]) / 3.0;
   for (const Group& group : fit.groups)
-    if (group.part == Part::turn && group.used) noise += (group.white + group.earth).mean(), n += 1.0;
-  return noise / std::max(n, 1.0) + fit.scatter[2] * std::pow(half_pi, 2) + 2.0 * ends.mean() / (gravity * gravity);
+    if (group.part == Part::turn && group.used) noise += group.rows[0].white + group.rows[0].earth, n += 1.0;
+  return noise / std::max(n, 1.0) + fit.scatter[2] * half_pi * half_pi + ends;
+}
+
+/// Rests that could be added: all directions of a cube.
+struct Candidates {
+  std::vector<Vector3> up;
+  std::vector<Matrix> rows;  ///< [1 x parameters] each
+};
+
+Candidates candidates_of(const Fit& fit, double gravity) {
+  Candidates out{cube(), {}};
+  const Vector3 variance = variance_of_rest(fit);
+  for (const Vector3& up : out.up) out.rows.push_back(rest_towards(fit, up, gravity, variance));
+  return out;
 }
 
 void add_poses(const Fit& fit, const std::vector<std::string>& names, double gravity, Guidance& out) {
-  const auto all = cube();
-  const Vector3d variance = variance_of_rest(fit);
-  std::vector<double> rests(all.size(), 0.0);
-  for (const auto& up : fit.direction) rests[nearest(all, up)] += 1.0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Gain gain =
-        gain_of(fit.covariance, with(fit.covariance, rest_towards(fit, all[i], gravity, variance)), names);
-    out.poses.rows.push_back({named(all[i]), rests[i], gain.share, gain.of});
+  const Candidates poses = candidates_of(fit, gravity);
+  std::vector<double> rests(poses.up.size(), 0.0);
+  for (const Vector3& up : fit.direction) rests[nearest(poses.up, up)] += 1.0;
+  for (std::size_t i = 0; i < poses.up.size(); ++i) {
+    const Gain gain = gain_of(fit.covariance, with(fit.covariance, poses.rows[i]), names);
+    out.poses.rows.push_back({named(poses.up[i]), rests[i], gain.share, gain.of});
   }
-  Eigen::MatrixXd covariance = fit.covariance;
-  std::string list;
+  Matrix covariance = fit.covariance;
+  std::vector<std::string> chosen;
   for (int pick = 0; pick < 3; ++pick) {
     std::size_t best = 0;
     double most = -1.0;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const double value = worth(covariance, rest_towards(fit, all[i], gravity, variance));
+    for (std::size_t i = 0; i < poses.up.size(); ++i) {
+      const double value = worth(covariance, poses.rows[i]);
       if (value > most * (1.0 + 1e-9)) best = i, most = value;
     }
-    list += fmt::format("{}{}", list.empty() ? "" : pick == 2 ? " and then " : ", ", named(all[best]));
-    covariance = with(covariance, rest_towards(fit, all[best], gravity, variance));
+    chosen.push_back(named(poses.up[best]));
+    covariance = with(covariance, poses.rows[best]);
   }
   const Gain gain = gain_of(fit.covariance, covariance, names);
-  out.advice = fmt::format("three more rests would do most with {} up: up to {:.0f} % off the uncertainty ({})", list,
-                           100.0 * gain.share, gain.of);
+  out.advice.push_back({Finding::Severity::info,
+                        "more_rests_advised",
+                        {{"first", chosen[0]},
+                         {"second", chosen[1]},
+                         {"third", chosen[2]},
+                         {"gain", gain.share, "%"},
+                         {"parameter", gain.of}}});
 }
 
 void add_turns(const Fit& fit, const std::vector<std::string>& names, double gravity, Guidance& out) {
@@ -153,24 +160,24 @@ void add_turns(const Fit& fit, const std::vector<std::string>& names, double gra
   const double variance = variance_of_turn(fit, gravity);
   Gain best;
   std::string axis;
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     double turned = 0.0;
     for (const Group& group : fit.groups)
       if (group.part == Part::turn && group.used) turned += fit.turns[group.index].about[i];
-    const Gain gain =
-        gain_of(fit.covariance, with(fit.covariance, turn_about(fit, Vector3d::Unit(i), variance)), names);
-    const std::string name(1, letters[static_cast<std::size_t>(i)]);
+    const Gain gain = gain_of(fit.covariance, with(fit.covariance, turn_about(fit, identity3()[i], variance)), names);
+    const std::string name(1, letters[i]);
     if (gain.share > best.share) best = gain, axis = name;
     out.turns.rows.push_back({name, turned, gain.share, gain.of});
   }
   if (best.share > 0.0)
-    out.advice += fmt::format("; one more turn by 90 deg would do most about {} held level: {:.0f} % ({})", axis,
-                              100.0 * best.share, best.of);
+    out.advice.push_back({Finding::Severity::info,
+                          "more_turns_advised",
+                          {{"axis", axis}, {"gain", best.share, "%"}, {"parameter", best.of}}});
 }
 
 }  // namespace
 
-std::string facing(const Vector3d& up) {
+std::string facing(Vector3 up) {
   static const auto all = cube();
   return named(all[nearest(all, up)]);
 }
@@ -179,12 +186,13 @@ Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, doub
   const Unit percent = Unit::parse("%"), one = Unit::parse("1");
   Guidance out;
   out.poses = {"poses",
-               "rests by what points up, and what one more there would take off a standard uncertainty",
+               "rests by direction up, and the reduction of a standard uncertainty by one more rest there",
                {{"up", one}, {"rests", one}, {"gain", percent}, {"of", one}},
                {},
                false};
   out.turns = {"turns",
-               "angle turned about each axis, and what one more turn by 90 deg about it, held level, would take off",
+               "angle turned about each axis, and the reduction of a standard uncertainty by one more turn of 90 deg "
+               "about it, held level",
                {{"axis", one}, {"turned", Unit::parse("deg")}, {"gain", percent}, {"of", one}},
                {},
                false};
@@ -193,15 +201,13 @@ Guidance guidance_of(const Fit& fit, const std::vector<std::string>& names, doub
   return out;
 }
 
-std::string missing(const std::vector<Vector3d>& directions) {
+std::string missing(const std::vector<Vector3>& directions) {
   const auto all = cube();
   std::string list;
   int listed = 0;
-  for (std::size_t i = 0; i < 18 && listed < 9; ++i) {
-    const bool seen = std::any_of(directions.begin(), directions.end(),
-                                  [&](const Vector3d& up) { return up.dot(all[i]) > std::cos(pi / 7.0); });
-    if (!seen) list += (listed++ > 0 ? ", " : "") + named(all[i]);
-  }
+  for (std::size_t i = 0; i < 18 && listed < 9; ++i)
+    if (std::ranges::none_of(directions, [&](Vector3 up) { return dot(up, all[i]) > std::cos(pi / 7.0); }))
+      list += (listed++ > 0 ? ", " : "") + named(all[i]);
   return list;
 }
 

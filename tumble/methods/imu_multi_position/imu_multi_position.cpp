@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 
-#include <Eigen/LU>
-#include <cmath>
 #include <limits>
 
+#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/methods/imu_multi_position/compensate.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
-#include "tumble/methods/imu_multi_position/guidance.hpp"
 #include "tumble/methods/imu_multi_position/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/linear/linear.hpp"
@@ -32,40 +29,30 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   return {
-      {"gravity", Type::quantity, "m/s^2", "", {}, "where the test took place; absent: that of [site]"},
-      {"gravity_sd",
-       Type::quantity,
-       "ug",
-       "",
-       {},
-       "standard uncertainty of gravity; absent: as the rig by_hand has it, 30 ug without a rig"},
-      {"latitude", Type::quantity, "deg", "", {}, "for the rotation of the Earth; absent: that of [site]"},
-      {"window", Type::quantity, "s", "0.5 s", {}, "over which the variance is taken that tells rest from motion"},
-      {"rest_least", Type::quantity, "s", "1 s", {}, "shortest rest that is used"},
-      {"initial_rest",
-       Type::quantity,
-       "s",
-       "",
-       {},
-       "time at the beginning known to be at rest, for the noise level; absent: the quietest fifth of the recording"},
-      {"acceleration_sensitivity",
-       Type::flag,
-       "1",
-       "true",
-       {},
-       "whether the drift of the gyros with the specific force is sought"},
+      quantity("gravity", "m/s^2").between(5, 15).says("local gravity; absent: that of [site]"),
+      quantity("gravity_sd", "ug")
+          .at_least(0)
+          .says("standard uncertainty of gravity; absent: that of the rig by_hand, 30 ug without a rig"),
+      quantity("latitude", "deg").between(-90, 90).says("for the rotation of the Earth; absent: that of [site]"),
+      quantity("window", "s")
+          .above(0)
+          .otherwise("0.5 s")
+          .says("time over which the variance is calculated that distinguishes rest from motion"),
+      quantity("rest_least", "s").above(0).otherwise("1 s").says("shortest rest that is used"),
+      quantity("initial_rest", "s")
+          .at_least(0)
+          .says("time at the beginning in which the unit is at rest: the noise level is calculated from it; absent: "
+                "from the quietest fifth of the recording"),
+      flag("acceleration_sensitivity")
+          .otherwise("true")
+          .says("whether the drift of the gyros with the specific force is estimated"),
       linear::bias_instability_option("deg/h", "gyro_"),
       linear::bias_instability_option("ug", "accelerometer_"),
-      {"up",
-       Type::word,
-       "1",
-       "unknown",
-       {"unknown", "x", "-x", "y", "-y", "z", "-z"},
-       "axis that points up at the first rest, to check the sign of the accelerometers; unknown: as a plan of by_hand "
-       "says"},
-  };
+      word("up", {"unknown", "x", "-x", "y", "-y", "z", "-z"})
+          .otherwise("unknown")
+          .says("axis that points up at the first rest, to check the sign of the accelerometers; unknown: the axis "
+                "by the plan of the rig by_hand, if there is one")};
 }
 
 double or_else(const Settings& settings, const char* name, double otherwise) {
@@ -74,62 +61,57 @@ double or_else(const Settings& settings, const char* name, double otherwise) {
 
 Surroundings surroundings_of(const Plan& plan) {
   const Settings& settings = plan.settings;
-  Surroundings around;
+  Surroundings surroundings;
   std::vector<std::string> problems;
   if (settings.has("gravity")) {
-    around.gravity = settings.number("gravity"), around.gravity_from = "as stated";
+    surroundings.gravity = settings.number("gravity"), surroundings.gravity_from = {"stated"};
   } else if (plan.site) {
-    around.gravity = gravity(*plan.site);
-    around.gravity_from = plan.site->gravity ? "as stated for the site" : "normal gravity at the site";
+    surroundings.gravity = gravity(*plan.site);
+    surroundings.gravity_from = {plan.site->gravity ? "stated_for_the_site" : "normal_gravity_at_the_site"};
   } else {
-    problems.push_back(
-        "gravity is what accelerometers are calibrated against: --set gravity=\"9.81 m/s^2\", or [site] in a plan");
+    problems.emplace_back(
+        "gravity is the reference of the accelerometers: state it, --set gravity=\"9.81 m/s^2\", or [site] in a plan");
   }
   const double of_rig = rig_sd(plan, error_names::gravity).value_or(si(30.0, "ug"));
-  around.gravity_sd = or_else(settings, "gravity_sd", of_rig);
+  surroundings.gravity_sd = or_else(settings, "gravity_sd", of_rig);
   if (settings.has("latitude"))
-    around.latitude = settings.number("latitude");
+    surroundings.latitude = settings.number("latitude");
   else if (plan.site)
-    around.latitude = plan.site->latitude;
-  if (!(around.gravity > 5.0 && around.gravity < 15.0))
-    problems.push_back(fmt::format("gravity {:.4g} m/s^2 is not of this planet", around.gravity));
-  around.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
-  around.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
-  if (around.gravity_sd < 0.0) problems.push_back("gravity_sd must not be negative");
-  for (const char* name : {"window", "rest_least"})
-    if (!(settings.number(name) > 0.0)) problems.push_back(fmt::format("{} must be positive", name));
+    surroundings.latitude = plan.site->latitude;
+  surroundings.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
+  surroundings.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, std::move(problems));
-  return around;
+  return surroundings;
 }
 
-/// Too few rests, or too few ways up: with what to add.
-void require_poses(const Rests& rests, double gravity) {
-  std::vector<Vector3d> means, directions;
+/// Directions up of these means at rest, approximate: without a calibration.
+std::vector<Vector3> directions_of(const std::vector<Vector3>& means) {
+  const Vector3 middle = means.size() < 4 ? Vector3{} : box_of(means).middle();
+  std::vector<Vector3> directions;
+  for (const Vector3& mean : means) {
+    const Vector3 from = mean - middle;
+    if (norm(from) > 0.0) directions.push_back(normalised(from));
+  }
+  return directions;
+}
+
+/// Refuses too few rests or too few directions, and names those to add. Given: gravity [m/s^2], least duration [s].
+void require_poses(const Rests& rests, double gravity, double rest_least) {
+  std::vector<Vector3> means;
   for (const Rest& rest : rests.all)
     if (rest.used()) means.push_back(rest.force);
-  const auto sphere = fit_sphere(means, gravity);
-  constexpr std::size_t fewest = 12;
-  if (sphere && means.size() >= fewest) return;
-  Vector3d low = Vector3d::Constant(1e300), high = -low;
-  for (const auto& mean : means) low = low.cwiseMin(mean), high = high.cwiseMax(mean);
-  for (const auto& mean : means) {
-    const Vector3d from = sphere
-                              ? Vector3d(sphere->accelerometer.matrix.inverse() * (mean - sphere->accelerometer.bias))
-                          : means.size() < 4 ? mean
-                                             : Vector3d(mean - 0.5 * (low + high));
-    if (from.norm() > 0.0) directions.push_back(from.normalized());
-  }
-  const std::string lacking = missing(directions);
+  if (fit_sphere(means, gravity)) return;
+  const std::string lacking = missing(directions_of(means));
   throw Error(
       Error::Kind::bad_data,
       fmt::format("{} at rest {} found: nine coefficients of the accelerometers need 12 and more, with every axis up "
-                  "and down{}; a rest lasts {:g} s or longer (rest_least) between moves",
+                  "and down{}; a rest lasts {} or longer (rest_least) between moves",
                   means.size() == 1 ? "only one stretch" : fmt::format("{} stretches", means.size()),
                   means.size() == 1 ? "was" : "were", lacking.empty() ? "" : "; lay it also with these up: " + lacking,
-                  1.0));
+                  say_seconds(rest_least)));
 }
 
-/// When the first rest of the plan is over [s]; without a plan, never.
+/// End of the first rest of the plan [s]; infinite without a plan.
 double first_end(const Evidence& evidence) {
   const Recording& recording = evidence.recordings.front();
   if (recording.marks.size() > 1) return recording.marks[1].begin;
@@ -138,22 +120,22 @@ double first_end(const Evidence& evidence) {
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
-  const Surroundings around = surroundings_of(evidence.plan);
+  const Surroundings surroundings = surroundings_of(evidence.plan);
   const Settings& settings = evidence.plan.settings;
   const auto sessions = sessions_of(evidence);
   report(progress, 0.1, "looking for rests");
   RestOptions how{settings.number("window"), settings.number("rest_least"), or_else(settings, "initial_rest", 0.0)};
-  Rests rests = find_rests(sessions, how, around.gravity);
-  require_poses(rests, around.gravity);
-  FitOptions options{.gravity = around.gravity};
+  Rests rests = find_rests(sessions, how, surroundings.gravity);
+  require_poses(rests, surroundings.gravity, how.least);
+  FitOptions options{.gravity = surroundings.gravity};
   options.sensitivity = settings.flag("acceleration_sensitivity");
-  options.latitude = around.latitude;
+  options.latitude = surroundings.latitude;
   report(progress, 0.3, "calibrating");
   const Fit fit = fit_all(sessions, rests, options);
   const auto planned = planned_up(evidence.plan);
   if (planned && rests.all[fit.chain.front()].begin < first_end(evidence)) check_up(fit.direction.front(), *planned);
   report(progress, 0.9, "describing");
-  return describe(sessions, rests, fit, around);
+  return describe(sessions, rests, fit, surroundings);
 }
 
 Trial trial_of(std::uint64_t seed) { return imu_multi_position::trial(seed, options()); }

@@ -20,8 +20,8 @@ const Method& method() { return find_method("imu_multi_position"); }
 
 Channel& channel(Evidence& evidence, const std::string& name) {
   for (auto& recording : evidence.recordings)
-    for (auto& one : recording.channels)
-      if (one.name == name) return one;
+    for (auto& channel : recording.channels)
+      if (channel.name == name) return channel;
   throw Error(Error::Kind::internal, name);
 }
 
@@ -29,20 +29,12 @@ void scale(Evidence& evidence, const std::string& name, double factor) {
   for (double& value : channel(evidence, name).values) value *= factor;
 }
 
-/// What identify refuses that evidence with; empty: it does not.
-std::string refusal(const Evidence& evidence) {
-  try {
-    method().identify(evidence, {});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
+std::string refusal(const Evidence& evidence) { return refusal(method(), evidence); }
 
-bool found(const Estimate& estimate, const std::string& words) {
-  for (const auto& finding : estimate.findings)
-    if ((finding.where + ": " + finding.message).find(words) != std::string::npos) return true;
-  return false;
+/// Whether there is a finding of this code whose place begins with these words.
+bool has(const Estimate& estimate, const std::string& code, const std::string& place) {
+  return std::ranges::any_of(estimate.findings,
+                             [&](const Finding& f) { return f.code == code && f.where.starts_with(place); });
 }
 
 double sd(const Estimate& estimate, const std::string& name) {
@@ -97,18 +89,18 @@ TEST(ImuMultiPosition, FindsEveryRestOfATremblingHandAndNotTheMoves) {
 
 TEST(ImuMultiPosition, GyrosMayStandInARecordingOfTheirOwn) {
   Evidence evidence = method().trial(2).evidence;
-  const Estimate whole = method().identify(evidence, {});
+  const Estimate together = method().identify(evidence, {});
   Recording gyros = evidence.recordings[0];
   std::erase_if(gyros.channels, [](const Channel& c) { return c.name.find("gyro") != 0; });
   std::erase_if(evidence.recordings[0].channels, [](const Channel& c) { return c.name.find("gyro") == 0; });
   const Estimate alone = method().identify(evidence, {});
   EXPECT_EQ(find_parameter(alone, "gyro_x_bias"), nullptr);
-  EXPECT_TRUE(found(alone, "accelerometers alone"));
+  EXPECT_NE(finding_of(alone.findings, "accelerometers_alone"), nullptr);
   evidence.recordings.push_back(gyros);
   const Estimate apart = method().identify(evidence, {});
-  ASSERT_EQ(apart.parameters.size(), whole.parameters.size());
-  for (std::size_t i = 0; i < whole.parameters.size(); ++i)
-    EXPECT_EQ(apart.parameters[i].value, whole.parameters[i].value) << whole.parameters[i].name;
+  ASSERT_EQ(apart.parameters.size(), together.parameters.size());
+  for (std::size_t i = 0; i < together.parameters.size(); ++i)
+    EXPECT_EQ(apart.parameters[i].value, together.parameters[i].value) << together.parameters[i].name;
 }
 
 TEST(ImuMultiPosition, RawCountsNeedNothingToBeKnownOfThem) {
@@ -151,12 +143,12 @@ TEST(ImuMultiPosition, AStatedBiasInstabilityIsInTheBiasesAlone) {
                                               Unit::parse(name[0] == 'g' ? "deg/h" : "ug"));
     return method().identify(trial.evidence, {});
   };
-  const auto one = with(1.0), three = with(3.0);
-  for (std::size_t p = 0; p < one.parameters.size(); ++p) {
-    const std::string& name = one.parameters[p].name;
-    const double more = three.covariance(p, p) - one.covariance(p, p);
+  const auto once = with(1.0), threefold = with(3.0);
+  for (std::size_t p = 0; p < once.parameters.size(); ++p) {
+    const std::string& name = once.parameters[p].name;
+    const double more = threefold.covariance(p, p) - once.covariance(p, p);
     if (!name.ends_with("_bias")) {
-      EXPECT_NEAR(more, 0.0, 1e-12 * one.covariance(p, p)) << name;
+      EXPECT_NEAR(more, 0.0, 1e-12 * once.covariance(p, p)) << name;
       continue;
     }
     // (9 - 1) k B^2: k, of flicker between means over seconds some minutes apart in a bank of 4 records, is one to four
@@ -221,9 +213,9 @@ TEST(ImuMultiPosition, SkipsABadRestAndABadMoveAndSaysSo) {
     channel(evidence, "gyro_y").values[i] = std::nan("");
   for (std::size_t i = at(14 * 4.4 + 0.2); i < at(14 * 4.4 + 1.0); ++i) channel(evidence, "gyro_z").values[i] *= 1.3;
   const Estimate estimate = method().identify(evidence, {});
-  EXPECT_TRUE(found(estimate, "rest 6 at")) << "somebody leaned on it";
-  EXPECT_TRUE(found(estimate, "missing sample"));
-  EXPECT_TRUE(found(estimate, "from rest 14 to rest 15"));
+  EXPECT_TRUE(has(estimate, "rest_off_gravity", "rest 6 at")) << "somebody leaned on it";
+  EXPECT_EQ(value_of(estimate.findings, "move_with_missing_samples", "missing"), 20.0);
+  EXPECT_TRUE(has(estimate, "move_off_rests", "move from rest 14 to rest 15"));
   // 30 intervals at 99.99 % for all together: 4 standard deviations
   for (const auto& [name, truth] : trial.truth)
     EXPECT_NEAR(value(estimate, name), truth, 4.5 * sd(estimate, name)) << name;
@@ -233,7 +225,7 @@ TEST(ImuMultiPosition, SkipsMovesBeyondTheRangeOfTheGyros) {
   Evidence evidence = method().trial(9).evidence;
   for (double& v : channel(evidence, "gyro_y").values) v = std::clamp(v, -1.5, 1.5);
   const Estimate estimate = method().identify(evidence, {});
-  EXPECT_TRUE(found(estimate, "gyros at the end of their range"));
+  EXPECT_GT(value_of(estimate.findings, "move_clipped", "clipped"), 0.0);
 }
 
 TEST(ImuMultiPosition, SaysWhichPosesAreMissing) {
@@ -245,7 +237,14 @@ TEST(ImuMultiPosition, SaysWhichPosesAreMissing) {
   EXPECT_NE(few.find("lay it also with these up: "), std::string::npos) << few;
   const Estimate estimate = method().identify(method().trial(10).evidence, {});
   EXPECT_EQ(find_table(estimate, "poses")->rows.size(), 26u);
-  EXPECT_TRUE(found(estimate, "three more rests would do most with"));
+  EXPECT_GT(value_of(estimate.findings, "more_rests_advised", "gain"), 0.0);
+}
+
+// Before, the refusal named 1 s for any rest_least.
+TEST(ImuMultiPosition, TheRefusalNamesTheLeastDurationOfARest) {
+  Evidence evidence = method().trial(10).evidence;
+  evidence.plan.settings.set_number("rest_least", 20.0, Unit::parse("s"));
+  EXPECT_NE(refusal(evidence).find("a rest lasts 20 s or longer (rest_least)"), std::string::npos) << refusal(evidence);
 }
 
 TEST(ImuMultiPosition, NeedsGravityFromSomewhere) {

@@ -1,61 +1,89 @@
 #include "tumble/methods/imu_multi_position/moves.hpp"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/rotation.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d m;
-  m << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0;
-  return m;
-}
-
-/// Rotation by the vector v, active.
-Matrix3d turned_by(const Vector3d& v) {
-  const double square = v.squaredNorm(), angle = std::sqrt(square);
-  double s = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));         // sin(angle)/angle
-  double c = 0.5 - square / 24.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0));        // (1 - cos(angle))/angle^2
-  if (square > 0.01) s = std::sin(angle) / angle, c = (1.0 - std::cos(angle)) / square;  // else exact to 1e-14
-  Matrix3d m = c * v * v.transpose() + s * skew(v);
-  m.diagonal().array() += 1.0 - c * square;
-  return m;
-}
-
-/// What makes a move unfit, among gyro samples [first, last).
-std::string fault_of(const Triad& gyro, std::size_t first, std::size_t last) {
-  if (last >= gyro.time.size() || last <= first + 1) return "the gyros have no samples in it";
+/// Why a move with gyro samples [first, last) is not used; null: it is.
+std::optional<Finding> rejection_of(const Triad& gyro, std::size_t first, std::size_t last) {
+  using enum Finding::Severity;
+  if (last >= gyro.time.size() || last <= first + 1) return Finding{warning, "move_without_samples", {}};
   for (const std::size_t after : gyro.gaps)
     if (after >= first && after < last)
-      return "a gap at " + say_instant(gyro.time[after]) + ", " + say_seconds(gyro.time[after + 1] - gyro.time[after]);
+      return Finding{warning,
+                     "move_with_gap",
+                     {{"begin", gyro.time[after], "s"}, {"length", gyro.time[after + 1] - gyro.time[after], "s"}}};
   std::size_t missing = 0, clipped = 0;
   for (std::size_t i = first; i < last; ++i) {
-    missing += gyro.value[i].allFinite() ? 0 : 1;
+    missing += is_finite(gyro.value[i]) ? 0 : 1;
     clipped += gyro.clipped(i) ? 1 : 0;
   }
-  if (missing > 0) return say_count(missing, "missing sample");
-  if (clipped > 0) return "gyros at the end of their range in " + say_count(clipped, "sample");
-  return "";
+  if (missing > 0) return Finding{warning, "move_with_missing_samples", {{"missing", missing}}};
+  if (clipped > 0) return Finding{warning, "move_clipped", {{"clipped", clipped}}};
+  return {};
 }
 
 void add_forces(const Session& session, const Linear& accelerometer, std::size_t last, Move& move) {
-  const Matrix3d inverse = accelerometer.matrix.inverse();
+  const Inverse felt(accelerometer);
   const Triad& from = session.accelerometer;
-  std::size_t at = from.index(session.gyro.time[move.first]);
-  Vector3d force = Vector3d::Zero();
+  std::size_t sample = from.index(session.gyro.time[move.first]);
+  Vector3 force;
   move.force.reserve(last - move.first);
   for (std::size_t i = move.first; i < last; ++i) {
-    while (at + 1 < from.time.size() && from.time[at + 1] <= session.gyro.time[i] + 0.5 * session.gyro.step) ++at;
-    const Vector3d now = inverse * (from.value[std::min(at, from.value.size() - 1)] - accelerometer.bias);
-    if (now.allFinite()) force = now;
+    const double middle = session.gyro.time[i] + 0.5 * session.gyro.step;
+    while (sample + 1 < from.time.size() && from.time[sample + 1] <= middle) ++sample;
+    const Vector3 now = felt(from.value[std::min(sample, from.value.size() - 1)]);
+    if (is_finite(now)) force = now;
     move.force.push_back(force);
   }
+}
+
+/// Rotation of vectors by v [rad].
+Matrix3 rotation_by(Vector3 v) { return matrix3(inverse(turned_by(v))); }
+
+/// A move for the linear fit: change of the direction n [1] = sum_j of[j] (column j of W^-1).
+struct Observed {
+  std::array<Matrix3, 3> of;
+  Vector3 change;
+
+  Vector3 residual(const Matrix3& to_rate) const {
+    Vector3 residual = change;
+    for (std::size_t j = 0; j < 3; ++j) residual -= of[j] * column(to_rate, j);
+    return residual;
+  }
+};
+
+/// Integrals of y_j [n x] over a move, y the output of gyro j without bias and sensitivity.
+std::array<Matrix3, 3> sensitivity_of(const Triad& gyro, const Move& move, const Calibration& calibration) {
+  std::array<Matrix3, 3> of{};
+  for (std::size_t i = 0; i < move.force.size(); ++i) {
+    const std::size_t s = move.first + i;
+    const Vector3 v = gyro.value[s] - calibration.gyro.bias - calibration.sensitivity * move.force[i];
+    const Matrix3 n = (gyro.time[s + 1] - gyro.time[s]) * skew(normalised(move.force[i]));
+    for (std::size_t j = 0; j < 3; ++j) of[j] += v[j] * n;
+  }
+  return of;
+}
+
+/// W^-1 by weighted least squares; null where the moves do not show it to 1 % of what they show best.
+std::optional<Matrix3> fit_of(const std::vector<Observed>& observed, const std::vector<double>& weights) {
+  Matrix design(3 * observed.size(), 9);
+  std::vector<double> right;
+  for (std::size_t m = 0; m < observed.size(); ++m)
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 9; ++j) design(right.size(), j) = weights[m] * observed[m].of[j / 3](i, j % 3);
+      right.push_back(weights[m] * observed[m].change[i]);
+    }
+  const QrFit fit = qr_fit(design, right, 0.01);
+  if (fit.rank < 9) return {};
+  Matrix3 to_rate;
+  for (std::size_t j = 0; j < 3; ++j) set_column(to_rate, j, {fit.x[3 * j], fit.x[3 * j + 1], fit.x[3 * j + 2]});
+  return to_rate;
 }
 
 }  // namespace
@@ -75,7 +103,7 @@ std::vector<Move> moves_between(const std::vector<Session>& sessions, const Rest
     move.from = from, move.to = k;
     move.first = session.gyro.index(rests.all[from].end);
     const std::size_t last = session.gyro.index(rest.begin);
-    move.why_not = fault_of(session.gyro, move.first, last);
+    move.rejection = rejection_of(session.gyro, move.first, last);
     if (move.used()) {
       move.duration = session.gyro.time[last] - session.gyro.time[move.first];
       add_forces(session, accelerometer, last, move);
@@ -85,79 +113,55 @@ std::vector<Move> moves_between(const std::vector<Session>& sessions, const Rest
   return moves;
 }
 
-Turn turn_of(const Triad& gyro, const Move& move, const Calibration& calibration, const Vector3d& earth) {
-  const Matrix3d inverse = calibration.gyro.matrix.inverse();
+Turn turn_of(const Triad& gyro, const Move& move, const Calibration& calibration, Vector3 earth) {
+  const Inverse rate(calibration.gyro);
   const std::size_t n = move.force.size();
-  std::vector<Vector3d> angle(n + 2, Vector3d::Zero());
+  std::vector<Vector3> angle(n + 2);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t s = move.first + i;
-    angle[i + 1] = (gyro.time[s + 1] - gyro.time[s]) *
-                   (inverse * (gyro.value[s] - calibration.gyro.bias - calibration.sensitivity * move.force[i]));
+    angle[i + 1] = (gyro.time[s + 1] - gyro.time[s]) * rate(gyro.value[s] - calibration.sensitivity * move.force[i]);
   }
   angle[0] = angle[1], angle[n + 1] = angle[n];
   Turn turn;
-  turn.turned.fill(Matrix3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     const double dt = gyro.time[move.first + i + 1] - gyro.time[move.first + i];
-    const Vector3d seen = turn.rotation.transpose() * earth;  // and half a sample on: seen + seen x angle/2
-    const Vector3d d = angle[i + 1] - dt * (seen + 0.5 * seen.cross(angle[i + 1]));
-    const Matrix3d next = turn.rotation * turned_by(d + d.cross(angle[i + 2] - angle[i]) / 24.0);
-    const Matrix3d middle = 0.5 * (turn.rotation + next);
-    for (int j = 0; j < 3; ++j) {
-      turn.turned[static_cast<std::size_t>(j)] += d[j] * middle;
-      turn.turned[static_cast<std::size_t>(4 + j)] += (dt * move.force[i][j]) * middle;
+    const Vector3 begin = transposed(turn.rotation) * earth;  // half a sample later: begin + begin x angle/2
+    const Vector3 d = angle[i + 1] - dt * (begin + 0.5 * cross(begin, angle[i + 1]));
+    const Matrix3 next = turn.rotation * rotation_by(d + cross(d, angle[i + 2] - angle[i]) / 24.0);
+    const Matrix3 middle = 0.5 * (turn.rotation + next);
+    for (std::size_t j = 0; j < 3; ++j) {
+      turn.turned[j] += d[j] * middle;
+      turn.turned[4 + j] += (dt * move.force[i][j]) * middle;
     }
     turn.turned[3] += dt * middle;
-    turn.path += d.norm();
-    turn.about += d.cwiseAbs();
+    turn.path += norm(d);
+    turn.about += absolute(d);
     turn.rotation = next;
   }
   return turn;
 }
 
-// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
-std::optional<Matrix3d> start_of_gyro(const std::vector<Session>& sessions, const Rests& rests,
-                                      const std::vector<Move>& moves, const Calibration& calibration) {
-  const Matrix3d inverse = calibration.accelerometer.matrix.inverse();
-  const auto direction = [&](std::size_t rest) -> Vector3d {
-    return (inverse * (rests.all[rest].force - calibration.accelerometer.bias)).normalized();
-  };
-  std::vector<Eigen::Matrix<double, 3, 9>> rows;
-  std::vector<Vector3d> changes;
-  for (const Move& move : moves) {
-    if (!move.used()) continue;
-    const Triad& gyro = sessions[rests.all[move.from].session].gyro;
-    Eigen::Matrix<double, 3, 9> row = Eigen::Matrix<double, 3, 9>::Zero();
-    for (std::size_t i = 0; i < move.force.size(); ++i) {
-      const std::size_t s = move.first + i;
-      const Vector3d v = gyro.value[s] - calibration.gyro.bias - calibration.sensitivity * move.force[i];
-      const Matrix3d n = (gyro.time[s + 1] - gyro.time[s]) * skew(move.force[i].normalized());
-      for (int j = 0; j < 3; ++j) row.middleCols<3>(3 * j) += v[j] * n;
-    }
-    rows.push_back(row);
-    changes.push_back(direction(move.to) - direction(move.from));
-  }
-  if (rows.size() < 5) return {};
-  std::vector<double> weight(rows.size(), 1.0);
-  Eigen::Matrix<double, 9, 1> found;
+std::optional<Matrix3> start_of_gyro(const std::vector<Session>& sessions, const Rests& rests,
+                                     const std::vector<Move>& moves, const Calibration& calibration) {
+  const Inverse felt(calibration.accelerometer);
+  const auto direction = [&](std::size_t rest) { return normalised(felt(rests.all[rest].force)); };
+  std::vector<Observed> observed;
+  for (const Move& move : moves)
+    if (move.used())
+      observed.push_back({sensitivity_of(sessions[rests.all[move.from].session].gyro, move, calibration),
+                          direction(move.to) - direction(move.from)});
+  if (observed.size() < 5) return {};
+  Matrix3 to_rate;
+  std::vector<double> weights(observed.size(), 1.0);
   for (int pass = 0; pass < 3; ++pass) {
-    Eigen::MatrixXd design(3 * rows.size(), 9);
-    Eigen::VectorXd right(3 * rows.size());
-    for (std::size_t m = 0; m < rows.size(); ++m) {
-      design.middleRows<3>(3 * static_cast<int>(m)) = weight[m] * rows[m];
-      right.segment<3>(3 * static_cast<int>(m)) = weight[m] * changes[m];
-    }
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-    qr.setThreshold(0.01);
-    qr.compute(design);
-    if (qr.rank() < 9) return {};
-    found = qr.solve(right);
-    for (std::size_t m = 0; m < rows.size(); ++m)
-      weight[m] = 1.0 / std::max(0.2, (rows[m] * found - changes[m]).norm());  // sum of lengths, not of squares
+    const auto fit = fit_of(observed, weights);
+    if (!fit) return {};
+    to_rate = *fit;
+    for (std::size_t m = 0; m < observed.size(); ++m)
+      weights[m] = 1.0 / std::max(0.2, norm(observed[m].residual(to_rate)));  // sum of lengths, not of squares
   }
-  const Matrix3d to_rate = Eigen::Map<const Matrix3d>(found.data());
-  if (!(std::abs(to_rate.determinant()) > 0.0)) return {};
-  return Matrix3d(to_rate.inverse());
+  if (!(std::abs(determinant(to_rate)) > 0.0)) return {};
+  return inverse(to_rate);
 }
 
 }  // namespace tumble::imu_multi_position

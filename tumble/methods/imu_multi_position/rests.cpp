@@ -1,9 +1,9 @@
 #include "tumble/methods/imu_multi_position/rests.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/median.hpp"
 #include "tumble/methods/imu_multi_position/start.hpp"
 
 namespace tumble::imu_multi_position {
@@ -26,39 +26,40 @@ std::size_t window_of(const Triad& triad, double seconds) {
 
 std::vector<double> window_variance(const Triad& triad, std::size_t window) {
   const std::size_t n = triad.value.size();
-  Vector3d middle = Vector3d::Zero();  // keeps the sums of squares small
-  double known = 0.0;
+  Vector3 mean;  // keeps the sums of squares small
+  double finite_samples = 0.0;
   for (const auto& v : triad.value)
-    if (v.allFinite()) middle += v, known += 1.0;
-  middle /= std::max(known, 1.0);
+    if (is_finite(v)) mean += v, finite_samples += 1.0;
+  mean = mean / std::max(finite_samples, 1.0);
   std::vector<double> variance(n, std::numeric_limits<double>::infinity());
   std::vector<char> bad(n, 0);
   for (const std::size_t after : triad.gaps) bad[std::min(after + 1, n - 1)] = 1;
-  Vector3d sum = Vector3d::Zero();
+  Vector3 sum;
   double squares = 0.0;
   std::size_t unfit = 0;
   const auto put = [&](std::size_t i, double sign) {
-    const bool finite = triad.value[i].allFinite();
+    const bool finite = is_finite(triad.value[i]);
     if (!finite || bad[i]) unfit += sign > 0.0 ? 1 : -1;
     if (!finite) return;
-    const Vector3d v = triad.value[i] - middle;
-    sum += sign * v, squares += sign * v.squaredNorm();
+    const Vector3 v = triad.value[i] - mean;
+    sum += sign * v, squares += sign * dot(v, v);
   };
   const double w = static_cast<double>(window);
   for (std::size_t i = 0; i < n; ++i) {
     put(i, 1.0);
     if (i >= window) put(i - window, -1.0);
     if (i + 1 < window) continue;
-    const double v = (squares - sum.squaredNorm() / w) / (w - 1.0);
+    const double v = (squares - dot(sum, sum) / w) / (w - 1.0);
     if (unfit == 0) variance[i + 1 - window + window / 2] = std::max(v, 0.0);
   }
   return variance;
 }
 
-/// Variance of an output that goes to and fro between two steps of its resolution: what cannot be told from rest.
+/// Variance of an output that changes between two neighbouring steps of its resolution: motion cannot be distinguished
+/// from rest below it.
 double variance_of_step(const Triad& triad) {
   double sum = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     double step = std::numeric_limits<double>::infinity(), size = 0.0;
     for (std::size_t i = 1; i < triad.value.size(); ++i) {
       const double change = std::abs(triad.value[i][axis] - triad.value[i - 1][axis]);
@@ -91,12 +92,12 @@ Quiet quiet_of(const std::vector<Session>& sessions, std::size_t s, bool gyro, c
 std::vector<Span> spans_of(const Triad& triad, const Quiet& quiet, double multiplier) {
   std::vector<Span> spans;
   const double bound = multiplier * quiet.level;
-  bool inside = false;
+  bool resting = false;
   for (std::size_t i = 0; i < quiet.variance.size(); ++i) {
     const bool still = quiet.variance[i] <= bound;
-    if (still && !inside) spans.push_back({triad.time[i], triad.time[i]});
+    if (still && !resting) spans.push_back({triad.time[i], triad.time[i]});
     if (still) spans.back().end = triad.time[i];
-    inside = still;
+    resting = still;
   }
   return spans;
 }
@@ -111,8 +112,8 @@ std::vector<Span> both(const std::vector<Span>& a, const std::vector<Span>& b) {
   return out;
 }
 
-Vector3d mean_of(const Triad& triad, double begin, double end, std::size_t& samples) {
-  Vector3d sum = Vector3d::Zero();
+Vector3 mean_of(const Triad& triad, double begin, double end, std::size_t& samples) {
+  Vector3 sum;
   const std::size_t first = triad.index(begin), last = triad.index(end);
   for (std::size_t i = first; i < last; ++i) sum += triad.value[i];
   samples = last - first;
@@ -141,58 +142,58 @@ std::vector<Rest> rests_at(const std::vector<Session>& sessions, const Quiets& q
 
 bool same_pose(const Rest& a, const Rest& b, const Linear& of) {
   if (a.session != b.session || b.begin - a.end > 2.0) return false;
-  const Matrix3d inverse = of.matrix.inverse();
-  const Vector3d first = inverse * (a.force - of.bias), second = inverse * (b.force - of.bias);
-  return (first.normalized() - second.normalized()).norm() < 0.02;  // a degree: nobody turns it by less on purpose
+  const Inverse felt(of);
+  return norm(normalised(felt(a.force)) - normalised(felt(b.force))) < 0.02;  // 1 deg: nobody intends a smaller turn
 }
 
-void mark_parts(std::vector<Rest>& rests, const Linear& of) {
-  std::size_t kept = 0;
+void reject_parts(std::vector<Rest>& rests, const Linear& of) {
+  std::size_t longest = 0;  // of the present pose
   for (std::size_t k = 1; k < rests.size(); ++k) {
-    if (!same_pose(rests[kept], rests[k], of)) {
-      kept = k;
+    if (!same_pose(rests[longest], rests[k], of)) {
+      longest = k;
       continue;
     }
-    const bool longer = rests[k].end - rests[k].begin > rests[kept].end - rests[kept].begin;
-    rests[longer ? kept : k].why_not = "a bump parts it from a longer rest in the same pose";
-    if (longer) kept = k;
+    const bool longer = rests[k].end - rests[k].begin > rests[longest].end - rests[longest].begin;
+    rests[longer ? longest : k].rejection = Finding(Finding::Severity::warning, "rest_interrupted", {});
+    if (longer) longest = k;
   }
 }
 
 /// Second half minus first half of a rest.
-Vector3d drift_of(const Triad& triad, const Rest& rest) {
+Vector3 drift_of(const Triad& triad, const Rest& rest) {
   const double middle = 0.5 * (rest.begin + rest.end);
   std::size_t n = 0;
   return mean_of(triad, middle, rest.end, n) - mean_of(triad, rest.begin, middle, n);
 }
 
-void mark_drifting(const std::vector<Session>& sessions, const Densities& noise, std::vector<Rest>& rests) {
-  std::vector<double> sizes, sorted;
+void reject_drifting(const std::vector<Session>& sessions, const Densities& noise, std::vector<Rest>& rests) {
+  std::vector<double> sizes;
   for (const Rest& rest : rests) {
-    const Vector3d sd = (4.0 * noise.force / (rest.end - rest.begin)).cwiseSqrt().cwiseMax(1e-300);
-    sizes.push_back(drift_of(sessions[rest.session].accelerometer, rest).cwiseQuotient(sd).norm());
+    Vector3 drift = drift_of(sessions[rest.session].accelerometer, rest);
+    for (std::size_t i = 0; i < 3; ++i)
+      drift[i] /= std::max(std::sqrt(4.0 * noise.force[i] / (rest.end - rest.begin)), 1e-300);
+    sizes.push_back(norm(drift));
   }
-  sorted = sizes;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
-  const double bound = std::max(8.0, 8.0 * sorted[sorted.size() / 2]);  // sqrt(3) for noise alone
+  const double bound = std::max(8.0, 8.0 * median(sizes));  // sqrt(3) for noise alone
   for (std::size_t k = 0; k < rests.size(); ++k)
-    if (rests[k].used() && sizes[k] > bound) rests[k].why_not = "the output drifts in it";
+    if (rests[k].used() && sizes[k] > bound)
+      rests[k].rejection = Finding(Finding::Severity::warning, "rest_drifts", {});
 }
 
 /// Sums of squares of block means about the mean of their rest.
-void add_blocks(const Triad& triad, const Rest& rest, double block, Vector3d& squares, double& degrees) {
+void add_blocks(const Triad& triad, const Rest& rest, double block, Vector3& squares, double& degrees) {
   const double length = rest.end - rest.begin;
   const auto blocks = static_cast<std::size_t>(std::floor(length / block));
   if (blocks < 2) return;
   std::size_t n = 0;
-  std::vector<Vector3d> means;
-  Vector3d mean = Vector3d::Zero();
+  std::vector<Vector3> means;
+  Vector3 mean;
   for (std::size_t b = 0; b < blocks; ++b) {
-    const double at = rest.begin + static_cast<double>(b) * block;
-    means.push_back(mean_of(triad, at, at + block, n));
+    const double begin = rest.begin + static_cast<double>(b) * block;
+    means.push_back(mean_of(triad, begin, begin + block, n));
     mean += means.back() / static_cast<double>(blocks);
   }
-  for (const auto& m : means) squares += (m - mean).cwiseAbs2();
+  for (const auto& m : means) squares += scaled(m - mean, m - mean);
   degrees += static_cast<double>(blocks - 1);
 }
 
@@ -233,7 +234,7 @@ Rests find_rests(const std::vector<Session>& sessions, const RestOptions& option
   Linear start;
   for (const double multiplier : {2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 25.0, 40.0}) {
     auto rests = rests_at(sessions, quiets, multiplier, options);
-    std::vector<Vector3d> means;
+    std::vector<Vector3> means;
     for (const Rest& rest : rests) means.push_back(rest.force);
     const auto sphere = fit_sphere(means, gravity);
     if (sphere) ++best.tried;
@@ -244,9 +245,9 @@ Rests find_rests(const std::vector<Session>& sessions, const RestOptions& option
     best.all = std::move(rests), best.multiplier = multiplier;
   }
   if (least == std::numeric_limits<double>::infinity()) return best;
-  mark_parts(best.all, start);
+  reject_parts(best.all, start);
   best.noise = densities_of(sessions, best.all, options);
-  mark_drifting(sessions, best.noise, best.all);
+  reject_drifting(sessions, best.noise, best.all);
   best.noise = densities_of(sessions, best.all, options);
   return best;
 }

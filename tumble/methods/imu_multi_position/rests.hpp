@@ -1,8 +1,9 @@
 #pragma once
 
-#include <string>
+#include <optional>
 #include <vector>
 
+#include "tumble/core/finding.hpp"
 #include "tumble/methods/imu_multi_position/data.hpp"
 
 namespace tumble::imu_multi_position {
@@ -10,22 +11,22 @@ namespace tumble::imu_multi_position {
 struct RestOptions {
   double window = 0.5;        ///< [s] over which the variance is taken
   double least = 1.0;         ///< [s] a rest must last
-  double initial_rest = 0.0;  ///< [s] at the beginning, known to be at rest: the noise level is that of it; 0: unknown
+  double initial_rest = 0.0;  ///< [s] at the beginning, known to be at rest: its noise is the noise level; 0: unknown
 };
 
-/// A stretch of time in which nothing moved.
+/// A time in which nothing moved.
 struct Rest {
   std::size_t session = 0;
-  double begin = 0.0, end = 0.0;                               ///< [s]
-  Vector3d force = Vector3d::Zero(), rate = Vector3d::Zero();  ///< means [unit of the channels]
+  double begin = 0.0, end = 0.0;  ///< [s]
+  Vector3 force, rate;            ///< means [unit of the channels]
   std::size_t samples = 0, gyro_samples = 0;
-  std::string why_not;  ///< empty: used
-  bool used() const { return why_not.empty(); }
+  std::optional<Finding> rejection;  ///< why it is not used
+  bool used() const { return !rejection; }
 };
 
 /// Variances of a sample towards zero frequency, [unit^2 s]: over the time averaged it is the variance of a mean.
 struct Densities {
-  Vector3d force = Vector3d::Zero(), rate = Vector3d::Zero();
+  Vector3 force, rate;
   double degrees_of_freedom = 0.0;
 };
 
@@ -39,7 +40,7 @@ struct Rests {
 /// Where the variance over a window (of accelerometers and gyros, by running sums) stays below a multiple of that of
 /// the quietest fifth of the recording. The multiple is that whose rests give the sharpest calibration of the
 /// accelerometers: the least log det of the covariance of the nine coefficients, scatter about |f| = `gravity`
-/// included. Rests that drift, or that a bump parts from a longer one in the same pose, are marked as not used.
+/// included. Rests that drift, or that a bump separates from a longer one in the same pose, are rejected.
 /// Given: gravity [m/s^2].
 Rests find_rests(const std::vector<Session>& sessions, const RestOptions& options, double gravity);
 

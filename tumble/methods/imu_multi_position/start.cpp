@@ -1,112 +1,138 @@
 #include "tumble/methods/imu_multi_position/start.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/median.hpp"
 
 namespace tumble::imu_multi_position {
 namespace {
 
-using Vector9d = Eigen::Matrix<double, 9, 1>;
-using Matrix9d = Eigen::Matrix<double, 9, 9>;
+double greatest(Vector3 v) { return std::max({v.x, v.y, v.z}); }
 
 /// sum_i (p_i y_i^2 + q_i y_i) = 1 in centred and scaled means.
-std::optional<Linear> ellipsoid(const std::vector<Vector3d>& means, double gravity) {
-  const auto n = static_cast<Eigen::Index>(means.size());
-  if (n < 6) return {};
-  Vector3d low = means[0], high = means[0];
-  for (const auto& m : means) low = low.cwiseMin(m), high = high.cwiseMax(m);
-  const Vector3d middle = 0.5 * (low + high);
-  const double size = 0.5 * (high - low).maxCoeff();
+std::optional<Linear> ellipsoid(const std::vector<Vector3>& means, double gravity) {
+  if (means.size() < 6) return {};
+  const Box box = box_of(means);
+  const Vector3 middle = box.middle();
+  const double size = 0.5 * greatest(box.high - box.low);
   if (!(size > 0.0)) return {};
-  Eigen::MatrixXd design(n, 6);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Vector3d y = (means[static_cast<std::size_t>(k)] - middle) / size;
-    design.row(k) << y.cwiseAbs2().transpose(), y.transpose();
+  Matrix design(means.size(), 6);
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    const Vector3 y = (means[k] - middle) / size;
+    for (std::size_t i = 0; i < 3; ++i) design(k, i) = y[i] * y[i], design(k, 3 + i) = y[i];
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
-  if (qr.rank() < 6) return {};
-  const Eigen::VectorXd c = qr.solve(Eigen::VectorXd::Ones(n));
+  const QrFit fit = qr_fit(design, std::vector<double>(means.size(), 1.0));
+  if (fit.rank < 6) return {};
+  const auto& c = fit.x;
   double radius = 1.0;  // 1 + sum q^2/(4 p) of the completed squares
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     if (!(c[i] > 0.0)) return {};
     radius += c[3 + i] * c[3 + i] / (4.0 * c[i]);
   }
-  Linear out;
-  for (int i = 0; i < 3; ++i) {
+  Linear out{.matrix = {}, .bias = {}};
+  for (std::size_t i = 0; i < 3; ++i) {
     out.bias[i] = middle[i] - size * c[3 + i] / (2.0 * c[i]);
     out.matrix(i, i) = size * std::sqrt(radius / c[i]) / gravity;
   }
   return out;
 }
 
-/// Derivative of |f| = |M^-1 (y - b)| with respect to the rows of lower triangular M, then b.
-Vector9d derivative(const Matrix3d& inverse, const Vector3d& f) {
-  const Vector3d v = -inverse.transpose() * f.normalized();
-  Vector9d d;
-  d << v[0] * f[0], v[1] * f[0], v[1] * f[1], v[2] * f[0], v[2] * f[1], v[2] * f[2], v[0], v[1], v[2];
-  return d;
-}
-
-void add(const Vector9d& step, Linear& to) {
-  to.matrix(0, 0) += step[0];
-  to.matrix(1, 0) += step[1], to.matrix(1, 1) += step[2];
-  to.matrix(2, 0) += step[3], to.matrix(2, 1) += step[4], to.matrix(2, 2) += step[5];
-  to.bias += step.tail<3>();
-}
-
-/// 1 within three robust standard deviations, falling off beyond.
+/// 1 within three robust standard deviations, less beyond.
 std::vector<double> robust_weights(const std::vector<double>& residual) {
-  std::vector<double> size;
+  std::vector<double> size, weights;
   for (const double r : residual) size.push_back(std::abs(r));
-  std::nth_element(size.begin(), size.begin() + static_cast<long>(size.size() / 2), size.end());
-  const double bound = 3.0 * 1.4826 * size[size.size() / 2];
-  std::vector<double> weights;
+  const double bound = 3.0 * 1.4826 * median(size);
   for (const double r : residual) weights.push_back(std::abs(r) <= bound ? 1.0 : bound * bound / (r * r));
   return weights;
 }
 
+/// The calibration that Gauss-Newton improves, with the matrix of its normal equations in coefficients / scale.
+struct Search {
+  const std::vector<Vector3>& means;
+  double gravity, scale;
+  Sphere sphere;
+  Matrix normal{of_accelerometers, of_accelerometers};
+
+  void find_residuals() {
+    const Inverse input(sphere.accelerometer);
+    for (std::size_t k = 0; k < means.size(); ++k) sphere.residual[k] = norm(input(means[k])) - gravity;
+  }
+
+  /// The next change of the coefficients. d|f| = -(M^-T f/|f|)' (dM f + db).
+  std::vector<double> step() {
+    const Inverse input(sphere.accelerometer);
+    const Matrix3 transpose = transposed(input.matrix);
+    const auto weights = robust_weights(sphere.residual);
+    normal = Matrix(of_accelerometers, of_accelerometers);
+    std::vector<double> right(of_accelerometers);
+    for (std::size_t k = 0; k < means.size(); ++k) {
+      const Vector3 f = input(means[k]);
+      const Coefficients d = derivative(-scale * (transpose * normalised(f)), f);
+      add_square(normal, weights[k], d);
+      right = scaled_sum(right, -weights[k] * sphere.residual[k], d);
+    }
+    return scaled(scale, solve_symmetric(normal, right));
+  }
+};
+
+/// Sizes of the coefficients relative to the scale factors: makes the determinant one of relative numbers.
+Coefficients sizes(double gravity) { return {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, gravity, gravity, gravity}; }
+
+bool iterate(Search& search) {
+  const Coefficients size = sizes(search.gravity);
+  search.find_residuals();
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    const auto step = search.step();
+    bool small = true;
+    for (std::size_t i = 0; i < step.size(); ++i) {
+      if (!std::isfinite(step[i])) return false;
+      small = small && std::abs(step[i]) < 1e-13 * search.scale * size[i];
+    }
+    add(step, search.sphere.accelerometer);
+    if (small) break;
+    search.find_residuals();
+  }
+  return true;
+}
+
 }  // namespace
 
-std::optional<Sphere> fit_sphere(const std::vector<Vector3d>& means, double gravity) {
+Box box_of(const std::vector<Vector3>& means) {
+  constexpr double far = std::numeric_limits<double>::infinity();
+  Box box{{far, far, far}, {-far, -far, -far}};
+  for (const Vector3& mean : means)
+    for (std::size_t i = 0; i < 3; ++i)
+      box.low[i] = std::min(box.low[i], mean[i]), box.high[i] = std::max(box.high[i], mean[i]);
+  return box;
+}
+
+Coefficients derivative(Vector3 v, Vector3 u) {
+  return {v.x * u.x, v.y * u.x, v.y * u.y, v.z * u.x, v.z * u.y, v.z * u.z, v.x, v.y, v.z};
+}
+
+void add(std::span<const double> step, Linear& to) {
+  to.matrix += Matrix3{{step[0], 0.0, 0.0}, {step[1], step[2], 0.0}, {step[3], step[4], step[5]}};
+  to.bias += {step[6], step[7], step[8]};
+}
+
+std::optional<Sphere> fit_sphere(const std::vector<Vector3>& means, double gravity) {
   const auto start = ellipsoid(means, gravity);
   if (!start || means.size() < 12) return {};
-  Sphere out{*start, std::vector<double>(means.size()), 0.0, 0.0};
-  Vector9d size;  // one count for one m/s^2: makes the determinant one of relative numbers
-  const double scale = start->matrix.diagonal().maxCoeff();
-  size << 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, gravity, gravity, gravity;
-  Matrix9d normal;
-  constexpr int most = 12;
-  for (int iteration = 0; iteration <= most; ++iteration) {
-    const Matrix3d inverse = out.accelerometer.matrix.inverse();
-    for (std::size_t k = 0; k < means.size(); ++k)
-      out.residual[k] = (inverse * (means[k] - out.accelerometer.bias)).norm() - gravity;
-    if (iteration == most) break;
-    const auto weights = robust_weights(out.residual);
-    normal.setZero();
-    Vector9d right = Vector9d::Zero();
-    for (std::size_t k = 0; k < means.size(); ++k) {
-      const Vector9d d = derivative(inverse, inverse * (means[k] - out.accelerometer.bias)) * scale;
-      normal += weights[k] * d * d.transpose();
-      right -= weights[k] * out.residual[k] * d;
-    }
-    const Vector9d step = Eigen::LDLT<Matrix9d>(normal).solve(right) * scale;
-    if (!step.allFinite()) return {};
-    add(step, out.accelerometer);
-    if ((step.array().abs() < 1e-13 * scale * size.array()).all()) break;
-  }
+  Search search{means, gravity, greatest(diagonal_of(start->matrix)), {*start, std::vector<double>(means.size())}};
+  if (!iterate(search)) return {};
+  Sphere& out = search.sphere;
   const auto weights = robust_weights(out.residual);
-  double sum = 0.0;
-  for (std::size_t k = 0; k < means.size(); ++k) sum += weights[k] * out.residual[k] * out.residual[k];
-  out.scatter = std::sqrt(sum / static_cast<double>(means.size() - 9));
-  if (!std::isfinite(out.scatter) || !(out.accelerometer.matrix.diagonal().array() > 0.0).all()) return {};
-  const Matrix9d scaled = size.asDiagonal() * normal * size.asDiagonal();
-  const double degrees = static_cast<double>(means.size() - 9);  // few: the scatter itself is not sure
-  out.log_determinant = 9.0 * std::log(degrees / (degrees - 2.0)) +
-                        18.0 * std::log(std::max(out.scatter, 1e-12 * gravity)) -
-                        std::log(std::max(scaled.determinant(), 1e-300));
+  const double degrees = static_cast<double>(means.size() - of_accelerometers);
+  out.scatter = std::sqrt(dot(weights, scaled(out.residual, out.residual)) / degrees);
+  const Vector3 scale_factors = diagonal_of(out.accelerometer.matrix);
+  if (!std::isfinite(out.scatter) || !(std::min({scale_factors.x, scale_factors.y, scale_factors.z}) > 0.0)) return {};
+  const Coefficients size = sizes(gravity);
+  const double relative = determinant(scaled_rows(size, scaled_columns(search.normal, size)));
+  out.log_determinant = 9.0 * std::log(degrees / (degrees - 2.0)) +  // few degrees: the scatter itself is uncertain
+                        18.0 * std::log(std::max(out.scatter, 1e-12 * gravity)) - std::log(std::max(relative, 1e-300));
   return out;
 }
 

@@ -1,11 +1,8 @@
 #include "tumble/reduce/imu/axes_check.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
 
 #include "tumble/math/median.hpp"
 #include "tumble/units/constants.hpp"
@@ -15,14 +12,15 @@ namespace {
 
 constexpr std::array<std::array<std::size_t, 3>, 6> permutations{
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-constexpr double unseen = 0.2;        ///< of the greatest felt: an axis that feels less is not judged
-constexpr double clearly = 0.1;       ///< of what is shown: an exchange must explain so much more than the names do
-constexpr double unexplained = 0.35;  ///< of what is shown: beyond, no exchange of axes is the reason
-constexpr double astray = 0.3;        ///< of the greatest output: a segment further off is another position
+constexpr double least_felt = 0.2;          ///< of the greatest input: an axis with less input is not judged
+constexpr double least_improvement = 0.1;   ///< of the output: an exchange must explain so much more than the names do
+constexpr double greatest_misfit = 0.35;    ///< of the output: beyond, no exchange of axes is the reason
+constexpr double greatest_deviation = 0.3;  ///< of the greatest output: a segment further off is another position
+constexpr std::size_t most_findings = 6;    ///< of segments in another order
 
 double greatest(std::span<const Vector3> all) {
   double most = 0.0;
-  for (const auto& one : all) most = std::max({most, std::abs(one.x), std::abs(one.y), std::abs(one.z)});
+  for (const Vector3 v : all) most = std::max({most, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   return most;
 }
 
@@ -43,15 +41,16 @@ double slope_of(std::span<const Vector3> felt, std::span<const Vector3> shown, s
   return 0.0;
 }
 
-double left_of(std::span<const Vector3> felt, std::span<const Vector3> shown, std::size_t output, std::size_t axis,
-               double slope, double most) {
+/// Sum of the deviations from the line, in the greatest output and 1 at most.
+double misfit_of(std::span<const Vector3> felt, std::span<const Vector3> shown, std::size_t output, std::size_t axis,
+                 double slope, double most) {
   double sum = 0.0;
   for (std::size_t g = 0; g < felt.size(); ++g)
     sum += std::min(1.0, std::abs(component(shown[g], output) - slope * component(felt[g], axis)) / most);
   return sum;
 }
 
-/// The permutation with the least cost; the names as they are unless another is better by `margin`.
+/// The permutation with the least cost; that of the names unless another is better by `margin`.
 std::size_t best_of(const std::array<std::array<double, 3>, 3>& cost, double margin) {
   const auto total = [&](std::size_t p) {
     double sum = 0.0;
@@ -73,43 +72,46 @@ AxesSeen axes_seen(const Matrix& response) {
     for (std::size_t j = 0; j < 3; ++j) size[i] += std::abs(response(i, j));
     for (std::size_t j = 0; j < 3; ++j) cost[i][j] = size[i] > 0.0 ? 1.0 - std::abs(response(i, j)) / size[i] : 1.0;
   }
-  AxesSeen seen;
-  seen.along = permutations[best_of(cost, clearly)];
+  AxesSeen axes;
+  axes.along = permutations[best_of(cost, least_improvement)];
   for (std::size_t i = 0; i < 3; ++i) {
-    seen.ratio[i] = response(i, seen.along[i]);
-    seen.misfit += cost[i][seen.along[i]] / 3.0;
+    axes.ratio[i] = response(i, axes.along[i]);
+    axes.misfit += cost[i][axes.along[i]] / 3.0;
   }
-  return seen;
+  return axes;
 }
 
 AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown) {
-  AxesSeen seen;
+  AxesSeen axes;
   const double most_felt = greatest(felt), most = greatest(shown);
   if (!(most_felt > 0.0) || !(most > 0.0)) {
-    seen.misfit = 1.0;
-    return seen;
+    axes.misfit = 1.0;
+    return axes;
   }
   std::array<bool, 3> moved{};
   for (std::size_t j = 0; j < 3; ++j)
-    moved[j] = std::ranges::any_of(felt, [&](Vector3 f) { return std::abs(component(f, j)) > unseen * most_felt; });
+    moved[j] = std::ranges::any_of(felt, [&](Vector3 f) { return std::abs(component(f, j)) > least_felt * most_felt; });
   std::array<std::array<double, 3>, 3> cost{}, slope{};
   double nothing = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    nothing += left_of(felt, shown, i, 0, 0.0, most);
+    nothing += misfit_of(felt, shown, i, 0, 0.0, most);
     for (std::size_t j = 0; j < 3; ++j) {
       slope[i][j] = moved[j] ? slope_of(felt, shown, i, j) : 0.0;
-      cost[i][j] = left_of(felt, shown, i, j, slope[i][j], most);
+      cost[i][j] = misfit_of(felt, shown, i, j, slope[i][j], most);
     }
   }
-  seen.along = permutations[best_of(cost, clearly * nothing)];
+  axes.along = permutations[best_of(cost, least_improvement * nothing)];
   for (std::size_t i = 0; i < 3; ++i) {
-    seen.ratio[i] = moved[seen.along[i]] ? slope[i][seen.along[i]] : std::nan("");
-    seen.misfit += cost[i][seen.along[i]] / nothing;
+    axes.ratio[i] = moved[axes.along[i]] ? slope[i][axes.along[i]] : std::nan("");
+    axes.misfit += cost[i][axes.along[i]] / nothing;
   }
-  return seen;
+  return axes;
 }
 
 namespace {
+
+/// The two axes that remain.
+constexpr std::array<std::size_t, 2> other_axes(std::size_t axis) { return {axis == 0 ? 1u : 0u, axis == 2 ? 1u : 2u}; }
 
 std::array<std::string, 3> names_of(Kind kind, const std::array<std::string, 3>& channels) {
   std::array<std::string, 3> names = channels;
@@ -118,98 +120,88 @@ std::array<std::string, 3> names_of(Kind kind, const std::array<std::string, 3>&
   return names;
 }
 
-Finding error(std::string message) { return {Finding::Severity::error, std::move(message), ""}; }
+using enum Finding::Severity;
 
 bool even(const std::array<std::size_t, 3>& along) {
   return along == permutations[0] || along == permutations[3] || along == permutations[4];
 }
 
-/// "accelerometer_x and accelerometer_y look exchanged", or where each lies.
-std::string exchange_of(const AxesSeen& seen, const std::array<std::string, 3>& names) {
-  if (seen.along == permutations[0]) return "";
-  for (std::size_t i = 0; i < 3; ++i)
-    if (seen.along[i] == i) {
-      const std::size_t a = i == 0 ? 1 : 0, b = i == 2 ? 1 : 2;
-      return fmt::format("{} and {} look exchanged", names[a], names[b]);
-    }
-  std::vector<std::string> all;
-  for (std::size_t i = 0; i < 3; ++i) all.push_back(fmt::format("{} shows {}", names[i], letters[seen.along[i]]));
-  return fmt::format("the axes look turned on: {}", fmt::join(all, ", "));
+/// Axis that output i shows, with its sign: "-y".
+std::string axis_of(const AxesSeen& axes, std::size_t i) {
+  return std::string(axes.ratio[i] < 0.0 ? "-" : "") + letters[axes.along[i]];
 }
 
-std::string axes_in_words(Kind kind, const AxesSeen& seen, const std::array<std::string, 3>& names) {
-  std::vector<std::string> reversed, parts;
-  for (std::size_t i = 0; i < 3; ++i)
-    if (seen.ratio[i] < 0.0) reversed.push_back(names[i]);
-  if (const auto exchanged = exchange_of(seen, names); !exchanged.empty()) parts.push_back(exchanged);
-  if (reversed.size() == 3 && parts.empty())
-    return kind == Kind::accelerometer
-               ? "all three accelerometers show the specific force with the opposite sign: the sign of gravity is "
-                 "inverted. Here an accelerometer at rest whose axis points up shows +1 g; change the sign of all three"
-               : "all three gyros show the angular rate with the opposite sign: rates are positive for right-handed "
-                 "turns here; change the sign of all three, or does the table count its angles the other way?";
-  if (!reversed.empty())
-    parts.push_back(fmt::format("{} {} reversed", fmt::join(reversed, " and "), reversed.size() == 1 ? "is" : "are"));
-  if (parts.empty()) return "";
-  const bool right_handed = even(seen.along) == (reversed.size() % 2 == 0);
-  return fmt::format(
-      "{}{}. {}", fmt::join(parts, ", and "), right_handed ? "" : ": the triad is left-handed",
-      right_handed ? "Set them right under [channels] and in the sign of the data, or turn the unit in the plan "
-                     "(mount_roll, mount_pitch, mount_yaw)"
-                   : "Set them right under [channels] and in the sign of the data; no mounting makes a left-handed "
-                     "triad right-handed");
+Findings about_directions(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& names) {
+  std::vector<std::size_t> named, reversed;  // outputs with the axis of their name; reversed outputs
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (axes.along[i] == i) named.push_back(i);
+    if (axes.ratio[i] < 0.0) reversed.push_back(i);
+  }
+  if (named.size() == 3 && reversed.empty()) return {};
+  if (named.size() == 3 && reversed.size() == 3)
+    return {{error, kind == Kind::accelerometer ? "gravity_inverted" : "rates_inverted", {}}};
+  if (named.size() == 3 && reversed.size() == 1) return {{error, "axis_reversed", {{"channel", names[reversed[0]]}}}};
+  if (named.size() == 1 && reversed.empty())
+    return {{error,
+             "axes_exchanged",
+             {{"first", names[other_axes(named[0])[0]]}, {"second", names[other_axes(named[0])[1]]}}}};
+  const bool right_handed = even(axes.along) == (reversed.size() % 2 == 0);
+  std::vector<FindingValue> values;
+  for (std::size_t i = 0; i < 3; ++i) {
+    values.emplace_back(std::string("output_") + letters[i], names[i]);
+    values.emplace_back(std::string("axis_") + letters[i], axis_of(axes, i));
+  }
+  return {{error, right_handed ? "axes_turned" : "axes_mirrored", std::move(values)}};
 }
 
-struct Mistaken {
+/// A unit in which data of another unit are read, by their ratio.
+struct MistakenUnit {
   double ratio;
-  const char* what;
+  const char *of, *read_as;
 };
 
-/// A unit taken for another: what is shown for a unit felt.
-std::string units_in_words(Kind kind, const AxesSeen& seen) {
+Findings about_units(Kind kind, const AxesSeen& axes) {
   constexpr double g = standard_gravity;
-  static constexpr Mistaken rates[] = {{degrees_per_radian, "values in deg/s are read as rad/s"},
-                                       {1.0 / degrees_per_radian, "values in rad/s are read as deg/s"},
-                                       {hour, "values in deg/h are read as deg/s"},
-                                       {1.0 / hour, "values in deg/s are read as deg/h"},
-                                       {1e3, "values in thousandths are read as whole units"},
-                                       {1e-3, "values in whole units are read as thousandths"}};
-  static constexpr Mistaken forces[] = {{g, "values in m/s^2 are read as g"},
-                                        {1.0 / g, "values in g are read as m/s^2"},
-                                        {1e3, "values in mg are read as g"},
-                                        {1e-3, "values in g are read as mg"}};
+  static constexpr MistakenUnit rates[] = {{degrees_per_radian, "deg/s", "rad/s"},
+                                           {1.0 / degrees_per_radian, "rad/s", "deg/s"},
+                                           {hour, "deg/h", "deg/s"},
+                                           {1.0 / hour, "deg/s", "deg/h"},
+                                           {1e3, "mrad/s, mdeg/s", "rad/s, deg/s"},
+                                           {1e-3, "rad/s, deg/s", "mrad/s, mdeg/s"}};
+  static constexpr MistakenUnit forces[] = {
+      {g, "m/s^2", "g"}, {1.0 / g, "g", "m/s^2"}, {1e3, "mg", "g"}, {1e-3, "g", "mg"}};
   std::vector<double> sizes;
-  for (const double ratio : seen.ratio)
+  for (const double ratio : axes.ratio)
     if (!std::isnan(ratio)) sizes.push_back(std::abs(ratio));
-  if (sizes.empty()) return "";
+  if (sizes.empty()) return {};
   const double size = median(sizes);
-  const auto all = kind == Kind::gyro ? std::span<const Mistaken>(rates) : std::span<const Mistaken>(forces);
-  for (const auto& one : all)
-    if (std::abs(size / one.ratio - 1.0) < 0.15)
-      return fmt::format("the {}s show {:.4g} times what was felt: {}, it seems; correct the unit of the columns",
-                         kind == Kind::gyro ? "gyro" : "accelerometer", size, one.what);
-  if (size > 0.5 && size < 2.0) return "";
-  return fmt::format(
-      "the {}s show {:.4g} times what was felt: correct the unit of the columns or the scale factor in [settings]; a "
-      "ratio that is the sample rate or its inverse means increments taken for rates, or the other way round",
-      kind == Kind::gyro ? "gyro" : "accelerometer", size);
+  const bool gyro = kind == Kind::gyro;
+  for (const auto& unit : gyro ? std::span<const MistakenUnit>(rates) : std::span<const MistakenUnit>(forces))
+    if (std::abs(size / unit.ratio - 1.0) < 0.15)
+      return {{error,
+               "unit_mistaken",
+               {{"sensors", Phrase{gyro ? "gyros" : "accelerometers"}},
+                {"ratio", size},
+                {"unit", unit.of},
+                {"read_as", unit.read_as}}}};
+  if (size > 0.5 && size < 2.0) return {};
+  return {{error, "scale_mistaken", {{"sensors", Phrase{gyro ? "gyros" : "accelerometers"}}, {"ratio", size}}}};
 }
 
 }  // namespace
 
-Findings about_axes(Kind kind, const AxesSeen& seen, const std::array<std::string, 3>& channels) {
-  Findings findings;
-  for (const auto& text : {axes_in_words(kind, seen, names_of(kind, channels)), units_in_words(kind, seen)})
-    if (!text.empty()) findings.push_back(error(text));
+Findings about_axes(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& channels) {
+  Findings findings = about_directions(kind, axes, names_of(kind, channels));
+  std::ranges::move(about_units(kind, axes), std::back_inserter(findings));
   return findings;
 }
 
 namespace {
 
-Vector3 read_along(const AxesSeen& seen, Vector3 felt) {
+Vector3 read_along(const AxesSeen& axes, Vector3 felt) {
   std::array<double, 3> out{};
   for (std::size_t i = 0; i < 3; ++i)
-    out[i] = std::isnan(seen.ratio[i]) ? component(felt, i) : seen.ratio[i] * component(felt, seen.along[i]);
+    out[i] = std::isnan(axes.ratio[i]) ? component(felt, i) : axes.ratio[i] * component(felt, axes.along[i]);
   return {out[0], out[1], out[2]};
 }
 
@@ -218,45 +210,41 @@ AxesSeen as_named(std::span<const Vector3> felt, std::span<const Vector3> shown)
   std::vector<double> ratios;
   for (std::size_t g = 0; g < felt.size(); ++g)
     if (norm(felt[g]) > 0.0) ratios.push_back(norm(shown[g]) / norm(felt[g]));
-  AxesSeen seen;
-  seen.ratio.fill(median(ratios));
-  return seen;
+  AxesSeen axes;
+  axes.ratio.fill(median(ratios));
+  return axes;
 }
 
-Findings about_order(const AxesSeen& seen, std::span<const Vector3> felt, std::span<const Vector3> shown,
+Findings about_order(const AxesSeen& axes, std::span<const Vector3> felt, std::span<const Vector3> shown,
                      const std::vector<std::string>& labels) {
-  std::vector<std::string> said;
-  std::size_t astray_segments = 0;
+  Findings findings;
   const double most = greatest(shown);
+  std::size_t deviating = 0;
   for (std::size_t g = 0; g < felt.size(); ++g) {
-    if (!(norm(shown[g] - read_along(seen, felt[g])) > astray * most)) continue;
-    ++astray_segments;
+    const auto distance = [&](std::size_t of) { return norm(shown[g] - read_along(axes, felt[of])); };
+    if (!(distance(g) > greatest_deviation * most)) continue;
+    if (++deviating > most_findings) continue;
     std::size_t nearest = g;
-    double least = std::numeric_limits<double>::infinity();
     for (std::size_t h = 0; h < felt.size(); ++h)
-      if (const double apart = norm(shown[g] - read_along(seen, felt[h])); apart < least) {
-        nearest = h;
-        least = apart;
-      }
-    if (said.size() < 6)
-      said.push_back(least < 0.5 * astray * most
-                         ? fmt::format("'{}' reads as '{}' should", labels[g], labels[nearest])
-                         : fmt::format("'{}' reads as no segment of the plan should", labels[g]));
+      if (distance(h) < distance(nearest)) nearest = h;
+    if (distance(nearest) < 0.5 * greatest_deviation * most)
+      findings.push_back({error, "segment_reads_as_another", {{"segment", labels[g]}, {"other", labels[nearest]}}});
+    else
+      findings.push_back({error, "segment_reads_as_none", {{"segment", labels[g]}}});
   }
-  if (said.empty()) return {};
-  return {error(fmt::format(
-      "{}{}: are the segments in the order of the plan, and were they recorded at its angles?", fmt::join(said, ", "),
-      astray_segments > said.size() ? fmt::format(" and {} more", astray_segments - said.size()) : ""))};
+  if (deviating > most_findings)
+    findings.push_back({error, "more_segments_deviate", {{"more", deviating - most_findings}}});
+  return findings;
 }
 
 }  // namespace
 
 Findings about_triad(Kind kind, std::span<const Vector3> felt, std::span<const Vector3> shown,
                      const std::vector<std::string>& labels, const std::array<std::string, 3>& channels) {
-  const AxesSeen seen = axes_seen(felt, shown);
-  if (seen.misfit > unexplained) return about_order(as_named(felt, shown), felt, shown, labels);
-  Findings findings = about_axes(kind, seen, channels);
-  for (auto& finding : about_order(seen, felt, shown, labels)) findings.push_back(std::move(finding));
+  const AxesSeen axes = axes_seen(felt, shown);
+  if (axes.misfit > greatest_misfit) return about_order(as_named(felt, shown), felt, shown, labels);
+  Findings findings = about_axes(kind, axes, channels);
+  std::ranges::move(about_order(axes, felt, shown, labels), std::back_inserter(findings));
   return findings;
 }
 

@@ -9,7 +9,7 @@
 namespace tumble::imu {
 namespace {
 
-/// A pointer to the component that an output shows.
+/// Pointer to the component of the field that an output shows.
 double& (*shown(Kind kind, std::size_t axis))(Felt& felt) {
   const std::string input = fmt::format("{}_{}", kind == Kind::gyro ? "rate" : "specific_force", letters[axis]);
   return std::ranges::find(compensation::inputs(), input, &compensation::Input::name)->of;
@@ -21,7 +21,7 @@ std::vector<Term> terms_of(const std::string& role) {
   return std::ranges::find(outputs, role, &Output::channel)->terms;
 }
 
-/// As the channel has it where it shows the quantity itself.
+/// Unit of the channel where it shows the quantity itself, else the usual unit.
 std::string unit_of(Kind kind, const Channel* channel) {
   const char* usual = kind == Kind::gyro ? "deg/s" : "m/s^2";
   return channel && channel->unit.dimension() == Unit::parse(usual).dimension() ? channel->unit.text() : usual;
@@ -62,10 +62,8 @@ CalibratedUnit error_models(const Estimate& estimate, const Recording& recording
     if (present)
       recorded.outputs.insert(recorded.outputs.end(), all.outputs.end() - 3, all.outputs.end());
     else
-      recorded.findings.push_back({Finding::Severity::info,
-                                   fmt::format("the recording has no {}s: nothing is subtracted from them",
-                                               kind == Kind::gyro ? "gyro" : "accelerometer"),
-                                   ""});
+      recorded.findings.push_back(
+          {Finding::Severity::info, kind == Kind::gyro ? "no_gyros_recorded" : "no_accelerometers_recorded", {}});
   }
   return recorded.outputs.empty() ? all : recorded;
 }

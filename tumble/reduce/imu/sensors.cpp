@@ -50,9 +50,9 @@ Reading reading_of(Kind kind, const Settings& settings, const Channel& channel) 
 }
 
 std::vector<Option> scale_factor_options() {
-  using Type = Option::Type;
-  return {{"accelerometer_scale_factor", Type::text, "1", "", {}, "K_m of all accelerometers, \"2000 pulse/s/g\""},
-          {"gyro_scale_factor", Type::text, "1", "", {}, "K_m of all gyros, \"2 pulse/arcsec\""}};
+  return {
+      text("accelerometer_scale_factor").says("reference scale factor K_m of all accelerometers, \"2000 pulse/s/g\""),
+      text("gyro_scale_factor").says("reference scale factor K_m of all gyros, \"2 pulse/arcsec\"")};
 }
 
 }  // namespace tumble::imu

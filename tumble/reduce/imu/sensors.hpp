@@ -9,7 +9,7 @@
 #include "tumble/math/vector3.hpp"
 #include "tumble/models/model.hpp"
 
-/// What all methods for whole inertial measurement units share.
+/// Sensors, roles and readings of an inertial measurement unit.
 namespace tumble::imu {
 
 enum class Kind { accelerometer, gyro };
@@ -17,7 +17,7 @@ enum class Kind { accelerometer, gyro };
 inline constexpr std::array<Kind, 2> kinds{Kind::accelerometer, Kind::gyro};
 inline constexpr std::array<char, 3> letters{'x', 'y', 'z'};
 
-/// What names of settings for one kind begin with.
+/// Prefix of the settings for one kind.
 constexpr const char* prefix_of(Kind kind) { return kind == Kind::gyro ? "gyro_" : "accelerometer_"; }
 
 /// "accelerometer_x"
@@ -25,24 +25,24 @@ std::string role_of(Kind kind, std::size_t axis);
 
 /// Component 0, 1 or 2 of a vector [u].
 constexpr double component(Vector3 v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-/// What sensors of this kind feel.
+/// Field that sensors of this kind measure: angular rate [rad/s] or specific force [m/s^2].
 constexpr Vector3 field_of(Kind kind, const Felt& felt) { return kind == Kind::gyro ? felt.rate : felt.specific_force; }
 
-/// Sampling rate [Hz] of a channel, pauses of the recording skipped.
+/// Sampling rate [Hz] of a channel, without the pauses of the recording.
 double samples_per_second(const Channel& channel);
 
-/// Output [SI of the quantity] for one SI unit of a channel, and what a pulse is of it.
+/// Scale and pulse of a channel [SI of the quantity] for one SI unit of it.
 struct Reading {
   double scale = 1.0;
-  double pulse = 0.0;
+  double pulse = 0.0;  ///< 0: no pulses are counted
 };
 
-/// Angular rate or specific force, angle or velocity increments, pulses (of accelerometers also mA, V). What is not in
-/// a unit of the quantity needs the setting `gyro_scale_factor` or `accelerometer_scale_factor`.
+/// Reading of angular rate or specific force, angle or velocity increments, or pulses (of accelerometers also mA, V).
+/// Pulses, mA and V need the setting `gyro_scale_factor` or `accelerometer_scale_factor`.
 /// Throws Error::bad_input without that setting, bad_data for another quantity.
 Reading reading_of(Kind kind, const Settings& settings, const Channel& channel);
 
-/// Those two settings.
+/// Options `accelerometer_scale_factor` and `gyro_scale_factor`.
 std::vector<Option> scale_factor_options();
 
 }  // namespace tumble::imu

@@ -1,15 +1,12 @@
 #include "tumble/reduce/table/recorded_angles.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
 
-#include "tumble/core/say.hpp"
+#include "tumble/math/extremes.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/constants.hpp"
@@ -19,7 +16,7 @@ namespace {
 
 using Kind = Motion::Kind;
 using Severity = Finding::Severity;
-constexpr double beyond_chance = 6.0;  ///< standard deviations
+constexpr double significant = 6.0;  ///< standard deviations
 
 /// A segment of a schedule and where it was recorded [s, recording's clock].
 struct Place {
@@ -36,7 +33,7 @@ std::vector<double> settled_after(const Plan& plan) {
   return after;
 }
 
-/// Where the segments of the plan stand in a recording. A run that the schedule lacks says nothing of where it stood.
+/// Where the segments of the plan are in a recording. A run that the schedule lacks has no planned angles.
 std::vector<Place> places_of(const std::vector<MarkedSegment>& marks, const std::vector<double>& settled, bool alone) {
   std::vector<Place> places;
   for (const auto& marked : marks)
@@ -46,7 +43,7 @@ std::vector<Place> places_of(const std::vector<MarkedSegment>& marks, const std:
   return places;
 }
 
-/// The smallest change between readings, where they come in steps [rad].
+/// Resolution [rad]: the smallest change between readings; 0 where it is not visible.
 double step_of(const Channel& channel) {
   double step = std::numeric_limits<double>::infinity(), largest = 0.0;
   for (std::size_t i = 1; i < channel.values.size(); ++i) {
@@ -63,8 +60,8 @@ struct Mean {
   std::size_t count = 0;
 };
 
-/// Of readings from `from` to before `to` taken nearest to `command` where turns are not counted. The step of the
-/// readings remains in their mean.
+/// Mean of the readings [from, to), each nearest to `command` where turns are not counted. The resolution of the
+/// readings remains in it.
 Mean mean_of(const Channel& channel, std::size_t from, std::size_t to, double command, bool counts_turns, double step) {
   Mean mean;
   double squares = 0.0;
@@ -98,21 +95,19 @@ std::vector<Encoder> encoders_of(const Evidence& evidence, std::size_t recording
   for (const auto& axis : find_rig(plan_of(evidence, recording).rig_kind).axes()) {
     const Channel* channel = channel_for(evidence, evidence.recordings[recording], axis.name + "_angle");
     if (channel == nullptr || channel->values.size() < 2 || channel->kind != QuantityKind::angle) continue;
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const double v : channel->values)
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-    if (!(low <= high)) continue;
-    encoders.push_back({axis.name, channel, high - low > 1.001 * two_pi, step_of(*channel)});
+    const Extremes extremes = extremes_of(channel->values);
+    if (extremes.present == 0) continue;
+    encoders.push_back({axis.name, channel, extremes.highest - extremes.lowest > 1.001 * two_pi, step_of(*channel)});
   }
   return encoders;
 }
 
 const Motion* motion_of(const Segment& segment, const std::string& axis) {
-  const auto found = segment.axes.find(axis);
-  return found == segment.axes.end() ? nullptr : &found->second;
+  const auto motion = segment.axes.find(axis);
+  return motion == segment.axes.end() ? nullptr : &motion->second;
 }
 
-/// Where the axis stood. No reading in the rest: nothing.
+/// Where the axis stood in each segment; a rest without a reading is skipped.
 std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Encoder& encoder,
                              const std::vector<Place>& places, double settling) {
   std::vector<Stand> stands;
@@ -145,7 +140,7 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
   return stands;
 }
 
-/// Puts the angles into the schedule. An axis that a segment does not mention stays where it was.
+/// Puts the angles into the schedule. An axis that a segment does not mention remains where it was.
 void replace_angles(const std::vector<Stand>& stands, Plan& plan) {
   std::map<std::tuple<std::string, int, std::string>, std::pair<double, double>> sums;
   for (const auto& stand : stands) {
@@ -155,15 +150,15 @@ void replace_angles(const std::vector<Stand>& stands, Plan& plan) {
   }
   for (auto& segment : plan.schedule)
     for (auto& [axis, motion] : segment.axes) {
-      const auto found = sums.find({segment.label, segment.run, axis});
-      if (found == sums.end()) continue;
-      const double angle = found->second.first / found->second.second;
+      const auto sum = sums.find({segment.label, segment.run, axis});
+      if (sum == sums.end()) continue;
+      const double angle = sum->second.first / sum->second.second;
       if (motion.kind == Kind::hold) motion.value = angle;
       if (motion.kind == Kind::slew) motion.to = angle;
     }
 }
 
-/// What is left of the positioning errors where every axis that moves was read.
+/// Positioning errors that remain where every axis that moves was read.
 void replace_repeatability(const std::vector<Stand>& stands, const std::vector<std::string>& axes, Plan& plan) {
   for (const auto& axis : find_rig(plan.rig_kind).axes())
     for (const auto& segment : plan.schedule)
@@ -178,61 +173,47 @@ void replace_repeatability(const std::vector<Stand>& stands, const std::vector<s
   plan.rig.set_number("repeatability_sd", std::sqrt(squares), Unit::parse("arcsec"));
 }
 
-std::string in_degrees(double angle) { return fmt::format("{:.4f} deg", Unit::parse("deg").from_si(angle)); }
-
 void judge(const std::vector<Stand>& stands, double tolerance, Findings& findings) {
-  std::vector<std::string> moving, off;
-  for (const auto& stand : stands) {
-    if (std::abs(stand.drift) > std::max(beyond_chance * stand.drift_sd, 0.02 * tolerance))
-      moving.push_back(
-          fmt::format("'{}' ({} by {})", stand.label, stand.axis, say_difference(stand.drift, Unit::parse("arcsec"))));
+  for (const auto& stand : stands)
+    if (std::abs(stand.drift) > std::max(significant * stand.drift_sd, 0.02 * tolerance))
+      findings.push_back(
+          {Severity::error, "axis_not_at_rest", {{"axis", stand.axis}, {"drift", stand.drift, "arcsec"}}, stand.label});
+  for (const auto& stand : stands)
     if (std::abs(stand.recorded - stand.commanded) > tolerance)
-      off.push_back(fmt::format("'{}' ({} at {} instead of {})", stand.label, stand.axis, in_degrees(stand.recorded),
-                                in_degrees(stand.commanded)));
-  }
-  if (!moving.empty())
-    findings.push_back({Severity::error,
-                        fmt::format("the table did not come to rest: the recorded angle differs between the first and "
-                                    "the second half of {}: let it settle longer, clamp the axis, or repeat these",
-                                    fmt::join(moving, ", ")),
-                        ""});
-  if (!off.empty())
-    findings.push_back(
-        {Severity::warning,
-         fmt::format("the recorded angles are used, which differ from the plan in {}", fmt::join(off, ", ")), ""});
+      findings.push_back({Severity::warning,
+                          "angle_off_plan",
+                          {{"segment", stand.label},
+                           {"axis", stand.axis},
+                           {"recorded", stand.recorded, "deg"},
+                           {"commanded", stand.commanded, "deg"}}});
+}
+
+/// How much later [s] than the plan says an axis passes the middle between two angles [rad]; NaN: it does not pass it.
+double delay_of(const Channel& channel, const Place& place, double from, double to) {
+  const double sense = to > from ? 1.0 : -1.0, middle = 0.5 * (from + to);
+  for (std::size_t i = index_at(channel, place.begin); i < channel.values.size() && channel.time(i) < place.end; ++i)
+    if (sense * (channel.values[i] - middle) >= 0.0)
+      return channel.time(i) + 0.5 / mean_rate(channel) - 0.5 * (place.begin + place.settled);
+  return std::nan("");
 }
 
 /// Slews that pass their middle at another time than the plan says, by more than two samples and a second.
 void judge_times(const Plan& plan, const Encoder& encoder, const std::vector<Place>& places, Findings& findings) {
   if (!encoder.counts_turns) return;
   const auto commands = commands_of(plan.schedule, encoder.axis);
-  const Channel& channel = *encoder.channel;
-  const double step = 1.0 / mean_rate(channel);
-  std::vector<std::string> late;
   for (const auto& place : places) {
-    const Motion* motion = motion_of(plan.schedule[place.segment], encoder.axis);
+    const Segment& segment = plan.schedule[place.segment];
+    const Motion* motion = motion_of(segment, encoder.axis);
     if (motion == nullptr || motion->kind != Kind::slew || place.segment == 0) continue;
-    const double from = commands[place.segment - 1], middle = 0.5 * (from + motion->to);
+    const double from = commands[place.segment - 1];
     if (!(std::abs(motion->to - from) > 0.5)) continue;
-    const double sense = motion->to > from ? 1.0 : -1.0;
-    for (std::size_t i = index_at(channel, place.begin); i < channel.values.size() && channel.time(i) < place.end;
-         ++i) {
-      if (!(sense * (channel.values[i] - middle) >= 0.0)) continue;
-      const double off = channel.time(i) + 0.5 * step - 0.5 * (place.begin + place.settled);
-      if (std::abs(off) > 2.0 * step + 1.0)
-        late.push_back(fmt::format("'{}' ({} {})", plan.schedule[place.segment].label, say_seconds(std::abs(off)),
-                                   off > 0.0 ? "late" : "early"));
-      break;
-    }
+    const double delay = delay_of(*encoder.channel, place, from, motion->to);
+    if (!(std::abs(delay) > 2.0 / mean_rate(*encoder.channel) + 1.0)) continue;
+    findings.push_back({Severity::warning,
+                        delay > 0.0 ? "turn_late" : "turn_early",
+                        {{"axis", encoder.axis}, {"offset", std::abs(delay), "s"}},
+                        segment.label});
   }
-  if (!late.empty())
-    findings.push_back(
-        {Severity::warning,
-         fmt::format("{} passed the middle of its turn at another time than the plan says in {}: what "
-                     "the Earth adds on the way is computed from the plan, so state the speed at which it "
-                     "was turned",
-                     encoder.axis, fmt::join(late, ", ")),
-         ""});
 }
 
 bool recorded_alone(const Evidence& evidence, std::size_t recording) {

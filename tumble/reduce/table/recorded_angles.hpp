@@ -18,32 +18,32 @@ struct Stand {
   double commanded = 0.0;  ///< [rad]
   double recorded = 0.0;   ///< [rad] mean of the readings
   double sd = 0.0;         ///< [rad] of the mean, by the scatter and the step of the readings
-  double drift = 0.0;      ///< [rad] second half of the rest less the first
+  double drift = 0.0;      ///< [rad] second half of the rest minus the first
   double drift_sd = 0.0;   ///< [rad] by the scatter and the step of the readings
 };
 
 struct RecordedAngles {
   /// The recordings, unchanged; each plan has the recorded angles in its `hold` and `slew` motions. Where every axis
   /// that the schedule moves was recorded, the plan's `repeatability_sd` is that of the means of the readings;
-  /// `index_zero_sd` and the errors of the scales stay, since an encoder cannot show them.
+  /// `index_zero_sd` and the errors of the scales remain, since an encoder cannot show them.
   Evidence evidence;
   std::vector<Stand> stands;      ///< empty: no angles were recorded
   std::vector<std::string> axes;  ///< whose angles were recorded
-  Findings findings;              ///< angles far from the plan, tables that did not come to rest
+  Findings findings;              ///< angle_off_plan, axis_not_at_rest, turn_late, turn_early
 };
 
 /// Channels called <axis>_angle (or named for such a role in [channels]) replace what the plan commands.
 ///
-/// A rest is what the plan calls one: from where its axes have settled, and `settling` later, to the end of the
-/// segment; of a slew, what follows it in its segment, or else its last reading. Readings that do not count turns are
-/// taken nearest to the command. Where they count turns, a slew that passes its middle at another time than the plan
-/// says is named: what the Earth adds on the way is computed from the plan.
+/// A rest begins `settling` after its axes have settled by the plan and ends with the segment; after a slew it is the
+/// remainder of the segment, or else the last reading. Readings that do not count turns are taken nearest to the
+/// command. Where they count turns, a finding names a slew that passes its middle at another time than the plan says:
+/// the turn of the Earth on the way is calculated from the plan.
 ///
 /// Given     settling   [s], as Problem::settling
 ///           tolerance  [rad] by which a recorded angle may differ from the plan without a warning
 RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, double tolerance);
 
-/// What an axis is told to stand at, at the end of every segment [rad]; NaN where it turns or oscillates.
+/// Commanded angle of an axis at the end of every segment [rad]; NaN where it turns or oscillates.
 std::vector<double> commands_of(const Schedule& schedule, const std::string& axis);
 
 /// Table `angles`: commanded, recorded, difference, sd. Empty rows where nothing was recorded.

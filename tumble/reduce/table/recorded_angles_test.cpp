@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -13,7 +14,7 @@ namespace {
 
 constexpr double arcsec = std::numbers::pi / 648000.0;
 
-/// Three positions and ten turns on a table whose angles are off by what it likes.
+/// Three positions and ten turns on a table with this repeatability [arcsec].
 Evidence recorded(double repeatability) {
   Plan plan = trial_plan("rlg_north_finder", {}, "ring_laser_gyro", "two_axis_table", 1.0);
   plan.rig.set_number("repeatability_sd", repeatability, Unit::parse("arcsec"));
@@ -32,9 +33,16 @@ Evidence recorded(double repeatability) {
 }
 
 const Stand& stand(const RecordedAngles& angles, const char* label, const char* axis) {
-  for (const auto& one : angles.stands)
-    if (one.label == label && one.axis == axis) return one;
+  for (const auto& stand : angles.stands)
+    if (stand.label == label && stand.axis == axis) return stand;
   throw std::runtime_error(label);
+}
+
+/// A value [SI] of a finding of this code.
+double value_of(const Finding& finding, const char* code, const char* name) {
+  EXPECT_EQ(finding.code, code);
+  const auto value = std::ranges::find(finding.values, name, &FindingValue::name);
+  return value == finding.values.end() ? std::nan("") : std::get<double>(value->value);
 }
 
 TEST(RecordedAngles, ReplaceWhatThePlanCommands) {
@@ -45,7 +53,7 @@ TEST(RecordedAngles, ReplaceWhatThePlanCommands) {
   EXPECT_NE(b.recorded, b.commanded);
   EXPECT_EQ(schedule[1].axes.at("outer").value, b.recorded);
   EXPECT_EQ(schedule[2].axes.at("inner").to, stand(angles, "turns", "inner").recorded);
-  // a step of 0.36 arcsec is left in the mean as its variance over 12, and 0.1 arcsec of noise over some 50 readings
+  // a step of 0.36 arcsec remains in the mean as its variance over 12, and 0.1 arcsec of noise over some 50 readings
   EXPECT_NEAR(b.sd, std::hypot(0.36 / std::sqrt(12.0), 0.1 / std::sqrt(50.0)) * arcsec, 0.02 * arcsec);
   EXPECT_LT(angles.evidence.plan.rig.number("repeatability_sd"), 0.2 * arcsec);
   EXPECT_TRUE(angles.findings.empty());
@@ -69,8 +77,10 @@ TEST(RecordedAngles, FarFromThePlanAndNotAtRestAreSaid) {
       for (std::size_t i = 60; i < 120; ++i) channel.values[i] += si(1.0, "deg") + static_cast<double>(i) * arcsec;
   const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
   ASSERT_EQ(angles.findings.size(), 2u);
-  EXPECT_NE(angles.findings[0].message.find("did not come to rest"), std::string::npos);
-  EXPECT_NE(angles.findings[1].message.find("'b' (outer at 91.0"), std::string::npos) << angles.findings[1].message;
+  EXPECT_EQ(angles.findings[0].code, "axis_not_at_rest");
+  EXPECT_EQ(angles.findings[0].where, "b");
+  // 1 deg, and the mean of 62 to 119 arcsec
+  EXPECT_NEAR(value_of(angles.findings[1], "angle_off_plan", "recorded"), si(91.0, "deg"), 120.0 * arcsec);
 }
 
 TEST(RecordedAngles, ATurnAtAnotherTimeIsSaid) {
@@ -79,17 +89,18 @@ TEST(RecordedAngles, ATurnAtAnotherTimeIsSaid) {
     if (segment.label == "turns") segment.axes.at("inner").value = si(18.5, "deg/s");
   const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
   ASSERT_EQ(angles.findings.size(), 1u);
-  // half of 3600 deg at 20 instead of 18.5 deg/s is 7.3 s early, seen to a sample
-  EXPECT_NE(angles.findings[0].message.find("'turns' (6.8"), std::string::npos) << angles.findings[0].message;
+  // half of 3600 deg at 20 instead of 18.5 deg/s is 7.3 s early, seen to a sample of 1 s
+  EXPECT_NEAR(value_of(angles.findings[0], "turn_early", "offset"), 7.3, 1.0);
+  EXPECT_EQ(angles.findings[0].where, "turns");
 }
 
-// Before, the last reading of a recording cut short stood for every slew that follows.
+// Before, the last reading of a shortened recording was the angle of every slew that follows.
 TEST(RecordedAngles, NothingIsSaidOfWhatARecordingCutShortLacks) {
   Evidence evidence = recorded(0.0);
   for (auto& channel : evidence.recordings[0].channels) channel.values.resize(100);  // in b
   const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
   EXPECT_TRUE(angles.findings.empty()) << angles.findings.front().message;
-  for (const auto& one : angles.stands) EXPECT_TRUE(one.label == "a" || one.label == "b") << one.label;
+  for (const auto& stand : angles.stands) EXPECT_TRUE(stand.label == "a" || stand.label == "b") << stand.label;
 }
 
 TEST(RecordedAngles, WithoutEncodersNothingChanges) {
