@@ -30,6 +30,7 @@ struct Say {
 
   std::string operator()(double value) const { return say(value, unit, how); }
   std::string operator()(long long value) const {
+    if (how == "bytes") return say_bytes(static_cast<std::size_t>(value));
     return how.empty() ? std::to_string(value) : say_count(static_cast<std::size_t>(value), std::string(how));
   }
   std::string operator()(const std::string& value) const { return value; }

@@ -90,6 +90,7 @@ using Findings = std::vector<Finding>;
 ///   {length:duration}  310 ms, 12.5 s
 ///   {begin:instant}    812.4 s
 ///   {lost:sample}      1 sample, 3 samples
+///   {size:bytes}       1.5 GB
 /// A code with `one` and `other` has two templates, chosen by the count.
 /// Throws Error::internal for a code that the table lacks, or a template that names an absent value.
 std::string sentence(const Finding& finding);

@@ -12,7 +12,7 @@
 namespace tumble {
 namespace {
 
-constexpr double most_samples = 1e12;      ///< a channel: 8 TB
+constexpr double most_samples = 1e12;  ///< a channel: 8 TB
 
 /// What the instrument's model finds wrong with its terms, physics and electronics.
 void append_truth_problems(const Plan& plan, const Participant& participant, std::vector<std::string>& problems) {
@@ -59,7 +59,7 @@ double highest_frequency(const Motion& motion) {
 
 /// Motion that the steps of the simulation cannot follow, and more or fewer samples than can be.
 void append_rate_problems(const Plan& plan, std::vector<std::string>& problems) {
-  const double rate = plan.sample_rate * std::clamp(plan.truth.integer("oversampling"), 1, most_oversampling);
+  const double rate = plan.sample_rate * plan.truth.integer("oversampling");
   for (const auto& segment : plan.schedule)
     for (const auto& [axis, motion] : segment.axes) {
       const double highest = highest_frequency(motion);
