@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <cassert>
+
+#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
+
+namespace tumble {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+using Reflections = Eigen::HouseholderSequence<MatrixXd, VectorXd>;
+
+/// Q of a matrix and its coefficients, which have to live on.
+Reflections reflections(const MatrixXd& packed, const VectorXd& coefficients) {
+  return Reflections(packed, coefficients).setLength(std::min(packed.rows(), packed.cols()));
+}
+
+VectorXd vector(std::span<const double> values) { return Eigen::Map<const VectorXd>(values.data(), at(values.size())); }
+
+}  // namespace
+
+std::vector<double> solve(const Matrix& a, std::span<const double> b) { return solve(a, as_column(b)).values; }
+
+Matrix solve(const Matrix& a, const Matrix& b) {
+  assert(a.rows >= a.columns && a.rows == b.rows);
+  if (a.columns == 0 || b.columns == 0) return {a.columns, b.columns};
+  const MatrixXd matrix = map(a), right = map(b);
+  if (a.rows == a.columns) return plain(Eigen::PartialPivLU<MatrixXd>(matrix).solve(right));
+  return plain(Eigen::ColPivHouseholderQR<MatrixXd>(matrix).solve(right));
+}
+
+Matrix inverse(const Matrix& a) {
+  assert(a.rows == a.columns);
+  if (a.empty()) return a;
+  return plain(Eigen::PartialPivLU<MatrixXd>(MatrixXd(map(a))).inverse());
+}
+
+double determinant(const Matrix& a) {
+  assert(a.rows == a.columns);
+  return a.empty() ? 1.0 : Eigen::PartialPivLU<MatrixXd>(MatrixXd(map(a))).determinant();
+}
+
+QrFit qr_fit(const Matrix& a, std::span<const double> b) {
+  assert(a.rows == b.size());
+  QrFit out{std::vector<double>(a.columns), Matrix(a.columns, 0), 0, dot(b, b)};
+  if (a.empty()) return out;
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr{MatrixXd(map(a))};
+  const VectorXd y = vector(b), x = qr.solve(y);
+  out.x.assign(x.data(), x.data() + x.size());
+  const Index rank = qr.rank();
+  out.rank = static_cast<std::size_t>(rank);
+  MatrixXd root = MatrixXd::Identity(rank, rank);
+  const MatrixXd upper = qr.matrixQR().topLeftCorner(rank, rank);
+  upper.triangularView<Eigen::Upper>().solveInPlace(root);
+  MatrixXd placed = MatrixXd::Zero(at(a.columns), rank);
+  for (Index k = 0; k < rank; ++k) placed.row(qr.colsPermutation().indices()[k]) = root.row(k);
+  out.root = plain(placed);
+  const auto rest = difference(b, a * out.x);
+  out.residual_square = dot(rest, rest);
+  return out;
+}
+
+HouseholderQr householder_qr(const Matrix& a) {
+  if (a.empty()) return {a, {}};
+  const Eigen::HouseholderQR<MatrixXd> qr{MatrixXd(map(a))};
+  const VectorXd coefficients = qr.hCoeffs();
+  return {plain(qr.matrixQR()), {coefficients.data(), coefficients.data() + coefficients.size()}};
+}
+
+Matrix upper_of(const HouseholderQr& qr) {
+  Matrix out(std::min(qr.packed.rows, qr.packed.columns), qr.packed.columns);
+  for (std::size_t j = 0; j < out.columns; ++j)
+    for (std::size_t i = 0; i < std::min(out.rows, j + 1); ++i) out(i, j) = qr.packed(i, j);
+  return out;
+}
+
+Matrix q_product(const HouseholderQr& qr, const Matrix& b) {
+  assert(qr.packed.rows == b.rows);
+  if (b.empty() || qr.packed.empty()) return b;
+  const MatrixXd packed = map(qr.packed);
+  const VectorXd coefficients = vector(qr.coefficients);
+  MatrixXd out = map(b);
+  out.applyOnTheLeft(reflections(packed, coefficients));
+  return plain(out);
+}
+
+std::vector<double> q_transposed_product(const HouseholderQr& qr, std::span<const double> b) {
+  return q_transposed_product(qr, as_column(b)).values;
+}
+
+Matrix q_transposed_product(const HouseholderQr& qr, const Matrix& b) {
+  assert(qr.packed.rows == b.rows);
+  if (b.empty() || qr.packed.empty()) return b;
+  const MatrixXd packed = map(qr.packed);
+  const VectorXd coefficients = vector(qr.coefficients);
+  MatrixXd out = map(b);
+  out.applyOnTheLeft(reflections(packed, coefficients).adjoint());
+  return plain(out);
+}
+
+std::vector<double> solve(const HouseholderQr& qr, std::span<const double> b) { return solve(qr, as_column(b)).values; }
+
+Matrix solve(const HouseholderQr& qr, const Matrix& b) {
+  const std::size_t n = qr.packed.columns;
+  assert(qr.packed.rows >= n);
+  return solve_upper(block(qr.packed, 0, n, 0, n), block(q_transposed_product(qr, b), 0, n, 0, b.columns));
+}
+
+Matrix solve_upper(const Matrix& upper, const Matrix& b) {
+  assert(upper.rows == upper.columns && upper.rows == b.rows);
+  if (b.empty()) return b;
+  MatrixXd x = map(b);
+  map(upper).triangularView<Eigen::Upper>().solveInPlace(x);
+  return plain(x);
+}
+
+}  // namespace tumble
