@@ -11,7 +11,8 @@ files in apps/ and tumble/ (tests do not count). In the folders of CLEAN a phras
 import pathlib
 import re
 import sys
-import tempfile
+
+import check_tools
 
 PAGE_OF_WORDS = "docs/english.md"
 NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
@@ -107,35 +108,24 @@ TAMPERED = {  # file, its new text, words of the fault
 
 
 def self_test():
-    def result_with(change):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in {**SOUND, **change}.items():
-                path = pathlib.Path(folder, name)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text)
-            return check(pathlib.Path(folder))
-
-    faults, counted = result_with({})
-    failures = [f"the sound tree is refused: {fault}" for fault in faults]
+    failures = check_tools.faults_of_tampering(lambda root: check(root)[0], SOUND, TAMPERED)
+    with check_tools.tree_of(SOUND) as root:
+        _, counted = check(root)
     if counted != ["tumble/methods/a.cpp:1: 'told'"]:
         failures.append(f"counted {counted}, expected the one of tumble/methods/a.cpp")
-    for name, (path, text, words) in TAMPERED.items():
-        faults, _ = result_with({path: text})
-        if len(faults) != 1 or words not in faults[0]:
-            failures.append(f"tampered tree '{name}' gives {faults}, expected one fault with {words}")
     return failures
 
 
+def reported(root):
+    faults, counted = check(root)
+    return faults, f"{len(faults)} faults; {len(counted)} phrases in folders that are not yet clean"
+
+
 def main():
-    if len(sys.argv) not in (2, 3):
-        sys.exit(__doc__)
-    if sys.argv[1] == "--self-test":
-        faults, counted = self_test(), []
-    else:
-        faults, counted = check(pathlib.Path(sys.argv[1]).resolve())
-    print("\n".join(faults + (counted if "--all" in sys.argv else [])) or "no phrase that we do not write")
-    print(f"{len(faults)} faults; {len(counted)} phrases in folders that are not yet clean")
-    sys.exit(1 if faults else 0)
+    if sys.argv[2:] == ["--all"]:
+        sys.argv.pop()
+        print("\n".join(check(pathlib.Path(sys.argv[1]).resolve())[1]))
+    check_tools.main(__doc__, reported, self_test, "no phrase that we do not write")
 
 
 if __name__ == "__main__":
