@@ -34,7 +34,7 @@ CODE = re.compile(r"[a-zA-Z]\w*$")
 SEVERITY = r"(?:(?:\w+::)*Severity::|(?<![\w:.\"]))(?:info|warning|error)\b"
 FIRST = re.compile(rf"(?:[^{{}};]*\?\s*)?{SEVERITY}(?:\s*:\s*(?:[^{{}};]*\?\s*)?{SEVERITY})*$", re.DOTALL)
 PLACEHOLDER = re.compile(r"\{(\w+)(?::([^}]*))?\}")
-FORMAT = re.compile(r"(?:exact|difference|duration|instant|bytes|[a-z]+|[+]?(?:\.\d+)?[efg]?(?: \S.*)?)$")
+FORMAT = re.compile(r"(?:exact|difference|duration|instant|bytes|[a-z][a-z ]*|[+]?(?:\.\d+)?[efg]?(?: \S.*)?)$")
 
 
 def without_comments(text):
@@ -127,13 +127,16 @@ def faults_of_site(where, arguments, text, table):
     if not codes or not all(CODE.match(code) for code in codes):
         return [], True
     faults = []
+    from_variable = len(arguments) > 2 and not arguments[2].startswith("{")
+    prefixes = tuple(re.findall(r'"(\w+_)"\)?\s*\+', text)) if from_variable else ()  # std::string("output_") + axis
     for code in codes:
         if code not in table:
             faults.append(f"{where}: '{code}' does not stand in [finding] of {TABLE}")
             continue
         given = names_given(arguments, text)
         wanted = {name for template in templates_of(table[code]) for name, _ in PLACEHOLDER.findall(template)}
-        faults += [f"{where}: '{code}' has no value '{name}'" for name in sorted(wanted - given)]
+        missing = {name for name in wanted - given if not name.startswith(prefixes)}
+        faults += [f"{where}: '{code}' has no value '{name}'" for name in sorted(missing)]
     return faults, False
 
 

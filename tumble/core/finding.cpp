@@ -75,6 +75,10 @@ Finding::Finding(Severity how_severe, std::string what, std::vector<FindingValue
 }
 
 std::string sentence(const Finding& finding) {
+  return filled(text_of("finding", finding.code, finding.occurrences.count), finding);
+}
+
+std::string filled(const std::string& sentence, const Finding& finding) {
   const Occurrences& often = finding.occurrences;
   fmt::dynamic_format_arg_store<fmt::format_context> store;
   for (const FindingValue& value : finding.values) store.push_back(fmt::arg(value.name.c_str(), value));
@@ -82,7 +86,7 @@ std::string sentence(const Finding& finding) {
   if (often.first.given()) store.push_back(fmt::arg("first", value_of("first", often.first)));
   if (often.worst.given()) store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
   try {
-    return fmt::vformat(text_of("finding", finding.code, often.count), store);
+    return fmt::vformat(sentence, store);
   } catch (const fmt::format_error& error) {
     throw Error(Error::Kind::internal, "the sentence of the finding '" + finding.code + "': " + error.what());
   }

@@ -95,6 +95,10 @@ using Findings = std::vector<Finding>;
 /// Throws Error::internal for a code that the table lacks, or a template that names an absent value.
 std::string sentence(const Finding& finding);
 
+/// A sentence with placeholders as above, filled with the values of a finding.
+/// Throws Error::internal if it names an absent value.
+std::string filled(const std::string& sentence, const Finding& finding);
+
 /// The errors among them as the problems of a refusal: "where: message".
 std::vector<std::string> errors_among(const Findings& findings);
 

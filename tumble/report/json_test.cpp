@@ -121,9 +121,12 @@ void expect_same_finding(const Finding& a, const Finding& b) {
     ASSERT_EQ(p.value.index(), q.value.index()) << p.name;
     if (const auto* number = std::get_if<double>(&p.value))
       expect_same(*number, std::get<double>(q.value), 2.0, p.name);
-    if (const auto* integer = std::get_if<long long>(&p.value)) EXPECT_EQ(*integer, std::get<long long>(q.value));
-    if (const auto* text = std::get_if<std::string>(&p.value)) EXPECT_EQ(*text, std::get<std::string>(q.value));
-    if (const auto* phrase = std::get_if<Phrase>(&p.value)) EXPECT_EQ(phrase->key, std::get<Phrase>(q.value).key);
+    else if (const auto* phrase = std::get_if<Phrase>(&p.value))
+      EXPECT_EQ(phrase->key, std::get<Phrase>(q.value).key);
+    else if (const auto* text = std::get_if<std::string>(&p.value))
+      EXPECT_EQ(*text, std::get<std::string>(q.value));
+    else
+      EXPECT_EQ(std::get<long long>(p.value), std::get<long long>(q.value));
   }
 }
 

@@ -212,7 +212,7 @@ TEST_P(RigLaws, StandardDeviationsAreNotNegative) {
     std::vector<std::string> problems;
     resolve({option}, {{option.name, "-1 " + option.unit, "test"}}, "rig", problems);
     ASSERT_EQ(problems.size(), 1u) << option.name;
-    EXPECT_NE(problems[0].find(option.name + " = '-1 " + option.unit + "': the value must be at least 0"),
+    EXPECT_NE(problems[0].find(option.name + ": '-1 " + option.unit + "': the value must be at least 0"),
               std::string::npos)
         << problems[0];
   }
