@@ -41,9 +41,9 @@ struct Place {
   double time = std::nan("");  ///< [s] on the recording's clock; NaN: the label says it
 
   Place() = default;
-  Place(double time_s) : time(time_s) {}
+  Place(double time_s) : time(time_s) {}  ///< [s]
   Place(std::string text) : label(std::move(text)) {}
-  Place(std::string text, double time_s) : label(std::move(text)), time(time_s) {}
+  Place(std::string text, double time_s) : label(std::move(text)), time(time_s) {}  ///< [s]
   bool given() const { return !label.empty() || std::isfinite(time); }
 };
 
