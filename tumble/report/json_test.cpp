@@ -262,11 +262,9 @@ TEST(ResultJson, ThePageOfTheManualShowsEveryKey) {
 }
 
 TEST(ResultJson, FindingHasCodeValuesCountAndPlaces) {
-  const auto json = nlohmann::json::parse(to_json(Findings{{Finding::Severity::warning,
-                                                            "gap",
-                                                            {{"lost", 34}, {"longest", 0.31, "s"}},
-                                                            "t.top",
-                                                            {3, 812.4, {"run 2", 5.0}}}}));
+  const Finding finding(Finding::Severity::warning, "gap", {{"lost", 34}, {"longest", 0.31, "s"}}, "t.top",
+                        Occurrences{3, Place(812.4), Place("run 2", 5.0)});
+  const auto json = nlohmann::json::parse(to_json(Findings(1, finding)));
   EXPECT_EQ(json, nlohmann::json::parse(R"([{"severity": "warning", "code": "gap", "count": 3, "where": "t.top",
     "message": "3 gaps, 34 samples lost; the longest: 310 ms at run 2; methods that need a constant rate cannot use data across a gap",
     "first": {"time": 812.4}, "worst": {"label": "run 2", "time": 5.0},
@@ -275,7 +273,8 @@ TEST(ResultJson, FindingHasCodeValuesCountAndPlaces) {
 
 TEST(ResultJson, FindingOfAnEarlierVersionHasOnlyASentence) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
-  json["findings"] = {{{"severity", "warning"}, {"message", "gap of 0.31 s"}, {"where", "t.top, 4120.0 s"}}};
+  json["findings"] =
+      nlohmann::json::parse(R"([{"severity": "warning", "message": "gap of 0.31 s", "where": "t.top, 4120.0 s"}])");
   const auto read = estimate_from_json(json.dump(), "old.json");
   ASSERT_EQ(read.findings.size(), 1u);
   EXPECT_EQ(read.findings[0].code, "");

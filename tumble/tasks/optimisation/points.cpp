@@ -71,13 +71,12 @@ std::vector<Matrix> information_of(const Plan& plan, const std::vector<predictio
 
 Matrix symmetric_part(const Matrix& m) { return 0.5 * (m + transposed(m)); }
 
-/// The greatest eigenvalues of a symmetric matrix: those above `least`.
-SymmetricEigen above(const Matrix& m, double least) {
-  const SymmetricEigen all = eigen_symmetric(m);
+/// The greatest eigenvalues, those above `least`, and their vectors.
+SymmetricEigen above(const SymmetricEigen& all, double least) {
   const auto first = std::ranges::upper_bound(all.values, least) - all.values.begin();
   const auto count = all.values.size() - static_cast<std::size_t>(first);
   return {{all.values.begin() + first, all.values.end()},
-          block(all.vectors, 0, m.rows, static_cast<std::size_t>(first), count)};
+          block(all.vectors, 0, all.vectors.rows, static_cast<std::size_t>(first), count)};
 }
 
 std::vector<double> roots(std::vector<double> values) {
@@ -87,7 +86,7 @@ std::vector<double> roots(std::vector<double> values) {
 
 /// N with N N' = m, m symmetric; what rounding made negative is nothing.
 Matrix root(const Matrix& m, double least) {
-  const SymmetricEigen eigen = above(symmetric_part(m), least);
+  const SymmetricEigen eigen = above(eigen_symmetric(symmetric_part(m)), least);
   return scaled_columns(eigen.vectors, roots(eigen.values));
 }
 
@@ -100,13 +99,12 @@ DesignPoint point_of(const Matrix& at_once, const Matrix& at_twice, double dwell
   for (double& s : scale)
     if (!(s > 0.0)) s = 1.0;
   const auto unit = inverses(scale);
-  const Matrix twice = scaled_columns(scaled_rows(unit, at_twice), unit);
-  const auto values = eigenvalues_symmetric(twice);
-  const SymmetricEigen eigen = above(twice, nothing * std::max(values.empty() ? 0.0 : values.back(), 1e-300));
+  const SymmetricEigen all = eigen_symmetric(scaled_columns(scaled_rows(unit, at_twice), unit));
+  const SymmetricEigen eigen = above(all, all.values.empty() ? 0.0 : nothing * std::max(all.values.back(), 1e-300));
   DesignPoint point{Matrix(0, scale.size()), {}};
   if (eigen.values.empty()) return point;
-  const Matrix once = scaled_columns(scaled_rows(unit, at_once), unit);
-  const Matrix first = inverse(transposed_product(eigen.vectors, once) * eigen.vectors);
+  const Matrix half_once = scaled_columns(transposed(eigen.vectors), unit) * at_once;
+  const Matrix first = inverse(scaled_columns(half_once, unit) * eigen.vectors);
   const Matrix second = diagonal(inverses(eigen.values));
   const Matrix white = symmetric_part(2.0 * dwell * (first - second));
   const Matrix basis = scaled_columns(transposed(eigen.vectors), scale);
@@ -116,7 +114,9 @@ DesignPoint point_of(const Matrix& at_once, const Matrix& at_twice, double dwell
     return point;
   }
   point.rows = solve_lower(factor.lower, basis);
-  const Matrix half = solve_lower(factor.lower, second - 1.0 / (2.0 * dwell) * white);
+  Matrix constant = second;
+  for (std::size_t i = 0; i < constant.values.size(); ++i) constant.values[i] -= white.values[i] / (2.0 * dwell);
+  const Matrix half = solve_lower(factor.lower, constant);
   Matrix disturbance = root(solve_lower(factor.lower, transposed(half)), nothing / dwell);
   if (disturbance.columns > 0) point.disturbance = std::move(disturbance);
   return point;
