@@ -119,7 +119,7 @@ TEST(Checks, Jitter) {
   const Findings found = run_checks(uneven, nullptr);
   ASSERT_FALSE(found.empty());
   EXPECT_EQ(found[0].severity, Finding::Severity::warning);
-  EXPECT_EQ(found[0].code, "irregular_samples");
+  EXPECT_EQ(found[0].code, "rate_not_constant");
 }
 
 TEST(Checks, MissingSamples) {

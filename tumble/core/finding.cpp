@@ -83,8 +83,8 @@ std::string filled(const std::string& sentence, const Finding& finding) {
   fmt::dynamic_format_arg_store<fmt::format_context> store;
   for (const FindingValue& value : finding.values) store.push_back(fmt::arg(value.name.c_str(), value));
   store.push_back(fmt::arg("count", FindingValue("count", often.count)));
-  if (often.first.given()) store.push_back(fmt::arg("first", value_of("first", often.first)));
-  if (often.worst.given()) store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
+  store.push_back(fmt::arg("first", value_of("first", often.first)));  // of a stamp that is NaN: "nan s"
+  store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
   try {
     return fmt::vformat(sentence, store);
   } catch (const fmt::format_error& error) {

@@ -114,9 +114,10 @@ void expect_same_finding(const Finding& a, const Finding& b) {
   expect_same_place(a.occurrences.first, b.occurrences.first);
   expect_same_place(a.occurrences.worst, b.occurrences.worst);
   ASSERT_EQ(a.values.size(), b.values.size());
-  for (std::size_t i = 0; i < a.values.size(); ++i) {
-    const auto &p = a.values[i], &q = b.values[i];
-    EXPECT_EQ(p.name, q.name);
+  for (const FindingValue& p : a.values) {
+    const auto same_name = std::ranges::find(b.values, p.name, &FindingValue::name);
+    ASSERT_NE(same_name, b.values.end()) << p.name;
+    const FindingValue& q = *same_name;
     EXPECT_EQ(p.unit, q.unit);
     ASSERT_EQ(p.value.index(), q.value.index()) << p.name;
     if (const auto* number = std::get_if<double>(&p.value))
