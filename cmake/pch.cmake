@@ -3,7 +3,7 @@
 set(tumble_library_headers
     <algorithm> <array> <cmath> <complex> <cstddef> <cstdint> <functional> <limits> <map> <memory> <numbers> <numeric>
     <optional> <set> <span> <string> <string_view> <tuple> <utility> <variant> <vector> <fmt/format.h> <fmt/ranges.h>)
-set(tumble_program_headers ${tumble_library_headers} <filesystem> <CLI/CLI.hpp>)
+set(tumble_program_headers ${tumble_library_headers} <filesystem>)
 set(tumble_test_headers ${tumble_library_headers} <filesystem> <fstream> <random> <sstream> <gtest/gtest.h>)
 
 function(tumble_precompile target)

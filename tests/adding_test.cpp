@@ -128,6 +128,7 @@ TEST(Adding, CheckReportsAJump) {
   const Findings findings = findings_of_my_check(with_temperature({293.0, 293.1, 320.0, 293.2, 293.3}));
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].where, "case");
+  EXPECT_EQ(findings[0].code, "temperature_jump");
   EXPECT_EQ(findings[0].message,
             "2 jumps of more than 5 K between two samples, first at 1 s; check the contacts of the sensor");
 }

@@ -14,10 +14,9 @@
     check_docs.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
 """
 
-import pathlib
 import re
-import sys
-import tempfile
+
+import check_tools
 
 PAGES = "docs/equations"
 
@@ -373,35 +372,8 @@ TAMPERED = {  # file, its new text, words of the fault
 
 
 def self_test():
-    def faults_with(change):
-        tree = dict(SOUND)
-        if change:
-            tree[change[0]] = change[1]
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in tree.items():
-                path = pathlib.Path(folder, name)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text, encoding="utf-8")
-            return check(pathlib.Path(folder))[0]
-
-    failures = [f"the sound tree is refused: {fault}" for fault in faults_with(None)]
-    for name, change in TAMPERED.items():
-        faults = faults_with(change)
-        if len(faults) != 1 or change[2] not in faults[0]:
-            failures.append(f"tampered tree '{name}' gives {faults}, expected one fault with '{change[2]}'")
-    return failures
-
-
-def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    if sys.argv[1] == "--self-test":
-        faults, report = self_test(), ""
-    else:
-        faults, report = check(pathlib.Path(sys.argv[1]).resolve())
-    print("\n".join(([report] if report else []) + (faults or ["docs check passed"])))
-    sys.exit(1 if faults else 0)
+    return check_tools.faults_of_tampering(lambda root: check(root)[0], SOUND, TAMPERED)
 
 
 if __name__ == "__main__":
-    main()
+    check_tools.main(__doc__, check, self_test, "docs check passed")

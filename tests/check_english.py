@@ -11,7 +11,8 @@ string literals of the C++ files in apps/ and tumble/ (tests do not count).
 import pathlib
 import re
 import sys
-import tempfile
+
+import check_tools
 
 PAGE_OF_WORDS = "docs/english.md"
 NOT_PAGES = ("decisions", "equations", "CHANGELOG.md", "english.md")
@@ -105,29 +106,8 @@ TAMPERED = {  # file, its new text, words of the fault
 
 
 def self_test():
-    def result_with(change):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in {**SOUND, **change}.items():
-                path = pathlib.Path(folder, name)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text)
-            return check(pathlib.Path(folder))
-
-    failures = [f"the sound tree is refused: {fault}" for fault in result_with({})]
-    for name, (path, text, words) in TAMPERED.items():
-        faults = result_with({path: text})
-        if len(faults) != 1 or words not in faults[0]:
-            failures.append(f"tampered tree '{name}' gives {faults}, expected one fault with {words}")
-    return failures
-
-
-def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    faults = self_test() if sys.argv[1] == "--self-test" else check(pathlib.Path(sys.argv[1]).resolve())
-    print("\n".join(faults) or "no phrase that we do not write")
-    sys.exit(1 if faults else 0)
+    return check_tools.faults_of_tampering(check, SOUND, TAMPERED)
 
 
 if __name__ == "__main__":
-    main()
+    check_tools.main(__doc__, lambda root: (check(root), ""), self_test, "no phrase that we do not write")

@@ -12,10 +12,9 @@ The digits of a constant stand in tumble/units alone: code of tumble/ and apps/,
     check_layers.py --self-test     a sound small tree passes, and every kind of tampering with it is caught
 """
 
-import pathlib
 import re
-import sys
-import tempfile
+
+import check_tools
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 GENERATED = {"tumble/version.hpp"}
@@ -200,38 +199,17 @@ TAMPERED = {  # file, its new text, words of the fault
     "seconds an hour as an integer": ("tumble/core/x.cpp", "return 3600 * hours;\n", "use hour"),
     "unlisted module": ("tumble/extra/x.cpp", "\n", "extra is not in"),
     "include of an unlisted module": ("tumble/core/x.cpp", '#include "tumble/extra/x.hpp"\n', "extra is not in"),
-    "nothing there": (None, None, "no source file"),
 }
 
 
 def self_test():
-    def faults_with(change):
-        tree = dict(SOUND)
-        if change:
-            name, text, _ = change
-            tree = {"tumble/layers.txt": "units\n"} if name is None else {**tree, name: text}
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in tree.items():
-                path = pathlib.Path(folder, name)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text)
-            return check(pathlib.Path(folder))
-
-    failures = [f"the sound tree is refused: {fault}" for fault in faults_with(None)]
-    for name, change in TAMPERED.items():
-        faults = faults_with(change)
-        if len(faults) != 1 or change[2] not in faults[0]:
-            failures.append(f"tampered tree '{name}' gives {faults}, expected one fault with '{change[2]}'")
+    with check_tools.tree_of({"tumble/layers.txt": "units\n"}) as root:
+        empty = check(root)
+    failures = check_tools.faults_of_tampering(check, SOUND, TAMPERED)
+    if len(empty) != 1 or "no source file" not in empty[0]:
+        failures.append(f"a tree without sources gives {empty}")
     return failures
 
 
-def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    faults = self_test() if sys.argv[1] == "--self-test" else check(pathlib.Path(sys.argv[1]).resolve())
-    print("\n".join(faults) if faults else "layer check passed")
-    sys.exit(1 if faults else 0)
-
-
 if __name__ == "__main__":
-    main()
+    check_tools.main(__doc__, lambda root: (check(root), ""), self_test, "layer check passed")

@@ -37,21 +37,17 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-Verb add_compensate(CLI::App& program) {
-  auto* app = program.add_subcommand("compensate", "Subtract an identified error model from a recording");
+Verb compensate_verb() {
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("RESULT", arguments->result, "result (.json) of identify")->required();
-  app->add_option("RECORDING", arguments->recording, "recording to compensate")->required();
-  app->add_option("-o,--output", arguments->output, "recording to write")->required();
-  app->add_option("--plan", arguments->plan,
-                  "plan whose rig and schedule say what was felt, where the recording does not");
-  add_sets(*app, arguments->sets,
-           "information that the file does not contain:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
-           "segment_column=COLUMN with labels; repeatable");
-  app->footer("Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n");
-  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {"compensate",
+          "Subtract an identified error model from a recording",
+          {{"RESULT", &arguments->result, "result (.json) of identify", true},
+           {"RECORDING", &arguments->recording, "recording to compensate", true},
+           {"-o,--output", &arguments->output, "recording to write", true},
+           {"--plan", &arguments->plan, "plan whose rig and schedule say what was felt, where the recording does not"},
+           reading_sets(arguments->sets)},
+          "Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

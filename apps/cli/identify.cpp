@@ -59,35 +59,30 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-Verb add_identify(CLI::App& program) {
-  auto* app =
-      program.add_subcommand("identify", "Identify parameters with their uncertainty, from a plan and recordings");
+Verb identify_verb() {
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("PLAN|METHOD", arguments->what, "plan file (.toml), or the name of a method that needs none")
-      ->required();
-  app->add_option("RECORDING", arguments->recordings, "recordings, in addition to those of the plan");
-  app->add_option("-o,--output", arguments->output, "result to write (.json); the table is printed as well");
-  app->add_flag("--json", arguments->json, "print the result as JSON instead of a table");
-  app->add_flag("--strict", arguments->strict, "exit status 1 if a limit of the plan fails or cannot be decided");
-  app->add_option("--memory-limit", arguments->memory,
-                  "a recording with more bytes of samples is processed\nin blocks, if the method supports it")
-      ->transform(CLI::AsSizeValue(true))
-      ->type_name("SIZE")
-      ->default_str("2 GB");
-  add_sets(*app, arguments->sets,
-           "a setting of the method (see `tumble list methods NAME`), or\n"
-           "channels.ROLE=COLUMN, or information that a file does not contain:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
-           "segment_column=COLUMN with labels; repeatable");
-  app->footer(
-      "Examples:\n"
-      "  tumble identify allan_noise data.csv --set rate=100\n"
-      "  tumble identify static_bias data.csv --set channels.signal=gyro.x --set unit.gyro.x=deg/h\n"
-      "  tumble identify fog.toml fog.h5 -o fog.json\n"
-      "  tumble identify allan_noise long.h5 --memory-limit \"500 MB\"\n"
-      "  tumble identify acceptance.toml --strict --json | jq .verdicts\n");
-  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {"identify",
+          "Identify parameters with their uncertainty, from a plan and recordings",
+          {{"PLAN|METHOD", &arguments->what, "plan file (.toml), or the name of a method that needs none", true},
+           {"RECORDING", &arguments->recordings, "recordings, in addition to those of the plan"},
+           {"-o,--output", &arguments->output, "result to write (.json); the table is printed as well"},
+           {"--json", &arguments->json, "print the result as JSON instead of a table"},
+           {"--strict", &arguments->strict, "exit status 1 if a limit of the plan fails or cannot be decided"},
+           {.name = "--memory-limit",
+            .value = &arguments->memory,
+            .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
+            .type = "SIZE",
+            .bytes = "2 GB"},
+           reading_sets(arguments->sets,
+                        "a setting of the method (see `tumble list methods NAME`), or\n"
+                        "channels.ROLE=COLUMN, or information that a file")},
+          "Examples:\n"
+          "  tumble identify allan_noise data.csv --set rate=100\n"
+          "  tumble identify static_bias data.csv --set channels.signal=gyro.x --set unit.gyro.x=deg/h\n"
+          "  tumble identify fog.toml fog.h5 -o fog.json\n"
+          "  tumble identify allan_noise long.h5 --memory-limit \"500 MB\"\n"
+          "  tumble identify acceptance.toml --strict --json | jq .verdicts\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -136,37 +136,36 @@ std::string text(const Inspection& inspection) {
   return out;
 }
 
+struct Arguments {
+  std::string recording;
+  std::vector<std::string> sets;
+  bool json = false;
+};
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const auto options = tumble::read_options(parse_sets(arguments.sets));
+  Inspection inspection;
+  {
+    ProgressLine line(terminal);
+    inspection = tumble::inspect(arguments.recording, options, line.progress());
+  }
+  print(arguments.json ? json(inspection).dump(2) + "\n" : text(inspection));
+  return 0;
+}
+
 }  // namespace
 
-Verb add_inspect(CLI::App& program) {
-  struct Arguments {
-    std::string recording;
-    std::vector<std::string> sets;
-    bool json = false;
-  };
-  auto* app = program.add_subcommand("inspect", "Show the channels of a recording, and its faults");
+Verb inspect_verb() {
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("RECORDING", arguments->recording, "recording to read")->required();
-  app->add_flag("--json", arguments->json, "print JSON instead of a table");
-  add_sets(*app, arguments->sets,
-           "information that the file does not contain:\n"
-           "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
-           "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
-           "segment_column=COLUMN with labels; repeatable");
-  app->footer(
-      "Examples:\n"
-      "  tumble inspect data.csv\n"
-      "  tumble inspect data.csv --set rate=100 --set unit.gyro=deg/s --json\n");
-  return {app, [arguments](const Terminal& terminal) {
-            const auto options = tumble::read_options(parse_sets(arguments->sets));
-            Inspection inspection;
-            {
-              ProgressLine line(terminal);
-              inspection = tumble::inspect(arguments->recording, options, line.progress());
-            }
-            print(arguments->json ? json(inspection).dump(2) + "\n" : text(inspection));
-            return 0;
-          }};
+  return {"inspect",
+          "Show the channels of a recording, and its faults",
+          {{"RECORDING", &arguments->recording, "recording to read", true},
+           {"--json", &arguments->json, "print JSON instead of a table"},
+           reading_sets(arguments->sets)},
+          "Examples:\n"
+          "  tumble inspect data.csv\n"
+          "  tumble inspect data.csv --set rate=100 --set unit.gyro=deg/s --json\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

@@ -119,18 +119,18 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-Verb add_list(CLI::App& program) {
-  auto* app = program.add_subcommand("list", "List methods, models, rigs, formats, checks");
+Verb list_verb() {
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("KIND", arguments->kind, "methods, models, rigs, formats or checks (default: all)");
-  app->add_option("NAME", arguments->name, "name of one entry, to show its options and sources");
-  app->add_flag("--json", arguments->json, "print JSON, including the options");
-  app->footer(
-      "Examples:\n"
-      "  tumble list\n"
-      "  tumble list methods allan_noise\n"
-      "  tumble list methods --json | jq '.[].options[].name'\n");
-  return {app, [arguments](const Terminal&) { return run(*arguments); }};
+  return {"list",
+          "List methods, models, rigs, formats, checks",
+          {{"KIND", &arguments->kind, "methods, models, rigs, formats or checks (default: all)"},
+           {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
+           {"--json", &arguments->json, "print JSON, including the options"}},
+          "Examples:\n"
+          "  tumble list\n"
+          "  tumble list methods allan_noise\n"
+          "  tumble list methods --json | jq '.[].options[].name'\n",
+          [arguments](const Terminal&) { return run(*arguments); }};
 }
 
 }  // namespace tumble::cli

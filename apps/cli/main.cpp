@@ -1,24 +1,19 @@
 // The command line of Tumble: `tumble VERB ...`, one file a verb. Everything is done by tumble/tasks.
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
 #include <csignal>
 #include <new>
 
-#include "tumble/core/settings.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/units/error.hpp"
-#include "tumble/version.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
 
-constexpr int usage = 2, data = 3, internal = 4;
+constexpr int data = 3, internal = 4;
 
 int status_of(Error::Kind kind) {
   switch (kind) {
@@ -34,69 +29,12 @@ int status_of(Error::Kind kind) {
   return internal;
 }
 
-std::vector<std::string> option_names(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const auto* option : app.get_options())
-    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
-  return names;
-}
-
-/// What was on the command line that no option or argument takes, with the nearest that would.
-int refuse_extras(const CLI::App& program, const Terminal& terminal) {
-  const auto used = program.get_subcommands();
-  const auto& app = used.empty() ? program : *used.front();
-  const auto help = fmt::format("see `tumble {}--help`", used.empty() ? "" : app.get_name() + " ");
-  std::vector<std::string> verbs;
-  for (const auto* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
-  std::vector<std::string> problems;
-  for (const auto& extra : program.remaining(true)) {
-    if (extra.starts_with("-")) {
-      auto known = option_names(app);
-      for (const auto& name : option_names(program)) known.push_back(name);
-      problems.push_back(fmt::format("unknown option '{}'{} ({})", extra, did_you_mean(extra, known), help));
-    } else if (used.empty()) {
-      problems.push_back(
-          fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));
-      break;  // what follows was meant for it
-    } else {
-      problems.push_back(fmt::format("'{}' is one argument too many ({})", extra, help));
-    }
-  }
-  complain(terminal, problems);
-  return usage;
-}
-
-int run(int argc, char** argv, Terminal& terminal) {
-  CLI::App program("Identify inertial instruments: from a plan and recordings to parameters with uncertainty.",
-                   "tumble");
-  program.set_version_flag("--version", fmt::format("tumble {}", version));
-  program.add_flag("--quiet", terminal.quiet, "print only errors on standard error");
-  program.fallthrough();
-  const std::vector<Verb> verbs{add_list(program),     add_inspect(program), add_simulate(program),
-                                add_identify(program), add_predict(program), add_compensate(program),
-                                add_report(program),   add_convert(program)};
-  program.footer("`tumble VERB --help` describes a verb, with examples.");
-  try {
-    program.parse(argc, argv);
-  } catch (const CLI::ExtrasError&) {
-    return refuse_extras(program, terminal);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
-    const auto used = program.get_subcommands();
-    complain(terminal, fmt::format("{} (see `tumble {}--help`)", error.what(),
-                                   used.empty() ? "" : used.front()->get_name() + " "));
-    return usage;
-  }
-  for (const auto& verb : verbs)
-    if (verb.app->parsed()) return verb.run(terminal);
-  fmt::print(stderr, "{}", program.help());
-  return usage;
-}
-
 int run_and_catch(int argc, char** argv) {
   auto terminal = terminal_of_process();
   try {
-    return run(argc, argv, terminal);
+    const std::vector<Verb> verbs{list_verb(),    inspect_verb(),    simulate_verb(), identify_verb(),
+                                  predict_verb(), compensate_verb(), report_verb(),   convert_verb()};
+    return run_command_line(argc, argv, verbs, terminal);
   } catch (const Error& error) {
     complain(terminal, error.problems);
     return status_of(error.kind);

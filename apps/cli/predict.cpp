@@ -81,31 +81,37 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-Verb add_predict(CLI::App& program) {
-  auto* app = program.add_subcommand("predict", "Predict the uncertainty of every parameter before the test");
+Verb predict_verb() {
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("PLAN", arguments->plan, "plan file (.toml) with [instrument], [rig], [[schedule]] and [truth]")
-      ->required();
-  app->add_flag("--json", arguments->json, "print JSON instead of a table");
-  app->add_flag("--optimise", arguments->optimise,
-                "find the positions, rates and dwell times that the rig allows with the smallest uncertainties");
-  app->add_option("--criterion", arguments->criterion, "A: mean variance (default); D: determinant of the covariance")
-      ->check(CLI::IsMember({"A", "D"}));
-  app->add_option("--total-time", arguments->total_time, "total time of all power-ups (default: that of the plan)")
-      ->type_name("TIME");
-  app->add_option("--step", arguments->step, "step of the grid of positions (default: 15 deg)")->type_name("ANGLE");
-  app->add_option("--terms", arguments->terms,
-                  "only these terms of the model, the others are assumed to be known; repeatable")
-      ->type_name("TERM,...")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  app->add_option("-o,--output", arguments->output, "plan to write, with the new schedule (.toml)");
-  add_sets(*app, arguments->sets, "value that replaces that of the plan: KEY, truth.KEY, rig.KEY; repeatable");
-  app->footer(
-      "Examples:\n"
-      "  tumble predict gyro.toml\n"
-      "  tumble predict gyro.toml --optimise --total-time \"2 h\" -o best.toml\n");
-  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {"predict",
+          "Predict the uncertainty of every parameter before the test",
+          {{"PLAN", &arguments->plan, "plan file (.toml) with [instrument], [rig], [[schedule]] and [truth]", true},
+           {"--json", &arguments->json, "print JSON instead of a table"},
+           {"--optimise", &arguments->optimise,
+            "find the positions, rates and dwell times that the rig allows with the smallest uncertainties"},
+           {.name = "--criterion",
+            .value = &arguments->criterion,
+            .description = "A: mean variance (default); D: determinant of the covariance",
+            .words = {"A", "D"}},
+           {.name = "--total-time",
+            .value = &arguments->total_time,
+            .description = "total time of all power-ups (default: that of the plan)",
+            .type = "TIME"},
+           {.name = "--step",
+            .value = &arguments->step,
+            .description = "step of the grid of positions (default: 15 deg)",
+            .type = "ANGLE"},
+           {.name = "--terms",
+            .value = &arguments->terms,
+            .description = "only these terms of the model, the others are assumed to be known; repeatable",
+            .type = "TERM,...",
+            .separator = ','},
+           {"-o,--output", &arguments->output, "plan to write, with the new schedule (.toml)"},
+           sets_argument(arguments->sets, "value that replaces that of the plan: KEY, truth.KEY, rig.KEY; repeatable")},
+          "Examples:\n"
+          "  tumble predict gyro.toml\n"
+          "  tumble predict gyro.toml --optimise --total-time \"2 h\" -o best.toml\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

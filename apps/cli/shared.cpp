@@ -14,8 +14,16 @@ namespace tumble::cli {
 
 namespace fs = std::filesystem;
 
-void add_sets(CLI::App& verb, std::vector<std::string>& texts, const std::string& what) {
-  verb.add_option("--set", texts, what)->type_name("KEY=VALUE")->allow_extra_args(false);
+Argument sets_argument(std::vector<std::string>& texts, std::string what) {
+  return {.name = "--set", .value = &texts, .description = std::move(what), .type = "KEY=VALUE"};
+}
+
+Argument reading_sets(std::vector<std::string>& texts, const std::string& before) {
+  return sets_argument(texts, before +
+                                  " does not contain:\n"
+                                  "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
+                                  "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
+                                  "segment_column=COLUMN with labels; repeatable");
 }
 
 tumble::Sets parse_sets(const std::vector<std::string>& texts) {

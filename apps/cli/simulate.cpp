@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -37,28 +36,18 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-Verb add_simulate(CLI::App& program) {
-  auto* app = program.add_subcommand("simulate", "Simulate the test of a plan, with rig and instrument");
+Verb simulate_verb() {
   auto arguments = std::make_shared<Arguments>();
-  app->add_option("PLAN", arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]")->required();
-  app->add_option("-o,--output", arguments->output, "recording to write (default: <plan>.h5 in this folder)");
-  app->add_option("--seed", arguments->seed, "seed of the random numbers; the same seed gives the same bytes")
-      ->check(
-          [](const std::string& text) {
-            std::uint64_t value = 0;
-            const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-            return fault == std::errc{} && end == text.data() + text.size()
-                       ? std::string()
-                       : "a whole number from 0 to 18446744073709551615 is expected, not '" + text + "'";
-          },
-          "SEED")
-      ->capture_default_str();
-  add_sets(*app, arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable");
-  app->footer(
-      "Examples:\n"
-      "  tumble simulate fog.toml -o fog.h5 --seed 7\n"
-      "  tumble simulate fog.toml -o quiet.csv --set truth.angle_random_walk=\"0 deg/sqrt(h)\"\n");
-  return {app, [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {"simulate",
+          "Simulate the test of a plan, with rig and instrument",
+          {{"PLAN", &arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]", true},
+           {"-o,--output", &arguments->output, "recording to write (default: <plan>.h5 in this folder)"},
+           {"--seed", &arguments->seed, "seed of the random numbers; the same seed gives the same bytes"},
+           sets_argument(arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable")},
+          "Examples:\n"
+          "  tumble simulate fog.toml -o fog.h5 --seed 7\n"
+          "  tumble simulate fog.toml -o quiet.csv --set truth.angle_random_walk=\"0 deg/sqrt(h)\"\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

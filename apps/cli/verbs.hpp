@@ -1,8 +1,9 @@
 #pragma once
 
-#include <CLI/App.hpp>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "terminal.hpp"
@@ -10,23 +11,44 @@
 
 namespace tumble::cli {
 
+/// An option or argument of a verb, and where its value goes. A flag has a bool, a repeatable one a list.
+struct Argument {
+  std::string name;  ///< "PLAN", "--json", "-o,--output"
+  std::variant<bool*, std::string*, std::vector<std::string>*, std::uint64_t*> value;
+  std::string description;
+  bool required = false;
+  std::string type = {};                ///< shown in the help in place of TEXT: "ANGLE"
+  std::vector<std::string> words = {};  ///< what is accepted; empty: any text
+  char separator = 0;                   ///< between several values of one occurrence; 0: one value each
+  std::string bytes = {};               ///< a size with a unit; its default as the help shows it: "2 GB"
+};
+
 /// A word of the command line: its options, and what to do once they are read.
 struct Verb {
-  CLI::App* app = nullptr;
+  std::string name, summary;
+  std::vector<Argument> arguments;
+  std::string footer;
   std::function<int(const Terminal&)> run;  ///< returns the exit status
 };
 
-Verb add_list(CLI::App& program);
-Verb add_inspect(CLI::App& program);
-Verb add_simulate(CLI::App& program);
-Verb add_identify(CLI::App& program);
-Verb add_compensate(CLI::App& program);
-Verb add_predict(CLI::App& program);
-Verb add_report(CLI::App& program);
-Verb add_convert(CLI::App& program);
+Verb list_verb();
+Verb inspect_verb();
+Verb simulate_verb();
+Verb identify_verb();
+Verb compensate_verb();
+Verb predict_verb();
+Verb report_verb();
+Verb convert_verb();
 
-/// The repeatable option --set key=value.
-void add_sets(CLI::App& verb, std::vector<std::string>& texts, const std::string& what);
+/// Exit status of a wrong command line, plan or option.
+constexpr int usage = 2;
+
+/// Reads the command line and runs its verb. Returns the exit status; throws what the verb throws.
+int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Terminal& terminal);
+
+/// The repeatable option --set key=value; and what it may say about a recording.
+Argument sets_argument(std::vector<std::string>& texts, std::string what);
+Argument reading_sets(std::vector<std::string>& texts, const std::string& before = "information that the file");
 /// Throws Error::bad_input for a text without "=".
 tumble::Sets parse_sets(const std::vector<std::string>& texts);
 

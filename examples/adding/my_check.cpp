@@ -1,12 +1,9 @@
 // A check of one's own: a temperature that jumps. A chamber changes by kelvins a minute; a jump from one sample to the
 // next is a loose contact or an electrical disturbance.
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 namespace {
@@ -21,12 +18,11 @@ Findings run(const Recording& recording, const Plan*) {
     for (std::size_t k = 1; k < channel.values.size(); ++k)
       if (std::abs(channel.values[k] - channel.values[k - 1]) > largest_step && jumps++ == 0) first = k;
     if (jumps == 0) continue;
-    findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} of more than {} between two samples, first at {}; check the contacts of the sensor",
-                     say_count(jumps, "jump"), say_difference(largest_step, Unit::parse("K")),
-                     say_instant(channel.time(first))),
-         channel.name});
+    findings.push_back({Finding::Severity::warning,
+                        "temperature_jump",
+                        {{"limit", largest_step, "K"}},
+                        channel.name,
+                        {jumps, channel.time(first)}});
   }
   return findings;
 }

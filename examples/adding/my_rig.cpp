@@ -19,8 +19,7 @@ const Machine& machine() {
                                          "20 deg/s^2"}},
                                .geometry = {},
                                .imperfections = axis_imperfections({"tilt"}),
-                               .joints = joints,
-                               .check = nullptr};
+                               .joints = joints};
   return machine;
 }
 

@@ -1,8 +1,5 @@
-#include <fmt/format.h>
-
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/timelines.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 
@@ -19,10 +16,10 @@ Findings run(const Recording& recording, const Plan*) {
       if (stamps[i] < stamps[i - 1] && count++ == 0) first = i;
     if (count == 0) continue;
     findings.push_back({Finding::Severity::error,
-                        fmt::format("the clock runs backwards {}, first at sample {}: {} after {}",
-                                    count == 1 ? "once" : fmt::format("{} times", count), first,
-                                    say_instant(stamps[first]), say_instant(stamps[first - 1])),
-                        timeline.where});
+                        "backward_stamps",
+                        {{"sample", first}, {"stamp", stamps[first], "s"}, {"before", stamps[first - 1], "s"}},
+                        timeline.where,
+                        {count, stamps[first]}});
   }
   return findings;
 }

@@ -1,12 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 
@@ -66,18 +63,19 @@ std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
     const double quarter = 0.25 * (r.highest - r.lowest);  // more than `near` of the jumps below can be
     if (spread.lowest > r.lowest + quarter || spread.highest < r.highest - quarter) continue;
     const double step = usual_step(channel.values, r.highest - r.lowest + 1.0);
-    // Counts that use the whole of it anyway run over it or do not: that cannot be told.
+    // Counts that use the whole of it anyway run over it or do not: the counts do not show which.
     if (16.0 * (step + 1.0) > r.highest - r.lowest) continue;
     const Jumps jumps = jumps_in(channel.values, r, step);
     if (jumps.count == 0) continue;
     return Finding{Finding::Severity::error,
-                   fmt::format("the counter passed the end of its {} bits{} {} ({:.0f} after {:.0f}), first at {}: add "
-                               "or subtract {:.0f} there, or count in a wider register or a shorter period",
-                               r.bits, r.lowest < 0.0 ? " with sign" : "",
-                               jumps.count == 1 ? "once" : fmt::format("{} times", jumps.count),
-                               channel.values[jumps.first], channel.values[jumps.first - 1],
-                               say_instant(channel.time(jumps.first)), r.highest - r.lowest + 1.0),
-                   channel.name};
+                   "counter_overflow",
+                   {{"bits", r.bits},
+                    {"register", Phrase{r.lowest < 0.0 ? "signed_register" : "unsigned_register"}},
+                    {"counts", std::llround(channel.values[jumps.first])},
+                    {"before", std::llround(channel.values[jumps.first - 1])},
+                    {"size", std::llround(r.highest - r.lowest + 1.0)}},
+                   channel.name,
+                   {jumps.count, channel.time(jumps.first)}};
   }
   return std::nullopt;
 }
@@ -93,11 +91,12 @@ std::optional<Finding> stopped(const Channel& channel, const Spread& spread) {
                            static_cast<double>(before) + 4.0 * std::sqrt(static_cast<double>(before) + 1.0))
         continue;
       return Finding{Finding::Severity::error,
-                     fmt::format("the counter stays at {:.0f}, the end of {} bits{}, in {}: further pulses are lost; "
-                                 "count in a wider register or a shorter period",
-                                 end, r.bits, r.lowest < 0.0 ? " with sign" : "",
-                                 say_count(static_cast<std::size_t>(there), "window")),
-                     channel.name};
+                     "counter_stopped",
+                     {{"bits", r.bits},
+                      {"register", Phrase{r.lowest < 0.0 ? "signed_register" : "unsigned_register"}},
+                      {"counts", std::llround(end)}},
+                     channel.name,
+                     {static_cast<std::size_t>(there)}};
     }
   return std::nullopt;
 }

@@ -1,8 +1,5 @@
-#include <fmt/format.h>
-
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/timelines.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 
@@ -19,12 +16,11 @@ Findings run(const Recording& recording, const Plan*) {
       if (stamps[i] == stamps[i - 1] && count++ == 0) first = i;
     if (count == 0) continue;
     const bool coarse = 4 * count > stamps.size();
-    findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} the stamp of the sample before, first at {}{}",
-                     count == 1 ? "one sample has" : fmt::format("{} samples have", count), say_instant(stamps[first]),
-                     coarse ? ": the stamps are coarser than the sampling interval" : ""),
-         timeline.where});
+    findings.push_back({Finding::Severity::warning,
+                        coarse ? "coarse_stamps" : "duplicate_stamps",
+                        {},
+                        timeline.where,
+                        {count, stamps[first]}});
   }
   return findings;
 }

@@ -1,7 +1,6 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/timelines.hpp"
 #include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 
@@ -9,20 +8,35 @@ namespace {
 
 using namespace support;
 
+Finding uneven(const Clock& clock, const std::string& where) {
+  if (clock.rate_change > 0.0)
+    return {Finding::Severity::warning, "rate_not_constant", {{"change", clock.rate_change, "%"}}, where};
+  if (clock.scatter > 0.0)
+    return {Finding::Severity::warning,
+            "irregular_samples",
+            {{"samples", clock.scatter_samples}, {"scatter", clock.scatter, "%"}},
+            where};
+  return {Finding::Severity::warning, "stamps_do_not_advance", {}, where};
+}
+
+Finding scattered(const Clock& clock, const StampedTimeline& timeline) {
+  const bool pauses = clock.longest_pause * clock.rate > 2.0;
+  return {Finding::Severity::info,
+          pauses ? "jitter_with_pauses" : "jitter",
+          {{"jitter", clock.jitter_rms, "s"}, {"rate", clock.rate, "Hz"}, {"pause", clock.longest_pause, "s"}},
+          timeline.where,
+          {1, {}, pauses ? Place(timeline.channel->time(clock.pause_after)) : Place()}};
+}
+
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording)) {
     const Clock clock = clock_of(*timeline.channel);
     if (!clock.gaps.empty() || clock.backward > 0 || timeline.channel->values.size() < 3) continue;  // said elsewhere
-    if (!clock.even) {
-      findings.push_back({Finding::Severity::warning, "not evenly sampled: " + clock.reason, timeline.where});
-    } else if (clock.jitter_rms * clock.rate > 0.05) {
-      std::string message = clock.reason;
-      if (clock.longest_pause * clock.rate > 2.0)
-        message += ", with pauses of up to " + say_seconds(clock.longest_pause) + " (at " +
-                   say_instant(timeline.channel->time(clock.pause_after)) + ") in which no sample was lost";
-      findings.push_back({Finding::Severity::info, message + ": treated as evenly sampled", timeline.where});
-    }
+    if (!clock.even)
+      findings.push_back(uneven(clock, timeline.where));
+    else if (clock.jitter_rms * clock.rate > 0.05)
+      findings.push_back(scattered(clock, timeline));
   }
   return findings;
 }

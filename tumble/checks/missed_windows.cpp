@@ -1,12 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 
@@ -71,14 +68,11 @@ Findings run(const Recording& recording, const Plan*) {
     if (!counts_pulses(channel) || !spread_of(channel).whole) continue;
     const Late late = late_reads(channel);
     if (late.windows == 0) continue;
-    findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} the pulses of several ({:.0f} times those of its neighbours at {}), {} missed: the card was "
-                     "read too late, after it had counted further; leave such windows blank, or distribute their "
-                     "pulses over the missed windows",
-                     late.windows == 1 ? "one window holds" : fmt::format("{} windows hold", late.windows), late.times,
-                     say_instant(channel.time(late.first)), say_count(late.missed, "window")),
-         channel.name});
+    findings.push_back({Finding::Severity::warning,
+                        "missed_windows",
+                        {{"missed", late.missed}, {"times", std::lround(late.times)}},
+                        channel.name,
+                        {late.windows, channel.time(late.first)}});
   }
   return findings;
 }

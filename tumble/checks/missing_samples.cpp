@@ -1,10 +1,7 @@
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
@@ -28,12 +25,13 @@ Findings look_at(const Channel& channel) {
     if (run > longest) longest = run, longest_begin = i + 1 - run;
   }
   if (missing == size)
-    return {{Finding::Severity::error, size == 0 ? "no samples" : "every sample is missing", channel.name}};
+    return {{Finding::Severity::error, size == 0 ? "no_samples" : "all_samples_missing", {}, channel.name}};
+  const double part = static_cast<double>(missing) / static_cast<double>(size);
   return {{2 * missing > size ? Finding::Severity::error : Finding::Severity::warning,
-           fmt::format("{} of {} samples missing ({:.2g} %), the most in a row {} from {}", missing, size,
-                       100.0 * static_cast<double>(missing) / static_cast<double>(size), longest,
-                       say_instant(channel.time(longest_begin))),
-           channel.name}};
+           "missing_samples",
+           {{"samples", size}, {"part", part, "%"}, {"longest", longest}},
+           channel.name,
+           {missing, {}, channel.time(longest_begin)}}};
 }
 
 Findings run(const Recording& recording, const Plan*) { return findings_of_each(recording, look_at); }

@@ -1,12 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
@@ -57,7 +54,7 @@ double greatest_bend(const std::vector<double>& x, std::size_t begin, std::size_
 }
 
 struct Outliers {
-  std::size_t count = 0, farthest = 0;
+  std::size_t count = 0, first = 0, farthest = 0;
   double distance = 0.0, usual = 0.0;  // of the farthest
 };
 
@@ -86,7 +83,7 @@ Outliers find_outliers(const std::vector<double>& x, double quantum, const std::
       const double rings = std::max(greatest_bend(x, i > ringing + 1 ? i - ringing - 1 : 1, i - 1),
                                     greatest_bend(x, i + 2, i + 2 + ringing));
       if (!(distance > far * local) || rings > distance / 3.0) continue;
-      ++found.count;
+      if (found.count++ == 0) found.first = i;
       if (distance > found.distance) found.farthest = i, found.distance = distance, found.usual = local;
     }
   }
@@ -101,11 +98,10 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum, moves);
   if (found.count == 0) return {};
   return {{Finding::Severity::warning,
-           fmt::format("{} far from both neighbours, the farthest by {} ({:.0f} times the usual) at {}",
-                       found.count == 1 ? "one sample is" : fmt::format("{} samples are", found.count),
-                       say_difference(found.distance, channel.unit), found.distance / found.usual,
-                       say_instant(channel.time(found.farthest))),
-           channel.name}};
+           "outlier",
+           {{"distance", found.distance, channel.unit}, {"times", found.distance / found.usual}},
+           channel.name,
+           {found.count, channel.time(found.first), channel.time(found.farthest)}}};
 }
 
 Findings run(const Recording& recording, const Plan*) {

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -7,7 +5,6 @@
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
@@ -96,14 +93,14 @@ bool quiet_position(const Channel& channel, const std::vector<Mark>& marks, doub
   return 2 * near > all;
 }
 
-Finding finding(const Channel& channel, double extreme, std::size_t count, const char* side) {
-  std::size_t first = 0;
-  while (channel.values[first] != extreme) ++first;
+Finding finding(const Channel& channel, double extreme, std::size_t count, bool highest) {
+  const auto first = static_cast<std::size_t>(std::ranges::find(channel.values, extreme) - channel.values.begin());
   return {Finding::Severity::warning,
-          fmt::format("saturated: {} ({:.2g} %) at the {} value, {}, first at {}", say_count(count, "sample"),
-                      100.0 * static_cast<double>(count) / static_cast<double>(channel.values.size()), side,
-                      say_value(extreme, channel.unit), say_instant(channel.time(first))),
-          channel.name};
+          highest ? "saturated_highest" : "saturated_lowest",
+          {{"part", static_cast<double>(count) / static_cast<double>(channel.values.size()), "%"},
+           {"value", extreme, channel.unit}},
+          channel.name,
+          {count, channel.time(first)}};
 }
 
 Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
@@ -116,7 +113,7 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   }
   const Texture texture = texture_of(channel.values);
   const bool wide = high.extreme + low.extreme > 8.0 * texture.quantum;
-  for (const auto& [end, sign, side] : {std::tuple{high, 1.0, "highest"}, std::tuple{low, -1.0, "lowest"}}) {
+  for (const auto& [end, sign] : {std::pair{high, 1.0}, std::pair{low, -1.0}}) {
     const double extreme = sign * end.extreme;
     if (!wide) continue;
     const auto plateaus = [&](std::size_t length) {
@@ -125,7 +122,7 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
     const bool piled = texture.noisy && piled_up(end) && !quiet_position(channel, marks, extreme);
     const bool cut_off = piled || plateaus(2);
     if (cut_off && (plateaus(3) || !comes_in_one_pattern(channel.values, extreme, texture.quantum)))
-      findings.push_back(finding(channel, extreme, end.at_extreme, side));
+      findings.push_back(finding(channel, extreme, end.at_extreme, sign > 0.0));
   }
   return findings;
 }

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -41,11 +39,7 @@ Schedule planned(const Recording& recording, const Plan& plan) {
   return segments;
 }
 
-Finding warning(std::string message, std::string where = "") {
-  return {Finding::Severity::warning, std::move(message), std::move(where)};
-}
-
-/// Nobody switches a table to the sample: half a per cent, and two samples, are let pass.
+/// Nobody switches a table to the sample: half a per cent and two samples are accepted.
 double allowance(double duration, double sample) { return 0.005 * duration + 2.0 * sample; }
 
 /// Without marks the length is all there is. The recording may hold the whole, one run or one segment; with several
@@ -63,47 +57,58 @@ Findings by_length(const Schedule& segments, const Extent& extent) {
   for (const auto& [run, duration] : runs)
     if (fits(duration)) return {};
   if (fits(whole) || (runs.size() > 1 && found > whole)) return {};
-  return {warning(fmt::format("the recording lasts {}, the schedule {}{}", say_seconds(found), say_seconds(whole),
-                              segments.size() > 1 ? ", and no run or segment of it lasts as long" : ""))};
+  return {{Finding::Severity::warning,
+           segments.size() > 1 ? "length_of_no_part" : "length_mismatch",
+           {{"recorded", found, "s"}, {"planned", whole, "s"}}}};
 }
 
-std::string named(const std::string& label, int run) { return fmt::format("segment '{}' of run {}", label, run); }
+/// What is the matter with the duration of the segment that a mark begins; nothing if it is as planned.
+void compare_duration(const std::vector<Mark>& marks, std::size_t i, double planned, const Extent& extent,
+                      Findings& findings) {
+  const Mark& mark = marks[i];
+  const std::string where = say_instant(mark.begin);
+  if (mark.begin >= extent.end) {
+    findings.push_back({Finding::Severity::warning,
+                        "segment_after_end",
+                        {{"segment", mark.label}, {"run", mark.run}, {"end", extent.end, "s"}},
+                        where});
+    return;
+  }
+  const bool last = i + 1 == marks.size(), last_of_run = last || marks[i + 1].run != mark.run;
+  const double recorded = std::min(last ? extent.end : marks[i + 1].begin, extent.end) - mark.begin;
+  const double allowed = allowance(planned, extent.sample);
+  const bool too_long = recorded > planned + allowed && (!last_of_run || last);
+  if (recorded < planned - allowed || too_long)
+    findings.push_back(
+        {Finding::Severity::warning,
+         "segment_duration",
+         {{"segment", mark.label}, {"run", mark.run}, {"recorded", recorded, "s"}, {"planned", planned, "s"}},
+         where});
+}
 
 Findings by_marks(const Recording& recording, const Schedule& segments, const Extent& extent) {
   Findings findings;
   const auto& marks = recording.marks;
-  std::vector<bool> seen(segments.size(), false);
-  const auto run_is_here = [&](int run) {
-    return std::any_of(marks.begin(), marks.end(), [&](const Mark& mark) { return mark.run == run; });
-  };
+  std::vector<bool> recorded(segments.size(), false);
   for (std::size_t i = 0; i < marks.size(); ++i) {
+    const Mark& mark = marks[i];
     std::size_t k = 0;
-    while (k < segments.size() && (seen[k] || segments[k].label != marks[i].label || segments[k].run != marks[i].run))
-      ++k;
-    const std::string where = say_instant(marks[i].begin);
+    while (k < segments.size() && (recorded[k] || segments[k].label != mark.label || segments[k].run != mark.run)) ++k;
     if (k == segments.size()) {
-      findings.push_back(warning(named(marks[i].label, marks[i].run) + " is not in the schedule", where));
+      findings.push_back({Finding::Severity::warning,
+                          "segment_not_scheduled",
+                          {{"segment", mark.label}, {"run", mark.run}},
+                          say_instant(mark.begin)});
       continue;
     }
-    seen[k] = true;
-    if (marks[i].begin >= extent.end) {
-      findings.push_back(warning(fmt::format("{} is not in the recording, which ends at {}",
-                                             named(marks[i].label, marks[i].run), say_instant(extent.end)),
-                                 where));
-      continue;
-    }
-    const bool last_of_run = i + 1 == marks.size() || marks[i + 1].run != marks[i].run;
-    const double found = std::min(i + 1 < marks.size() ? marks[i + 1].begin : extent.end, extent.end) - marks[i].begin;
-    const double planned_duration = segments[k].duration, allowed = allowance(planned_duration, extent.sample);
-    const bool too_long = found > planned_duration + allowed && (!last_of_run || i + 1 == marks.size());
-    if (found < planned_duration - allowed || too_long)
-      findings.push_back(warning(fmt::format("{} lasts {}, but the plan says {}", named(marks[i].label, marks[i].run),
-                                             say_seconds(found), say_seconds(planned_duration)),
-                                 where));
+    recorded[k] = true;
+    compare_duration(marks, i, segments[k].duration, extent, findings);
   }
   for (std::size_t k = 0; k < segments.size(); ++k)
-    if (!seen[k] && run_is_here(segments[k].run))
-      findings.push_back(warning(named(segments[k].label, segments[k].run) + " is not in the recording"));
+    if (!recorded[k] && std::ranges::find(marks, segments[k].run, &Mark::run) != marks.end())
+      findings.push_back({Finding::Severity::warning,
+                          "segment_not_recorded",
+                          {{"segment", segments[k].label}, {"run", segments[k].run}}});
   return findings;
 }
 

@@ -1,12 +1,9 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
@@ -117,7 +114,9 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool on
     // the file of one position of a quiet unit may well hold the same count throughout
     const bool matters = carries_the_answer(channel.kind) || (channel.kind == QuantityKind::count && !one_segment);
     return {{matters ? Finding::Severity::error : Finding::Severity::info,
-             "constant: " + say_value(lowest, channel.unit) + " throughout", channel.name}};
+             "constant_output",
+             {{"value", lowest, channel.unit}},
+             channel.name}};
   }
   const Texture texture = texture_of(channel.values);
   if (!texture.noisy) return {};
@@ -125,12 +124,11 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool on
   const Stuck stuck = stuck_runs(channel, borders_of(channel, marks), shortest, lowest, highest);
   if (stuck.times == 0) return {};
   const double length = channel.time(stuck.longest_begin + stuck.longest - 1) - channel.time(stuck.longest_begin);
-  return {
-      {Finding::Severity::warning,
-       fmt::format("stuck {} ({} in all), the longest {} at {}",
-                   stuck.times == 1 ? "once" : fmt::format("{} times", stuck.times), say_count(stuck.samples, "sample"),
-                   say_seconds(length), say_instant(channel.time(stuck.longest_begin))),
-       channel.name}};
+  return {{Finding::Severity::warning,
+           "stuck_output",
+           {{"samples", stuck.samples}, {"longest", length, "s"}},
+           channel.name,
+           {stuck.times, {}, channel.time(stuck.longest_begin)}}};
 }
 
 bool holds_one_segment(const Recording& recording, const Plan* plan) {

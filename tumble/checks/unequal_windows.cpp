@@ -1,10 +1,7 @@
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
-#include "tumble/core/say.hpp"
 
 namespace tumble::checks {
 
@@ -51,11 +48,8 @@ Findings run(const Recording& recording, const Plan*) {
     const Slope slope = slope_of(channel);
     // One for counts that go with the interval, none for stamps that are merely late.
     if (!(slope.scatter > 1e-4) || !(slope.sd < 0.1) || std::abs(slope.value - 1.0) > 0.3 + 4.0 * slope.sd) continue;
-    findings.push_back({Finding::Severity::warning,
-                        fmt::format("the windows are unequal: they scatter by {:.2g} % and the counts follow them; "
-                                    "divide each count by its own time (windows = \"stamps\" in vibration tests)",
-                                    100.0 * slope.scatter),
-                        channel.name});
+    findings.push_back(
+        {Finding::Severity::warning, "unequal_windows", {{"scatter", slope.scatter, "%"}}, channel.name});
   }
   return findings;
 }

@@ -1,9 +1,6 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/math/extremes.hpp"
 
 namespace tumble::checks {
@@ -21,18 +18,18 @@ bool raw_output(const Unit& unit) {
 struct Promise {
   std::string_view beginning;
   std::vector<QuantityKind> kinds;
-  std::string_view expected;
+  Phrase expected;
 };
 
 const std::vector<Promise>& promises() {
   using enum QuantityKind;
   static const std::vector<Promise> all{
-      {"gyro", {angular_rate, angle}, "an angular rate or angle increment"},
-      {"reference_gyro", {angular_rate, angle}, "an angular rate or angle increment"},
-      {"accelerometer", {specific_force, velocity}, "a specific force or velocity increment"},
-      {"temperature", {temperature}, "a temperature"},
-      {"table_angle", {angle}, "an angle"},
-      {"arm_angle", {angle}, "an angle"},
+      {"gyro", {angular_rate, angle}, Phrase{"rate_or_angle"}},
+      {"reference_gyro", {angular_rate, angle}, Phrase{"rate_or_angle"}},
+      {"accelerometer", {specific_force, velocity}, Phrase{"force_or_velocity"}},
+      {"temperature", {temperature}, Phrase{"temperature"}},
+      {"table_angle", {angle}, Phrase{"angle"}},
+      {"arm_angle", {angle}, Phrase{"angle"}},
   };
   return all;
 }
@@ -50,12 +47,9 @@ void look_at_unit(const Channel& channel, std::string_view name, Findings& findi
   const Promise* promise = promise_of(name);
   if (promise == nullptr || raw_output(channel.unit)) return;
   if (std::find(promise->kinds.begin(), promise->kinds.end(), kind_of(channel.unit)) != promise->kinds.end()) return;
-  const bool plain = channel.unit.dimension() == Dimension{};
   findings.push_back({Finding::Severity::warning,
-                      plain
-                          ? fmt::format("has no unit; for '{}' {} or a raw output is expected", name, promise->expected)
-                          : fmt::format("is in {}; for '{}' {} or a raw output is expected", channel.unit.text(), name,
-                                        promise->expected),
+                      channel.unit.dimension() == Dimension{} ? "no_unit" : "unexpected_unit",
+                      {{"unit", channel.unit.text()}, {"name", std::string(name)}, {"expected", promise->expected}},
                       channel.name});
 }
 
@@ -64,14 +58,10 @@ void look_at_temperature(const Channel& channel, Findings& findings) {
   const double lowest = extremes_of(channel.values).lowest;
   if (channel.unit.offset() != 0.0 && lowest < 0.0)
     findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} {} lies below absolute zero", format_in(lowest, channel.unit), channel.unit.text()),
-         channel.name});
+        {Finding::Severity::warning, "below_absolute_zero", {{"lowest", lowest, channel.unit}}, channel.name});
   else if (channel.unit.offset() == 0.0 && lowest < 120.0 && promise_of(channel.name) != nullptr)
     findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("goes down to {} {}: is it in degC?", format_in(lowest, channel.unit), channel.unit.text()),
-         channel.name});
+        {Finding::Severity::warning, "implausibly_cold", {{"lowest", lowest, channel.unit}}, channel.name});
 }
 
 Findings run(const Recording& recording, const Plan* plan) {

@@ -183,14 +183,16 @@ void judge(const std::vector<double>& departures, Clock& clock) {
                                clock.first_backward);
   else if (!clock.gaps.empty())
     clock.reason = fmt::format("{} lost in {}", say_count(lost, "sample"), say_count(clock.gaps.size(), "gap"));
-  else if (slow > 0.01)
+  else if (slow > 0.01) {
+    clock.rate_change = slow;
     clock.reason = fmt::format(
         "the rate is not constant: it differs by up to {:.2g} % from its mean over a sixteenth of the record",
         100.0 * slow);
-  else if (local > 0.03)
+  } else if (local > 0.03) {
+    clock.scatter = local, clock.scatter_samples = lag;
     clock.reason = fmt::format("the samples are irregular: the time that {} takes scatters by {:.2g} % rms",
                                say_count(lag, "sample"), 100.0 * local);
-  else {
+  } else {
     clock.even = true;
     clock.reason = fmt::format("the stamps scatter by {} rms about an even clock of {:.6g} Hz",
                                say_seconds(clock.jitter_rms), clock.rate);

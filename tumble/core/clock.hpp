@@ -26,8 +26,12 @@ struct Clock {
   std::size_t duplicates = 0;      ///< stamps equal to the one before
   std::size_t backward = 0;        ///< stamps before the one before
   std::size_t first_backward = 0;  ///< index of the first of these
-  bool even = false;               ///< the samples may be treated as evenly spaced at `rate`
-  std::string reason;              ///< why, or why not, in words
+  double rate_change =
+      0.0;  ///< greatest departure of the rate from its mean over a sixteenth of the record, 1; 0 where small
+  double scatter = 0.0;  ///< rms of the time that `scatter_samples` samples take, as a part of it; 0 where small
+  std::size_t scatter_samples = 0;
+  bool even = false;   ///< the samples may be treated as evenly spaced at `rate`
+  std::string reason;  ///< why, or why not, in words
 };
 
 /// Whether the samples of a channel may be treated as evenly spaced, whatever their stamps look like.

@@ -30,6 +30,7 @@ struct Say {
 
   std::string operator()(double value) const { return say(value, unit, how); }
   std::string operator()(long long value) const {
+    if (how == "bytes") return say_bytes(static_cast<std::size_t>(value));
     return how.empty() ? std::to_string(value) : say_count(static_cast<std::size_t>(value), std::string(how));
   }
   std::string operator()(const std::string& value) const { return value; }
@@ -74,14 +75,18 @@ Finding::Finding(Severity how_severe, std::string what, std::vector<FindingValue
 }
 
 std::string sentence(const Finding& finding) {
+  return filled(text_of("finding", finding.code, finding.occurrences.count), finding);
+}
+
+std::string filled(const std::string& sentence, const Finding& finding) {
   const Occurrences& often = finding.occurrences;
   fmt::dynamic_format_arg_store<fmt::format_context> store;
   for (const FindingValue& value : finding.values) store.push_back(fmt::arg(value.name.c_str(), value));
   store.push_back(fmt::arg("count", FindingValue("count", often.count)));
-  if (often.first.given()) store.push_back(fmt::arg("first", value_of("first", often.first)));
-  if (often.worst.given()) store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
+  store.push_back(fmt::arg("first", value_of("first", often.first)));  // of a stamp that is NaN: "nan s"
+  store.push_back(fmt::arg("worst", value_of("worst", often.worst)));
   try {
-    return fmt::vformat(text_of("finding", finding.code, often.count), store);
+    return fmt::vformat(sentence, store);
   } catch (const fmt::format_error& error) {
     throw Error(Error::Kind::internal, "the sentence of the finding '" + finding.code + "': " + error.what());
   }

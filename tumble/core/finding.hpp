@@ -41,9 +41,9 @@ struct Place {
   double time = std::nan("");  ///< [s] on the recording's clock; NaN: the label says it
 
   Place() = default;
-  Place(double time_s) : time(time_s) {}
+  Place(double time_s) : time(time_s) {}  ///< [s]
   Place(std::string text) : label(std::move(text)) {}
-  Place(std::string text, double time_s) : label(std::move(text)), time(time_s) {}
+  Place(std::string text, double time_s) : label(std::move(text)), time(time_s) {}  ///< [s]
   bool given() const { return !label.empty() || std::isfinite(time); }
 };
 
@@ -90,9 +90,14 @@ using Findings = std::vector<Finding>;
 ///   {length:duration}  310 ms, 12.5 s
 ///   {begin:instant}    812.4 s
 ///   {lost:sample}      1 sample, 3 samples
+///   {size:bytes}       1.5 GB
 /// A code with `one` and `other` has two templates, chosen by the count.
 /// Throws Error::internal for a code that the table lacks, or a template that names an absent value.
 std::string sentence(const Finding& finding);
+
+/// A sentence with placeholders as above, filled with the values of a finding.
+/// Throws Error::internal if it names an absent value.
+std::string filled(const std::string& sentence, const Finding& finding);
 
 /// The errors among them as the problems of a refusal: "where: message".
 std::vector<std::string> errors_among(const Findings& findings);

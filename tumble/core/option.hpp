@@ -32,11 +32,11 @@ struct Option {
   Range range;                        ///< of a quantity, an integer and each of several integers
 
   // Ends of the range [unit of the option].
-  Option& above(double least);
-  Option& at_least(double least);
-  Option& below(double most);
-  Option& at_most(double most);
-  Option& between(double least, double most);  ///< both ends belong to it
+  Option& above(double least);                 ///< [unit of the option]
+  Option& at_least(double least);              ///< [unit of the option]
+  Option& below(double most);                  ///< [unit of the option]
+  Option& at_most(double most);                ///< [unit of the option]
+  Option& between(double least, double most);  ///< [unit of the option]; both ends belong to it
 
   Option& otherwise(std::string text);  ///< the default
   Option& bare();                       ///< `--set` may omit the unit

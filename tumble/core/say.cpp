@@ -35,6 +35,12 @@ std::string say_count(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+std::string say_bytes(std::size_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  if (size >= 1e9) return fmt::format("{:.3g} GB", 1e-9 * size);
+  return size >= 1e6 ? fmt::format("{:.3g} MB", 1e-6 * size) : fmt::format("{:.3g} kB", 1e-3 * size);
+}
+
 std::string frequency_label(double frequency) {
   std::string text = fmt::format("{:.6f}", frequency);
   text.erase(text.find_last_not_of('0') + 1);

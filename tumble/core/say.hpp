@@ -17,6 +17,8 @@ std::string say_value(double value_si, const Unit& unit);
 std::string say_difference(double difference_si, const Unit& unit);
 /// "1 sample", "3 samples": the noun must take a plain s.
 std::string say_count(std::size_t count, const std::string& noun);
+/// A size in bytes for a sentence: "1.5 GB".
+std::string say_bytes(std::size_t bytes);
 /// A frequency [Hz] as part of a parameter's name: "12_5Hz", "100Hz".
 std::string frequency_label(double frequency);
 

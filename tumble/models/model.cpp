@@ -7,9 +7,7 @@
 namespace tumble {
 namespace {
 
-Option quantity(std::string name, std::string unit, std::string description, std::string fallback) {
-  return {std::move(name), Option::Type::quantity, std::move(unit), std::move(fallback), {}, std::move(description)};
-}
+constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
 
 /// Units in which people quote the noise of an angular rate or a specific force.
 std::vector<Option> noise_options(QuantityKind output, const std::string& prefix) {
@@ -17,16 +15,20 @@ std::vector<Option> noise_options(QuantityKind output, const std::string& prefix
   const std::string u = rate ? "deg/h" : "ug";
   const std::string walk = rate ? "deg/sqrt(h)" : "(m/s)/sqrt(h)";
   const auto zero = [&](const char* name, const std::string& unit, const char* description) {
-    return quantity(prefix + name, unit, description, "0 " + unit);
+    return quantity(prefix + name, unit).otherwise("0 " + unit).says(description);
   };
-  return {zero("quantization_noise", rate ? "arcsec" : "mm/s", "Q: white noise of the integrated output"),
-          zero("angle_random_walk", walk, "N: white noise of the output"),
-          zero("bias_instability", u, "B: flicker noise; the flat part of the Allan deviation is 0.664 B"),
-          zero("rate_random_walk", u + "/sqrt(h)", "K: random walk of the output since power-on"),
-          zero("rate_ramp", u + "/h", "R: linear drift"),
-          zero("markov_sd", u, "standard deviation of a first-order Markov process"),
-          quantity(prefix + "markov_time", "s", "correlation time of the Markov process", "100 s"),
-          zero("turn_on_repeatability", u, "standard deviation of the bias from power-up to power-up")};
+  const auto deviation = [&](const char* name, const std::string& unit, const char* description) {
+    return zero(name, unit, description).at_least(0);
+  };
+  return {
+      deviation("quantization_noise", rate ? "arcsec" : "mm/s", "Q: white noise of the integrated output"),
+      deviation("angle_random_walk", walk, "N: white noise of the output"),
+      deviation("bias_instability", u, "B: flicker noise; the flat part of the Allan deviation is 0.664 B"),
+      deviation("rate_random_walk", u + "/sqrt(h)", "K: random walk of the output since power-on"),
+      zero("rate_ramp", u + "/h", "R: linear drift"),
+      deviation("markov_sd", u, "standard deviation of a first-order Markov process"),
+      quantity(prefix + "markov_time", "s").above(0).otherwise("100 s").says("correlation time of the Markov process"),
+      deviation("turn_on_repeatability", u, "standard deviation of the bias from power-up to power-up")};
 }
 
 /// The outputs under every choice of each word among the constants: a choice may bring outputs with terms of its own.
@@ -53,17 +55,17 @@ std::vector<Option> truth_options(const Model& model) {
   for (const auto& output : outputs)
     for (const auto& term : output.terms)  // without a physics that could say otherwise an absent coefficient is 0
       if (names.insert(term.name).second)
-        options.push_back(quantity(term.name, term.unit, term.description, model.physics ? "" : "0 " + term.unit));
+        options.push_back(
+            quantity(term.name, term.unit).otherwise(model.physics ? "" : "0 " + term.unit).says(term.description));
   std::set<std::string> prefixes;
   for (const auto& output : outputs)
     if (prefixes.insert(output.noise_prefix).second)
       for (auto& option : noise_options(output.kind, output.noise_prefix)) options.push_back(std::move(option));
-  options.push_back({"oversampling",
-                     Option::Type::integer,
-                     "1",
-                     "1",
-                     {},
-                     "steps of the simulation per recorded sample; the sample is their mean, or sum for counts"});
+  options.push_back(
+      integer("oversampling")
+          .between(1, most_oversampling)
+          .otherwise("1")
+          .says("steps of the simulation per recorded sample; the sample is their mean, or sum for counts"));
   return options;
 }
 

@@ -6,12 +6,9 @@ namespace {
 
 std::vector<Option> constants() {
   auto options = axes::options(true, true);
-  options.insert(options.begin(), {"sensors",
-                                   Option::Type::word,
-                                   "1",
-                                   "accelerometers",
-                                   {"accelerometers", "gyros"},
-                                   "what the three sensors measure"});
+  options.insert(
+      options.begin(),
+      word("sensors", {"accelerometers", "gyros"}).otherwise("accelerometers").says("what the three sensors measure"));
   return options;
 }
 

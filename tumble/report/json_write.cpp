@@ -2,6 +2,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "tumble/report/report.hpp"
@@ -205,9 +206,10 @@ Json finding_json(const Finding& finding) {
             {"count", finding.occurrences.count}};
   if (finding.occurrences.first.given()) json["first"] = place_json(finding.occurrences.first);
   if (finding.occurrences.worst.given()) json["worst"] = place_json(finding.occurrences.worst);
-  auto values = Json::object();
+  std::map<std::string, Json> values;  // by name, as they are read
   for (const auto& value : finding.values) values[value.name] = std::visit(ValueJson{value.unit}, value.value);
-  json["values"] = std::move(values);
+  json["values"] = Json::object();
+  for (auto& [name, value] : values) json["values"][name] = std::move(value);
   return json;
 }
 

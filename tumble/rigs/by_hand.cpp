@@ -13,20 +13,30 @@ namespace {
 using namespace chain;
 
 std::vector<Imperfection> imperfections() {
-  return joined({{{quantity("gravity_sd", "ug", "5 ug", "gravity where the test takes place"), {error_names::gravity}}},
-                 lever_imperfections("20 mm"),
-                 {{quantity("pose_sd", "deg", "2 deg",
-                            "error of the orientation in which the instrument is laid down, about each axis"),
-                   {error_names::pose_x, error_names::pose_y, error_names::pose_z},
-                   true}}});
+  return joined(
+      {{{quantity("gravity_sd", "ug").at_least(0).otherwise("5 ug").says("gravity where the test takes place"),
+         {error_names::gravity}}},
+       lever_imperfections("20 mm"),
+       {{quantity("pose_sd", "deg")
+             .at_least(0)
+             .otherwise("2 deg")
+             .says("error of the orientation in which the instrument is laid down, about each axis"),
+         {error_names::pose_x, error_names::pose_y, error_names::pose_z},
+         true}}});
 }
 
 std::vector<Option> options() {
   std::vector<Option> options{
-      quantity("move_time", "s", "2 s", "time of the move from one rest to the next, at the beginning of a segment"),
-      quantity("tremor_sd", "deg", "0.3 deg", "shaking of the hand in the middle of a move, about each axis"),
-      quantity("tremor_lowest", "Hz", "2 Hz", "lowest frequency of the shaking"),
-      quantity("tremor_highest", "Hz", "10 Hz", "highest frequency of the shaking")};
+      quantity("move_time", "s")
+          .above(0)
+          .otherwise("2 s")
+          .says("time of the move from one rest to the next, at the beginning of a segment"),
+      quantity("tremor_sd", "deg")
+          .at_least(0)
+          .otherwise("0.3 deg")
+          .says("shaking of the hand in the middle of a move, about each axis"),
+      quantity("tremor_lowest", "Hz").above(0).otherwise("2 Hz").says("lowest frequency of the shaking"),
+      quantity("tremor_highest", "Hz").above(0).otherwise("10 Hz").says("highest frequency of the shaking")};
   for (auto& option : lever_options("0 mm", "0 mm", "100 mm")) {
     option.description += ", from the point about which the hand turns it";
     options.push_back(std::move(option));
@@ -179,11 +189,8 @@ Reference reference(const RigRun& run) {
 }
 
 std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  std::vector<std::string> problems, not_negative{"tremor_sd"};
-  for (const auto& imperfection : imperfections()) not_negative.push_back(imperfection.option.name);
-  check_bounds(options, {"move_time", "tremor_lowest", "tremor_highest"}, not_negative, problems);
-  if (!(options.number("tremor_lowest") < options.number("tremor_highest")))
-    problems.push_back("[rig] tremor_lowest must lie below tremor_highest");
+  std::vector<std::string> problems;
+  check_order(options, "tremor_lowest", "tremor_highest", problems);
   if (!check_axes(mount_axes(), schedule, problems)) return problems;
   const auto list = errors(options);
   const Matrix none;

@@ -15,8 +15,7 @@ const Machine& machine() {
       .axes = {arm_axis()},
       .geometry = arm_geometry("the fixture"),
       .imperfections = joined({axis_imperfections({"arm"}), drive_imperfections({"arm"}), arm_imperfections()}),
-      .joints = joints,
-      .check = check_arm};
+      .joints = joints};
   return machine;
 }
 

@@ -29,11 +29,12 @@ const Machine& machine() {
       .imperfections = joined({axis_imperfections({"arm", "table"}),
                                drive_imperfections({"arm", "table"}),
                                arm_imperfections(),
-                               {{quantity("table_tilt_sd", "arcsec", "10 arcsec",
-                                          "tilt of the table's axis against the arm's, in each of two directions"),
+                               {{quantity("table_tilt_sd", "arcsec")
+                                     .at_least(0)
+                                     .otherwise("10 arcsec")
+                                     .says("tilt of the table's axis against the arm's, in each of two directions"),
                                  {error_names::table_tilt_about_arm, error_names::table_tilt_across_arm}}}}),
-      .joints = joints,
-      .check = check_arm};
+      .joints = joints};
   return machine;
 }
 

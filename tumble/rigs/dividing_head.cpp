@@ -20,9 +20,15 @@ std::vector<Joint> joints(const Settings& options, const ErrorValues&) {
 
 /// Errors of the divided circle.
 std::vector<Imperfection> scale_imperfections() {
-  return {{quantity("angle_once_sd", "arcsec", "0.5 arcsec", "error of the divided circle, once per turn"),
+  return {{quantity("angle_once_sd", "arcsec")
+               .at_least(0)
+               .otherwise("0.5 arcsec")
+               .says("error of the divided circle, once per turn"),
            {"angle error of head once per turn, cosine", "angle error of head once per turn, sine"}},
-          {quantity("angle_twice_sd", "arcsec", "0.3 arcsec", "error of the divided circle, twice per turn"),
+          {quantity("angle_twice_sd", "arcsec")
+               .at_least(0)
+               .otherwise("0.3 arcsec")
+               .says("error of the divided circle, twice per turn"),
            {"angle error of head twice per turn, cosine", "angle error of head twice per turn, sine"}}};
 }
 
@@ -33,11 +39,13 @@ const Machine& machine() {
                 {Kind::hold, Kind::slew},
                 "10 deg/s",
                 "20 deg/s^2"}},
-      .geometry = {quantity("axis_elevation", "deg", "0 deg", "elevation of the head's axis; 0 deg: level"),
-                   quantity("axis_azimuth", "deg", "0 deg", "azimuth of the head's axis, from north to the east")},
+      .geometry =
+          {quantity("axis_elevation", "deg").otherwise("0 deg").says("elevation of the head's axis; 0 deg: level"),
+           quantity("axis_azimuth", "deg")
+               .otherwise("0 deg")
+               .says("azimuth of the head's axis, from north to the east")},
       .imperfections = joined({axis_imperfections({"head"}), scale_imperfections()}),
       .joints = joints,
-      .check = nullptr,
       .oven = true};
   return machine;
 }

@@ -24,12 +24,14 @@ const Machine& machine() {
                 {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
                 "1000 deg/s",
                 "500 deg/s^2"}},
-      .geometry = {quantity("axis_elevation", "deg", "90 deg", "elevation of the table's axis; 90 deg: upwards"),
-                   quantity("axis_azimuth", "deg", "0 deg", "azimuth of the table's axis, from north to the east")},
+      .geometry =
+          {quantity("axis_elevation", "deg").otherwise("90 deg").says("elevation of the table's axis; 90 deg: upwards"),
+           quantity("axis_azimuth", "deg")
+               .otherwise("0 deg")
+               .says("azimuth of the table's axis, from north to the east")},
       .imperfections =
           joined({axis_imperfections({"table"}), drive_imperfections({"table"}), oscillation_imperfections({"table"})}),
-      .joints = joints,
-      .check = nullptr};
+      .joints = joints};
   return machine;
 }
 

@@ -206,17 +206,23 @@ TEST_P(RigLaws, IdealRigHasNoErrors) {
   for (const auto& error : rig.errors(with(rig, {{"ideal", "true", "test", false}}))) EXPECT_EQ(error.sd, 0.0);
 }
 
-// Out of bounds options, foreign axes and motions: everything at once.
+TEST_P(RigLaws, StandardDeviationsAreNotNegative) {
+  for (const auto& option : GetParam()->options()) {
+    if (!option.name.ends_with("_sd")) continue;
+    std::vector<std::string> problems;
+    resolve({option}, {{option.name, "-1 " + option.unit, "test"}}, "rig", problems);
+    ASSERT_EQ(problems.size(), 1u) << option.name;
+    EXPECT_NE(problems[0].find(option.name + ": '-1 " + option.unit + "': the value must be at least 0"),
+              std::string::npos)
+        << problems[0];
+  }
+}
+
+// Foreign axes and motions: everything at once.
 TEST_P(RigLaws, RefusalsComeAllAtOnce) {
   const Rig& rig = *GetParam();
-  std::vector<Given> given;
-  std::vector<std::string> expected{"no_such_axis", "cannot ramp", "mount_roll cannot rate"};
-  for (const auto& option : rig.options()) {
-    if (!option.name.ends_with("_sd")) continue;
-    given.push_back({option.name, "-1 " + option.unit, "test"});
-    expected.push_back(option.name + " must not be negative");
-  }
-  const auto options = with(rig, given);
+  const std::vector<std::string> expected{"no_such_axis", "cannot ramp", "mount_roll cannot rate"};
+  const auto options = defaults(rig.options());
   Schedule schedule = exercise(rig);
   schedule[0].axes["no_such_axis"] = {};
   schedule[1].axes[rig.axes().front().name] = {.kind = Kind::ramp, .value = 1.0, .to = 2.0};

@@ -22,14 +22,25 @@ constexpr double slack = 1.0 + 1e-12;  ///< a limit is not exceeded by a roundin
 std::vector<Imperfection> imperfections() {
   return joined({base_imperfections(),
                  mount_imperfections(),
-                 {{quantity("amplitude_sd", "%", "1 %", "relative error of the commanded acceleration"),
+                 {{quantity("amplitude_sd", "%")
+                       .at_least(0)
+                       .otherwise("1 %")
+                       .says("relative error of the commanded acceleration"),
                    {error_names::shake_amplitude}},
-                  {quantity("cross_motion_sd", "%", "2 %",
-                            "ratio of the motion across the shake to the shake, in each direction"),
+                  {quantity("cross_motion_sd", "%")
+                       .at_least(0)
+                       .otherwise("2 %")
+                       .says("ratio of the motion across the shake to the shake, in each direction"),
                    {error_names::cross_motion_y, error_names::cross_motion_z}},
-                  {quantity("distortion_sd", "%", "1 %", "ratio of the second and third harmonic to the fundamental"),
+                  {quantity("distortion_sd", "%")
+                       .at_least(0)
+                       .otherwise("1 %")
+                       .says("ratio of the second and third harmonic to the fundamental"),
                    {error_names::second_harmonic, error_names::third_harmonic}},
-                  {quantity("reference_gain_sd", "%", "0.5 %", "relative error of the reference accelerometer's gain"),
+                  {quantity("reference_gain_sd", "%")
+                       .at_least(0)
+                       .otherwise("0.5 %")
+                       .says("relative error of the reference accelerometer's gain"),
                    {error_names::reference_gain}}}});
 }
 
@@ -44,22 +55,30 @@ std::vector<Axis> axes() {
 
 std::vector<Option> options() {
   std::vector<Option> options{
-      quantity("shake_elevation", "deg", "90 deg", "elevation of the shake; 90 deg: upwards"),
-      quantity("shake_azimuth", "deg", "90 deg", "azimuth of the shake, from north to the east"),
-      quantity("max_acceleration", "g", "100 g", "greatest peak; of random vibration, 3 standard deviations"),
-      quantity("max_rms", "g", "40 g", "greatest standard deviation of random vibration"),
-      quantity("max_velocity", "m/s", "2 m/s", "greatest peak; of random vibration, 3 standard deviations"),
-      quantity("stroke", "mm", "50 mm",
-               "greatest displacement from peak to peak; of random vibration, 6 standard deviations"),
-      quantity("lowest_frequency", "Hz", "5 Hz", "lowest frequency of the shaker"),
-      quantity("highest_frequency", "Hz", "3 kHz", "highest frequency of the shaker"),
-      quantity("reference_noise", "mg", "1 mg", "standard deviation of one reading of the reference accelerometer"),
-      {"reference_output",
-       Option::Type::word,
-       "1",
-       "instant",
-       {"instant", "mean"},
-       "a reading of the reference is the acceleration in the middle of a sample, or the mean over it"}};
+      quantity("shake_elevation", "deg").otherwise("90 deg").says("elevation of the shake; 90 deg: upwards"),
+      quantity("shake_azimuth", "deg").otherwise("90 deg").says("azimuth of the shake, from north to the east"),
+      quantity("max_acceleration", "g")
+          .above(0)
+          .otherwise("100 g")
+          .says("greatest peak; of random vibration, 3 standard deviations"),
+      quantity("max_rms", "g").above(0).otherwise("40 g").says("greatest standard deviation of random vibration"),
+      quantity("max_velocity", "m/s")
+          .above(0)
+          .otherwise("2 m/s")
+          .says("greatest peak; of random vibration, 3 standard deviations"),
+      quantity("stroke", "mm")
+          .above(0)
+          .otherwise("50 mm")
+          .says("greatest displacement from peak to peak; of random vibration, 6 standard deviations"),
+      quantity("lowest_frequency", "Hz").above(0).otherwise("5 Hz").says("lowest frequency of the shaker"),
+      quantity("highest_frequency", "Hz").above(0).otherwise("3 kHz").says("highest frequency of the shaker"),
+      quantity("reference_noise", "mg")
+          .at_least(0)
+          .otherwise("1 mg")
+          .says("standard deviation of one reading of the reference accelerometer"),
+      word("reference_output", {"instant", "mean"})
+          .otherwise("instant")
+          .says("a reading of the reference is the acceleration in the middle of a sample, or the mean over it")};
   for (auto& option : laboratory_options()) options.push_back(std::move(option));
   for (const auto& imperfection : imperfections()) options.push_back(imperfection.option);
   return options;
@@ -137,11 +156,7 @@ void check(const Segment& segment, const Motion& motion, const Settings& options
 }
 
 std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
-  std::vector<std::string> problems, not_negative{"reference_noise"};
-  for (const auto& imperfection : imperfections()) not_negative.push_back(imperfection.option.name);
-  check_bounds(options,
-               {"max_acceleration", "max_rms", "max_velocity", "stroke", "lowest_frequency", "highest_frequency"},
-               not_negative, problems);
+  std::vector<std::string> problems;
   if (!check_axes(axes(), schedule, problems)) return problems;
   for (const auto& segment : schedule)
     if (const auto shake = segment.axes.find("shake"); shake != segment.axes.end())

@@ -21,31 +21,38 @@ std::vector<Axis> axes() {
 }
 
 std::vector<Option> options() {
-  return {quantity("lowest", "degC", "-60 degC", "coldest set point"),
-          quantity("highest", "degC", "90 degC", "hottest set point"),
-          quantity("ramp_limit", "K/min", "5 K/min", "fastest change of the air"),
-          quantity("stability_sd", "K", "0.1 K",
-                   "standard deviation of the air about its set point, correlated over 20 min"),
-          quantity("top_time", "min", "10 min", "time constant with which the top of the instrument follows the air"),
-          quantity("side_time", "min", "14 min", "time constant with which its side follows the air"),
-          quantity("top_self_heating", "K", "4 K", "final rise of the top above the air by the instrument's own power"),
-          quantity("side_self_heating", "K", "3 K", "final rise of the side"),
-          quantity("draught_sd", "K", "0.5 K", "standard deviation of the air's difference between top and side"),
-          quantity("draught_time", "min", "15 min", "correlation time of this difference"),
-          quantity("sensor_lag", "s", "0 s", "first-order lag of the sensors"),
-          quantity("sensor_noise", "K", "0.02 K", "standard deviation of one reading"),
-          quantity("sensor_quantum", "K", "0.0625 K", "step of the readings; 0: none")};
+  return {quantity("lowest", "degC").above(-273.15).otherwise("-60 degC").says("coldest set point"),
+          quantity("highest", "degC").above(-273.15).otherwise("90 degC").says("hottest set point"),
+          quantity("ramp_limit", "K/min").above(0).otherwise("5 K/min").says("fastest change of the air"),
+          quantity("stability_sd", "K")
+              .at_least(0)
+              .otherwise("0.1 K")
+              .says("standard deviation of the air about its set point, correlated over 20 min"),
+          quantity("top_time", "min")
+              .above(0)
+              .otherwise("10 min")
+              .says("time constant with which the top of the instrument follows the air"),
+          quantity("side_time", "min")
+              .above(0)
+              .otherwise("14 min")
+              .says("time constant with which its side follows the air"),
+          quantity("top_self_heating", "K")
+              .otherwise("4 K")
+              .says("final rise of the top above the air by the instrument's own power"),
+          quantity("side_self_heating", "K").otherwise("3 K").says("final rise of the side"),
+          quantity("draught_sd", "K")
+              .at_least(0)
+              .otherwise("0.5 K")
+              .says("standard deviation of the air's difference between top and side"),
+          quantity("draught_time", "min").above(0).otherwise("15 min").says("correlation time of this difference"),
+          quantity("sensor_lag", "s").at_least(0).otherwise("0 s").says("first-order lag of the sensors"),
+          quantity("sensor_noise", "K").at_least(0).otherwise("0.02 K").says("standard deviation of one reading"),
+          quantity("sensor_quantum", "K").at_least(0).otherwise("0.0625 K").says("step of the readings; 0: none")};
 }
 
-// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 std::vector<std::string> refusals(const Schedule& schedule, const Settings& options) {
   std::vector<std::string> problems;
-  for (const char* name : {"ramp_limit", "top_time", "side_time", "draught_time"})
-    if (!(options.number(name) > 0.0)) problems.push_back(fmt::format("[rig] {} must be positive", name));
-  for (const char* name : {"stability_sd", "draught_sd", "sensor_lag", "sensor_noise", "sensor_quantum"})
-    if (options.number(name) < 0.0) problems.push_back(fmt::format("[rig] {} must not be negative", name));
-  if (!(options.number("lowest") > 0.0)) problems.push_back("[rig] lowest must be above absolute zero");
-  if (options.number("lowest") >= options.number("highest")) problems.push_back("[rig] lowest must lie below highest");
+  check_order(options, "lowest", "highest", problems);
   const double lowest = options.number("lowest"), highest = options.number("highest");
   const Unit celsius = Unit::parse("degC"), ramp_unit = Unit::parse("K/min");
   const auto check_temperature = [&](const Segment& segment, double temperature) {

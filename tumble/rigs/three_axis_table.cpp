@@ -33,16 +33,18 @@ const Machine& machine() {
                 {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
                 "500 deg/s",
                 "500 deg/s^2"}},
-      .geometry = {quantity("inner_azimuth", "deg", "90 deg",
-                            "azimuth of the inner axis when all angles are 0, from north to the east")},
-      .imperfections =
-          joined({axis_imperfections({"outer", "middle", "inner"}),
-                  drive_imperfections({"outer", "middle", "inner"}),
-                  oscillation_imperfections({"outer", "middle", "inner"}),
-                  {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between neighbouring axes less 90 deg"),
-                    {error_names::middle_to_outer, error_names::inner_to_middle}}}}),
-      .joints = joints,
-      .check = nullptr};
+      .geometry = {quantity("inner_azimuth", "deg")
+                       .otherwise("90 deg")
+                       .says("azimuth of the inner axis when all angles are 0, from north to the east")},
+      .imperfections = joined({axis_imperfections({"outer", "middle", "inner"}),
+                               drive_imperfections({"outer", "middle", "inner"}),
+                               oscillation_imperfections({"outer", "middle", "inner"}),
+                               {{quantity("orthogonality_sd", "arcsec")
+                                     .at_least(0)
+                                     .otherwise("2 arcsec")
+                                     .says("angle between neighbouring axes less 90 deg"),
+                                 {error_names::middle_to_outer, error_names::inner_to_middle}}}}),
+      .joints = joints};
   return machine;
 }
 

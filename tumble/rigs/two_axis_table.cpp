@@ -18,28 +18,31 @@ std::vector<Joint> joints(const Settings& options, const ErrorValues& errors) {
 }
 
 const Machine& machine() {
-  static const Machine machine{
-      .axes = {{"outer",
-                "angle of the outer axis, right-handed about x",
-                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
-                "200 deg/s",
-                "200 deg/s^2"},
-               {"inner",
-                "angle of the inner axis, right-handed about z",
-                {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
-                "500 deg/s",
-                "500 deg/s^2"}},
-      .geometry = {quantity("outer_elevation", "deg", "0 deg",
-                            "elevation of the outer axis; 0 deg: level, 90 deg: upwards"),
-                   quantity("outer_azimuth", "deg", "90 deg", "azimuth of the outer axis, from north to the east")},
-      .imperfections =
-          joined({axis_imperfections({"outer", "inner"}),
-                  drive_imperfections({"outer", "inner"}),
-                  oscillation_imperfections({"outer", "inner"}),
-                  {{quantity("orthogonality_sd", "arcsec", "2 arcsec", "angle between the axes less 90 deg"),
-                    {error_names::inner_to_outer}}}}),
-      .joints = joints,
-      .check = nullptr};
+  static const Machine machine{.axes = {{"outer",
+                                         "angle of the outer axis, right-handed about x",
+                                         {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                                         "200 deg/s",
+                                         "200 deg/s^2"},
+                                        {"inner",
+                                         "angle of the inner axis, right-handed about z",
+                                         {Kind::hold, Kind::slew, Kind::rate, Kind::sine, Kind::sweep},
+                                         "500 deg/s",
+                                         "500 deg/s^2"}},
+                               .geometry = {quantity("outer_elevation", "deg")
+                                                .otherwise("0 deg")
+                                                .says("elevation of the outer axis; 0 deg: level, 90 deg: upwards"),
+                                            quantity("outer_azimuth", "deg")
+                                                .otherwise("90 deg")
+                                                .says("azimuth of the outer axis, from north to the east")},
+                               .imperfections = joined({axis_imperfections({"outer", "inner"}),
+                                                        drive_imperfections({"outer", "inner"}),
+                                                        oscillation_imperfections({"outer", "inner"}),
+                                                        {{quantity("orthogonality_sd", "arcsec")
+                                                              .at_least(0)
+                                                              .otherwise("2 arcsec")
+                                                              .says("angle between the axes less 90 deg"),
+                                                          {error_names::inner_to_outer}}}}),
+                               .joints = joints};
   return machine;
 }
 

@@ -78,19 +78,14 @@ std::vector<std::string> problems_of(const Plan& plan) {
 
 TEST(Simulate, RefusesAllAtOnce) {
   Plan plan = moving_plan();
-  plan.truth.set_number("gyro_range", -1.0, Unit{});
-  plan.truth.set_number("accelerometer_resolution", 0.0, Unit{});
-  plan.truth.set_number("gyro_bias_instability", -1.0, Unit{});
-  plan.truth.set_integer("oversampling", 0);
+  plan.truth.set_word("gyro_output", "count");
+  plan.truth.set_word("accelerometer_output", "count");
   plan.schedule.push_back({"short", 1e-4, 2, {}});
-  plan.schedule[1].axes["inner"].frequency = 151.0;
+  plan.schedule[1].axes["inner"].frequency = 451.0;
   const auto problems = problems_of(plan);
-  const std::vector<std::string> starts{"[truth] oversampling",
-                                        "[truth] gyro_bias_instability",
-                                        "[truth] gyro_range",
-                                        "[truth] accelerometer_resolution",
-                                        "segment 'swing': inner at 151",
-                                        "run 2 is shorter than a sample"};
+  const std::vector<std::string> starts{"[truth] gyro_output = \"count\" needs",
+                                        "[truth] accelerometer_output = \"count\" needs",
+                                        "segment 'swing': inner at 451", "run 2 is shorter than a sample"};
   for (const auto& start : starts)
     EXPECT_TRUE(std::any_of(problems.begin(), problems.end(), [&](const auto& p) { return p.starts_with(start); }))
         << start;

@@ -45,13 +45,6 @@ void describe(const Plan& plan, Estimate& estimate) {
   for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
 }
 
-/// "1.5 GB"
-std::string say_bytes(std::uintmax_t bytes) {
-  const auto size = static_cast<double>(bytes);
-  if (size >= 1e9) return fmt::format("{:.3g} GB", 1e-9 * size);
-  return size >= 1e6 ? fmt::format("{:.3g} MB", 1e-6 * size) : fmt::format("{:.3g} kB", 1e-3 * size);
-}
-
 /// Which channel played each role: compensate takes the same. The seed, where the data were simulated.
 void add_origin(const Evidence& evidence, Provenance& provenance) {
   add_calibration(evidence.plan, provenance);
@@ -94,11 +87,8 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   complete(evidence, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
-  estimate.findings.push_back({Finding::Severity::info,
-                               fmt::format("{} of samples, with a memory limit of {}: processed in blocks, without the "
-                                           "checks, which need the complete recording",
-                                           say_bytes(streamed.bytes), say_bytes(memory)),
-                               streamed.file});
+  estimate.findings.push_back(
+      {Finding::Severity::info, "processed_in_blocks", {{"size", streamed.bytes}, {"memory", memory}}, streamed.file});
   estimate.verdicts = judge(plan.limits, estimate, estimate.findings);
   return estimate;
 }

@@ -83,8 +83,7 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     stream_recording(
         format_of(path), path, options, block_samples, [&](const Recording& block) { add(block, inspection); },
         progress);
-    inspection.findings.push_back(
-        {Finding::Severity::info, "too large for the checks, which need the complete file", path});
+    inspection.findings.push_back({Finding::Severity::info, "too_large_for_checks", {}, path});
   }
   for (auto& channel : inspection.channels) finish(channel);
   return inspection;

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <limits>
 
 #include "tumble/report/rounding.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 
 namespace tumble {
 namespace {
@@ -54,13 +56,13 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
     };
     const auto* parameter = find_parameter(estimate, limit.parameter);
     if (!parameter) {
-      std::string known;
-      for (const auto& name : names) known += (known.empty() ? "" : ", ") + name;
+      const std::string near = nearest(limit.parameter, names);
       findings.push_back({Finding::Severity::error,
-                          fmt::format("the limit {} on '{}' is not judged: the result has no such parameter{} "
-                                      "(parameters: {})",
-                                      written(limit), limit.parameter, did_you_mean(limit.parameter, names),
-                                      known.empty() ? "none" : known),
+                          near.empty() ? "limit_without_parameter" : "limit_near_parameter",
+                          {{"limit", written(limit)},
+                           {"parameter", limit.parameter},
+                           {"nearest", near},
+                           {"parameters", fmt::format("{}", fmt::join(names, ", "))}},
                           limit.where});
       verdicts.push_back({limit.parameter, Verdict::Outcome::undecided, written(limit)});
       continue;

@@ -317,12 +317,11 @@ Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<Sc
                 fmt::format("{}: no schedule was found in {}: {}", plan.file, say_seconds(work.time), chosen.refused));
   Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
   if (work.instead_of_method)
-    out.estimate.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format(
-             "not every parameter of {} is a term of {}; instead of them the terms {} were optimised and predicted",
-             plan.method, plan.instrument_model, fmt::join(work.terms, ", ")),
-         ""});
+    out.estimate.findings.push_back({Finding::Severity::warning,
+                                     "terms_instead_of_parameters",
+                                     {{"method", plan.method},
+                                      {"model", plan.instrument_model},
+                                      {"terms", fmt::format("{}", fmt::join(work.terms, ", "))}}});
   return out;
 }
 

@@ -25,18 +25,18 @@ void describe(const Plan& plan, Estimate& estimate) {
   if (estimate.title.empty()) estimate.title = plan.title.empty() ? estimate.method : plan.title;
 }
 
-/// What to add where terms that the schedule excites cannot be told apart.
+/// What to add if the schedule excites terms that it does not distinguish.
 void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputProblem& output, Findings& findings) {
   const auto advice = advise(plan, felt, output.problem.columns, output.not_excited);
   if (!advice.add.empty())
     findings.push_back({Finding::Severity::info,
-                        fmt::format("to distinguish more terms, add to the schedule: {}", fmt::join(advice.add, "; ")),
+                        "add_to_schedule",
+                        {{"additions", fmt::format("{}", fmt::join(advice.add, "; "))}},
                         output.problem.channel});
   if (!advice.out_of_reach.empty())
     findings.push_back({Finding::Severity::info,
-                        fmt::format("no motion of the rig {} here distinguishes {}: use another rig or field (a "
-                                    "centrifuge for terms that add up to one in 1 g)",
-                                    plan.rig_kind, fmt::join(advice.out_of_reach, ", ")),
+                        "out_of_reach_of_rig",
+                        {{"rig", plan.rig_kind}, {"terms", fmt::format("{}", fmt::join(advice.out_of_reach, ", "))}},
                         output.problem.channel});
 }
 

@@ -223,7 +223,7 @@ void replace_header(Layout& layout, std::string_view line, const std::vector<std
                                 columns[i] + "' was given; one is wrong");
   }
   layout.annotations.findings.push_back(
-      {Finding::Severity::info, "the given columns replace the header " + shown(line), header.path});
+      {Finding::Severity::info, "header_replaced", {{"header", shown(line)}}, header.path});
 }
 
 /// False where the line holds samples, and options.columns stand for the header that is not there.

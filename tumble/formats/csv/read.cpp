@@ -80,8 +80,7 @@ Recording frame(const std::string& path, const Layout& layout) {
   }
   if (recording.channels.empty())
     throw Error{Error::Kind::bad_file, "'" + path + "' has no channel to read except the time"};
-  if (layout.mark == ',')
-    recording.findings.push_back({Finding::Severity::info, "numbers were read with a decimal comma", path});
+  if (layout.mark == ',') recording.findings.push_back({Finding::Severity::info, "decimal_comma", {}, path});
   return recording;
 }
 
@@ -141,9 +140,7 @@ class Taker {
                   "'" + path + "' has no time column; add one, time[s], or give the sampling rate (--set rate=100)"};
     }
     if (layout_.clock && clock_.allows(*layout_.clock)) return layout_.clock;
-    if (layout_.clock)
-      findings.push_back({Finding::Severity::warning,
-                          "the comment '# clock' does not agree with the time column, which was used", path});
+    if (layout_.clock) findings.push_back({Finding::Severity::warning, "clock_comment_disagrees", {}, path});
     return clock_.timeline();
   }
 

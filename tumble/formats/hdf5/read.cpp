@@ -42,9 +42,7 @@ class Source {
     if (file::annotate_all(recording_, text) &&
         (recording_.marks.size() > before || !recording_.meta.contains("marks")))
       return;
-    recording_.findings.push_back(
-        {Finding::Severity::warning,
-         "/meta is not JSON as this program writes it: its marks, power-ups and notes are not used", "/meta"});
+    recording_.findings.push_back({Finding::Severity::warning, "foreign_meta", {}, "/meta"});
   }
 
   /// The channels without samples.

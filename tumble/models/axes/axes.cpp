@@ -80,27 +80,20 @@ std::vector<Output> accelerometers() {
 }
 
 std::vector<Option> options(bool gyros, bool accelerometers) {
-  using Type = Option::Type;
   std::vector<Option> out{
-      {"output",
-       Type::word,
-       "1",
-       "rates",
-       {"rates", "increments"},
-       "content of a sample: the mean rate and specific force, or the angle and velocity increment"}};
+      word("output", {"rates", "increments"})
+          .otherwise("rates")
+          .says("content of a sample: the mean rate and specific force, or the angle and velocity increment")};
   const auto limits = [&](const std::string& prefix, const char* unit) {
     out.push_back(
-        {prefix + "range", Type::quantity, unit, "", {}, "limit at which the output is clipped; default: no limit"});
-    out.push_back({prefix + "resolution", Type::quantity, unit, "", {}, "step of the output; default: none"});
+        quantity(prefix + "range", unit).above(0).says("limit at which the output is clipped; default: no limit"));
+    out.push_back(quantity(prefix + "resolution", unit).above(0).says("step of the output; default: none"));
   };
   const auto pulses = [&](const std::string& prefix, const char* unit, const char* of) {
-    out.push_back({prefix + "output",
-                   Type::word,
-                   "1",
-                   "as_output",
-                   {"as_output", "count"},
-                   "count: whole pulses in each sample; else as `output` says"});
-    out.push_back({prefix + "pulse_scale_factor", Type::quantity, unit, "", {}, std::string("pulses per ") + of});
+    out.push_back(word(prefix + "output", {"as_output", "count"})
+                      .otherwise("as_output")
+                      .says("count: whole pulses in each sample; else as `output` says"));
+    out.push_back(quantity(prefix + "pulse_scale_factor", unit).says(std::string("pulses per ") + of));
   };
   if (gyros) limits("gyro_", "deg/s");
   if (accelerometers) limits("accelerometer_", "g");
@@ -126,9 +119,6 @@ Recorded counted(std::vector<Response> stages, const std::string& prefix, const 
 
 Recorded record(const Output& output, const Settings& truth, double step, const RandomStream& random) {
   const std::string prefix = prefix_of(output.kind);
-  std::vector<std::string> problems;
-  given::require_positive(truth, {prefix + "range", prefix + "resolution"}, problems);
-  given::refuse(std::move(problems));
   std::vector<Response> stages;
   if (truth.has(prefix + "range")) {
     const double range = truth.number(prefix + "range");

@@ -10,13 +10,9 @@ namespace {
 using namespace given;
 
 std::vector<Option> constants() {
-  using Type = Option::Type;
-  std::vector<Option> options{{"time_constant",
-                               Type::quantity,
-                               "s",
-                               "",
-                               {},
-                               "time constant of a first-order capture loop, instead of natural_frequency"}};
+  std::vector<Option> options{quantity("time_constant", "s")
+                                  .above(0)
+                                  .says("time constant of a first-order capture loop, instead of natural_frequency")};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("deg/s")) options.push_back(std::move(option));
   return options;
@@ -86,14 +82,14 @@ std::vector<Output> outputs(const Settings&) {
 }
 
 std::vector<Option> physics() {
-  return {physical("angular_momentum", "kg*m^2/s", "H of the rotor, along Z"),
-          physical("mass", "kg", "m of the rotor"),
-          physical("mass_offset_Z", "nm", "l_Z: centre of mass from the support point, along the spin axis"),
-          physical("quadrature_torque", "N*m/g", "q: torque on the rotor in phase with radial specific force"),
-          physical("axial_compliance", "m/N", "C_a of the flexures along the spin axis"),
-          physical("radial_compliance", "m/N", "C_r of the flexures across it"),
-          physical("torque_X", "N*m", "constant torque on the rotor about X"),
-          physical("torque_Y", "N*m", "constant torque on the rotor about Y")};
+  return {quantity("angular_momentum", "kg*m^2/s").above(0).says("H of the rotor, along Z"),
+          quantity("mass", "kg").above(0).says("m of the rotor"),
+          quantity("mass_offset_Z", "nm").says("l_Z: centre of mass from the support point, along the spin axis"),
+          quantity("quadrature_torque", "N*m/g").says("q: torque on the rotor in phase with radial specific force"),
+          quantity("axial_compliance", "m/N").says("C_a of the flexures along the spin axis"),
+          quantity("radial_compliance", "m/N").says("C_r of the flexures across it"),
+          quantity("torque_X", "N*m").says("constant torque on the rotor about X"),
+          quantity("torque_Y", "N*m").says("constant torque on the rotor about Y")};
 }
 
 /// Captured rotor: e_X = M_Y/H, e_Y = -M_X/H with M = (l - m C f) x (-m f) + q (f_X, f_Y, 0)
@@ -102,7 +98,6 @@ std::map<std::string, double> coefficients(const Settings& truth) {
   for (const auto& option : physics()) names.push_back(option.name);
   if (given_of(truth, names).empty()) return {};
   std::vector<std::string> problems;
-  require_positive(truth, {"angular_momentum", "mass"}, problems);
   require_with(truth, {"mass_offset_Z", "axial_compliance", "radial_compliance"}, {"mass"}, problems);
   names.erase(names.begin());
   require_with(truth, names, {"angular_momentum"}, problems);

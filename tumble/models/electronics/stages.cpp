@@ -10,15 +10,11 @@ namespace {
 
 using namespace given;
 
-/// Whatever is out of bounds among the options of this file.
+/// Options of this file that exclude or need each other.
 void refuse_unusable(const Settings& truth) {
   std::vector<std::string> problems;
-  given::require_positive(
-      truth, {"natural_frequency", "damping_ratio", "time_constant", "range", "range_negative", "resolution"},
-      problems);
   if (truth.has("time_constant") && truth.has("natural_frequency"))
     problems.push_back("give time_constant (first-order loop) or natural_frequency (second-order), not both");
-  if (truth.has("dead_zone") && truth.number("dead_zone") < 0.0) problems.push_back("dead_zone must not be negative");
   if (truth.has("range_negative") && !truth.has("range")) problems.push_back("range_negative needs range as well");
   given::refuse(std::move(problems));
 }
@@ -26,14 +22,10 @@ void refuse_unusable(const Settings& truth) {
 }  // namespace
 
 std::vector<Option> loop_options() {
-  using Type = Option::Type;
-  return {{"natural_frequency",
-           Type::quantity,
-           "Hz",
-           "",
-           {},
-           "natural frequency of the loop that holds the pick-off at null; default: no lag"},
-          {"damping_ratio", Type::quantity, "1", "0.7", {}, "damping ratio of that loop"}};
+  return {quantity("natural_frequency", "Hz")
+              .above(0)
+              .says("natural frequency of the loop that holds the pick-off at null; default: no lag"),
+          quantity("damping_ratio").above(0).otherwise("0.7").says("damping ratio of that loop")};
 }
 
 Response loop(const Settings& truth, double step) {
@@ -50,11 +42,10 @@ Response balanced(double inertia, double damping, double stiffness, double step)
 }
 
 std::vector<Option> limit_options(const std::string& unit) {
-  using Type = Option::Type;
-  return {{"range", Type::quantity, unit, "", {}, "largest output; default: no limit"},
-          {"range_negative", Type::quantity, unit, "", {}, "largest negative output, as a magnitude (default: range)"},
-          {"dead_zone", Type::quantity, unit, "", {}, "outputs up to this magnitude are recorded as zero"},
-          {"resolution", Type::quantity, unit, "", {}, "the output is rounded to whole multiples of this"}};
+  return {quantity("range", unit).above(0).says("largest output; default: no limit"),
+          quantity("range_negative", unit).above(0).says("largest negative output, as a magnitude (default: range)"),
+          quantity("dead_zone", unit).at_least(0).says("outputs up to this magnitude are recorded as zero"),
+          quantity("resolution", unit).above(0).says("the output is rounded to whole multiples of this")};
 }
 
 Response limits(const Settings& truth) {

@@ -12,8 +12,8 @@ namespace tumble::electronics {
 std::vector<Option> loop_options();
 
 /// Of second order where `natural_frequency` is given, of first order where an option `time_constant` is; null where
-/// neither is. Given: step of the simulation [s]. Throws Error::bad_input that lists all that is out of bounds, of
-/// limits() too.
+/// neither is. Given: step of the simulation [s]. Throws Error::bad_input for options that exclude or need each other,
+/// of limits() too.
 Response loop(const Settings& truth, double step);
 
 /// The second-order loop of a pick-off of this inertia [kg m^2], damping [N m s/rad] and stiffness [N m/rad]; null

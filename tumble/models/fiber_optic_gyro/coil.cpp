@@ -10,8 +10,6 @@
 namespace tumble::fiber_optic_gyro {
 namespace {
 
-using Type = Option::Type;
-
 Coil coil_of(const Settings& truth) {
   const std::string& winding = truth.word("winding");
   return {.length = truth.number("fibre_length"),
@@ -29,16 +27,12 @@ Coil coil_of(const Settings& truth) {
 }
 
 void refuse(const Settings& truth) {
-  std::vector<std::string> problems;
-  for (const char* name : {"fibre_length", "coil_diameter", "refractive_index", "coil_thickness", "coil_diffusivity"})
-    if (!(truth.number(name) > 0.0)) problems.push_back(fmt::format("{} must be positive", name));
   const int layers = truth.integer("layers");
   const std::string& winding = truth.word("winding");
   const int multiple = winding == "quadrupole" ? 4 : winding == "dipole" ? 2 : 1;
-  if (layers < 1 || layers > 1000 || layers % multiple != 0)
-    problems.push_back(fmt::format("layers = {}, but a {} winding has {}from {} to 1000", layers, winding,
-                                   multiple == 1 ? "" : fmt::format("a multiple of {}, ", multiple), multiple));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  if (layers % multiple != 0)
+    throw Error(Error::Kind::bad_input,
+                fmt::format("layers = {}, but a {} winding has a multiple of {}", layers, winding, multiple));
 }
 
 /// Faces of the coil at the end of each step, from what is felt at its middle.
@@ -70,31 +64,25 @@ class Drift {
 }  // namespace
 
 std::vector<Option> coil_options() {
-  return {{"winding",
-           Type::word,
-           "1",
-           "none",
-           {"none", "plain", "dipole", "quadrupole"},
-           "winding of the coil: heat flow through it causes drift, docs/equations (4.29); none: no such drift"},
-          {"fibre_length", Type::quantity, "m", "1000 m", {}, "L"},
-          {"coil_diameter", Type::quantity, "mm", "100 mm", {}, "D, mean"},
-          {"refractive_index", Type::quantity, "1", "1.45", {}, "n of the core"},
-          {"index_slope", Type::quantity, "1/K", "1e-5 1/K", {}, "dn/dT"},
-          {"fibre_expansion", Type::quantity, "1/K", "5.5e-7 1/K", {}, "alpha, of the fibre's length"},
-          {"layers",
-           Type::integer,
-           "1",
-           "32",
-           {},
-           "layers of the winding: even for a dipole, a multiple of 4 for a quadrupole"},
-          {"coil_thickness", Type::quantity, "mm", "10 mm", {}, "thickness of all layers"},
-          {"coil_diffusivity", Type::quantity, "mm^2/s", "0.2 mm^2/s", {}, "diffusivity of heat across the layers"},
-          {"inner_face",
-           Type::word,
-           "1",
-           "insulated",
-           {"insulated", "exposed"},
-           "inner face of the coil; exposed: the gradient is the difference between its faces"}};
+  return {
+      word("winding", {"none", "plain", "dipole", "quadrupole"})
+          .otherwise("none")
+          .says("winding of the coil: heat flow through it causes drift, docs/equations (4.29); none: no such drift"),
+      quantity("fibre_length", "m").above(0).otherwise("1000 m").says("L"),
+      quantity("coil_diameter", "mm").above(0).otherwise("100 mm").says("D, mean"),
+      quantity("refractive_index").above(0).otherwise("1.45").says("n of the core"),
+      quantity("index_slope", "1/K").otherwise("1e-5 1/K").says("dn/dT"),
+      quantity("fibre_expansion", "1/K").otherwise("5.5e-7 1/K").says("alpha, of the fibre's length"),
+      integer("layers").between(1, 1000).otherwise("32").says(
+          "layers of the winding: even for a dipole, a multiple of 4 for a quadrupole"),
+      quantity("coil_thickness", "mm").above(0).otherwise("10 mm").says("thickness of all layers"),
+      quantity("coil_diffusivity", "mm^2/s")
+          .above(0)
+          .otherwise("0.2 mm^2/s")
+          .says("diffusivity of heat across the layers"),
+      word("inner_face", {"insulated", "exposed"})
+          .otherwise("insulated")
+          .says("inner face of the coil; exposed: the gradient is the difference between its faces")};
 }
 
 History coil_drift(const Settings& truth, double step) {

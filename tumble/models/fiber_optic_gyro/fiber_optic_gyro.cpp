@@ -7,7 +7,6 @@
 #include "tumble/models/fiber_optic_gyro/coil.hpp"
 #include "tumble/models/given/given.hpp"
 #include "tumble/models/model.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble::fiber_optic_gyro {
 namespace {
@@ -19,27 +18,17 @@ constexpr int highest_pair = 2;   ///< of gradient and rate
 constexpr int start_powers = 4;   ///< cubic in the start temperature, docs/equations (5.3)
 
 std::vector<Option> constants() {
-  using Type = Option::Type;
   std::vector<Option> options{
-      {"start_temperature_reference",
-       Type::quantity,
-       "degC",
-       "20 degC",
-       {},
-       "reference of the start temperature in docs/equations (5.3)"},
-      {"form",
-       Type::word,
-       "1",
-       "from_start",
-       {"from_start", "raw"},
-       "powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"},
-      {"startup_time", Type::quantity, "s", "5 min", {}, "time constant of the start-up transient"},
-      {"time_constant",
-       Type::quantity,
-       "s",
-       "",
-       {},
-       "time constant of a loop of first order; give natural_frequency for second order"}};
+      quantity("start_temperature_reference", "degC")
+          .otherwise("20 degC")
+          .says("reference of the start temperature in docs/equations (5.3)"),
+      word("form", {"from_start", "raw"})
+          .otherwise("from_start")
+          .says("powers of T - T_0 (from_start), or of T in degC as the source writes them (raw)"),
+      quantity("startup_time", "s").above(0).otherwise("5 min").says("time constant of the start-up transient"),
+      quantity("time_constant", "s")
+          .above(0)
+          .says("time constant of a loop of first order; give natural_frequency for second order")};
   for (auto& part : {coil_options(), electronics::loop_options(), electronics::limit_options("deg/s")})
     options.insert(options.end(), part.begin(), part.end());
   return options;
@@ -95,7 +84,6 @@ std::vector<Term> terms(const Settings& constants) {
   const double reference = constants.number("start_temperature_reference");
   const bool raw = constants.word("form") == "raw";
   const double startup_time = constants.number("startup_time");
-  if (!(startup_time > 0.0)) throw Error(Error::Kind::bad_input, "fiber_optic_gyro: startup_time must be positive");
   constexpr double zero_celsius = 273.15;  // the source's T is in degC: powers of it depend on where zero is
   std::vector<Term> table;
   for (int j = 0; j < start_powers; ++j)

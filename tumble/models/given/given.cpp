@@ -5,7 +5,7 @@
 namespace tumble::given {
 
 Option physical(std::string name, std::string unit, std::string description) {
-  return {std::move(name), Option::Type::quantity, std::move(unit), "", {}, std::move(description)};
+  return quantity(std::move(name), std::move(unit)).says(std::move(description));
 }
 
 double number_or(const Settings& truth, std::string_view name, double fallback) {

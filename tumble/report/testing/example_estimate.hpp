@@ -215,15 +215,17 @@ inline Estimate estimate() {
   add_tables(e);
   add_curves(e);
   e.fit = {460800, 460789.0, 461512.4, 18.3};
-  e.findings = {
-      {Finding::Severity::info, "orders 3, 1 and 1 chosen on held-out runs", ""},
-      {Finding::Severity::warning,
-       "temperature and its rate are nearly collinear (condition 18): a profile that dwells at 20 degC and at 40 degC "
-       "for at least 30 min would separate A1_0 from C1_0",
-       "run 12"},
-      {Finding::Severity::error, "the output stands still for 31.5 s: the samples were left out", "fog.x, 812.4 s"},
-      {Finding::Severity::warning, "gap of 0.31 s", "t.top, 4120.0 s"},
-  };
+  using Severity = Finding::Severity;
+  e.findings.push_back(Finding(Severity::warning, "gap", {{"lost", 34}, {"longest", 0.31, "s"}}, "t.top",
+                               Occurrences{3, Place(812.4), Place(4120.0)}));
+  e.findings.push_back(Finding(Severity::info, "decimal_comma", {}, "runs/fog-0117-1.csv"));
+  e.findings.push_back(Finding(
+      Severity::error, "counter_overflow",
+      {{"bits", 16}, {"register", Phrase{"signed_register"}}, {"counts", -32700}, {"before", 32750}, {"size", 65536}},
+      "fog.x", Occurrences{1, Place("run 12", 812.4), Place()}));
+  e.findings.push_back(Finding(Severity::warning, "outlier",
+                               {{"distance", 31.5, Unit::parse("deg/h")}, {"times", 12.5}}, "fog.x",
+                               Occurrences{1, Place(), Place("run 3")}));
   e.verdicts = {{"bias", Verdict::Outcome::pass, "<= 0.6 deg/h"},
                 {"scale_factor_error", Verdict::Outcome::fail, ">= -50 ppm"},
                 {"input_axis_misalignment", Verdict::Outcome::undecided, "<= 20 arcsec"}};

@@ -16,20 +16,24 @@ MachineAxis arm_axis() {
 
 std::vector<Option> arm_geometry(const std::string& end) {
   return {
-      quantity("radius", "m", "1 m", "distance from the arm's axis to " + end + ", arm at rest"),
-      quantity("stretch", "um/(rad/s)^2", "0 um/(rad/s)^2", "known growth of the radius per squared rate of the arm"),
-      quantity("arm_azimuth", "deg", "90 deg", "azimuth of the arm at angle 0, from north to the east")};
+      quantity("radius", "m")
+          .above(0)
+          .otherwise("1 m")
+          .says("distance from the arm's axis to " + end + ", arm at rest"),
+      quantity("stretch", "um/(rad/s)^2")
+          .at_least(0)
+          .otherwise("0 um/(rad/s)^2")
+          .says("known growth of the radius per squared rate of the arm"),
+      quantity("arm_azimuth", "deg").otherwise("90 deg").says("azimuth of the arm at angle 0, from north to the east")};
 }
 
 std::vector<Imperfection> arm_imperfections() {
-  return {
-      {quantity("radius_sd", "um", "20 um", "radius at rest"), {error_names::radius}},
-      {quantity("stretch_sd", "um/(rad/s)^2", "0.2 um/(rad/s)^2", "growth of the radius per squared rate of the arm"),
-       {error_names::stretch_of_radius}}};
-}
-
-void check_arm(const Settings& options, std::vector<std::string>& problems) {
-  check_bounds(options, {"radius"}, {"stretch"}, problems);
+  return {{quantity("radius_sd", "um").at_least(0).otherwise("20 um").says("radius at rest"), {error_names::radius}},
+          {quantity("stretch_sd", "um/(rad/s)^2")
+               .at_least(0)
+               .otherwise("0.2 um/(rad/s)^2")
+               .says("growth of the radius per squared rate of the arm"),
+           {error_names::stretch_of_radius}}};
 }
 
 Joint arm_joint(const Settings& options) {

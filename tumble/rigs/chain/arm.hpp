@@ -12,8 +12,6 @@ MachineAxis arm_axis();
 /// Radius, its stretch, azimuth of the arm at angle 0. `end` is what the radius goes to.
 std::vector<Option> arm_geometry(const std::string& end);
 std::vector<Imperfection> arm_imperfections();
-/// Radius or stretch out of bounds.
-void check_arm(const Settings& options, std::vector<std::string>& problems);
 
 /// The joint of the arm.
 Joint arm_joint(const Settings& options);

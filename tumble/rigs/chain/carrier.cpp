@@ -46,10 +46,6 @@ bool finite(const Motion& m) {
 
 }  // namespace
 
-Option quantity(std::string name, std::string unit, std::string fallback, std::string description) {
-  return {std::move(name), Option::Type::quantity, std::move(unit), std::move(fallback), {}, std::move(description)};
-}
-
 double ErrorValues::operator()(std::string_view name, std::size_t segment) const {
   assert(std::ranges::find(list_, name, &RigError::name) != list_.end());
   return where_present(name, segment);
@@ -66,26 +62,33 @@ double ErrorValues::where_present(std::string_view name, std::size_t segment) co
 std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists) {
   std::vector<Imperfection> all;
   for (auto& list : lists)
-    for (auto& one : list) all.push_back(std::move(one));
+    for (auto& imperfection : list) all.push_back(std::move(imperfection));
   return all;
 }
 
 std::vector<Imperfection> base_imperfections() {
-  return {{quantity("level_sd", "arcsec", "2 arcsec", "level of the base, about east and about north"),
-           {error_names::level_about_east, error_names::level_about_north}},
-          {quantity("azimuth_sd", "arcsec", "10 arcsec", "azimuth of the base"), {error_names::azimuth}},
-          {quantity("gravity_sd", "ug", "5 ug", "gravity at the rig"), {error_names::gravity}}};
+  return {
+      {quantity("level_sd", "arcsec")
+           .at_least(0)
+           .otherwise("2 arcsec")
+           .says("level of the base, about east and about north"),
+       {error_names::level_about_east, error_names::level_about_north}},
+      {quantity("azimuth_sd", "arcsec").at_least(0).otherwise("10 arcsec").says("azimuth of the base"),
+       {error_names::azimuth}},
+      {quantity("gravity_sd", "ug").at_least(0).otherwise("5 ug").says("gravity at the rig"), {error_names::gravity}}};
 }
 
 std::vector<Imperfection> lever_imperfections(const char* sd) {
-  return {{quantity("lever_sd", "mm", sd, "each of lever_x, lever_y, lever_z"),
+  return {{quantity("lever_sd", "mm").at_least(0).otherwise(sd).says("each of lever_x, lever_y, lever_z"),
            {error_names::lever_x, error_names::lever_y, error_names::lever_z}}};
 }
 
 std::vector<Imperfection> mount_imperfections() {
-  return {
-      {quantity("mount_sd", "arcsec", "20 arcsec", "error of the instrument on the fixture, about each of its axes"),
-       {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
+  return {{quantity("mount_sd", "arcsec")
+               .at_least(0)
+               .otherwise("20 arcsec")
+               .says("error of the instrument on the fixture, about each of its axes"),
+           {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
 }
 
 std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options) {
@@ -98,14 +101,17 @@ std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, 
 }
 
 std::vector<Option> lever_options(const char* x, const char* y, const char* z) {
-  return {quantity("lever_x", "mm", x, "position of the instrument's reference point, along x"),
-          quantity("lever_y", "mm", y, "along y"), quantity("lever_z", "mm", z, "along z")};
+  return {quantity("lever_x", "mm").otherwise(x).says("position of the instrument's reference point, along x"),
+          quantity("lever_y", "mm").otherwise(y).says("along y"),
+          quantity("lever_z", "mm").otherwise(z).says("along z")};
 }
 
 std::vector<Option> laboratory_options() {
-  return {
-      quantity("temperature", "degC", "20 degC", "temperature of the laboratory and the instrument"),
-      {"ideal", Option::Type::flag, "1", "false", {}, "true: the rig has no errors, and its sensors have no noise"}};
+  return {quantity("temperature", "degC")
+              .above(-273.15)
+              .otherwise("20 degC")
+              .says("temperature of the laboratory and the instrument"),
+          flag("ideal").says("true: the rig has no errors, and its sensors have no noise")};
 }
 
 std::vector<Axis> mount_axes() {
@@ -147,16 +153,10 @@ std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors) {
   return poses;
 }
 
-void check_bounds(const Settings& options, const std::vector<std::string>& positive,
-                  const std::vector<std::string>& not_negative, std::vector<std::string>& problems) {
-  for (const auto& name : positive)
-    if (!(options.number(name) > 0.0) || !std::isfinite(options.number(name)))
-      problems.push_back(fmt::format("[rig] {} must be above zero", name));
-  if (options.has("temperature") && !(options.number("temperature") > 0.0))
-    problems.push_back("[rig] temperature must be above absolute zero");
-  for (const auto& name : not_negative)
-    if (!(options.number(name) >= 0.0) || !std::isfinite(options.number(name)))
-      problems.push_back(fmt::format("[rig] {} must not be negative", name));
+void check_order(const Settings& options, const std::string& lowest, const std::string& highest,
+                 std::vector<std::string>& problems) {
+  if (!(options.number(lowest) < options.number(highest)))
+    problems.push_back(fmt::format("[rig] {} must lie below {}", lowest, highest));
 }
 
 bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::vector<std::string>& problems) {

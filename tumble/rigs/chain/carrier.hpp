@@ -11,9 +11,6 @@
 
 namespace tumble::chain {
 
-/// An option that is a quantity.
-Option quantity(std::string name, std::string unit, std::string fallback, std::string description);
-
 /// An option that is a standard deviation, and the errors that are drawn with it.
 struct Imperfection {
   Option option;
@@ -66,9 +63,9 @@ std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors);
 /// Base from level, as the level and azimuth errors turn it.
 Rotation base_from_level(const ErrorValues& errors);
 
-/// Options that must be above zero, or not below it; all must be finite. The temperature is checked as well.
-void check_bounds(const Settings& options, const std::vector<std::string>& positive,
-                  const std::vector<std::string>& not_negative, std::vector<std::string>& problems);
+/// A problem unless `lowest` lies below `highest`.
+void check_order(const Settings& options, const std::string& lowest, const std::string& highest,
+                 std::vector<std::string>& problems);
 
 /// Axes the rig lacks and motions that they cannot do. True when there is nothing of the kind.
 bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, std::vector<std::string>& problems);

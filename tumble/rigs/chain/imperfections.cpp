@@ -17,25 +17,40 @@ std::vector<Imperfection> axis_imperfections(const std::vector<std::string>& axe
   const auto phases = [&](const char* per_turn) {
     return names(axes, error_names::wobble_of, {std::string(per_turn) + ", cosine", std::string(per_turn) + ", sine"});
   };
-  return {{quantity("index_zero_sd", "arcsec", "3 arcsec", "zero of each angle scale"),
+  return {{quantity("index_zero_sd", "arcsec").at_least(0).otherwise("3 arcsec").says("zero of each angle scale"),
            names(axes, error_names::index_zero_of)},
-          {quantity("repeatability_sd", "arcsec", "1 arcsec", "each angle to which an axis moves"),
+          {quantity("repeatability_sd", "arcsec")
+               .at_least(0)
+               .otherwise("1 arcsec")
+               .says("each angle to which an axis moves"),
            names(axes, error_names::positioning_of), true},
-          {quantity("wobble_once_sd", "arcsec", "1 arcsec", "wobble of each axis, once per turn"),
+          {quantity("wobble_once_sd", "arcsec")
+               .at_least(0)
+               .otherwise("1 arcsec")
+               .says("wobble of each axis, once per turn"),
            phases(" once per turn")},
-          {quantity("wobble_twice_sd", "arcsec", "0.5 arcsec", "wobble of each axis, twice per turn"),
+          {quantity("wobble_twice_sd", "arcsec")
+               .at_least(0)
+               .otherwise("0.5 arcsec")
+               .says("wobble of each axis, twice per turn"),
            phases(" twice per turn")}};
 }
 
 std::vector<Imperfection> drive_imperfections(const std::vector<std::string>& axes) {
-  return {{quantity("rate_error_sd", "ppm", "1 ppm", "relative error of commanded rates"),
+  return {{quantity("rate_error_sd", "ppm").at_least(0).otherwise("1 ppm").says("relative error of commanded rates"),
            names(axes, error_names::rate_error_of)},
-          {quantity("rate_ripple_sd", "ppm", "10 ppm", "relative amplitude of the rate's ripple over the turn"),
+          {quantity("rate_ripple_sd", "ppm")
+               .at_least(0)
+               .otherwise("10 ppm")
+               .says("relative amplitude of the rate's ripple over the turn"),
            names(axes, error_names::rate_ripple_of, {", cosine", ", sine"})}};
 }
 
 std::vector<Imperfection> oscillation_imperfections(const std::vector<std::string>& axes) {
-  return {{quantity("amplitude_sd", "ppm", "500 ppm", "relative error of the amplitude of oscillations"),
+  return {{quantity("amplitude_sd", "ppm")
+               .at_least(0)
+               .otherwise("500 ppm")
+               .says("relative error of the amplitude of oscillations"),
            names(axes, error_names::oscillation_amplitude_of)}};
 }
 

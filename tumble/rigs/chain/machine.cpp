@@ -107,21 +107,10 @@ Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& err
 }
 
 void check_options(const Machine& machine, const Settings& options, std::vector<std::string>& problems) {
-  std::vector<std::string> positive, not_negative{"encoder_noise", "encoder_quantum"};
-  for (const auto& imperfection : present(machine)) not_negative.push_back(imperfection.option.name);
-  for (const auto& axis : machine.axes) {
-    positive.push_back(option_of(machine, axis, "max_rate"));
-    positive.push_back(option_of(machine, axis, "max_acceleration"));
-  }
-  check_bounds(options, positive, not_negative, problems);
   for (const auto& axis : machine.axes) {
     const auto low = option_of(machine, axis, "lowest"), high = option_of(machine, axis, "highest");
-    if (options.has(low) && options.has(high) && !(options.number(low) < options.number(high)))
-      problems.push_back("[rig] " + low + " must lie below " + high);
+    if (options.has(low) && options.has(high)) check_order(options, low, high, problems);
   }
-  if (options.has("ripple_order") && (options.integer("ripple_order") < 1 || options.integer("ripple_order") > 10000))
-    problems.push_back("[rig] ripple_order must be from 1 to 10000");
-  if (machine.check) machine.check(options, problems);
   if (machine.oven) check_oven(options, problems);
 }
 
@@ -139,20 +128,28 @@ std::vector<Option> options_of(const Machine& machine) {
   std::vector<Option> options = machine.geometry;
   for (const auto& axis : machine.axes) {
     const auto named = [&](const char* what) { return option_of(machine, axis, what); };
-    options.push_back(quantity(named("max_rate"), "deg/s", axis.max_rate, "highest rate of " + axis.name));
-    options.push_back(quantity(named("max_acceleration"), "deg/s^2", axis.max_acceleration,
-                               "acceleration with which " + axis.name + " changes its rate"));
+    options.push_back(
+        quantity(named("max_rate"), "deg/s").above(0).otherwise(axis.max_rate).says("highest rate of " + axis.name));
+    options.push_back(quantity(named("max_acceleration"), "deg/s^2")
+                          .above(0)
+                          .otherwise(axis.max_acceleration)
+                          .says("acceleration with which " + axis.name + " changes its rate"));
     if (!axis.stops) continue;
-    options.push_back(quantity(named("lowest"), "deg", "", "stop of " + axis.name + "; absent: none"));
-    options.push_back(quantity(named("highest"), "deg", "", "stop of " + axis.name + "; absent: none"));
+    options.push_back(quantity(named("lowest"), "deg").says("stop of " + axis.name + "; absent: none"));
+    options.push_back(quantity(named("highest"), "deg").says("stop of " + axis.name + "; absent: none"));
   }
   for (auto& option : lever_options("0 mm", "0 mm", "0 mm")) options.push_back(std::move(option));
   for (auto& option : laboratory_options()) options.push_back(std::move(option));
   for (const auto& imperfection : present(machine)) options.push_back(imperfection.option);
   if (std::any_of(options.begin(), options.end(), [](const Option& o) { return o.name == "rate_ripple_sd"; }))
-    options.push_back({"ripple_order", Option::Type::integer, "1", "12", {}, "periods of the rate ripple in one turn"});
-  options.push_back(quantity("encoder_noise", "arcsec", "0.1 arcsec", "standard deviation of one reading"));
-  options.push_back(quantity("encoder_quantum", "deg", "0.0001 deg", "step of the readings; 0: none"));
+    options.push_back(
+        integer("ripple_order").between(1, 10000).otherwise("12").says("periods of the rate ripple in one turn"));
+  options.push_back(quantity("encoder_noise", "arcsec")
+                        .at_least(0)
+                        .otherwise("0.1 arcsec")
+                        .says("standard deviation of one reading"));
+  options.push_back(
+      quantity("encoder_quantum", "deg").at_least(0).otherwise("0.0001 deg").says("step of the readings; 0: none"));
   if (machine.oven)
     for (auto& option : oven_options()) options.push_back(std::move(option));
   return options;

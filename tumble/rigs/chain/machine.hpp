@@ -25,8 +25,6 @@ struct Machine {
   std::vector<Imperfection> imperfections;
   /// From the base to the fixture, with the errors of the geometry; index, scale and wobble are added to them.
   std::vector<Joint> (*joints)(const Settings& options, const ErrorValues& errors);
-  /// Options of the geometry out of bounds; may be null.
-  void (*check)(const Settings& options, std::vector<std::string>& problems);
   bool oven = false;  ///< an oven about the instrument: axis and channel `temperature`
 };
 

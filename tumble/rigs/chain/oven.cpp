@@ -127,26 +127,32 @@ Axis oven_axis() {
 }
 
 std::vector<Option> oven_options() {
-  return {quantity("oven_lowest", "degC", "-60 degC", "coldest set point of the oven"),
-          quantity("oven_highest", "degC", "90 degC", "hottest set point"),
-          quantity("oven_ramp_limit", "K/min", "5 K/min", "fastest change of the oven's air"),
-          quantity("oven_time", "min", "5 min", "time in which the instrument follows the air"),
-          quantity("thermometer_noise", "K", "0.01 K", "standard deviation of one reading of the temperature"),
-          quantity("thermometer_quantum", "K", "0 K", "step of the readings; 0: none")};
+  return {quantity("oven_lowest", "degC").above(-273.15).otherwise("-60 degC").says("coldest set point of the oven"),
+          quantity("oven_highest", "degC").above(-273.15).otherwise("90 degC").says("hottest set point"),
+          quantity("oven_ramp_limit", "K/min").above(0).otherwise("5 K/min").says("fastest change of the oven's air"),
+          quantity("oven_time", "min").above(0).otherwise("5 min").says("time in which the instrument follows the air"),
+          quantity("thermometer_noise", "K")
+              .at_least(0)
+              .otherwise("0.01 K")
+              .says("standard deviation of one reading of the temperature"),
+          quantity("thermometer_quantum", "K").at_least(0).otherwise("0 K").says("step of the readings; 0: none")};
 }
 
 std::vector<Imperfection> oven_imperfections() {
-  return {{quantity("thermometer_offset_sd", "K", "0.1 K", "offset of the thermometer, which regulates the oven"),
+  return {{quantity("thermometer_offset_sd", "K")
+               .at_least(0)
+               .otherwise("0.1 K")
+               .says("offset of the thermometer, which regulates the oven"),
            {error_names::thermometer_offset}},
-          {quantity("thermometer_scale_sd", "%", "0.1 %", "scale error of the thermometer, from 0 degC"),
+          {quantity("thermometer_scale_sd", "%")
+               .at_least(0)
+               .otherwise("0.1 %")
+               .says("scale error of the thermometer, from 0 degC"),
            {error_names::thermometer_scale}}};
 }
 
 void check_oven(const Settings& options, std::vector<std::string>& problems) {
-  check_bounds(options, {"oven_ramp_limit", "oven_time"}, {"thermometer_noise", "thermometer_quantum"}, problems);
-  if (!(options.number("oven_lowest") > 0.0)) problems.push_back("[rig] oven_lowest must be above absolute zero");
-  if (!(options.number("oven_lowest") < options.number("oven_highest")))
-    problems.push_back("[rig] oven_lowest must lie below oven_highest");
+  check_order(options, "oven_lowest", "oven_highest", problems);
 }
 
 void check_oven_schedule(const Schedule& schedule, const Settings& options, std::vector<std::string>& problems) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 
 namespace tumble::optimisation {
 namespace {
@@ -31,19 +31,18 @@ Criteria criteria_of(const Estimate& estimate, const std::vector<std::string>& t
                      const std::vector<double>& reference) {
   Criteria out{sds_of(estimate, terms), infinity, infinity, infinity};
   if (std::ranges::any_of(out.sd, [](double sd) { return std::isinf(sd); })) return out;
-  const auto p = static_cast<Eigen::Index>(terms.size());
-  Eigen::MatrixXd scaled(p, p);
-  for (Eigen::Index i = 0; i < p; ++i)
-    for (Eigen::Index j = 0; j < p; ++j) {
-      const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+  const std::size_t p = terms.size();
+  Matrix scaled(p, p);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < p; ++i) {
+    for (std::size_t j = 0; j < p; ++j)
       scaled(i, j) =
-          estimate.covariance(place(estimate, terms[a]), place(estimate, terms[b])) / reference[a] / reference[b];
-    }
-  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-  const Eigen::MatrixXd lower = llt.matrixL();
-  out.determinant = std::exp(lower.diagonal().array().log().sum() / static_cast<double>(p));
-  out.trace = std::sqrt(scaled.trace() / static_cast<double>(p));
-  out.worst = std::sqrt(scaled.diagonal().maxCoeff());
+          estimate.covariance(place(estimate, terms[i]), place(estimate, terms[j])) / reference[i] / reference[j];
+    largest = std::max(largest, scaled(i, i));
+  }
+  out.determinant = std::exp(0.5 * cholesky(scaled).log_determinant / static_cast<double>(p));
+  out.trace = std::sqrt(trace(scaled) / static_cast<double>(p));
+  out.worst = std::sqrt(largest);
   return out;
 }
 

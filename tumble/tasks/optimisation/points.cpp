@@ -4,15 +4,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 
 namespace tumble::optimisation {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr double nothing = 1e-9;     ///< information, beside the largest of the point, that is rounding
 constexpr double negligible = 1e-3;  ///< variance of a shift, beside that of the white noise of a power-up
@@ -40,17 +35,15 @@ Plan plan_of(const Plan& plan, const std::vector<prediction::Candidate>& all, do
 }
 
 /// The outputs' information of one segment in one matrix: terms of all outputs, then the errors they share.
-void embed(const Matrix& m, std::size_t first_term, const std::vector<std::size_t>& error_at, MatrixXd& into) {
+void embed(const Matrix& m, std::size_t first_term, const std::vector<std::size_t>& error_at, Matrix& into) {
   const std::size_t columns = m.rows - error_at.size();
-  const auto place = [&](std::size_t i) {
-    return static_cast<Index>(i < columns ? first_term + i : error_at[i - columns]);
-  };
+  const auto place = [&](std::size_t i) { return i < columns ? first_term + i : error_at[i - columns]; };
   for (std::size_t i = 0; i < m.rows; ++i)
     for (std::size_t j = 0; j < m.columns; ++j) into(place(i), place(j)) += m(i, j);
 }
 
-std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<prediction::OutputProblem>& outputs,
-                                     DesignSpace& space) {
+std::vector<Matrix> information_of(const Plan& plan, const std::vector<prediction::OutputProblem>& outputs,
+                                   DesignSpace& space) {
   std::vector<TermInformation> parts;
   for (auto output : outputs) {
     output.problem.averaging = std::max(1.0 / plan.sample_rate, output.problem.averaging);
@@ -62,8 +55,8 @@ std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<predict
   for (const auto& part : parts)
     for (const auto& error : part.errors)
       if (std::ranges::find(space.errors, error) == space.errors.end()) space.errors.push_back(error);
-  const auto size = static_cast<Index>(space.terms.size() + space.errors.size());
-  std::vector<MatrixXd> out(plan.schedule.size(), MatrixXd::Zero(size, size));
+  const std::size_t size = space.terms.size() + space.errors.size();
+  std::vector<Matrix> out(plan.schedule.size(), Matrix(size, size));
   std::size_t first = 0;
   for (std::size_t o = 0; o < parts.size(); ++o) {
     std::vector<std::size_t> error_at;
@@ -76,12 +69,25 @@ std::vector<MatrixXd> information_of(const Plan& plan, const std::vector<predict
   return out;
 }
 
+Matrix symmetric_part(const Matrix& m) { return 0.5 * (m + transposed(m)); }
+
+/// The greatest eigenvalues, those above `least`, and their vectors.
+SymmetricEigen above(const SymmetricEigen& all, double least) {
+  const auto first = std::ranges::upper_bound(all.values, least) - all.values.begin();
+  const auto count = all.values.size() - static_cast<std::size_t>(first);
+  return {{all.values.begin() + first, all.values.end()},
+          block(all.vectors, 0, all.vectors.rows, static_cast<std::size_t>(first), count)};
+}
+
+std::vector<double> roots(std::vector<double> values) {
+  for (double& value : values) value = std::sqrt(value);
+  return values;
+}
+
 /// N with N N' = m, m symmetric; what rounding made negative is nothing.
-MatrixXd root(const MatrixXd& m, double least) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (m + m.transpose()));
-  Index kept = 0;
-  while (kept < m.cols() && eigen.eigenvalues()[m.cols() - 1 - kept] > least) ++kept;
-  return eigen.eigenvectors().rightCols(kept) * eigen.eigenvalues().tail(kept).cwiseSqrt().asDiagonal();
+Matrix root(const Matrix& m, double least) {
+  const SymmetricEigen eigen = above(eigen_symmetric(symmetric_part(m)), least);
+  return scaled_columns(eigen.vectors, roots(eigen.values));
 }
 
 }  // namespace
@@ -89,55 +95,52 @@ MatrixXd root(const MatrixXd& m, double least) {
 // In the space that the point sees (basis U, scaled columns) the information is (P/d + K)^-1: two durations give P, of
 // the white noise, and K, of what does not average. With P = L L':  X = L^-1 U',  N N' = L^-1 K L^-T.
 DesignPoint point_of(const Matrix& at_once, const Matrix& at_twice, double dwell) {
-  const MatrixXd once = map(at_once), twice = map(at_twice);
-  VectorXd scale = twice.diagonal().cwiseSqrt();
-  for (Index i = 0; i < scale.size(); ++i)
-    if (!(scale[i] > 0.0)) scale[i] = 1.0;
-  const VectorXd unit = scale.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit.asDiagonal() * twice * unit.asDiagonal());
-  const auto p = scale.size();
-  const double largest = eigen.eigenvalues()[p - 1];
-  Index rank = 0;
-  while (rank < p && eigen.eigenvalues()[p - 1 - rank] > nothing * std::max(largest, 1e-300)) ++rank;
-  DesignPoint point{Matrix(0, static_cast<std::size_t>(p)), {}};
-  if (rank == 0) return point;
-  const MatrixXd basis = eigen.eigenvectors().rightCols(rank);
-  const MatrixXd first = (basis.transpose() * unit.asDiagonal() * once * unit.asDiagonal() * basis).inverse();
-  const MatrixXd second = eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal();
-  MatrixXd white = 2.0 * dwell * (first - second);
-  white = (0.5 * (white + white.transpose())).eval();
-  const Eigen::LLT<MatrixXd> lower(white);
-  if (lower.info() != Eigen::Success) {  // rounding: all of it is white noise
-    point.rows = plain(eigen.eigenvalues().tail(rank).cwiseSqrt().asDiagonal() * basis.transpose() *
-                       scale.asDiagonal() / std::sqrt(2.0 * dwell));
+  auto scale = roots(diagonal_of(at_twice));
+  for (double& s : scale)
+    if (!(s > 0.0)) s = 1.0;
+  const auto unit = inverses(scale);
+  const SymmetricEigen all = eigen_symmetric(scaled_columns(scaled_rows(unit, at_twice), unit));
+  const SymmetricEigen eigen = above(all, all.values.empty() ? 0.0 : nothing * std::max(all.values.back(), 1e-300));
+  DesignPoint point{Matrix(0, scale.size()), {}};
+  if (eigen.values.empty()) return point;
+  const Matrix half_once = scaled_columns(transposed(eigen.vectors), unit) * at_once;
+  const Matrix first = inverse(scaled_columns(half_once, unit) * eigen.vectors);
+  const Matrix second = diagonal(inverses(eigen.values));
+  const Matrix white = symmetric_part(2.0 * dwell * (first - second));
+  const Matrix basis = scaled_columns(transposed(eigen.vectors), scale);
+  const Cholesky factor = cholesky(white);
+  if (!factor.positive) {  // rounding: all of it is white noise
+    point.rows = 1.0 / std::sqrt(2.0 * dwell) * scaled_rows(roots(eigen.values), basis);
     return point;
   }
-  point.rows = plain(lower.matrixL().solve(MatrixXd(basis.transpose() * scale.asDiagonal())));
-  const MatrixXd half = lower.matrixL().solve(second - white / (2.0 * dwell));
-  const MatrixXd disturbance = root(lower.matrixL().solve(half.transpose()), nothing / dwell);
-  if (disturbance.cols() > 0) point.disturbance = plain(disturbance);
+  point.rows = solve_lower(factor.lower, basis);
+  Matrix constant = second;
+  for (std::size_t i = 0; i < constant.values.size(); ++i) constant.values[i] -= white.values[i] / (2.0 * dwell);
+  const Matrix half = solve_lower(factor.lower, constant);
+  Matrix disturbance = root(solve_lower(factor.lower, transposed(half)), nothing / dwell);
+  if (disturbance.columns > 0) point.disturbance = std::move(disturbance);
   return point;
 }
 
 namespace {
 
-/// Leaves out the errors that shift no output by more than a small part of what a whole power-up of white noise does.
-void drop_negligible_errors(DesignSpace& space, std::vector<MatrixXd>& once, std::vector<MatrixXd>& twice, double time,
+/// Removes the errors that shift no output by more than a small part of the effect of white noise over a power-up.
+void drop_negligible_errors(DesignSpace& space, std::vector<Matrix>& once, std::vector<Matrix>& twice, double time,
                             double dwell) {
-  std::vector<Index> kept(space.terms.size());
-  std::iota(kept.begin(), kept.end(), Index{0});
+  std::vector<std::size_t> places(space.terms.size());
+  std::iota(places.begin(), places.end(), std::size_t{0});
   std::vector<std::string> errors;
   for (std::size_t e = 0; e < space.errors.size(); ++e) {
-    const auto at = static_cast<Index>(space.terms.size() + e);
+    const std::size_t at = space.terms.size() + e;
     double most = 0.0;
     for (const auto& m : twice) most = std::max(most, m(at, at));
     if (most * time / (2.0 * dwell) < negligible) continue;
-    kept.push_back(at);
+    places.push_back(at);
     errors.push_back(space.errors[e]);
   }
   space.errors = std::move(errors);
   for (auto* list : {&once, &twice})
-    for (auto& m : *list) m = MatrixXd(m(kept, kept));
+    for (auto& m : *list) m = chosen_rows(chosen_columns(m, places), places);
 }
 
 }  // namespace
@@ -152,7 +155,7 @@ DesignSpace design_space(const Plan& plan, const std::vector<prediction::Candida
   std::size_t segment = 0;
   for (const auto& one : all) {
     if (!one.approach.empty()) ++segment;
-    auto point = point_of(plain(once[segment]), plain(twice[segment]), dwell_of(one, dwell));
+    auto point = point_of(once[segment], twice[segment], dwell_of(one, dwell));
     point.setup = one.setup + settling;
     point.least = one.least;
     space.points.push_back(std::move(point));

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/prediction/candidates.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
@@ -13,29 +13,30 @@
 namespace tumble::prediction {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-constexpr double condition_limit = 1e6;  ///< of columns of unit length: weaker combinations are not told
+constexpr double condition_limit = 1e6;  ///< of columns of unit length: weaker combinations are not distinguished
 constexpr double ridge = 1e-9;
 constexpr std::size_t most_additions = 8;
 constexpr double coarse = pi / 4.0;
 
-MatrixXd rows_of(const std::vector<Felt>& felt, const std::vector<Term>& terms) {
-  MatrixXd rows(static_cast<Index>(felt.size()), static_cast<Index>(terms.size()));
+Matrix rows_of(const std::vector<Felt>& felt, const std::vector<Term>& terms) {
+  Matrix rows(felt.size(), terms.size());
   for (std::size_t i = 0; i < felt.size(); ++i)
-    for (std::size_t k = 0; k < terms.size(); ++k)
-      rows(static_cast<Index>(i), static_cast<Index>(k)) = terms[k].regressor(felt[i]);
+    for (std::size_t k = 0; k < terms.size(); ++k) rows(i, k) = terms[k].regressor(felt[i]);
   return rows;
 }
 
+/// Columns of unit length; a column of zeros remains.
+Matrix of_unit_length(const Matrix& rows) {
+  auto norms = column_norms(rows);
+  for (double& norm : norms)
+    if (!(norm > 0.0)) norm = 1.0;
+  return scaled_columns(rows, inverses(norms));
+}
+
 /// Number of singular values of columns of unit length; a column of zeros counts nothing.
-Index rank_of_rows(MatrixXd rows) {
-  for (Index k = 0; k < rows.cols(); ++k)
-    if (const double norm = rows.col(k).norm(); norm > 0.0) rows.col(k) /= norm;
-  const VectorXd values = Eigen::BDCSVD<MatrixXd>(rows).singularValues();
-  Index rank = 0;
+std::size_t rank_of_rows(const Matrix& rows) {
+  const auto values = singular_values(of_unit_length(rows));
+  std::size_t rank = 0;
   while (rank < values.size() && values[rank] * condition_limit > values[0]) ++rank;
   return rank;
 }
@@ -55,63 +56,62 @@ std::string attitude(const Candidate& candidate) {
   return " (" + text + ")";
 }
 
-/// A schedule that grows by what tells most about its terms.
+/// A schedule that grows by the motions that determine its terms best.
 class Growing {
  public:
   Growing(const Plan& plan, const std::vector<Felt>& felt, const std::vector<Term>& terms)
       : plan_(plan), terms_(terms), rows_(rows_of(felt, terms)) {}
 
   void add_from(const std::vector<Candidate>& all, std::vector<std::string>& added) {
-    std::vector<MatrixXd> offered;
-    VectorXd scale = rows_.cwiseAbs().colwise().maxCoeff();
-    for (const auto& one : all) {
-      offered.push_back(rows_of(one.felt, terms_));
-      scale = scale.cwiseMax(offered.back().cwiseAbs().colwise().maxCoeff().transpose());
+    std::vector<Matrix> offered;
+    std::vector<double> scale(terms_.size(), 0.0);
+    raise_to(rows_, scale);
+    for (const auto& candidate : all) {
+      offered.push_back(rows_of(candidate.felt, terms_));
+      raise_to(offered.back(), scale);
     }
-    for (Index k = 0; k < scale.size(); ++k)
-      if (!(scale[k] > 0.0)) scale[k] = 1.0;
-    while (rank() < rows_.cols() && added.size() < most_additions) {
-      const Index before = rank();
-      const auto best = most_telling(offered, scale);
+    for (double& s : scale)
+      if (!(s > 0.0)) s = 1.0;
+    while (rank() < rows_.columns && added.size() < most_additions) {
+      const std::size_t before = rank(), best = best_of(offered, inverses(scale));
       if (best == offered.size()) return;
-      MatrixXd longer(rows_.rows() + offered[best].rows(), rows_.cols());
-      longer << rows_, offered[best];
+      Matrix longer = stacked(rows_, offered[best]);
       if (rank_of_rows(longer) <= before) return;
       rows_ = std::move(longer);
       added.push_back(in_words(all[best].work, plan_) + attitude(all[best]));
     }
   }
 
-  Index rank() const { return rank_of_rows(rows_); }
+  std::size_t rank() const { return rank_of_rows(rows_); }
 
   /// Terms with a part in a combination that neither the rows nor anything offered shows.
   std::vector<std::string> hidden(const std::vector<Candidate>& offered) const {
-    const MatrixXd more = rows_of(felt_of(offered), terms_);
-    MatrixXd scaled(rows_.rows() + more.rows(), rows_.cols());
-    scaled << rows_, more;
-    const Index known = rank_of_rows(scaled);
-    for (Index k = 0; k < scaled.cols(); ++k)
-      if (const double norm = scaled.col(k).norm(); norm > 0.0) scaled.col(k) /= norm;
-    const Eigen::BDCSVD<MatrixXd> svd(scaled, Eigen::ComputeFullV);
+    const Matrix rows = stacked(rows_, rows_of(felt_of(offered), terms_));
+    const std::size_t known = rank_of_rows(rows);
+    const Matrix v = svd(of_unit_length(rows)).v;
     std::vector<std::string> names;
-    for (Index k = 0; k < scaled.cols(); ++k)
-      if (svd.matrixV().row(k).tail(scaled.cols() - known).norm() > 1e-3)
-        names.push_back(terms_[static_cast<std::size_t>(k)].name);
+    for (std::size_t k = 0; k < rows.columns; ++k)
+      if (norm(row(block(v, k, 1, known, rows.columns - known), 0)) > 1e-3) names.push_back(terms_[k].name);
     return names;
   }
 
  private:
-  /// tr X (M + ridge)^-1 X', largest where the rows so far say nothing
-  std::size_t most_telling(const std::vector<MatrixXd>& offered, const VectorXd& scale) const {
-    const MatrixXd own = rows_ * scale.cwiseInverse().asDiagonal();
-    MatrixXd information = own.transpose() * own;
-    information.diagonal().array() += ridge;
-    const MatrixXd covariance = information.llt().solve(MatrixXd::Identity(own.cols(), own.cols()));
+  /// Raises each scale to the greatest magnitude in its column.
+  static void raise_to(const Matrix& rows, std::vector<double>& scale) {
+    for (std::size_t k = 0; k < rows.columns; ++k)
+      for (const double value : column(rows, k)) scale[k] = std::max(scale[k], std::abs(value));
+  }
+
+  /// tr X (M + ridge)^-1 X', largest where the rows so far say nothing. Given: inverses of the columns' scales.
+  std::size_t best_of(const std::vector<Matrix>& offered, const std::vector<double>& unit) const {
+    Matrix information = gram(scaled_columns(rows_, unit));
+    for (std::size_t k = 0; k < information.rows; ++k) information(k, k) += ridge;
+    const Matrix covariance = solve(cholesky(information), identity(information.rows));
     std::size_t best = offered.size();
     double most = 0.0;
     for (std::size_t j = 0; j < offered.size(); ++j) {
-      const MatrixXd x = offered[j] * scale.cwiseInverse().asDiagonal();
-      const double worth = (x * covariance).cwiseProduct(x).sum() / static_cast<double>(x.rows());
+      const Matrix x = scaled_columns(offered[j], unit);
+      const double worth = dot((x * covariance).values, x.values) / static_cast<double>(x.rows);
       if (worth > most * (1.0 + 1e-6)) most = worth, best = j;
     }
     return best;
@@ -119,7 +119,7 @@ class Growing {
 
   const Plan& plan_;
   const std::vector<Term>& terms_;
-  MatrixXd rows_;
+  Matrix rows_;
 };
 
 }  // namespace
@@ -135,7 +135,7 @@ Advice advise(const Plan& plan, const std::vector<Felt>& felt, std::vector<Term>
     if (excited(term, felt_near)) terms.push_back(term);
   if (terms.empty()) return out;
   Growing growing(plan, felt, terms);
-  const auto full = static_cast<Index>(terms.size());
+  const std::size_t full = terms.size();
   if (growing.rank() == full) return out;
   growing.add_from(near, out.add);
   auto all = near;

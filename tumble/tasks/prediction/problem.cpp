@@ -66,9 +66,7 @@ void describe(const OutputProblem& output, Estimate& estimate) {
   if (output.not_excited.empty()) return;
   std::string names;
   for (const auto& term : output.not_excited) names += (names.empty() ? "" : ", ") + term.name;
-  estimate.findings.push_back({Finding::Severity::info,
-                               "not excited by this schedule, and assumed to be known: " + names,
-                               output.problem.channel});
+  estimate.findings.push_back({Finding::Severity::info, "not_excited", {{"terms", names}}, output.problem.channel});
 }
 
 }  // namespace

@@ -1,0 +1,116 @@
+// The only file that knows CLI11.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+#include "tumble/units/nearest.hpp"
+#include "tumble/version.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* option : app.get_options())
+    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+/// What was on the command line that no option or argument takes, with the nearest that would.
+int refuse_extras(const CLI::App& program, const Terminal& terminal) {
+  const auto used = program.get_subcommands();
+  const auto& app = used.empty() ? program : *used.front();
+  const auto help = fmt::format("see `tumble {}--help`", used.empty() ? "" : app.get_name() + " ");
+  std::vector<std::string> verbs;
+  for (const auto* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
+  std::vector<std::string> problems;
+  for (const auto& extra : program.remaining(true)) {
+    if (extra.starts_with("-")) {
+      auto known = option_names(app);
+      for (const auto& name : option_names(program)) known.push_back(name);
+      problems.push_back(fmt::format("unknown option '{}'{} ({})", extra, did_you_mean(extra, known), help));
+    } else if (used.empty()) {
+      problems.push_back(
+          fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));
+      break;  // what follows was meant for it
+    } else {
+      problems.push_back(fmt::format("'{}' is one argument too many ({})", extra, help));
+    }
+  }
+  complain(terminal, problems);
+  return usage;
+}
+
+std::string seed_problem(const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return fault == std::errc{} && end == text.data() + text.size()
+             ? std::string()
+             : "a whole number from 0 to 18446744073709551615 is expected, not '" + text + "'";
+}
+
+/// Adds an argument to the verb that takes it.
+struct Add {
+  CLI::App& app;
+  const Argument& argument;
+
+  CLI::Option* operator()(bool* value) const { return app.add_flag(argument.name, *value, argument.description); }
+  CLI::Option* operator()(std::string* value) const {
+    return app.add_option(argument.name, *value, argument.description);
+  }
+  CLI::Option* operator()(std::vector<std::string>* value) const {
+    auto* option = app.add_option(argument.name, *value, argument.description);
+    if (argument.separator != 0) option->delimiter(argument.separator);
+    if (argument.name.starts_with('-')) option->allow_extra_args(false);
+    return option;
+  }
+  CLI::Option* operator()(std::uint64_t* value) const {
+    auto* option = app.add_option(argument.name, *value, argument.description);
+    if (argument.bytes.empty()) return option->check(seed_problem, "SEED")->capture_default_str();
+    return option->transform(CLI::AsSizeValue(true))->default_str(argument.bytes);
+  }
+};
+
+void add(CLI::App& app, const Argument& argument) {
+  auto* option = std::visit(Add{app, argument}, argument.value);
+  if (argument.required) option->required();
+  if (!argument.type.empty()) option->type_name(argument.type);
+  if (!argument.words.empty()) option->check(CLI::IsMember(argument.words));
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Terminal& terminal) {
+  CLI::App program("Identify inertial instruments: from a plan and recordings to parameters with uncertainty.",
+                   "tumble");
+  program.set_version_flag("--version", fmt::format("tumble {}", version));
+  program.add_flag("--quiet", terminal.quiet, "print only errors on standard error");
+  program.fallthrough();
+  for (const auto& verb : verbs) {
+    auto* app = program.add_subcommand(verb.name, verb.summary);
+    for (const auto& argument : verb.arguments) add(*app, argument);
+    app->footer(verb.footer);
+  }
+  program.footer("`tumble VERB --help` describes a verb, with examples.");
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    return refuse_extras(program, terminal);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+    const auto used = program.get_subcommands();
+    complain(terminal, fmt::format("{} (see `tumble {}--help`)", error.what(),
+                                   used.empty() ? "" : used.front()->get_name() + " "));
+    return usage;
+  }
+  for (const auto& verb : verbs)
+    if (program.got_subcommand(verb.name)) return verb.run(terminal);
+  fmt::print(stderr, "{}", program.help());
+  return usage;
+}
+
+}  // namespace tumble::cli

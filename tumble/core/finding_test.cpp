@@ -1,0 +1,109 @@
+#include "tumble/core/finding.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tumble/core/text.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using Severity = Finding::Severity;
+
+Finding with(std::vector<FindingValue> values, Occurrences occurrences = {}) {
+  Finding finding;
+  finding.code = "test";
+  finding.values = std::move(values);
+  finding.occurrences = std::move(occurrences);
+  return finding;
+}
+
+double si(double value, const char* unit) { return Unit::parse(unit).to_si(value); }
+
+TEST(Finding, IsBuiltWithItsSentence) {
+  const Finding finding(Severity::error, "constant_output", {{"value", si(25.0, "deg/h"), "deg/h"}}, "gyro");
+  EXPECT_EQ(finding.severity, Severity::error);
+  EXPECT_EQ(finding.code, "constant_output");
+  EXPECT_EQ(finding.message, "the output is constant: 25 deg/h");
+  EXPECT_EQ(finding.where, "gyro");
+  EXPECT_EQ(sentence(finding), finding.message);
+}
+
+TEST(Finding, SentenceOfAnEarlierVersionHasNoCode) {
+  const Finding finding(Severity::info, "gap of 0.31 s", "t.top");
+  EXPECT_EQ(finding.code, "");
+  EXPECT_EQ(finding.message, "gap of 0.31 s");
+}
+
+TEST(Finding, HasTheTextOfItsCount) {
+  const std::vector<FindingValue> values{{"lost", 3}, {"longest", 0.31, "s"}};
+  EXPECT_EQ(Finding(Severity::warning, "gap", values, "", {1, 2.5, 2.5}).message,
+            "gap of 310 ms at 2.5 s: 3 samples lost; methods that need a constant rate cannot use data across a gap");
+  EXPECT_EQ(Finding(Severity::warning, "gap", values, "", {2, 2.5, 7.0}).message,
+            "2 gaps, 3 samples lost; the longest: 310 ms at 7 s; methods that need a constant rate cannot use data "
+            "across a gap");
+}
+
+TEST(Finding, NumbersAreWrittenAsTheSentenceSays) {
+  const Finding rate = with({{"rate", si(12.34567, "deg/h"), "deg/h"}, {"share", 0.01234, "%"}, {"ratio", 2.0 / 3.0}});
+  EXPECT_EQ(filled("{rate}", rate), "12.35 deg/h");
+  EXPECT_EQ(filled("{rate:.2g}", rate), "12 deg/h");
+  EXPECT_EQ(filled("{rate:.1f -}", rate), "12.3");
+  EXPECT_EQ(filled("{rate:.4g deg/s}", rate), "0.003429 deg/s");  // 12.34567/3600
+  EXPECT_EQ(filled("{rate: deg/s}", rate), "0.003429 deg/s");
+  EXPECT_EQ(filled("{rate:exact}", rate), "12.34567 deg/h");
+  EXPECT_EQ(filled("{share:.2g}", rate), "1.2 %");
+  EXPECT_EQ(filled("{ratio}", rate), "0.6667");
+}
+
+TEST(Finding, DifferenceOfTemperaturesHasNoZero) {
+  const Finding finding = with({{"rise", 1.5, "degC"}, {"temperature", si(20.0, "degC"), "degC"}});
+  EXPECT_EQ(filled("{rise:difference}", finding), "1.5 degC");
+  EXPECT_EQ(filled("{temperature}", finding), "20 degC");
+}
+
+TEST(Finding, TimesAndSizesAreShownInTheUnitThatSuits) {
+  const Finding finding =
+      with({{"short", 0.31, "s"}, {"long", 12.5, "s"}, {"begin", 812.4, "s"}, {"size", 1500000000}});
+  EXPECT_EQ(filled("{short:duration}, {long:duration}", finding), "310 ms, 12.5 s");
+  EXPECT_EQ(filled("{begin:instant}", finding), "812.4 s");
+  EXPECT_EQ(filled("{size:bytes}", finding), "1.5 GB");
+}
+
+TEST(Finding, CountsNamesAndPhrasesStandInTheSentence) {
+  const Finding finding = with({{"lost", 1}, {"left", 3}, {"name", "gyro.x"}, {"of", Phrase{"temperature"}}}, {7});
+  EXPECT_EQ(filled("{lost:sample}, {left:sample}, {left}", finding), "1 sample, 3 samples, 3");
+  EXPECT_EQ(filled("'{name}': {of}", finding), "'gyro.x': a temperature");
+  EXPECT_EQ(filled("{count} of {count:segment}", finding), "7 of 7 segments");
+}
+
+TEST(Finding, PlacesAreLabelsOrTimes) {
+  EXPECT_EQ(filled("{first}, {worst}", with({}, {2, 1.25, {"run 2", 7.0}})), "1.25 s, run 2");
+  EXPECT_EQ(filled("{first}, {worst}", with({}, {2, std::nan(""), {}})), "nan s, nan s");
+}
+
+TEST(Finding, AbsentValueOrUnknownCodeIsADefect) {
+  EXPECT_THROW(filled("{rate}", with({{"ratio", 1.0}})), Error);
+  EXPECT_THROW(Finding(Severity::info, "constant_output", {}), Error);
+  EXPECT_THROW(Finding(Severity::info, "no_such_code", {}), Error);
+  EXPECT_THROW(filled("{of}", with({{"of", Phrase{"no_such_phrase"}}})), Error);
+  try {
+    text_of("finding", "no_such_code");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::internal);
+  }
+}
+
+TEST(Finding, ErrorsAreTheProblemsOfARefusal) {
+  const Findings findings{{Severity::info, "no_samples", {}, "a"},
+                          {Severity::error, "no_samples", {}, "b"},
+                          {Severity::error, "no_samples", {}}};
+  EXPECT_EQ(errors_among(findings),
+            (std::vector<std::string>{"b: the channel has no samples", "the channel has no samples"}));
+}
+
+}  // namespace
+}  // namespace tumble
