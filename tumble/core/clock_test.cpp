@@ -193,5 +193,21 @@ TEST(SamplingRate, LostSamplesDoNotChangeIt) {
   EXPECT_LT(mean_rate(channel), 93.0);
 }
 
+TEST(SampledTogether, ComparesRateBeginAndStamps) {
+  Channel uniform;
+  uniform.values.assign(3, 0.0);
+  uniform.timeline = {5.0, 10.0, nullptr};
+  Channel later = uniform, longer = uniform;
+  later.timeline.start = 5.1;
+  longer.values.push_back(0.0);
+  EXPECT_TRUE(sampled_together(uniform, uniform));
+  EXPECT_FALSE(sampled_together(uniform, later));
+  EXPECT_FALSE(sampled_together(uniform, longer));
+  const Channel stamped = with_stamps({5.0, 5.1, 5.2});
+  EXPECT_TRUE(sampled_together(stamped, with_stamps({5.0, 5.1, 5.2})));
+  EXPECT_FALSE(sampled_together(stamped, with_stamps({5.0, 5.1, 5.3})));
+  EXPECT_FALSE(sampled_together(stamped, uniform));
+}
+
 }  // namespace
 }  // namespace tumble

@@ -10,4 +10,12 @@ double sampling_rate(const Channel& channel) {
   return rate > 0.0 ? rate : mean_rate(channel);
 }
 
+bool sampled_together(const Channel& a, const Channel& b) {
+  if (a.values.size() != b.values.size()) return false;
+  if (a.timeline.uniform() && b.timeline.uniform())
+    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
+  return a.timeline.stamps == b.timeline.stamps ||
+         (a.timeline.stamps && b.timeline.stamps && *a.timeline.stamps == *b.timeline.stamps);
+}
+
 }  // namespace tumble

@@ -8,4 +8,7 @@ namespace tumble {
 /// not change it; the mean rate where the stamps show no clock.
 double sampling_rate(const Channel& channel);
 
+/// Whether sample i of both channels was taken at one time, for every i.
+bool sampled_together(const Channel& a, const Channel& b);
+
 }  // namespace tumble

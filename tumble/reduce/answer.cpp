@@ -12,7 +12,7 @@
 namespace tumble {
 namespace {
 
-/// What is left beside a factor may be rounding of numbers that cancelled, not more.
+/// Greatest remainder beside a factor: rounding of numbers that cancelled.
 constexpr double rounding = 1e-9;
 
 Matrix product(const Matrix& a, const Matrix& b) {
@@ -101,14 +101,14 @@ void set_degrees_of_freedom(const std::vector<ErrorLine>& lines, Estimate& estim
       for (std::size_t c = 0; c < line.factor.columns; ++c) v += line.factor(i, c) * line.factor(i, c);
       fourth += v * v / line.degrees_of_freedom[i];
     }
-    const double whole = estimate.covariance(i, i);
-    if (fourth > 0.0) estimate.parameters[i].degrees_of_freedom = std::max(1.0, whole * whole / fourth);
+    const double variance = estimate.covariance(i, i);
+    if (fourth > 0.0) estimate.parameters[i].degrees_of_freedom = std::max(1.0, variance * variance / fourth);
   }
 }
 
 template <class Item>
-void follow(std::vector<Item>& whole, const std::vector<Item>& part) {
-  whole.insert(whole.end(), part.begin(), part.end());
+void follow(std::vector<Item>& sum, const std::vector<Item>& part) {
+  sum.insert(sum.end(), part.begin(), part.end());
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ ErrorLine carried(const Matrix& gradients, ErrorLine inputs) {
   auto& dof = inputs.degrees_of_freedom;
   if (!dof.empty()) {
     const double first = dof.front();
-    if (std::ranges::any_of(dof, [first](double one) { return one != first; }))
+    if (std::ranges::any_of(dof, [first](double v) { return v != first; }))
       throw Error(Error::Kind::internal,
                   "budget line '" + inputs.source + "' has inputs of several degrees of freedom");
     dof.assign(gradients.rows, first);
@@ -180,19 +180,19 @@ void settle(Estimate& estimate, const std::vector<ErrorLine>& lines) {
   set_degrees_of_freedom(lines, estimate);
 }
 
-void append(Estimate& whole, const Estimate& part) {
-  const std::size_t before = whole.parameters.size(), added = part.parameters.size();
-  for (auto& line : whole.budget) line.factor = padded(line.factor, 0, added);
-  for (const auto& line : part.budget) add_line(line.source, line.key, padded(line.factor, before, 0), whole.budget);
-  follow(whole.parameters, part.parameters);
-  complete(whole);
-  whole.fit.observations += part.fit.observations;
-  whole.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
-  whole.fit.chi_square += part.fit.chi_square;
-  whole.fit.condition = std::max(whole.fit.condition, part.fit.condition);
-  follow(whole.findings, part.findings);
-  follow(whole.tables, part.tables);
-  follow(whole.curves, part.curves);
+void append(Estimate& sum, const Estimate& part) {
+  const std::size_t before = sum.parameters.size(), added = part.parameters.size();
+  for (auto& line : sum.budget) line.factor = padded(line.factor, 0, added);
+  for (const auto& line : part.budget) add_line(line.source, line.key, padded(line.factor, before, 0), sum.budget);
+  follow(sum.parameters, part.parameters);
+  complete(sum);
+  sum.fit.observations += part.fit.observations;
+  sum.fit.degrees_of_freedom += part.fit.degrees_of_freedom;
+  sum.fit.chi_square += part.fit.chi_square;
+  sum.fit.condition = std::max(sum.fit.condition, part.fit.condition);
+  follow(sum.findings, part.findings);
+  follow(sum.tables, part.tables);
+  follow(sum.curves, part.curves);
 }
 
 void append_parameter(Estimate& estimate, Parameter parameter, const std::string& source, double variance) {
@@ -200,6 +200,13 @@ void append_parameter(Estimate& estimate, Parameter parameter, const std::string
   part.parameters = {std::move(parameter)};
   part.budget = {independent_errors(source, {variance})};
   append(estimate, part);
+}
+
+Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings) {
+  estimate.method = std::move(method);
+  estimate.title = std::move(title);
+  estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
+  return estimate;
 }
 
 void remove_parameter(Estimate& estimate, std::size_t index) {

@@ -70,14 +70,17 @@ std::vector<ErrorLine> carried(const Matrix& gradients, std::vector<ErrorLine> i
 /// See       Welch, Biometrika 34 (1947) 28; Satterthwaite, Biometrics Bull. 2 (1946) 110
 void settle(Estimate& estimate, const std::vector<ErrorLine>& lines);
 
-/// Adds the parameters of `part` after those of `whole`, with budget and covariance. Lines of one source and one key
+/// Adds the parameters of `part` after those of `sum`, with budget and covariance. Lines of one source and one key
 /// are the same errors and give the covariance between the two; all other lines are independent of each other, and of
-/// one source they share a line. Findings, tables and curves follow those of `whole`; of the fit, observations, degrees
+/// one source they share a line. Findings, tables and curves follow those of `sum`; of the fit, observations, degrees
 /// of freedom and chi-square are added.
-void append(Estimate& whole, const Estimate& part);
+void append(Estimate& sum, const Estimate& part);
 
 /// Adds one parameter with the variance [SI^2] that `source` gives it, independent of all others.
 void append_parameter(Estimate& estimate, Parameter parameter, const std::string& source, double variance);
+
+/// The estimate with its method and title, and with `findings` of the data before its own.
+Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings);
 
 /// Removes parameter number `index`, with its row of the budget; all else stays.
 void remove_parameter(Estimate& estimate, std::size_t index);

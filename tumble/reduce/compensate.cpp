@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
 #include "tumble/reduce/compensation/work.hpp"
 #include "tumble/units/error.hpp"
@@ -257,14 +258,6 @@ void take_all(const Inputs& known, Works& works, Recording& recording) {
   }
 }
 
-bool one_clock(const Channel& a, const Channel& b) {
-  if (a.values.size() != b.values.size()) return false;
-  if (a.timeline.uniform() && b.timeline.uniform())
-    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
-  return a.timeline.stamps == b.timeline.stamps ||
-         (a.timeline.stamps && b.timeline.stamps && *a.timeline.stamps == *b.timeline.stamps);
-}
-
 std::size_t place_of(const Estimate& estimate, const Recording& recording, const std::string& role) {
   const Channel* channel = channel_of(estimate, recording, role);
   const std::string where = recording.origin.file.empty() ? "" : recording.origin.file + ": ";
@@ -295,7 +288,7 @@ void set_places(const Recording& recording, Works& works) {
       work.place = place_of(*work.estimate, recording, work.model->role);
       const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
       require_unit(work, channel);
-      if (problems.empty() && !one_clock(first, channel))
+      if (problems.empty() && !sampled_together(first, channel))
         problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
                                        first.name, channel.name));
     } catch (const Error& error) {

@@ -34,7 +34,7 @@ std::string described(const std::vector<Recording>& recordings) {
   for (const auto& recording : recordings)
     for (const auto& channel : recording.channels)
       text += fmt::format("{}{} [{}]", text.empty() ? "" : ", ", channel.name, channel.unit.text());
-  return text.empty() ? "no channel at all" : text;
+  return text.empty() ? "no channel" : text;
 }
 
 std::vector<double> slice(const ChannelRun& stretch) {
@@ -97,49 +97,51 @@ void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& 
                     stretch.label, say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
   signal.rate = clock.rate > 0.0 ? clock.rate : mean_rate(times);
   if (!(signal.rate > 0.0) || !std::isfinite(signal.rate)) return;
-  const auto say = [&](std::string message) {
-    signal.findings.push_back({Severity::info, std::move(message), stretch.label});
+  const FindingValue rms{"rms", clock.jitter_rms, "s"};
+  const auto say = [&](std::string code, std::vector<FindingValue> values, Occurrences occurrences = {}) {
+    signal.findings.push_back(
+        {Severity::info, std::move(code), std::move(values), stretch.label, std::move(occurrences)});
   };
   if (timing == "even" || (timing == "auto" && clock.even)) {
     if (timing == "even") signal.rate = mean_rate(times);
     if (clock.worst * signal.rate > 0.5)
-      say(fmt::format("stamps scatter by {} rms and up to {}, taken as evenly spaced at {:.6g} Hz: {}",
-                      say_seconds(clock.jitter_rms), say_seconds(clock.worst), signal.rate, clock.reason));
+      say("uneven_stamps_taken_as_even", {{"rate", signal.rate, "Hz"}, rms, {"greatest", clock.worst, "s"}});
   } else if (timing == "auto" && !clock.gaps.empty()) {
     std::size_t lost = 0;
     for (const auto& gap : clock.gaps) lost += gap.lost;
+    const auto& longest = *std::ranges::max_element(clock.gaps, {}, &Clock::Gap::lost);
     signal.made = with_gaps(slice(stretch), clock.gaps);
-    say(fmt::format("{} with {} lost, the first at {}: differences across them are left out",
-                    say_count(clock.gaps.size(), "gap"), say_count(lost, "sample"), say_instant(clock.gaps[0].begin)));
+    say("gaps_kept_as_missing", {{"lost", lost}}, {clock.gaps.size(), clock.gaps.front().begin, longest.begin});
   } else {
     signal.made = on_grid(stamps, slice(stretch), signal.rate);
-    say(fmt::format("samples averaged onto an even grid of {:.6g} Hz by their stamps: {}", signal.rate, clock.reason));
+    say("averaged_onto_grid", {{"rate", signal.rate, "Hz"}, rms});
   }
 }
 
 }  // namespace
 
 std::vector<ChannelRun> channel_runs(const Evidence& evidence) {
-  std::vector<ChannelRun> found;
-  std::map<std::string, int> seen;
+  std::vector<ChannelRun> all;
+  std::map<std::string, int> runs;
   for (const auto& run : runs_of(evidence.recordings)) {
     const Recording& recording = evidence.recordings[run.recording];
     for (const Channel* channel : chosen(evidence, recording)) {
       if (!is_inertial(*channel))
-        throw Error(Error::Kind::bad_data,
-                    fmt::format("{} is in {}: an angular rate or a specific force is needed, as in deg/h or m/s^2",
-                                channel->name, channel->unit.text()));
+        throw Error(
+            Error::Kind::bad_data,
+            fmt::format("{} is in {}: the method needs an angular rate or a specific force, as in deg/h or m/s^2",
+                        channel->name, channel->unit.text()));
       const SampleRange range = samples_between(*channel, run.begin, run.end);
       ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
-      const int number = ++seen[channel->name];
+      const int number = ++runs[channel->name];
       if (number > 1) stretch.label += fmt::format(".run{}", number);
-      found.push_back(stretch);
+      all.push_back(stretch);
     }
   }
-  if (found.empty())
+  if (all.empty())
     throw Error(Error::Kind::bad_data,
                 "no channel of angular rate or specific force; the recordings hold " + described(evidence.recordings));
-  return found;
+  return all;
 }
 
 Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label) {
@@ -164,7 +166,8 @@ EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string
     const double stamped = mean_rate(channel);
     if (stamped > 0.0 && std::abs(rate / stamped - 1.0) > 0.01)
       signal.findings.push_back({Severity::warning,
-                                 fmt::format("taken as {:.6g} Hz as asked, but the file says {:.6g} Hz", rate, stamped),
+                                 "rate_differs_from_file",
+                                 {{"rate", rate, "Hz"}, {"stamped", stamped, "Hz"}},
                                  stretch.label});
     return signal;
   }
@@ -203,10 +206,10 @@ Scatter scatter_of(std::span<const double> values, std::size_t first) {
     sums[lane] += value - origin;
     squares[lane] += (value - origin) * (value - origin);
   };
-  const std::size_t whole = values.size() / lanes * lanes;
-  for (std::size_t n = 0; n < whole; n += lanes)
+  const std::size_t in_lanes = values.size() / lanes * lanes;
+  for (std::size_t n = 0; n < in_lanes; n += lanes)
     for (std::size_t k = 0; k < lanes; ++k) add(values[n + k], k);
-  for (std::size_t n = whole; n < values.size(); ++n) add(values[n], 0);
+  for (std::size_t n = in_lanes; n < values.size(); ++n) add(values[n], 0);
   double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
   double square = (squares[0] + squares[1]) + (squares[2] + squares[3]);
   if (std::isnan(sum)) {
@@ -243,17 +246,20 @@ Findings disturbances(const std::vector<Scatter>& blocks, std::size_t size, doub
   if (sds.size() < 10) return {};
   std::nth_element(sds.begin(), sds.begin() + static_cast<std::ptrdiff_t>(sds.size() / 2), sds.end());
   const double usual = sds[sds.size() / 2];
-  std::size_t count = 0, first = 0;
-  for (const auto& block : blocks)
-    if (usual > 0.0 && block.count > 0.0 && block.sd > unusual * usual && count++ == 0) first = block.first;
-  if (count == 0) return {};
-  return {
-      {Severity::warning,
-       fmt::format("the scatter within {} of {} blocks of {} is more than {:g} times the usual, first at {}: motion, "
-                   "a disturbance or outliers, which the noise terms take for noise; cut them out",
-                   count, sds.size(), say_seconds(static_cast<double>(size) / rate), unusual,
-                   say_instant(begin + static_cast<double>(first) / rate)),
-       label}};
+  const auto place = [&](const Scatter& block) { return Place(begin + static_cast<double>(block.first) / rate); };
+  Occurrences often{0, {}, {}};
+  double greatest = unusual * usual;
+  for (const auto& block : blocks) {
+    if (!(usual > 0.0 && block.count > 0.0 && block.sd > unusual * usual)) continue;
+    if (often.count++ == 0) often.first = place(block);
+    if (block.sd > greatest) often.worst = place(block), greatest = block.sd;
+  }
+  if (often.count == 0) return {};
+  return {{Severity::warning,
+           "disturbed_blocks",
+           {{"blocks", sds.size()}, {"length", static_cast<double>(size) / rate, "s"}, {"limit", unusual}},
+           label,
+           often}};
 }
 
 }  // namespace tumble

@@ -15,7 +15,7 @@ namespace tumble {
 /// One power-up of one channel.
 struct ChannelRun {
   const Channel* channel = nullptr;
-  std::string label;  ///< the channel's name, with ".run2" and so on where the name comes again
+  std::string label;  ///< the channel's name, with ".run2" and so on where the name occurs again
   std::size_t begin = 0, end = 0;
   std::size_t recording = 0;
   double run = 0.0;  ///< [s] its begin, -inf of a recording without marks
@@ -42,17 +42,17 @@ struct EvenSignal {
 
 /// Brings a stretch onto an even clock.
 ///
-/// Given     rate    [Hz] the samples are known to have, whatever the stamps say; 0: as the channel says
+/// Given     rate    [Hz] of the samples, independent of the stamps; 0: as the channel states it
 ///           timing  "even": evenly spaced at the mean rate; "stamps": samples averaged onto an even grid by their
 ///                   stamps; "auto": even if the clock is even beneath late stamps, with lost samples put in as NaN,
 ///                   else by stamps
 /// Throws    Error::bad_data for a clock that runs backwards (time named) or an infinite sample
 EvenSignal even_signal(const ChannelRun& stretch, double rate, const std::string& timing);
 
-/// Of samples begin <= i < end. Throws Error::bad_data that names the first infinite one, if there is one.
+/// Extremes of the samples begin <= i < end [SI]. Throws Error::bad_data that names the first infinite sample.
 Extremes finite_extremes(const Channel& channel, std::size_t begin, std::size_t end, const std::string& label);
 
-/// What stands in the way of a noise analysis: empty for a usable signal, else the reason (too short, constant, NaN).
+/// Reason why a noise analysis is not possible (too short, constant, NaN); empty for a usable signal.
 /// Given: rate [Hz].
 std::string unusable(const Extremes& extremes, std::size_t samples, double rate);
 std::string unusable(const EvenSignal& signal);
@@ -65,7 +65,7 @@ struct Scatter {
 /// Given: values [u]; NaN: missing.
 Scatter scatter_of(std::span<const double> values, std::size_t first);
 
-/// Within 400 equal blocks, of 20 samples and more; what is left at the end is not looked at.
+/// Within 400 equal blocks, of 20 samples and more; samples that remain at the end are not used.
 struct BlockScatter {
   std::size_t size = 0;  ///< of a block [samples]
   std::vector<Scatter> blocks;

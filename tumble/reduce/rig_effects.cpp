@@ -70,7 +70,7 @@ namespace {
 
 bool everywhere(std::size_t) { return true; }
 
-/// What is observed on every row; differences of it are the effects.
+/// The observation on every row; differences of it are the effects.
 class Difference {
  public:
   Difference(const ConductedTest& test, const Observation& observation) : test_(test), observation_(observation) {
@@ -85,7 +85,7 @@ class Difference {
       without.assign(rows, 0.0);
       for (const auto& part : parts_) add(power_up_of(part).reference, part, detail, without);
     }
-    for (const double one : without_[0]) size_ = std::max(size_, std::abs(one));
+    for (const double v : without_[0]) size_ = std::max(size_, std::abs(v));
   }
 
   /// The shift where the error is at its standard deviation in the segments (of each power-up) chosen.
@@ -121,7 +121,7 @@ class Difference {
   }
   bool rounding(double shift) const { return std::abs(shift) <= 1e-13 * size_; }
   bool rounding(const std::vector<double>& shift) const {
-    return std::ranges::all_of(shift, [&](double one) { return rounding(one); });
+    return std::ranges::all_of(shift, [&](double v) { return rounding(v); });
   }
 
  private:
@@ -258,17 +258,18 @@ std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observatio
   const Difference difference(test, observation);
   const auto errors = rig_errors(test.power_ups);
   const bool totals = difference.any_total();
-  std::vector<std::vector<KnownEffect>> found(errors.size());
+  std::vector<std::vector<KnownEffect>> by_error(errors.size());
   parallel_for(errors.size(), [&](std::size_t k) {
     auto all = difference.of(errors[k], Detail::full, everywhere);
     if (difference.rounding(all) && !(errors[k].error.each_segment && totals)) return;
     if (errors[k].error.each_segment)
-      add_each_segment(test, observation, difference, errors[k], all, found[k]);
+      add_each_segment(test, observation, difference, errors[k], all, by_error[k]);
     else
-      found[k].push_back({errors[k].error.name, std::move(all), false, {name_of(errors[k])}, key_of(test, errors[k])});
+      by_error[k].push_back(
+          {errors[k].error.name, std::move(all), false, {name_of(errors[k])}, key_of(test, errors[k])});
   });
   std::vector<KnownEffect> effects;
-  for (auto& some : found) std::ranges::move(some, std::back_inserter(effects));
+  for (auto& part : by_error) std::ranges::move(part, std::back_inserter(effects));
   return effects;
 }
 

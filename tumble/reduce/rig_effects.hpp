@@ -15,8 +15,8 @@
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/rigs/rig.hpp"
 
-/// What the named errors of the rigs do to what a method observes: the rig is asked with each of them at one standard
-/// deviation, and the difference to the rig without errors is the shift.
+/// Effects of the named errors of the rigs on the observations of a method: the shift is the difference between the rig
+/// with an error at one standard deviation and the rig without errors.
 namespace tumble {
 
 /// One error of the rig of one plan. Errors of different plans are different numbers, also where their names agree.
@@ -46,7 +46,7 @@ using InSegment = std::function<bool(std::size_t segment)>;
 /// One standard deviation of the error in the segments chosen [SI], as RigRun::errors has it: errors x segments.
 Matrix error_values(const PowerUp& power_up, const PlanError& error, const InSegment& chosen);
 
-/// What the rig does with the error at one standard deviation in the segments chosen.
+/// Motion of the rig with the error at one standard deviation in the segments chosen.
 Reference reference_with(const PowerUp& power_up, const PlanError& error, const InSegment& chosen);
 
 /// One number drawn: an error of the whole test, or of one segment in one start.
@@ -63,7 +63,7 @@ struct ErrorDraw {
 /// Given     channels   the test as each channel shows it, at least one; they have the same power-ups
 std::vector<ErrorDraw> draws_of(const std::vector<const ConductedTest*>& channels);
 
-/// What is observed in each stretch with an error at one standard deviation in all segments.
+/// The observation in each stretch with an error at one standard deviation in all segments.
 template <class Value>
 struct WithError {
   PlanError error;

@@ -1,6 +1,7 @@
 #include "tumble/reduce/stretches.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,10 +19,10 @@
 namespace tumble {
 namespace {
 
-/// How often each segment of a plan has been taken in a run.
+/// How often each segment of a plan has been recorded in a run.
 using Uses = std::map<std::tuple<const Plan*, int, std::size_t>, std::size_t>;
 
-/// The segments of a plan that a mark may stand for: of its run, else of any run that states its label.
+/// The segments of a plan that a mark may be of: those of its run, else of any run that states its label.
 std::vector<std::size_t> candidates_of(const Plan& plan, const Mark& mark) {
   std::vector<std::size_t> of_run, elsewhere;
   for (std::size_t s = 0; s < plan.schedule.size(); ++s)
@@ -29,58 +30,85 @@ std::vector<std::size_t> candidates_of(const Plan& plan, const Mark& mark) {
   return of_run.empty() ? elsewhere : of_run;
 }
 
-/// Of several segments of one label a recording that holds them all has them in order; one that holds some has those
-/// that have been taken least often. It holds each of them once.
-void place(const Plan& plan, const Recording& recording, Uses& uses, std::set<std::pair<int, std::size_t>>& taken,
-           MarkedSegment& marked) {
-  const Mark& mark = recording.marks[marked.mark];
-  const auto candidates = candidates_of(plan, mark);
-  const auto held = std::ranges::count_if(
-      recording.marks, [&](const Mark& one) { return one.label == mark.label && one.run == mark.run; });
-  const bool holds_all = static_cast<std::size_t>(held) >= candidates.size();
-  for (const std::size_t s : candidates) {
-    const std::size_t before = uses[{&plan, mark.run, s}];
-    if (taken.contains({mark.run, s})) continue;
-    if (marked.planned != nullptr && (holds_all || before >= marked.repetition)) continue;
-    marked.planned = &plan.schedule[s];
-    marked.index = s;
-    marked.repetition = before;
+/// SegmentPlaces the marks of one recording after the other in the schedules of their plans.
+class Placement {
+ public:
+  /// The marks of the next recording of this plan, in their order.
+  std::vector<MarkedSegment> of(const Plan& plan, const Recording& recording, std::size_t number) {
+    taken_.clear();
+    std::vector<MarkedSegment> marked;
+    for (std::size_t m = 0; m < recording.marks.size(); ++m) {
+      const Mark& mark = recording.marks[m];
+      marked.push_back({number, m, mark.label, mark.run, mark.begin, end_of_mark(recording, m)});
+      place(plan, recording, marked.back());
+    }
+    set_repetitions(plan, marked);
+    for (auto& mark : marked)
+      mark.start = starts_.try_emplace({&plan, mark.run, mark.repetition}, starts_.size()).first->second;
+    return marked;
   }
-  if (marked.planned != nullptr) taken.insert({mark.run, marked.index});
-}
 
-/// One power-up may lie in several files; the same segment in another file is another power-up, and so are the other
-/// segments of that run in that file.
-void set_repetitions(const Plan& plan, Uses& uses, std::vector<MarkedSegment>& of_recording) {
-  std::map<int, std::size_t> repetitions;
-  for (const auto& marked : of_recording)
-    repetitions[marked.run] = std::max(repetitions[marked.run], marked.repetition);
-  for (auto& marked : of_recording) {
-    marked.repetition = repetitions[marked.run];
-    if (marked.planned != nullptr) uses[{&plan, marked.run, marked.index}] = marked.repetition + 1;
+ private:
+  /// Of several segments of one label: a recording that holds them all has them in order. In another recording it is
+  /// the one that comes before the next mark and after the last one in the order of the plan, else the one recorded
+  /// least often. A recording holds each segment once.
+  void place(const Plan& plan, const Recording& recording, MarkedSegment& marked) {
+    const Mark& mark = recording.marks[marked.mark];
+    const auto candidates = candidates_of(plan, mark);
+    const auto of_this_label = [&](const Mark& m) { return m.label == mark.label && m.run == mark.run; };
+    const auto held = static_cast<std::size_t>(std::ranges::count_if(recording.marks, of_this_label));
+    const bool holds_all = held >= candidates.size();
+    const std::size_t bound = bound_by_next(plan, recording, marked.mark);
+    const auto last = last_.find({&plan, mark.run});
+    std::tuple<bool, bool, std::size_t> least;
+    for (const std::size_t s : candidates) {
+      if (taken_.contains({mark.run, s})) continue;
+      const std::size_t uses = uses_[{&plan, mark.run, s}];
+      const std::tuple order{s >= bound, last != last_.end() && s <= last->second, uses};
+      if (marked.planned != nullptr && (holds_all || order >= least)) continue;
+      least = order;
+      marked.planned = &plan.schedule[s];
+      marked.index = s;
+      marked.repetition = uses;
+    }
+    if (marked.planned == nullptr) return;
+    taken_.insert({mark.run, marked.index});
+    last_[{&plan, mark.run}] = marked.index;
   }
-}
+
+  /// The last segment of the plan that the next mark of the run may be of.
+  static std::size_t bound_by_next(const Plan& plan, const Recording& recording, std::size_t mark) {
+    const auto next = mark + 1;
+    if (next == recording.marks.size() || recording.marks[next].run != recording.marks[mark].run) return SIZE_MAX;
+    const auto candidates = candidates_of(plan, recording.marks[next]);
+    return candidates.empty() ? SIZE_MAX : candidates.back();
+  }
+
+  /// One power-up may lie in several files; the same segment in another file is another power-up, and so are the other
+  /// segments of that run in that file.
+  void set_repetitions(const Plan& plan, std::vector<MarkedSegment>& of_recording) {
+    std::map<int, std::size_t> repetitions;
+    for (const auto& marked : of_recording)
+      repetitions[marked.run] = std::max(repetitions[marked.run], marked.repetition);
+    for (auto& marked : of_recording) {
+      marked.repetition = repetitions[marked.run];
+      if (marked.planned != nullptr) uses_[{&plan, marked.run, marked.index}] = marked.repetition + 1;
+    }
+  }
+
+  Uses uses_;
+  std::set<std::pair<int, std::size_t>> taken_;              ///< run and segment, in the present recording
+  std::map<std::pair<const Plan*, int>, std::size_t> last_;  ///< segment of the last mark placed, by plan and run
+  std::map<std::tuple<const Plan*, int, std::size_t>, std::size_t> starts_;
+};
 
 }  // namespace
 
 std::vector<std::vector<MarkedSegment>> marked_segments(const Evidence& evidence) {
   std::vector<std::vector<MarkedSegment>> all;
-  Uses uses;
-  std::map<std::tuple<const Plan*, int, std::size_t>, std::size_t> starts;
-  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
-    const Plan& plan = plan_of(evidence, r);
-    const Recording& recording = evidence.recordings[r];
-    auto& of_recording = all.emplace_back();
-    std::set<std::pair<int, std::size_t>> taken;
-    for (std::size_t m = 0; m < recording.marks.size(); ++m) {
-      const Mark& mark = recording.marks[m];
-      of_recording.push_back({r, m, mark.label, mark.run, mark.begin, end_of_mark(recording, m)});
-      place(plan, recording, uses, taken, of_recording.back());
-    }
-    set_repetitions(plan, uses, of_recording);
-    for (auto& marked : of_recording)
-      marked.start = starts.try_emplace({&plan, marked.run, marked.repetition}, starts.size()).first->second;
-  }
+  Placement placement;
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r)
+    all.push_back(placement.of(plan_of(evidence, r), evidence.recordings[r], r));
   return all;
 }
 
@@ -112,8 +140,10 @@ double longest_turn(const Segment& segment) {
   return turn;
 }
 
-Finding unused_segment(const std::string& label, int run, const std::string& why) {
-  return {Finding::Severity::warning, fmt::format("segment '{}' is not used: {}", label, why),
+Finding unused_segment(const std::string& label, int run, Phrase why) {
+  return {Finding::Severity::warning,
+          "segment_not_used",
+          {{"segment", label}, {"reason", std::move(why)}},
           fmt::format("run {}", run)};
 }
 
@@ -154,15 +184,15 @@ bool stands_alone(const Evidence& evidence, std::size_t recording) {
 }
 
 /// Where the segments of a plan's schedule stand among the power-ups.
-struct Place {
+struct SegmentPlace {
   std::size_t power_up = 0, segment = 0;
 };
-using Places = std::vector<Place>;
+using SegmentPlaces = std::vector<SegmentPlace>;
 
 /// Adds the power-ups of a plan, as its schedule says. With `alone` each segment is one by itself, as it is where it
 /// was recorded in a file of its own.
-Places add_power_ups(const Plan& plan, std::size_t number, bool alone, double rate, ConductedTest& test) {
-  Places places;
+SegmentPlaces add_power_ups(const Plan& plan, std::size_t number, bool alone, double rate, ConductedTest& test) {
+  SegmentPlaces places;
   auto power_ups = alone ? std::vector<PowerUp>{} : power_ups_of(plan, rate);
   double begin = 0.0;
   for (std::size_t s = 0; alone && s < plan.schedule.size(); ++s) {
@@ -221,7 +251,7 @@ bool has_samples(const Channel& channel, double begin, double end) {
 }
 
 /// Adds the samples of one marked segment, or a finding why not.
-void add_stretch(const Channel& channel, double rate, const MarkedSegment& marked, const Place& place,
+void add_stretch(const Channel& channel, double rate, const MarkedSegment& marked, const SegmentPlace& place,
                  const StretchOptions& options, ConductedTest& test) {
   const PowerUp& power_up = test.power_ups[place.power_up];
   if (passed_over(power_up.rig.segments[place.segment], options)) return;
@@ -242,16 +272,16 @@ void add_stretch(const Channel& channel, double rate, const MarkedSegment& marke
   out.values = std::move(samples.values);
   if (std::ranges::all_of(out.values, [](double v) { return std::isnan(v); })) {
     const bool any = has_samples(channel, marked.begin, out.end);
-    test.findings.push_back(unused_segment(
-        marked.label, marked.run, any ? "no sample is left after settling" : "the recording holds no samples of it"));
+    test.findings.push_back(
+        unused_segment(marked.label, marked.run, {any ? "no_sample_after_settling" : "no_sample_recorded"}));
     return;
   }
   out.steady = is_steady(power_up, out);
   test.stretches.push_back(std::move(out));
 }
 
-/// Of a plan that was not yet carried out.
-void add_planned(const PowerUp& power_up, Place place, std::size_t start, const StretchOptions& options,
+/// Adds a segment of a plan that was not yet carried out.
+void add_planned(const PowerUp& power_up, SegmentPlace place, std::size_t start, const StretchOptions& options,
                  ConductedTest& test) {
   const Segment& segment = power_up.rig.segments[place.segment];
   if (passed_over(segment, options)) return;
@@ -266,7 +296,7 @@ void add_planned(const PowerUp& power_up, Place place, std::size_t start, const 
   const double length = out.end - out.first + 1e-6 * out.step;
   out.samples = length > 0.0 ? static_cast<std::size_t>(length / out.step) : 0;
   if (out.samples == 0) {
-    test.findings.push_back(unused_segment(segment.label, segment.run, "no sample is left after settling"));
+    test.findings.push_back(unused_segment(segment.label, segment.run, {"no_sample_after_settling"}));
     return;
   }
   out.steady = is_steady(power_up, out);
@@ -275,10 +305,37 @@ void add_planned(const PowerUp& power_up, Place place, std::size_t start, const 
 
 }  // namespace
 
+namespace {
+
+/// A warning for each run of a plan of which some segments have no mark in any recording.
+void warn_of_unrecorded(const Plan& plan, const std::vector<std::vector<MarkedSegment>>& marks,
+                        const StretchOptions& options, Findings& findings) {
+  std::set<const Segment*> recorded;
+  std::set<int> runs;
+  for (const auto& of_recording : marks)
+    for (const auto& marked : of_recording) recorded.insert(marked.planned);
+  for (const Segment& segment : plan.schedule)
+    if (recorded.contains(&segment)) runs.insert(segment.run);
+  for (const int run : runs) {
+    std::vector<std::string> labels;
+    for (const Segment& segment : plan.schedule)
+      if (segment.run == run && !recorded.contains(&segment) && !passed_over(segment, options))
+        labels.push_back(segment.label);
+    if (labels.empty()) continue;
+    findings.push_back({Finding::Severity::warning,
+                        "not_recorded",
+                        {{"segments", fmt::format("'{}'", fmt::join(labels, "', '"))}},
+                        fmt::format("run {}", run),
+                        {labels.size(), labels.front(), {}}});
+  }
+}
+
+}  // namespace
+
 ConductedTest stretches(const Evidence& evidence, const StretchOptions& options) {
   ConductedTest test;
   std::map<const Plan*, std::size_t> numbers;
-  std::map<std::pair<const Plan*, bool>, Places> places;
+  std::map<std::pair<const Plan*, bool>, SegmentPlaces> places;
   std::vector<std::string> problems;
   const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
@@ -297,12 +354,15 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
     for (const auto& marked : marks[r]) {
       test.starts = std::max(test.starts, marked.start + 1);
       if (marked.planned == nullptr)
-        test.findings.push_back(unused_segment(marked.label, marked.run, "the schedule has no segment of that name"));
+        test.findings.push_back(unused_segment(marked.label, marked.run, {"not_in_schedule"}));
       else
         add_stretch(channel, rate, marked, places[{&plan, alone}][marked.index], options, test);
     }
   }
   test.plans = numbers.size();
+  std::vector<const Plan*> plans(numbers.size());
+  for (const auto& [plan, number] : numbers) plans[number] = plan;
+  for (const Plan* plan : plans) warn_of_unrecorded(*plan, marks, options, test.findings);
   refuse_unused(test, Error::Kind::bad_data);
   return test;
 }
@@ -312,13 +372,13 @@ ConductedTest stretches(const Plan& plan, const StretchOptions& options) {
   for (const auto& entry : plan.recordings)
     if (entry.plan && std::ranges::find(plans, entry.plan.get()) == plans.end()) plans.push_back(entry.plan.get());
   std::vector<std::string> problems;
-  for (const Plan* one : plans) require(*one, one->sample_rate, options, problems);
+  for (const Plan* each : plans) require(*each, each->sample_rate, options, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   ConductedTest test;
-  for (const Plan* one : plans) {
+  for (const Plan* each : plans) {
     std::map<int, std::size_t> starts;
     const auto places =
-        add_power_ups(*one, test.plans++, recorded_one_by_one(*one), one->sample_rate * options.oversampling, test);
+        add_power_ups(*each, test.plans++, recorded_one_by_one(*each), each->sample_rate * options.oversampling, test);
     for (const auto& place : places) {
       const PowerUp& power_up = test.power_ups[place.power_up];
       const auto start = starts.try_emplace(power_up.rig.segments[place.segment].run, test.starts);
@@ -326,7 +386,7 @@ ConductedTest stretches(const Plan& plan, const StretchOptions& options) {
       add_planned(power_up, place, start.first->second, options, test);
     }
   }
-  if (test.stretches.empty()) throw Error(Error::Kind::bad_input, "no segment has samples left after settling");
+  if (test.stretches.empty()) throw Error(Error::Kind::bad_input, "no sample of any segment remains after settling");
   return test;
 }
 

@@ -33,9 +33,10 @@ struct MarkedSegment {
 
 /// Places the marks of all recordings in the schedules of their plans.
 ///
-/// A mark stands for the segment of its label and run; a label that occurs several times in a run is taken in order,
-/// also over several files of one power-up. A run that the schedule lacks repeats one that it states. A segment that
-/// has been taken before belongs to another start: the power-up was repeated.
+/// A mark is the begin of the segment of its label and run. A label that occurs several times in a run is taken in
+/// order, also over several files of one power-up; where some of these segments were not recorded, the marks before and
+/// after decide which one it is. A run that the schedule lacks repeats one that it states. A segment that was recorded
+/// before belongs to another start: the power-up was repeated.
 ///
 /// Returned  one list a recording, one element a mark. `planned` points into the evidence's plans.
 std::vector<std::vector<MarkedSegment>> marked_segments(const Evidence& evidence);
@@ -85,14 +86,14 @@ struct Stretch {
   double duration() const { return static_cast<double>(samples) * step; }  ///< [s]
 };
 
-/// What a method wants of a test.
+/// The needs of a method.
 struct StretchOptions {
   std::string role;         ///< the channel whose samples are used and whose clock the rig is asked by
   double scale = 1.0;       ///< output [SI] for one SI unit of the channel
   int oversampling = 1;     ///< points in each sample at which the rig is asked
   double settling = 0.0;    ///< [s] not used after the rig has settled in each segment
   bool needs_site = false;  ///< without the Earth's rate and gravity the reference is wrong
-  /// Segments to pass over without a finding; null: none.
+  /// Segments to skip without a finding; null: none.
   std::function<bool(const Segment&)> passed_over = nullptr;
   /// Segments that are used from their beginning, settled or not; null: none.
   std::function<bool(const Segment&)> unsettled = nullptr;
@@ -104,7 +105,7 @@ struct ConductedTest {
   std::vector<Stretch> stretches;
   std::size_t plans = 0;   ///< how many different ones there are
   std::size_t starts = 0;  ///< how often the instrument was switched on
-  Findings findings;       ///< a warning for each segment that is not used
+  Findings findings;       ///< warnings for the segments that are not used or were not recorded
 };
 
 /// The stretches of all recordings, in the order of their marks. A recording that [[recording]] calls the file of one
@@ -120,7 +121,7 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
 ConductedTest stretches(const Plan& plan, const StretchOptions& options);
 
 /// A warning: the segment is not used, and why.
-Finding unused_segment(const std::string& label, int run, const std::string& why);
+Finding unused_segment(const std::string& label, int run, Phrase why);
 
 /// Throws    Error of this kind, with all findings, where a test has no stretch
 void refuse_unused(const ConductedTest& test, Error::Kind kind);

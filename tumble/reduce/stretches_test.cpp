@@ -53,6 +53,34 @@ TEST(MarkedSegments, ALabelThatOccursTwiceIsTakenInOrder) {
   EXPECT_EQ(marked[2].end, std::numeric_limits<double>::infinity());
 }
 
+TEST(MarkedSegments, AClosingRepeatIsNotTakenForTheFirstSegment) {
+  const std::vector<Segment> closed{{"up", 2.0}, {"down", 2.0}, {"left", 2.0}, {"up", 2.0}};
+  // the first segments were not recorded: in one file, and in two
+  const Recording late = recording_of({{"left", 0.0}, {"up", 2.0}}), side = recording_of({{"left", 0.0}}),
+                  up = recording_of({{"up", 0.0}});
+  EXPECT_EQ(marked_segments({plan_of(closed), {late}}).at(0).at(1).index, 3u);
+  EXPECT_EQ(marked_segments({plan_of(closed), {side, up}}).at(1).at(0).index, 3u);
+  // the last segment was not recorded: what follows shows that this is the first one
+  const Recording early = recording_of({{"up", 0.0}, {"down", 2.0}});
+  const auto repeated = marked_segments({plan_of(closed), {early, early}});
+  for (const auto& marked : repeated) EXPECT_EQ(marked.at(0).index, 0u);
+  EXPECT_EQ(repeated[1][0].start, 1u);
+}
+
+TEST(Stretches, SayWhichSegmentsWereNotRecorded) {
+  const std::vector<Segment> schedule{{"up", 2.0}, {"down", 2.0}, {"left", 2.0}, {"up", 2.0}, {"other", 2.0, 2}};
+  const Evidence evidence{plan_of(schedule), {recording_of({{"left", 0.0}, {"up", 2.0}})}};
+  const auto test = stretches(evidence, {.role = "gyro"});
+  ASSERT_EQ(test.stretches.size(), 2u);
+  EXPECT_DOUBLE_EQ(test.stretches[1].power_on, -4.0);  // began at 2 s and is the segment from 6 s on
+  ASSERT_EQ(test.findings.size(), 1u);                 // a run of which nothing was recorded is not meant to be there
+  EXPECT_EQ(test.findings[0].code, "not_recorded");
+  EXPECT_EQ(test.findings[0].where, "run 1");
+  EXPECT_EQ(test.findings[0].occurrences.count, 2u);
+  EXPECT_EQ(test.findings[0].message,
+            "segments 'up', 'down' of the schedule were not recorded: the result does not use them");
+}
+
 TEST(MarkedSegments, OnePowerUpMayLieInSeveralFiles) {
   const Evidence evidence{
       plan_of(rest_and_turn),
@@ -133,11 +161,12 @@ TEST(Stretches, SayWhatIsNotUsed) {
                           {recording_of({{"rest", 0.0}, {"short", 2.0}, {"lost", 9.0}, {"typo", 11.0}})}};
   const auto test = stretches(evidence, {.role = "gyro", .settling = 0.5});
   ASSERT_EQ(test.stretches.size(), 1u);
-  std::vector<std::string> said;
-  for (const auto& finding : test.findings) said.push_back(finding.message);
-  EXPECT_EQ(said, (std::vector<std::string>{"segment 'short' is not used: no sample is left after settling",
-                                            "segment 'lost' is not used: the recording holds no samples of it",
-                                            "segment 'typo' is not used: the schedule has no segment of that name"}));
+  std::vector<std::string> messages;
+  for (const auto& finding : test.findings) messages.push_back(finding.message);
+  EXPECT_EQ(messages,
+            (std::vector<std::string>{"segment 'short' is not used: no sample remains after settling",
+                                      "segment 'lost' is not used: the recording holds no samples of it",
+                                      "segment 'typo' is not used: the schedule has no segment of that name"}));
 }
 
 TEST(Stretches, AFileOfOneSegmentIsAPowerUpOfItsOwn) {

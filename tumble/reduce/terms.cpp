@@ -29,8 +29,8 @@ Estimate identify_terms(const Evidence& evidence, const TermProblem& problem) {
 }
 
 TermInformation information_of_terms(const Plan& plan, const TermProblem& problem) {
-  auto found = linear::information(plan, problem_of(problem), linear::truth_of(plan, problem.channel));
-  return {std::move(found.errors), std::move(found.of_segment)};
+  auto information = linear::information(plan, problem_of(problem), linear::truth_of(plan, problem.channel));
+  return {std::move(information.errors), std::move(information.of_segment)};
 }
 
 }  // namespace tumble

@@ -7,7 +7,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/models/model.hpp"
 
-/// What the engine of linear identification does for those who have no method, but a table of terms.
+/// The engine of linear identification for callers that have a table of terms and no method.
 namespace tumble {
 
 /// Terms of one output of a plan's instrument that a test is to show.

@@ -30,17 +30,18 @@ struct Part {
 
 /// Draws by name, as columns over the rows of all outputs.
 struct Draws {
-  std::vector<std::string> sources, names;
+  std::vector<std::string> sources, names, keys;
   std::vector<bool> shared;
   std::vector<VectorXd> columns;
   std::map<std::string, std::size_t> known;
 
-  VectorXd& column(const std::string& source, const std::string& name, bool common, Index rows) {
+  VectorXd& column(const KnownEffect& effect, const std::string& name, Index rows) {
     const auto [place, is_new] = known.try_emplace(name, columns.size());
     if (is_new) {
-      sources.push_back(source);
+      sources.push_back(effect.source);
       names.push_back(name);
-      shared.push_back(common);
+      keys.push_back(effect.key);
+      shared.push_back(!effect.draws.empty());
       columns.push_back(VectorXd::Zero(rows));
     }
     return columns[place->second];
@@ -82,21 +83,20 @@ std::vector<Part> parts_of(std::span<const MixedData> outputs, std::span<const M
 void add_draws(const MixedData& data, const Part& part, std::size_t output, Index rows, Draws& draws) {
   for (std::size_t k = 0; k < data.effects.size(); ++k) {
     const auto& effect = data.effects[k];
-    const bool common = !effect.draws.empty();
     const auto name = [&](std::size_t segment) {
-      if (common) return effect.draws[effect.each_segment ? segment : 0];
+      if (!effect.draws.empty()) return effect.draws[effect.each_segment ? segment : 0];
       return fmt::format("{} of output {}, effect {}, segment {}", effect.source, output, k, segment);
     };
     const VectorXd& column = part.rows.effects.col(at(k));
     if (!effect.each_segment) {
-      draws.column(effect.source, name(0), common, rows).segment(part.first_row, column.size()) += column;
+      draws.column(effect, name(0), rows).segment(part.first_row, column.size()) += column;
       continue;
     }
     for (std::size_t g = 0; g < part.rows.parts.size(); ++g) {
       const auto [first, count] = part.rows.parts[g];
       const VectorXd shift = column.segment(first, count);
       if (shift.isZero(0.0)) continue;
-      draws.column(effect.source, name(g), common, rows).segment(part.first_row + first, count) += shift;
+      draws.column(effect, name(g), rows).segment(part.first_row + first, count) += shift;
     }
   }
 }
@@ -153,6 +153,18 @@ void add_noise(std::span<const MixedData> outputs, std::span<const MixedFit> alo
   }
 }
 
+/// What every draw gives the parameters. A source of one draw alone is signed, with its key.
+void add_draws(const Draws& draws, const MatrixXd& shifts, MixedFit& fit) {
+  for (std::size_t k = 0; k < draws.sources.size(); ++k)
+    add_source(draws.sources[k], shifts.col(at(k)) * shifts.col(at(k)).transpose(), fit);
+  for (std::size_t k = 0; k < draws.sources.size(); ++k) {
+    if (std::ranges::count(draws.sources, draws.sources[k]) > 1) continue;
+    auto& source = *std::ranges::find(fit.sources, draws.sources[k], &SourceCovariance::source);
+    source.shifts = plain(shifts.col(at(k)));
+    source.key = draws.keys[k];
+  }
+}
+
 /// Best prediction of the draws, D' V^-1 (y - X b), and what is left of their unit variance.
 std::vector<FoundEffect> found(const Draws& draws, const MatrixXd& columns, const mixed_model::Estimator& estimator,
                                const VectorXd& residuals) {
@@ -197,10 +209,7 @@ JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const Mix
   const VectorXd correction = best.gain * residuals, b = start + correction;
   fit.parameters.assign(b.data(), b.data() + p);
   add_noise(outputs, alone, parts, best.gain, fit);
-  for (std::size_t k = 0; k < draws.columns.size(); ++k) {
-    const VectorXd shift = best.gain * columns.col(at(k));
-    add_source(draws.sources[k], shift * shift.transpose(), fit);
-  }
+  add_draws(draws, best.gain * columns, fit);
   MatrixXd total = MatrixXd::Zero(p, p);
   for (const auto& source : fit.sources) total += map(source.covariance);
   fit.covariance = plain(total);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tumble/math/eigen/dense.hpp"
@@ -68,6 +69,23 @@ TEST(JointModel, OfOneOutputIsTheMixedModel) {
     EXPECT_NEAR(degrees_of_freedom(joint, one), degrees_of_freedom(alone, one), 1e-6 * degrees_of_freedom(alone, one));
   }
   EXPECT_NEAR(joint.chi_square, alone.chi_square, 1e-6 * alone.chi_square);
+}
+
+TEST(JointModel, ASourceOfOneDrawKeepsItsSignsAndItsKey) {
+  Pair pair = pair_of(6);
+  for (auto& output : pair.outputs) output.effects[0].key = "table T1";
+  const auto fit = fit_joint_model(pair.outputs, pair.alone).fit;
+  const auto& tilt = *std::ranges::find(fit.sources, "tilt", &SourceCovariance::source);
+  EXPECT_EQ(tilt.key, "table T1");
+  ASSERT_EQ(tilt.shifts.rows, 4u);
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < 4; ++j)
+      EXPECT_NEAR(tilt.covariance(i, j), tilt.shifts(i, 0) * tilt.shifts(j, 0),
+                  1e-14 * std::sqrt(tilt.covariance(i, i) * tilt.covariance(j, j)));
+  // The outputs show the tilt with opposite signs, and so do their biases.
+  EXPECT_LT(tilt.shifts(0, 0) * tilt.shifts(2, 0), 0.0);
+  const auto& place = *std::ranges::find(fit.sources, "place", &SourceCovariance::source);
+  EXPECT_TRUE(place.key.empty() && place.shifts.empty());  // a draw for each segment
 }
 
 /// Dense generalised least squares of all rows at once.

@@ -77,13 +77,13 @@ void find_scatter(const linear::Solution& solution, std::size_t parameters,
   line.scatter = std::sqrt(dof >= 1.0 ? squares / dof : white);
 }
 
-/// The size `of` a set of deviations known with errors, for which `draw` makes new errors: what noise adds is taken
-/// off.
-Size size_of(const std::vector<double>& deviations, double (*of)(const std::vector<double>&), bool seen,
+/// The size `of` a set of deviations known with errors, for which `draw` makes new errors: the part that noise adds is
+/// subtracted.
+Size size_of(const std::vector<double>& deviations, double (*of)(const std::vector<double>&), bool significant,
              const std::function<std::vector<double>(const RandomStream&)>& draw) {
   constexpr std::uint64_t draws = 1000;
   Size size;
-  size.seen = seen;
+  size.significant = significant;
   const double plain = of(deviations);
   double sum = 0.0, squares = 0.0;
   for (std::uint64_t k = 0; k < draws; ++k) {
@@ -190,10 +190,10 @@ void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
   });
 }
 
-/// Of pairs (input, share of the output due, its sd): where the share falls below a half.
+/// The input at which the share falls below a half. Given: pairs of input, and share of the output due with its sd.
 Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
   Bracket bracket;
-  std::erase_if(tried, [](const auto& one) { return one.second.second > 0.2; });
+  std::erase_if(tried, [](const auto& pair) { return pair.second.second > 0.2; });
   bracket.tried = tried.size() >= 3;
   if (!bracket.tried) return bracket;
   bracket.smallest = tried.begin()->first;
@@ -203,13 +203,13 @@ Bracket bracket_of(std::map<double, std::pair<double, double>> tried) {
   if (below == 0.0) return bracket;
   const auto above = tried.upper_bound(below);
   if (above == tried.end()) return bracket;
-  bracket.found = true;
+  bracket.bounded = true;
   bracket.value = 0.5 * (below + above->first);
   bracket.sd = 0.5 * (above->first - below) / std::sqrt(3.0);
   return bracket;
 }
 
-/// The same with the mean misfit of each power-up taken off: its turn-on bias is no departure from the line.
+/// The segments less the mean misfit of their power-up: its turn-on bias is no departure from the line.
 linear::Solution without_turn_on(linear::Solution solution) {
   const auto [offset, slope] = straight(all_of(solution));
   std::map<int, std::pair<double, double>> sums;
@@ -317,10 +317,11 @@ Repeatability repeatability_of(const linear::Solution& solution, const Line& lin
     for (const double v : values) mean += v / n;
     for (const double v : values) between += (v - mean) * (v - mean) / dof;
     Size size;
-    const double left = between - within / n;
+    const double variance = between - within / n;
     size.limit = std::sqrt(std::max(0.0, between * dof / chi_square_quantile(0.05, dof) - within / n));
-    size.seen = left > 0.0 && between > within / n * chi_square_quantile(0.95, dof) / dof;
-    if (size.seen) size.value = std::sqrt(left), size.sd = between * std::sqrt(2.0 / dof) / (2.0 * size.value);
+    size.significant = variance > 0.0 && between > within / n * chi_square_quantile(0.95, dof) / dof;
+    if (size.significant)
+      size.value = std::sqrt(variance), size.sd = between * std::sqrt(2.0 / dof) / (2.0 * size.value);
     return size;
   };
   out.bias = spread(bias, within_bias);

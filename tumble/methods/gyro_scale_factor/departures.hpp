@@ -15,12 +15,12 @@ struct Departure {
   std::size_t segments = 0;
 };
 
-/// A size that noise alone would make positive, with that taken off.
+/// A size of which the part that noise adds is subtracted.
 struct Size {
-  bool seen = false;  ///< beyond what the scatter explains (99 %)
+  bool significant = false;  ///< beyond the scatter (99 %)
   double value = 0.0;
   double sd = 0.0;
-  double limit = 0.0;  ///< 95 %, where it is not seen
+  double limit = 0.0;  ///< 95 %, where it is not significant
 };
 
 struct Line {
@@ -40,8 +40,8 @@ Line line_of(const linear::Solution& solution, std::size_t parameters);
 
 /// The smallest input (or change of input) that gives at least half of the output due.
 struct Bracket {
-  bool tried = false;  ///< three small ones or more that the scatter lets judge
-  bool found = false;  ///< some give less than half
+  bool tried = false;    ///< three small inputs or more, each with little enough scatter
+  bool bounded = false;  ///< some give less than half
   double
       value = 0.0,
       sd = 0.0;  ///< [rad/s] middle and half width over sqrt(3) of the smallest that does and the largest that does not

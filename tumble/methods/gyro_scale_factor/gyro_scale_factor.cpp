@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "tumble/core/budget.hpp"
-#include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
@@ -29,11 +28,11 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  auto all = linear::options("2 s", "10 s");
-  all.push_back(linear::bias_instability_option("deg/h"));
-  all.push_back(
-      {"order", Option::Type::integer, "1", "3", {}, "highest odd power of the rate in the model: 1, 3 or 5"});
-  return all;
+  auto options = linear::options("2 s", "10 s");
+  options.push_back(linear::bias_instability_option("deg/h"));
+  options.push_back(
+      integer("order").between(1, 5).otherwise("3").says("highest odd power of the rate in the model: 1, 3 or 5"));
+  return options;
 }
 
 double power_of(double u, int n) { return n == 3 ? u * u * u : u * u * u * u * u; }
@@ -66,7 +65,7 @@ std::vector<OddPower> odd_powers(const Plan& plan, int order) {
 
 std::vector<Term> terms_of(const std::vector<OddPower>& powers) {
   std::vector<Term> terms{
-      {"bias", "B", "1", "output at no rate, as a rate", [](const Felt&) { return 1.0; }},
+      {"bias", "B", "1", "output at rest, as a rate", [](const Felt&) { return 1.0; }},
       {"scale_factor", "K", "1", "slope of the least-squares line", [](const Felt& felt) { return felt.rate.x; }},
       {"scale_factor_asymmetry", "A", "1", "scale factor of positive less that of negative rates, over their mean",
        [](const Felt& felt) { return 0.5 * std::abs(felt.rate.x); }}};
@@ -86,29 +85,23 @@ linear::Problem problem_of(const Plan& plan) {
   linear::set_options(plan.settings, problem);
   problem.stated_per = "scale_factor";
   const int order = plan.settings.integer("order");
-  if (order != 1 && order != 3 && order != 5) throw Error(Error::Kind::bad_input, "[settings] order must be 1, 3 or 5");
+  if (order % 2 == 0) throw Error(Error::Kind::bad_input, "[settings] order must be 1, 3 or 5");
   problem.columns = terms_of(odd_powers(plan, order));
   problem.leave_out_first = {"fifth_order_coefficient", "third_order_coefficient", "scale_factor_asymmetry"};
-  problem.advice = "add rates of both signs, three or more different ones each";
+  problem.advice = {"distinguish_by_rates"};
   return problem;
 }
 
-/// The channel, in every recording of one kind, and the unit of the scale factor.
-struct Output {
-  Unit unit;  ///< of the scale factor
-  double scale = 1.0;
-};
-
-Output output_of(const Channel& channel) {
+/// Unit of the scale factor of an output.
+Unit scale_unit_of(const Channel& channel) {
   switch (channel.kind) {
     case QuantityKind::angular_rate:
-      return {Unit(), 1.0};
     case QuantityKind::angle:
-      return {Unit(), sampling_rate(channel)};
+      return {};
     case QuantityKind::count:
-      return {Unit::parse("pulse/arcsec"), sampling_rate(channel)};
+      return Unit::parse("pulse/arcsec");
     case QuantityKind::other:
-      return {Unit::parse(channel.unit.text() + "/(deg/s)"), 1.0};
+      return Unit::parse(channel.unit.text() + "/(deg/s)");
     default:
       break;
   }
@@ -117,16 +110,16 @@ Output output_of(const Channel& channel) {
                           channel.name, channel.unit.text()));
 }
 
-Output output_of(const Evidence& evidence) {
+Unit scale_unit_of(const Evidence& evidence) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "gyro_scale_factor needs at least one recording");
   const Channel& channel = require_channel(evidence, evidence.recordings.front(), "gyro");
   for (const Recording& recording : evidence.recordings)
     if (!(require_channel(evidence, recording, "gyro").unit.dimension() == channel.unit.dimension()))
-      throw Error(Error::Kind::bad_data, "the recordings hold gyro outputs in unlike units");
+      throw Error(Error::Kind::bad_data, "the recordings hold gyro outputs in different units");
   for (const Recording& recording : evidence.recordings)
     for (const double v : require_channel(evidence, recording, "gyro").values)
       if (std::isinf(v)) throw Error(Error::Kind::bad_data, fmt::format("'{}' holds infinite samples", channel.name));
-  return output_of(channel);
+  return scale_unit_of(channel);
 }
 
 /// Parameters as functions of the coefficients: K itself, the others over K.
@@ -146,10 +139,11 @@ Answer answer_of(const linear::Solution& solution, const Unit& scale_unit) {
   }
   if (slope == p || offset == p)
     throw Error(Error::Kind::bad_data,
-                "one rate only: scale factor and bias cannot be told apart; add the opposite rate, or rest");
+                "one rate only: it cannot distinguish scale factor and bias; add the opposite rate, or rest");
   const double k = b[slope];
   if (!(std::abs(k) > 5.0 * std::sqrt(solution.fit.covariance(slope, slope))) || !std::isfinite(k))
-    throw Error(Error::Kind::bad_data, "the output does not follow the rate: no scale factor can be found");
+    throw Error(Error::Kind::bad_data,
+                "the output does not follow the rate: the method cannot determine a scale factor");
   std::vector<std::size_t> sequence{slope, offset};
   for (std::size_t j = 0; j < p; ++j)
     if (j != slope && j != offset) sequence.push_back(j);
@@ -162,7 +156,7 @@ Answer answer_of(const linear::Solution& solution, const Unit& scale_unit) {
     const auto meaning = solution.stands_for.find(term.name);
     answer.estimate.parameters.push_back(
         {term.name, term.symbol, unit, j == slope ? k : b[j] / k,
-         term.description + (meaning == solution.stands_for.end() ? "" : "; stands for " + meaning->second),
+         term.description + (meaning == solution.stands_for.end() ? "" : "; means " + meaning->second),
          degrees_of_freedom(solution.fit, gradient)});
     answer.gradients.push_back(std::move(gradient));
   }
@@ -188,31 +182,25 @@ void add_from_scatter(Estimate& estimate, const char* name, const char* symbol, 
                    sd * sd);
 }
 
-void say(Estimate& estimate, Severity severity, const std::string& message, const std::string& where = "") {
-  estimate.findings.push_back({severity, message, where});
-}
-
 void add_size(Estimate& estimate, const Size& size, const char* name, const char* symbol, const char* unit, double dof,
-              const std::string& description, bool only_if_seen = false) {
-  const bool seen = size.seen && size.value > 0.0 && size.sd > 0.0;
-  if (!seen)
-    say(estimate, Severity::info,
-        fmt::format("{} is not seen: the scatter explains what there is; below {:.3g} {} (95 %)", name,
-                    Unit::parse(unit).difference_from_si(size.limit), unit));
-  if (!seen && (only_if_seen || !(size.limit > 0.0))) return;
-  // What is not seen may still be as large as its limit.
-  add_from_scatter(estimate, name, symbol, unit, size.value, seen ? size.sd : 0.5 * (size.limit - size.value),
-                   seen ? dof : INFINITY, description);
+              const std::string& description, bool only_if_significant = false) {
+  const bool significant = size.significant && size.value > 0.0 && size.sd > 0.0;
+  if (!significant)
+    estimate.findings.push_back(
+        {Severity::info, "not_significant", {{"parameter", name}, {"limit", size.limit, unit}}});
+  if (!significant && (only_if_significant || !(size.limit > 0.0))) return;
+  // A size that is not significant may be as large as its limit.
+  add_from_scatter(estimate, name, symbol, unit, size.value, significant ? size.sd : 0.5 * (size.limit - size.value),
+                   significant ? dof : INFINITY, description);
 }
 
 void add_bracket(Estimate& estimate, const Bracket& bracket, const char* name, const char* symbol,
                  const std::string& description) {
-  const Unit unit = Unit::parse("deg/h");
-  if (bracket.found)
+  if (bracket.bounded)
     add_from_scatter(estimate, name, symbol, "deg/h", bracket.value, bracket.sd, INFINITY, description);
   else if (bracket.tried)
-    say(estimate, Severity::info,
-        fmt::format("{} is below {:.3g} deg/h, the smallest input tried", name, unit.from_si(bracket.smallest)));
+    estimate.findings.push_back(
+        {Severity::info, "below_smallest_input", {{"parameter", name}, {"smallest", bracket.smallest, "deg/h"}}});
 }
 
 void add_shape(const linear::Solution& solution, const Line& line, Estimate& estimate) {
@@ -221,9 +209,10 @@ void add_shape(const linear::Solution& solution, const Line& line, Estimate& est
     add_size(estimate, line.greatest, "nonlinearity", "N_L", "ppm", dof,
              "largest departure of the segment means from the least-squares line, over full range; scatter from " +
                  line.scatter_from);
-    add_size(estimate, line.rms, "nonlinearity_rms", "N_rms", "ppm", dof, "their root mean square, noise taken off");
+    add_size(estimate, line.rms, "nonlinearity_rms", "N_rms", "ppm", dof,
+             "their root mean square; the noise is subtracted");
   } else {
-    say(estimate, Severity::warning, "two rates always lie on a line: the nonlinearity needs three or more");
+    estimate.findings.push_back({Severity::warning, "two_rates_only", {}});
   }
   if (line.both_ways >= 3)
     add_size(estimate, line.hysteresis, "hysteresis", "h", "ppm", dof,
@@ -236,12 +225,12 @@ void add_shape(const linear::Solution& solution, const Line& line, Estimate& est
   if (repeat.runs < 3) return;
   const double runs_dof = static_cast<double>(repeat.runs) - 1.0;
   add_size(estimate, repeat.bias, "turn_on_repeatability", "s_B", "deg/h", runs_dof,
-           "standard deviation of the bias between power-ups, noise within them taken off", true);
+           "standard deviation of the bias between power-ups, the noise within them is subtracted", true);
   add_size(estimate, repeat.slope, "scale_factor_repeatability", "s_K", "ppm", runs_dof,
-           "standard deviation of the scale factor between power-ups, noise within them taken off", true);
+           "standard deviation of the scale factor between power-ups, the noise within them is subtracted", true);
 }
 
-/// Segments far from what the others lead to expect.
+/// Findings for segments far from the value that the others predict.
 void judge_segments(const linear::Solution& solution, const Line& line, Estimate& estimate) {
   std::vector<double> ratios;
   const auto ratio_of = [&](const linear::SegmentSummary& s) { return (s.measured - line.offset) / s.felt.rate.x; };
@@ -255,10 +244,8 @@ void judge_segments(const linear::Solution& solution, const Line& line, Estimate
   const double middle = ratios[ratios.size() / 2];
   for (const auto& s : solution.segments) {
     if (!large(s) || std::abs(ratio_of(s) / middle - 1.0) < 0.02) continue;
-    say(estimate, Severity::error,
-        fmt::format("output is {:.3g} % of what the other rates lead to expect: did the table reach its rate?",
-                    100.0 * ratio_of(s) / middle),
-        s.label);
+    estimate.findings.push_back(
+        {Severity::error, "unexpected_output", {{"share", ratio_of(s) / middle, "%"}}, s.label});
   }
 }
 
@@ -316,21 +303,19 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
           {static_cast<int>(std::get<double>(row[0])), std::get<double>(row[1]), std::get<double>(row[2])});
   model.terms = terms_of(powers);
   std::erase_if(model.terms, [&](const Term& term) { return term.name == model.scale_factor; });
-  if (const Channel* channel = channel_of(estimate, recording, model.role)) model.scale = output_of(*channel).scale;
+  if (const Channel* channel = channel_of(estimate, recording, model.role)) model.scale = per_second_of(*channel);
   return tumble::compensate(model, estimate, recording, plan);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "scale factor");
-  const Output output = output_of(evidence);
-  linear::Problem problem = problem_of(evidence.plan);
-  problem.scale = output.scale;
-  Findings screened_out;
-  const linear::Solution solution = linear::identify(screened(evidence, "gyro", screened_out), problem);
-  Answer answer = answer_of(solution, output.unit);
+  const Unit unit = scale_unit_of(evidence);
+  Findings screening;
+  const linear::Solution solution = linear::identify(screened(evidence, "gyro", screening), problem_of(evidence.plan));
+  Answer answer = answer_of(solution, unit);
   propagate(solution, answer);
   Estimate& estimate = answer.estimate;
-  estimate.findings = screened_out;
+  estimate.findings = screening;
   estimate.findings.insert(estimate.findings.end(), solution.findings.begin(), solution.findings.end());
   const Line line = line_of(solution, solution.fit.parameters.size());
   judge_segments(solution, line, estimate);

@@ -1,11 +1,9 @@
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/reduce/stretches.hpp"
 
@@ -15,7 +13,7 @@ namespace {
 /// Part of a channel between two marks.
 struct Part {
   std::string label;
-  double rate = 0.0;  ///< commanded [rad/s]
+  double rate = 0.0;  ///< commanded [rad/s]; NaN: the schedule has no such segment
   std::size_t begin = 0, end = 0;
   double median = 0.0;
 };
@@ -29,7 +27,7 @@ std::vector<Part> parts_of(const std::vector<MarkedSegment>& marks, const Channe
   std::vector<Part> parts;
   for (const auto& marked : marks) {
     const SampleRange range = samples_between(channel, marked.begin, marked.end);
-    parts.push_back({marked.label, marked.planned ? commanded_rate(*marked.planned) : 0.0, range.begin, range.end,
+    parts.push_back({marked.label, marked.planned ? commanded_rate(*marked.planned) : NAN, range.begin, range.end,
                      median_of({channel.values.begin() + static_cast<std::ptrdiff_t>(range.begin),
                                 channel.values.begin() + static_cast<std::ptrdiff_t>(range.end)})});
   }
@@ -49,11 +47,7 @@ void remove_jumps(const std::vector<Part>& parts, Channel& channel, Findings& fi
     v = std::nan("");
   }
   if (jumps > 0)
-    findings.push_back({Finding::Severity::warning,
-                        fmt::format("{} far outside of the range of all rates, the first at {} (a counter that "
-                                    "overflowed?): left out",
-                                    say_count(jumps, "sample"), say_instant(channel.time(first))),
-                        channel.name});
+    findings.push_back({Finding::Severity::warning, "jumps", {}, channel.name, {jumps, channel.time(first), {}}});
 }
 
 /// How much of a part is exactly `value`.
@@ -76,7 +70,7 @@ void remove_clipped(const std::vector<Part>& parts, Channel& channel, Findings& 
     bool partly = false;
     for (const Part& part : parts) {
       const double s = share(channel, part, extreme);
-      if (s < 0.2) continue;
+      if (s < 0.2 || std::isnan(part.rate)) continue;
       at_extreme.push_back(&part);
       partly = partly || (s < 0.999 && channel.kind != QuantityKind::count);
     }
@@ -88,12 +82,11 @@ void remove_clipped(const std::vector<Part>& parts, Channel& channel, Findings& 
         std::ranges::count_if(parts, [&](const Part& part) { return share(channel, part, part.median) < 0.5; });
     partly = partly || 2 * noisy > std::ssize(parts);
     if (!partly && std::abs(most->rate) <= 1.01 * std::abs(least->rate)) continue;
-    for (const Part* part : at_extreme) {
+    for (const Part* part : at_extreme)
       findings.push_back({Finding::Severity::error,
-                          fmt::format("left out: {:.0f} % of the samples are exactly {}, the end of the output's range",
-                                      100.0 * share(channel, *part, extreme), say_value(extreme, channel.unit)),
+                          "segment_clipped",
+                          {{"share", share(channel, *part, extreme), "%"}, {"limit", extreme, channel.unit}},
                           part->label});
-    }
     for (const Part* part : at_extreme)
       std::fill(channel.values.begin() + static_cast<std::ptrdiff_t>(part->begin),
                 channel.values.begin() + static_cast<std::ptrdiff_t>(part->end), std::nan(""));
@@ -108,16 +101,25 @@ double commanded_rate(const Segment& segment) {
   return 0.0;
 }
 
+double per_second_of(const Channel& channel) {
+  const bool increments = channel.kind == QuantityKind::angle || channel.kind == QuantityKind::count;
+  return increments ? sampling_rate(channel) : 1.0;
+}
+
 Evidence screened(const Evidence& evidence, const std::string& role, Findings& findings) {
   Evidence out = evidence;
   const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < out.recordings.size(); ++r) {
     Recording& recording = out.recordings[r];
-    const Channel* found = channel_for(out, recording, role);
-    if (found == nullptr || recording.marks.empty() || found->values.size() < 2) continue;
-    Channel& channel = recording.channels[static_cast<std::size_t>(found - recording.channels.data())];
-    remove_jumps(parts_of(marks[r], channel), channel, findings);
-    remove_clipped(parts_of(marks[r], channel), channel, findings);
+    const Channel* output = channel_for(out, recording, role);
+    if (output == nullptr || output->values.size() < 2) continue;
+    Channel& channel = recording.channels[static_cast<std::size_t>(output - recording.channels.data())];
+    if (!recording.marks.empty()) {
+      remove_jumps(parts_of(marks[r], channel), channel, findings);
+      remove_clipped(parts_of(marks[r], channel), channel, findings);
+    }
+    if (const double factor = per_second_of(channel); factor != 1.0)
+      for (double& v : channel.values) v *= factor;
   }
   return out;
 }

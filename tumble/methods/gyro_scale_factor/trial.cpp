@@ -14,7 +14,7 @@ namespace {
 constexpr double asymmetry = 60e-6, third_order = 150e-6, scale_error = 120e-6;
 constexpr double bias = 12.0;  ///< [deg/h]
 
-/// What the electronics make of the rate [rad/s]: V, relative to the scale factor.
+/// Output of the electronics [V, relative to the scale factor] at a rate [rad/s].
 double distorted(double rate, double range, double own) {
   const double u = rate / range;
   return rate + 0.5 * asymmetry * std::abs(rate) + third_order * range * (u * u * u - own * u);

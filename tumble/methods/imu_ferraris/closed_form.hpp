@@ -3,8 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "tumble/math/matrix.hpp"
-#include "tumble/math/vector3.hpp"
+#include "tumble/math/matrix3.hpp"
 
 /// Six poses and three turns, reduced in closed form. Outputs are raw: SI of whatever unit the channels are in.
 namespace tumble::imu_ferraris {
@@ -31,7 +30,7 @@ struct Means {
 /// a = K_a R_a f + b_a,  w = K_g R_g rate + K_ga f + b_g: scale factors, direction cosines of the input axes, biases.
 struct Calibration {
   Vector3 k_a, b_a, k_g, b_g;
-  Matrix r_a = Matrix(3, 3), r_g = Matrix(3, 3), k_ga = Matrix(3, 3);
+  Matrix3 r_a, r_g, k_ga;
   bool gyros = false;
 };
 
@@ -48,11 +47,11 @@ struct Calibration {
 ///           and accelerometers, Sensors and Materials 7, 1995
 Calibration closed_form(const Means& means);
 
-/// K R as one matrix [3 x 3].
-Matrix response(Vector3 k, const Matrix& r);
+/// K R: output [SI] for a unit of input along each axis, by scale factors k [SI] and direction cosines r [1].
+Matrix3 response(Vector3 k, const Matrix3& r);
 
-/// Of each accelerometer: scale factor, bias, misalignment toward the two other axes; then of each gyro the same and
-/// its sensitivity to specific force along x, y, z [SI].
+/// Parameters [SI], for each accelerometer: scale factor, bias, misalignment toward the two other axes; then of each
+/// gyro the same and its sensitivity to specific force along x, y, z [SI].
 std::vector<double> parameters_of(const Calibration& calibration);
 
 }  // namespace tumble::imu_ferraris

@@ -30,32 +30,24 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   return {
-      {"gravity", Type::quantity, "m/s^2", "", {}, "where the test was made; without it that of the plan's [site]"},
-      {"gravity_sd", Type::quantity, "m/s^2", "", {}, "its standard uncertainty"},
-      {"pose_sd",
-       Type::quantity,
-       "deg",
-       "",
-       {},
-       "how squarely the unit was laid, about each level axis; without it the poses show it"},
-      {"rotation_angle", Type::quantity, "deg", "360 deg", {}, "of each turn, right-handed about the axis"},
-      {"rotation_angle_sd", Type::quantity, "deg", "1 deg", {}, "its standard uncertainty, from turn to turn"},
-      {"rotation_axis_sd",
-       Type::quantity,
-       "deg",
-       "",
-       {},
-       "how far the axis of a turn leans toward each other axis; without it as a pose does"},
-      {"axes",
-       Type::word,
-       "1",
-       "named",
-       {"named", "any"},
-       "any: outputs may be exchanged or reversed against the sections' labels, which R then says"},
-      {"labels", Type::text, "1", "", {}, "of the sections, where they differ: \"x_p=face 1, x_a=face 2\""},
-  };
+      quantity("gravity", "m/s^2").above(0).says("gravity where the test was made; absent: that of the plan's [site]"),
+      quantity("gravity_sd", "m/s^2").at_least(0).says("standard uncertainty of gravity; absent: by its origin"),
+      quantity("pose_sd", "deg")
+          .between(0, 20)
+          .says("standard uncertainty of a pose about each level axis; absent: it is estimated from the poses"),
+      quantity("rotation_angle", "deg").otherwise("360 deg").says("angle of each turn, right-handed about the axis"),
+      quantity("rotation_angle_sd", "deg")
+          .at_least(0)
+          .otherwise("1 deg")
+          .says("standard uncertainty of the angle, from turn to turn"),
+      quantity("rotation_axis_sd", "deg")
+          .between(0, 20)
+          .says("standard uncertainty of the axis of a turn toward each other axis; absent: as of a pose"),
+      word("axes", {"named", "any"})
+          .otherwise("named")
+          .says("any: outputs may be exchanged or reversed against the labels of the sections, and R states how"),
+      text("labels").says("labels of the sections, where they differ: \"x_p=face 1, x_a=face 2\"")};
 }
 
 Vector3 three(const std::array<double, outputs>& values, std::size_t first) {
@@ -83,17 +75,17 @@ Means means_of(const Plan& plan, const Recorded& recorded) {
   return means;
 }
 
-/// "x_p" and so on of what an output nearly at its greatest and the others in their middle mean; empty: not clear.
+/// "x_p" and so on where one output is nearly at its greatest or least and the others are in their middle; else empty.
 std::string pose_shown(Vector3 force, Vector3 middle, Vector3 half) {
   std::string shown;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double share = (imu::component(force, i) - imu::component(middle, i)) / imu::component(half, i);
+    const double share = (force[i] - middle[i]) / half[i];
     if (std::abs(share) > 0.8) shown += fmt::format("{}_{}", imu::letters[i], share > 0.0 ? "p" : "a");
   }
   return shown.size() == 3 ? shown : "";
 }
 
-/// Which pose shows what another label says, where each of the six directions is there once.
+/// The poses that show the direction of another label, where each of the six directions occurs once; else empty.
 std::string exchanged_labels(const Means& means) {
   Vector3 low = means.force[0], high = low;
   for (const auto& f : means.force) {
@@ -117,23 +109,15 @@ Calibration calibrated(const Means& means) {
   } catch (const Error& error) {
     const auto text = exchanged_labels(means);
     if (text.empty()) throw;
-    throw Error(error.kind, fmt::format("the labels of poses look exchanged: by the accelerometers {}; put the labels "
-                                        "right, or say which is which: labels = \"x_p=...\"",
+    throw Error(error.kind, fmt::format("the labels of poses look exchanged: by the accelerometers {}; correct the "
+                                        "labels, or state them: labels = \"x_p=...\"",
                                         text));
   }
 }
 
 void check_settings(const Settings& settings) {
-  std::vector<std::string> problems;
   if (std::abs(settings.number("rotation_angle")) < si(10.0, "deg"))
-    problems.push_back("rotation_angle must be 10 deg at least, of either sign");
-  for (const char* name : {"gravity_sd", "pose_sd", "rotation_angle_sd", "rotation_axis_sd"})
-    if (settings.has(name) && settings.number(name) < 0.0)
-      problems.push_back(std::string(name) + " must not be negative");
-  for (const char* name : {"pose_sd", "rotation_axis_sd"})
-    if (settings.has(name) && settings.number(name) > si(20.0, "deg"))
-      problems.push_back(std::string(name) + " must be below 20 deg: the six poses would not be six directions");
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+    throw Error(Error::Kind::bad_input, "[settings] rotation_angle must be at least 10 deg, of either sign");
 }
 
 /// Covariance, budget and degrees of freedom (Welch and Satterthwaite).
@@ -160,9 +144,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     throw Error(Error::Kind::bad_data, std::move(problems));
   for (auto& finding : data.findings) estimate.findings.push_back(std::move(finding));
   const auto known = gravity_of(plan);
-  estimate.findings.push_back({Finding::Severity::info,
-                               "gravity " + format_in(known.value, Unit::parse("m/s^2")) + " m/s^2, " + known.origin,
-                               ""});
+  estimate.findings.push_back(
+      {Finding::Severity::info, "gravity_and_origin", {{"gravity", known.value, "m/s^2"}, {"origin", known.origin}}});
   estimate.parameters = named_parameters(data);
   const auto values = parameters_of(calibration);
   for (std::size_t i = 0; i < values.size(); ++i) estimate.parameters[i].value = values[i];

@@ -2,22 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/eigen/view.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 
 namespace tumble::imu_ferraris {
 namespace {
 
-using imu::component;
 using imu::Kind;
 using imu::letters;
 
-constexpr double turns_apart = 0.1;     ///< by which the gyros' answers to the three turns may differ
+constexpr double turns_apart = 0.1;     ///< by which the gyros' outputs for the three turns may differ
 constexpr double restless = 25.0;       ///< variance of a pose over the median of all
 constexpr double gravity_apart = 5e-3;  ///< relative
 
@@ -42,12 +39,7 @@ Unit sensitivity_unit(const Recorded& recorded, std::size_t output) {
 
 double middle(Vector3 k) { return median({k.x, k.y, k.z}); }
 
-Vector3 force_of(const Calibration& c, Vector3 output) {
-  const Matrix m = response(c.k_a, c.r_a);
-  const Vector3 d = output - c.b_a;
-  const Eigen::Vector3d f = Eigen::Matrix3d(map(m)).inverse() * Eigen::Vector3d(d.x, d.y, d.z);
-  return {f.x(), f.y(), f.z()};
-}
+Vector3 force_of(const Calibration& c, Vector3 output) { return inverse(response(c.k_a, c.r_a)) * (output - c.b_a); }
 
 }  // namespace
 
@@ -90,17 +82,17 @@ Table matrices(const Calibration& c, const Recorded& recorded) {
     for (std::size_t i = 0; i < 3; ++i)
       row(name, i, scale_unit(recorded, first + i), {i == 0 ? k.x : 0.0, i == 1 ? k.y : 0.0, i == 2 ? k.z : 0.0});
   };
-  const auto full = [&](const char* name, const Matrix& m, const auto& unit) {
-    for (std::size_t i = 0; i < 3; ++i) row(name, i, unit(i), {m(i, 0), m(i, 1), m(i, 2)});
+  const auto full = [&](const char* name, const Matrix3& m, const auto& unit) {
+    for (std::size_t i = 0; i < 3; ++i) row(name, i, unit(i), m[i]);
   };
-  const auto one = [](std::size_t) { return Unit(); };
+  const auto pure = [](std::size_t) { return Unit(); };
   const auto bias = [&](const char* name, std::size_t first, Vector3 b) { row(name, 3, recorded.unit[first], b); };
   diagonal("K_a", 0, c.k_a);
-  full("R_a", c.r_a, one);
+  full("R_a", c.r_a, pure);
   bias("b_a", 0, c.b_a);
   if (!c.gyros) return table;
   diagonal("K_g", 3, c.k_g);
-  full("R_g", c.r_g, one);
+  full("R_g", c.r_g, pure);
   bias("b_g", 3, c.b_g);
   full("K_ga", c.k_ga, [&](std::size_t i) { return sensitivity_unit(recorded, 3 + i); });
   return table;
@@ -122,12 +114,14 @@ Table pose_table(const Means& means, const Calibration& calibration, const Recor
 
 namespace {
 
-void take(Findings from, Finding::Severity severity, const std::string& besides, Findings& to) {
+/// Adds the findings about a triad with this severity, and after them what could be their reason as well.
+void take(Findings from, Finding::Severity severity, const char* other_reason, Findings& to) {
+  if (from.empty()) return;
   for (auto& finding : from) {
     finding.severity = severity;
-    finding.message += besides;
     to.push_back(std::move(finding));
   }
+  to.push_back({severity, other_reason, {}});
 }
 
 /// Raw outputs are compared with each other, those in units of the input with it.
@@ -148,35 +142,33 @@ void about_accelerometers(const Means& means, const Calibration& c, const Record
   }
   take(imu::about_triad(Kind::accelerometer, felt, shown, names,
                         {recorded.channel[0], recorded.channel[1], recorded.channel[2]}),
-       severity, " (or the labels of sections are exchanged: in x_p x points up)", findings);
+       severity, "labels_may_be_exchanged", findings);
 }
 
 void about_gyros(const Calibration& c, const Recorded& recorded, Finding::Severity severity, Findings& findings) {
-  Matrix seen = response(c.k_g, c.r_g);
-  for (double& value : seen.values) value /= size_of(recorded, 3, c.k_g);
-  take(imu::about_axes(Kind::gyro, imu::axes_seen(seen),
+  const Matrix3 shown = response(c.k_g, c.r_g) / size_of(recorded, 3, c.k_g);
+  take(imu::about_axes(Kind::gyro, imu::axes_seen(dense(shown)),
                        {recorded.channel[3], recorded.channel[4], recorded.channel[5]}),
-       severity, " (or the turns were made in the other sense, or about another axis: rotation_angle is right-handed)",
-       findings);
+       severity, "turns_may_be_reversed", findings);
 }
 
-/// A turn of 270 deg taken for 360 looks like a scale factor of 0.75: the other turns tell.
+/// A turn of 270 deg taken for 360 looks like a scale factor of 0.75: the other turns show the difference.
 void about_turns(const Means& means, const Calibration& c, Findings& findings) {
-  const Matrix m = response(c.k_g, c.r_g);
+  const Matrix3 m = response(c.k_g, c.r_g);
   std::vector<double> shown;
-  for (std::size_t t = 0; t < turns; ++t) shown.push_back(std::hypot(m(0, t), m(1, t), m(2, t)));
+  for (std::size_t t = 0; t < turns; ++t) shown.push_back(norm(column(m, t)));
   const double usual = median(shown);
   for (std::size_t t = 0; t < turns; ++t) {
     const double ratio = shown[t] / usual;
     if (std::abs(ratio - 1.0) <= turns_apart) continue;
-    const double stated = Unit::parse("deg").from_si(means.angle[t]);
-    findings.push_back(
-        {Finding::Severity::error,
-         fmt::format("in {0} the gyros show {1:.3g} of what they show in the other turns: was it {2:.0f} "
-                     "deg and not {3:.0f} deg? Turn it again, or correct its section; otherwise the "
-                     "scale factor of gyro_{4} is that far from the others",
-                     labels()[poses + t], ratio, ratio * stated, stated, letters[t]),
-         labels()[poses + t]});
+    findings.push_back({Finding::Severity::error,
+                        "turn_differs_from_others",
+                        {{"section", labels()[poses + t]},
+                         {"ratio", ratio},
+                         {"angle", ratio * means.angle[t], "deg"},
+                         {"stated", means.angle[t], "deg"},
+                         {"gyro", imu::role_of(Kind::gyro, t)}},
+                        labels()[poses + t]});
   }
 }
 
@@ -188,9 +180,8 @@ void about_rests(const Recorded& recorded, Findings& findings) {
     for (std::size_t p = 0; p < poses; ++p)
       if (densities[p] > restless * usual && usual > 0.0)
         findings.push_back({Finding::Severity::warning,
-                            fmt::format("not at rest: {} wanders {:.0f} times as much as in the other poses; cut the "
-                                        "section to where the unit lies still, or record it again",
-                                        recorded.channel[k], std::sqrt(densities[p] / usual)),
+                            "pose_not_at_rest",
+                            {{"channel", recorded.channel[k]}, {"times", std::sqrt(densities[p] / usual)}},
                             labels()[p]});
   }
 }
@@ -200,9 +191,8 @@ void about_gravity(const Means& means, const Calibration& calibration, Findings&
     const double share = norm(force_of(calibration, means.force[p])) / means.gravity - 1.0;
     if (std::abs(share) > gravity_apart)
       findings.push_back({Finding::Severity::warning,
-                          fmt::format("the calibrated specific force is {:+.2g} % off gravity: the unit leans by about "
-                                      "{:.0f} deg, or it moved",
-                                      100.0 * share, Unit::parse("deg").from_si(std::sqrt(2.0 * std::abs(share)))),
+                          "force_differs_from_gravity",
+                          {{"share", share, "%"}, {"lean", std::sqrt(2.0 * std::abs(share)), "deg"}},
                           labels()[p]});
   }
 }

@@ -15,7 +15,7 @@ Table matrices(const Calibration& calibration, const Recorded& recorded);
 Table pose_table(const Means& means, const Calibration& calibration, const Recorded& recorded);
 
 /// Exchanged, reversed or left-handed axes, labels and units; turns that are not whole; poses that were not still. With
-/// `axes` = any what is exchanged or reversed is a warning, otherwise an error.
+/// `axes` = any exchanged or reversed axes are a warning, otherwise an error.
 Findings faults(const Plan& plan, const Means& means, const Calibration& calibration, const Recorded& recorded);
 
 }  // namespace tumble::imu_ferraris

@@ -63,7 +63,7 @@ std::size_t section_of(std::string label, const std::map<std::string, std::strin
   return static_cast<std::size_t>(std::ranges::find(labels(), label) - labels().begin());
 }
 
-/// Seconds for which sample i stands.
+/// Duration of sample i [s].
 double width(const Channel& channel, std::size_t i) {
   if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
   const std::size_t n = channel.values.size();
@@ -201,8 +201,7 @@ struct Reader {
                : "; record it, or say which label it has: labels = \"" + missing.front() + "=...\""));
     }
     if (!out.channel[3].empty() && !out.gyros)
-      out.findings.push_back({Finding::Severity::warning,
-                              "the gyros are left out: there is no section x_rot, y_rot, z_rot of a known turn", ""});
+      out.findings.push_back({Finding::Severity::warning, "no_known_turns", {}});
     for (std::size_t s = 0; s < sections; ++s) check_samples(s);
   }
 
@@ -211,14 +210,14 @@ struct Reader {
     if (section.parts == 0 || (s >= poses && !out.gyros)) return;
     const std::size_t measured = section.samples * (out.channel[3].empty() ? 3 : outputs);
     if (section.samples < fewest_samples)
-      problems.push_back(fmt::format("section {} has {}: {} are the least", labels()[s],
+      problems.push_back(fmt::format("section {} has {}: at least {} are needed", labels()[s],
                                      say_count(section.samples, "sample"), fewest_samples));
     else if (2 * section.missing > measured)
       problems.push_back(fmt::format("more than half of the samples of section {} are missing", labels()[s]));
     else if (section.missing > 0)
       out.findings.push_back({s < poses ? Finding::Severity::info : Finding::Severity::warning,
-                              fmt::format("{} of section {} missing: the mean of the others stands for them",
-                                          say_count(section.missing, "sample"), labels()[s]),
+                              "section_lacks_samples",
+                              {{"missing", section.missing}},
                               labels()[s]});
     for (std::size_t k = 0; k < (out.gyros ? outputs : 3) && section.samples >= fewest_samples; ++k)
       if (section.freedom[k] <= 0.0)

@@ -25,7 +25,7 @@ struct Section {
   std::array<double, outputs> freedom{};  ///< degrees of freedom of the density
 };
 
-/// What was recorded, in SI of the channels' units.
+/// The recorded sections, in SI of the channels' units.
 struct Recorded {
   std::array<Section, sections> section;
   std::array<Unit, outputs> unit;

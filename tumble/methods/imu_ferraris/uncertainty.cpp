@@ -7,8 +7,7 @@
 #include <limits>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/constants.hpp"
@@ -17,16 +16,9 @@
 namespace tumble::imu_ferraris {
 namespace {
 
-using imu::component;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 Vector3 unit_vector(std::size_t axis) { return {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0}; }
-Vector3 times(const Matrix& m, Vector3 v) {
-  return {m(0, 0) * v.x + m(0, 1) * v.y + m(0, 2) * v.z, m(1, 0) * v.x + m(1, 1) * v.y + m(1, 2) * v.z,
-          m(2, 0) * v.x + m(2, 1) * v.y + m(2, 2) * v.z};
-}
-void add(Vector3& v, std::size_t axis, double amount) { (axis == 0 ? v.x : axis == 1 ? v.y : v.z) += amount; }
-
 /// Change of the unit vector along `axis` when it leans by these small angles toward the two others.
 Vector3 lean(std::size_t axis, double first, double second) {
   const Vector3 leaning =
@@ -48,7 +40,7 @@ Cause accelerometer_noise(const Recorded& recorded) {
   }
   cause.disturb = [](std::span<const double> z, Means& disturbed) {
     for (std::size_t p = 0; p < poses; ++p)
-      for (std::size_t k = 0; k < 3; ++k) add(disturbed.force[p], k, z[3 * p + k]);
+      for (std::size_t k = 0; k < 3; ++k) disturbed.force[p][k] += z[3 * p + k];
   };
   return cause;
 }
@@ -61,11 +53,11 @@ double excess(const Means& means, const Recorded& recorded) {
     std::array<double, 3> pair{};
     double noise = 0.0, squares = 0.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      pair[axis] = 0.5 * (component(means.rate[2 * axis], k) + component(means.rate[2 * axis + 1], k));
+      pair[axis] = 0.5 * (means.rate[2 * axis][k] + means.rate[2 * axis + 1][k]);
       noise += 0.25 * (variance(recorded, 2 * axis, 3 + k) + variance(recorded, 2 * axis + 1, 3 + k)) / 3.0;
     }
     const double mean = (pair[0] + pair[1] + pair[2]) / 3.0;
-    for (const double one : pair) squares += (one - mean) * (one - mean) / 2.0;
+    for (const double v : pair) squares += (v - mean) * (v - mean) / 2.0;
     if (noise > 0.0) ratio += squares / noise / 3.0;
   }
   return ratio;
@@ -77,7 +69,7 @@ Cause gyro_noise(const Means& means, const Recorded& recorded) {
   for (std::size_t p = 0; p < poses; ++p)
     for (std::size_t k = 3; k < outputs; ++k) cause.sd.push_back(std::sqrt(larger * variance(recorded, p, k)));
   for (std::size_t t = 0; t < turns; ++t)
-    for (std::size_t k = 3; k < outputs; ++k) {  // as at rest: in a turn the noise cannot be told from the motion
+    for (std::size_t k = 3; k < outputs; ++k) {  // as at rest: in a turn the noise cannot be separated from the motion
       double density = 0.0;
       for (std::size_t p = 0; p < poses; ++p) density += recorded.section[p].density[k] / poses;
       const auto samples = static_cast<double>(recorded.section[poses + t].samples);
@@ -85,21 +77,21 @@ Cause gyro_noise(const Means& means, const Recorded& recorded) {
     }
   cause.disturb = [](std::span<const double> z, Means& disturbed) {
     for (std::size_t p = 0; p < poses; ++p)
-      for (std::size_t k = 0; k < 3; ++k) add(disturbed.rate[p], k, z[3 * p + k]);
+      for (std::size_t k = 0; k < 3; ++k) disturbed.rate[p][k] += z[3 * p + k];
     for (std::size_t t = 0; t < turns; ++t)
-      for (std::size_t k = 0; k < 3; ++k) add(disturbed.turned[t], k, z[3 * (poses + t) + k]);
+      for (std::size_t k = 0; k < 3; ++k) disturbed.turned[t][k] += z[3 * (poses + t) + k];
   };
   return cause;
 }
 
 Cause tilts_of(const Calibration& c, const Squareness& square) {
-  const Matrix force = response(c.k_a, c.r_a);
+  const Matrix3 force = response(c.k_a, c.r_a);
   return {"orientation of the poses", std::vector<double>(2 * poses, square.sd), square.freedom,
           [force, sensitivity = c.k_ga](std::span<const double> z, Means& means) {
             for (std::size_t p = 0; p < poses; ++p) {
               const Vector3 change = sign_of(p) * means.gravity * lean(axis_of(p), z[2 * p], z[2 * p + 1]);
-              means.force[p] = means.force[p] + times(force, change);
-              if (means.gyros) means.rate[p] = means.rate[p] + times(sensitivity, change);
+              means.force[p] += force * change;
+              if (means.gyros) means.rate[p] += sensitivity * change;
             }
           },
           true};
@@ -113,7 +105,7 @@ Cause axes_of(const Calibration& c, double sd, double freedom) {
   return {"axes of the turns", std::vector<double>(2 * turns, sd), freedom,
           [rate = response(c.k_g, c.r_g)](std::span<const double> z, Means& means) {
             for (std::size_t t = 0; t < turns; ++t)
-              means.turned[t] = means.turned[t] + means.angle[t] * times(rate, lean(t, z[2 * t], z[2 * t + 1]));
+              means.turned[t] += means.angle[t] * rate * lean(t, z[2 * t], z[2 * t + 1]);
           },
           true};
 }
@@ -126,88 +118,73 @@ Cause angles_of(double sd) {
 
 /// The Earth's rate is in every output: along the vertical with the sign of the pose, and level in unknown directions.
 Cause earth_of(const Plan& plan, const Calibration& c, const Means& means) {
-  const double whole = earth_rate / std::sqrt(3.0);
-  double vertical = whole, level = whole;
+  const double component = earth_rate / std::sqrt(3.0);
+  double vertical = component, level = component;
   if (plan.site) {
     vertical = std::abs(earth_rate * std::sin(plan.site->latitude));
     level = earth_rate * std::cos(plan.site->latitude) / std::sqrt(2.0);
   }
   Cause cause{"Earth rate", {vertical}, infinite, nullptr};
   cause.sd.insert(cause.sd.end(), 2 * poses, level);
-  for (std::size_t t = 0; t < turns; ++t) cause.sd.insert(cause.sd.end(), 3, whole * means.turn_time[t]);
+  for (std::size_t t = 0; t < turns; ++t) cause.sd.insert(cause.sd.end(), 3, component * means.turn_time[t]);
   cause.disturb = [rate = response(c.k_g, c.r_g)](std::span<const double> z, Means& disturbed) {
     for (std::size_t p = 0; p < poses; ++p) {
       const std::size_t axis = axis_of(p);
       const Vector3 felt = sign_of(p) * z[0] * unit_vector(axis) + z[1 + 2 * p] * unit_vector((axis + 1) % 3) +
                            z[2 + 2 * p] * unit_vector((axis + 2) % 3);
-      disturbed.rate[p] = disturbed.rate[p] + times(rate, felt);
+      disturbed.rate[p] += rate * felt;
     }
     for (std::size_t t = 0; t < turns; ++t) {
       const double* turn = z.data() + 1 + 2 * poses + 3 * t;
-      disturbed.turned[t] = disturbed.turned[t] + times(rate, {turn[0], turn[1], turn[2]});
+      disturbed.turned[t] += rate * Vector3{turn[0], turn[1], turn[2]};
     }
   };
   return cause;
 }
 
-/// F of the noise alone, beyond which something else is seen: one time in a hundred by chance.
-double by_chance(double freedom) { return chi_square_quantile(0.99, freedom) / freedom; }
+/// The ratio of a variance to that of the noise which the noise alone exceeds in 1 % of all cases.
+double significant_ratio(double freedom) { return chi_square_quantile(0.99, freedom) / freedom; }
 
-double degrees(double angle) { return Unit::parse("deg").from_si(angle); }
-
-/// The tilt stated, held against the one seen; or the one seen.
-Squareness agreed(const Plan& plan, const Squareness& seen, Findings& findings) {
+/// The tilt stated, compared with that of the poses; else that of the poses.
+Squareness agreed(const Plan& plan, const Squareness& shown, Findings& findings) {
   const auto& settings = plan.settings;
   if (!settings.has("pose_sd")) {
-    findings.push_back(
-        {Finding::Severity::info,
-         seen.sd > 0.0 ? fmt::format("the poses are laid to {:.2g} deg (sd of each tilt), as their means show; what "
-                                     "all poses have in common, as faces that are not square, they do not show",
-                                     degrees(seen.sd))
-                       : "the poses are laid as squarely as the noise lets see; what all poses have in common, as "
-                         "faces that are not square, they do not show",
-         ""});
-    return seen;
+    findings.push_back({Finding::Severity::info,
+                        shown.sd > 0.0 ? "poses_aligned" : "poses_aligned_within_noise",
+                        {{"sd", shown.sd, "deg"}}});
+    return shown;
   }
   const double sd = settings.number("pose_sd");
-  if (seen.sd > 0.0 && seen.sd * seen.sd > by_chance(6.0) * sd * sd)
+  if (shown.sd > 0.0 && shown.sd * shown.sd > significant_ratio(6.0) * sd * sd)
     findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("the poses are laid to {:.2g} deg, as their means show, not to pose_sd = {:.2g} deg: "
-                     "state more, or leave pose_sd out",
-                     degrees(seen.sd), degrees(sd)),
-         ""});
+        {Finding::Severity::warning, "pose_sd_too_small", {{"sd", shown.sd, "deg"}, {"stated", sd, "deg"}}});
   return {sd, infinite};
 }
 
 }  // namespace
 
 Known gravity_of(const Plan& plan) {
-  constexpr double ug = micro_g;
-  Known known;
+  Known known{standard_gravity, 0.015, {"gravity_unknown"}};
   const auto& settings = plan.settings;
   if (settings.has("gravity"))
-    known = {settings.number("gravity"), 100.0 * ug, "as set"};
+    known = {settings.number("gravity"), 100.0 * micro_g, {"gravity_from_settings"}};
   else if (plan.site && plan.site->gravity)
-    known = {gravity(*plan.site), 5.0 * ug, "of the site, as measured"};
+    known = {gravity(*plan.site), 5.0 * micro_g, {"gravity_measured_at_site"}};
   else if (plan.site)
-    known = {gravity(*plan.site), 50.0 * ug, "of the site, by the normal formula"};
-  else
-    known = {standard_gravity, 0.015, "unknown: the standard value, and the range over the Earth as its uncertainty"};
+    known = {gravity(*plan.site), 50.0 * micro_g, {"gravity_by_normal_formula"}};
   if (settings.has("gravity_sd")) known.sd = settings.number("gravity_sd");
-  if (!(known.value > 0.0)) throw Error(Error::Kind::bad_input, "gravity must be above zero");
   return known;
 }
 
 Squareness squareness(const Means& means, const Calibration& calibration, const Recorded& recorded) {
   double squares = 0.0, noise = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double g = component(calibration.k_a, k) * means.gravity;
+    const double g = calibration.k_a[k] * means.gravity;
     const double own = variance(recorded, 2 * k, k) + variance(recorded, 2 * k + 1, k);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (axis == k) continue;
-      const double sum = component(means.force[2 * axis], k) + component(means.force[2 * axis + 1], k);
-      const double across = (0.5 * sum - component(calibration.b_a, k)) / g;
+      const double sum = means.force[2 * axis][k] + means.force[2 * axis + 1][k];
+      const double across = (0.5 * sum - calibration.b_a[k]) / g;
       squares += across * across / 6.0;
       noise += 0.25 * (own + variance(recorded, 2 * axis, k) + variance(recorded, 2 * axis + 1, k)) / (g * g) / 6.0;
     }
@@ -235,42 +212,39 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
 
 Matrix second_moments(const Cause& cause, const Means& means) {
   std::vector<double> z(cause.sd.size(), 0.0);
-  const auto at_z = [&] {
+  const auto parameters = [&] {
     Means disturbed = means;
     cause.disturb(z, disturbed);
-    const auto p = parameters_of(closed_form(disturbed));
-    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(p.data(), at(p.size())));
+    return parameters_of(closed_form(disturbed));
   };
-  const Eigen::VectorXd middle = at_z();
-  const auto n = cause.sd.size();
-  Eigen::MatrixXd slope(middle.size(), at(n));  // times sd
-  std::vector<Eigen::VectorXd> plus(n), minus(n);
+  const auto middle = parameters();
+  const std::size_t n = z.size();
+  Matrix moments(middle.size(), middle.size());
+  std::vector<std::vector<double>> plus(n), minus(n);
   for (std::size_t i = 0; i < n; ++i) {
     z[i] = cause.sd[i];
-    plus[i] = at_z();
+    plus[i] = parameters();
     z[i] = -cause.sd[i];
-    minus[i] = at_z();
+    minus[i] = parameters();
     z[i] = 0.0;
-    slope.col(at(i)) = 0.5 * (plus[i] - minus[i]);
+    add_square(moments, 0.25, difference(plus[i], minus[i]));
   }
-  Eigen::MatrixXd moments = slope * slope.transpose();
-  if (cause.curved) {
-    Eigen::VectorXd trace = Eigen::VectorXd::Zero(middle.size());
-    for (std::size_t i = 0; i < n; ++i) {
-      const Eigen::VectorXd own = plus[i] + minus[i] - 2.0 * middle;
-      trace += own;
-      moments += 0.5 * own * own.transpose();
-      for (std::size_t j = 0; j < i; ++j) {
-        z[i] = cause.sd[i];
-        z[j] = cause.sd[j];
-        const Eigen::VectorXd mixed = at_z() - plus[i] - plus[j] + middle;
-        z[i] = z[j] = 0.0;
-        moments += mixed * mixed.transpose();
-      }
+  if (!cause.curved) return moments;
+  std::vector<double> trace(middle.size(), 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto own = difference(scaled_sum(plus[i], 1.0, minus[i]), scaled(2.0, middle));
+    trace = scaled_sum(trace, 1.0, own);
+    add_square(moments, 0.5, own);
+    for (std::size_t j = 0; j < i; ++j) {
+      z[i] = cause.sd[i];
+      z[j] = cause.sd[j];
+      const auto mixed = scaled_sum(difference(difference(parameters(), plus[i]), plus[j]), 1.0, middle);
+      z[i] = z[j] = 0.0;
+      add_square(moments, 1.0, mixed);
     }
-    moments += 0.25 * trace * trace.transpose();
   }
-  return plain(moments);
+  add_square(moments, 0.25, trace);
+  return moments;
 }
 
 }  // namespace tumble::imu_ferraris

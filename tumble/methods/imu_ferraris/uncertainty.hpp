@@ -10,24 +10,24 @@
 
 namespace tumble::imu_ferraris {
 
-/// A value and what is known of it.
+/// A value, its standard uncertainty, and where it comes from.
 struct Known {
   double value = 0.0, sd = 0.0;
-  std::string origin;  ///< in words
+  Phrase origin;
 };
 
 /// Gravity of the settings, of the site, or of anywhere on Earth.
 Known gravity_of(const Plan& plan);
 
-/// How squarely the unit was laid, from the poses themselves: outputs across the vertical, summed over the two poses of
-/// an axis, would be the bias of the pose along it.
+/// Alignment of the poses, from the poses themselves: outputs across the vertical, summed over the two poses of an
+/// axis, would be the bias of the pose along it.
 struct Squareness {
   double sd = 0.0;       ///< [rad] of each tilt of a pose; 0: no more than the noise
   double freedom = 6.0;  ///< degrees of freedom
 };
 Squareness squareness(const Means& means, const Calibration& calibration, const Recorded& recorded);
 
-/// One cause of error: independent errors z of these standard deviations, and what they do to the means.
+/// One cause of error: independent errors z of these standard deviations, and their effect on the means.
 struct Cause {
   std::string name;
   std::vector<double> sd;

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_turntable {
 namespace {
 
-using Eigen::Matrix3d;
 using imu::letters;
 using imu::role_of;
 using Severity = Finding::Severity;
@@ -32,21 +31,16 @@ struct Triad {
   std::array<std::size_t, 3> channels{};  ///< in the recording
   std::array<double, 3> scale{};
   std::array<OutputModel, 3> models;
-  Matrix3d inverse = Matrix3d::Identity();
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  Matrix3 inverse = identity3();
+  Vector3 bias;
 };
-
-const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto found = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
-}
 
 /// The two scale factors that the estimate was made with.
 Settings settings_of(const Estimate& estimate) {
   Settings settings = defaults(imu::scale_factor_options());
   for (const char* name : {"gyro_scale_factor", "accelerometer_scale_factor"})
-    if (const auto found = estimate.provenance.settings.find(name); found != estimate.provenance.settings.end())
-      settings.set_word(name, found->second);
+    if (const auto given = estimate.provenance.settings.find(name); given != estimate.provenance.settings.end())
+      settings.set_word(name, given->second);
   return settings;
 }
 
@@ -75,36 +69,18 @@ OutputModel model_of(const Estimate& estimate, Kind kind, std::size_t axis) {
 }
 
 void set_matrix(const Estimate& estimate, Triad& triad) {
-  Matrix3d s = Matrix3d::Identity();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto value = [&](const std::string& part) {
-      const Parameter* found = find_parameter(estimate, role_of(triad.kind, i) + part);
-      return found ? found->value : 0.0;
-    };
-    const auto row = static_cast<Eigen::Index>(i);
-    triad.bias[row] = value("_bias");
-    for (std::size_t j = 0; j < 3; ++j)
-      s(row, static_cast<Eigen::Index>(j)) +=
-          value(i == j ? std::string("_scale_factor_error") : fmt::format("_misalignment_{}", letters[j]));
-  }
-  if (!(std::abs(s.determinant()) > 1e-6))
+  const Matrix3 sensitivity = sensitivity_of(estimate, triad.kind);
+  for (std::size_t i = 0; i < 3; ++i) triad.bias[i] = value_of(estimate, role_of(triad.kind, i) + "_bias");
+  if (!(std::abs(determinant(sensitivity)) > 1e-6))
     throw Error(Error::Kind::bad_data, fmt::format("the {}s of the result do not show three directions: their matrix "
                                                    "cannot be inverted",
                                                    triad.kind == Kind::gyro ? "gyro" : "accelerometer"));
-  triad.inverse = s.inverse();
+  triad.inverse = inverse(sensitivity);
 }
 
 bool calibrated(const Estimate& estimate, Kind kind) {
   return std::ranges::any_of(estimate.parameters,
                              [&](const Parameter& p) { return p.name.starts_with(role_of(kind, 0) + "_"); });
-}
-
-bool one_clock(const Channel& a, const Channel& b) {
-  if (a.values.size() != b.values.size()) return false;
-  if (a.timeline.uniform() && b.timeline.uniform())
-    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
-  return a.timeline.stamps == b.timeline.stamps ||
-         (a.timeline.stamps && b.timeline.stamps && *a.timeline.stamps == *b.timeline.stamps);
 }
 
 std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recording) {
@@ -116,14 +92,14 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
     if (!calibrated(estimate, kind)) continue;
     Triad triad{.kind = kind};
     for (std::size_t i = 0; i < 3; ++i) {
-      const Channel* channel = role(estimate, recording, role_of(kind, i));
+      const Channel* channel = channel_of(estimate, recording, role_of(kind, i));
       if (!channel) {
         problems.push_back("the recording has no channel for the role " + role_of(kind, i));
         continue;
       }
       if (find_channel(recording, channel->name + ".compensation_sd"))
-        problems.push_back("channel " + channel->name + " is compensated already: it would be done twice");
-      if (first && !one_clock(*first, *channel))
+        problems.push_back("channel " + channel->name + " is compensated already: the method would subtract it twice");
+      if (first && !sampled_together(*first, *channel))
         problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
                                        first->name, channel->name));
       first = first ? first : channel;
@@ -144,19 +120,16 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
   return triads;
 }
 
-/// u = M (y - b - the other terms at what is felt so far).
-Vector3 taken_off(const Triad& triad, const Recording& recording, std::size_t k, const Felt& felt) {
-  Eigen::Vector3d y;
+/// u = M (y - b - the other terms at the input so far).
+Vector3 compensated(const Triad& triad, const Recording& recording, std::size_t k, const Felt& felt) {
+  Vector3 y;
   for (std::size_t i = 0; i < 3; ++i) {
     const OutputModel& model = triad.models[i];
-    double value =
-        triad.scale[i] * recording.channels[triad.channels[i]].values[k] - triad.bias[static_cast<Eigen::Index>(i)];
+    y[i] = triad.scale[i] * recording.channels[triad.channels[i]].values[k] - triad.bias[i];
     for (std::size_t t = 0; t < model.all.size(); ++t)
-      if (!model.inverted[t]) value -= model.coefficients[t] * model.all[t].regressor(felt);
-    y[static_cast<Eigen::Index>(i)] = value;
+      if (!model.inverted[t]) y[i] -= model.coefficients[t] * model.all[t].regressor(felt);
   }
-  const Eigen::Vector3d u = triad.inverse * y;
-  return {u[0], u[1], u[2]};
+  return triad.inverse * y;
 }
 
 /// Central differences; a sample without both neighbours takes what there is.
@@ -172,15 +145,15 @@ void differentiate(const Channel& clock, std::vector<Felt>& felt) {
 std::vector<Felt> felt_by(const std::vector<Triad>& triads, const Recording& recording) {
   const Channel& clock = recording.channels[triads.front().channels[0]];
   std::vector<Felt> felt(clock.values.size());
-  for (auto& one : felt) one.temperature = 0.0;
+  for (auto& sample : felt) sample.temperature = 0.0;
   for (int pass = 0; pass < passes; ++pass)
     for (const Triad& triad : triads) {
       for (std::size_t k = 0; k < felt.size(); ++k) {
         Felt so_far = felt[k];
-        // a gap of one triad leaves the other as well as it can be had without
+        // in a gap of one triad the other is compensated without it
         if (!std::isfinite(norm(so_far.rate))) so_far.rate = {};
         if (!std::isfinite(norm(so_far.specific_force))) so_far.specific_force = {};
-        (triad.kind == Kind::gyro ? felt[k].rate : felt[k].specific_force) = taken_off(triad, recording, k, so_far);
+        (triad.kind == Kind::gyro ? felt[k].rate : felt[k].specific_force) = compensated(triad, recording, k, so_far);
       }
       if (triad.kind == Kind::gyro) differentiate(clock, felt);
     }
@@ -217,7 +190,7 @@ bool beyond(Vector3 value, Vector3 limit, double slack) {
          std::abs(value.z) > limit.z + slack;
 }
 
-/// Output `i` of a triad in its place, and the two channels that say how far to trust it.
+/// Output `i` of a triad in its place, and the channels of its uncertainty and of extrapolation.
 void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, const std::vector<bool>& outside,
            Recording& recording) {
   Channel& channel = recording.channels[triad.channels[i]];
@@ -243,16 +216,6 @@ void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, con
   recording.channels.push_back(std::move(extrapolated));
 }
 
-void say_incomplete(const std::vector<Triad>& triads, Findings& findings) {
-  if (triads.size() == 2) return;
-  const bool gyros = triads.front().kind == Kind::gyro;
-  findings.push_back({Severity::info,
-                      gyros
-                          ? "no accelerometers in the result: the gyros' sensitivity to specific force is not taken off"
-                          : "no gyros in the result: the effect of the accelerometers' levers is not taken off",
-                      ""});
-}
-
 }  // namespace
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
@@ -260,25 +223,26 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   const Felt limit = limits_of(estimate);
   const auto felt = felt_by(triads, recording);
   std::vector<bool> outside(felt.size());
-  std::size_t far = 0;
+  std::size_t far = 0, first = 0;
   for (std::size_t k = 0; k < felt.size(); ++k) {
     outside[k] = beyond(felt[k].rate, limit.rate, si(0.1, "deg/s")) ||
                  beyond(felt[k].specific_force, limit.specific_force, si(0.02, "g"));
-    far += outside[k];
+    if (outside[k] && far++ == 0) first = k;
   }
   Compensation out{recording, {}, {}};
   for (const Triad& triad : triads)
     for (std::size_t i = 0; i < 3; ++i) write(triad, i, felt, outside, out.recording);
-  say_incomplete(triads, out.findings);
-  if (far > 0)
+  if (triads.size() == 1)
     out.findings.push_back(
-        {Severity::warning,
-         fmt::format(
-             "{:.2g} % of the samples lie beyond the rates and specific forces of the test (table covered): the "
-             "compensation is extrapolated there and its stated uncertainty does not hold; the channels "
-             ".extrapolated mark them",
-             100.0 * static_cast<double>(far) / static_cast<double>(felt.size())),
-         ""});
+        {Severity::info,
+         triads.front().kind == Kind::gyro ? "acceleration_sensitivity_remains" : "lever_effect_remains",
+         {}});
+  if (far > 0)
+    out.findings.push_back({Severity::warning,
+                            "beyond_rates_and_forces",
+                            {{"share", static_cast<double>(far) / static_cast<double>(felt.size()), "%"}},
+                            "",
+                            {far, recording.channels[triads.front().channels[0]].time(first), {}}});
   return out;
 }
 

@@ -5,20 +5,18 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
-#include "tumble/reduce/accelerometer/samples.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
 namespace tumble::imu_turntable {
 namespace {
 
-using Place = std::array<std::size_t, 3>;
+using SegmentPlace = std::array<std::size_t, 3>;
 
 /// One output in one segment.
-struct Seen {
+struct Summary {
   double mean = 0.0;
   double change = 0.0;  ///< first tenth less the second half
   double noise = 0.0;   ///< of it, by what neighbouring samples differ
@@ -34,28 +32,28 @@ double mean_of(const EvenValues& values, std::size_t begin, std::size_t end) {
   return count > 0.0 ? sum / count : std::nan("");
 }
 
-Seen seen_in(const EvenValues& values) {
+Summary summary_of(const EvenValues& values) {
   const std::size_t n = values.size(), first = std::max<std::size_t>(1, n / 10), half = n / 2;
-  Seen seen{mean_of(values, 0, n), mean_of(values, 0, first) - mean_of(values, half, n), 0.0};
+  Summary summary{mean_of(values, 0, n), mean_of(values, 0, first) - mean_of(values, half, n), 0.0};
   double sum = 0.0, count = 0.0;
   for (std::size_t i = half + 1; i < n; ++i)
     if (const double d = values[i] - values[i - 1]; !std::isnan(d)) {
       sum += d * d;
       count += 1.0;
     }
-  seen.noise = count > 3.0 ? std::sqrt(0.5 * sum / count / static_cast<double>(first)) : INFINITY;
-  return seen;
+  summary.noise = count > 3.0 ? std::sqrt(0.5 * sum / count / static_cast<double>(first)) : INFINITY;
+  return summary;
 }
 
-std::map<Place, Seen> seen_by(const Evidence& evidence, const linear::Problem& problem) {
-  std::map<Place, Seen> out;
+std::map<SegmentPlace, Summary> summaries_of(const Evidence& evidence, const linear::Problem& problem) {
+  std::map<SegmentPlace, Summary> out;
   const auto test = linear::evidence_of(evidence, problem).test;
   for (const auto& stretch : test.stretches)
-    out[{stretch.recording, stretch.power_up, stretch.segment}] = seen_in(stretch.values);
+    out[{stretch.recording, stretch.power_up, stretch.segment}] = summary_of(stretch.values);
   return out;
 }
 
-using Triad = std::array<std::map<Place, Seen>, 3>;
+using Triad = std::array<std::map<SegmentPlace, Summary>, 3>;
 
 /// Segments that show the axes: what is felt stays as it is, accelerometers slow enough that levers do not matter,
 /// gyros turning.
@@ -85,20 +83,21 @@ Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, cons
 
 /// Segments at rest whose beginning differs from their end by more than noise and drift explain, and by more than it
 /// does elsewhere, or by more than any instrument drifts.
-void add_unsettled(Kind kind, const Look& look, const std::map<Place, Seen>& seen, std::vector<std::string>& labels) {
+void add_unsettled(Kind kind, const Look& look, const std::map<SegmentPlace, Summary>& summaries,
+                   std::vector<std::string>& labels) {
   const double little = kind == Kind::gyro ? si(0.002, "deg/s") : si(0.1, "mg");
   const double much = kind == Kind::gyro ? si(0.05, "deg/s") : si(2.0, "mg");
   std::vector<double> changes;
   for (std::size_t g = 0; g < look.labels.size(); ++g)
-    if (const auto found = seen.find(look.places[g]); found != seen.end() && look.at_rest[g])
-      changes.push_back(std::abs(found->second.change));
+    if (const auto summary = summaries.find(look.places[g]); summary != summaries.end() && look.at_rest[g])
+      changes.push_back(std::abs(summary->second.change));
   if (changes.empty()) return;
   const double usual = 1.4826 * median(changes);
   for (std::size_t g = 0; g < look.labels.size(); ++g) {
-    const auto found = seen.find(look.places[g]);
-    if (found == seen.end() || !look.at_rest[g]) continue;
-    const double change = std::abs(found->second.change);
-    if (change > little && change > 10.0 * found->second.noise && (change > 10.0 * usual || change > much) &&
+    const auto summary = summaries.find(look.places[g]);
+    if (summary == summaries.end() || !look.at_rest[g]) continue;
+    const double change = std::abs(summary->second.change);
+    if (change > little && change > 10.0 * summary->second.noise && (change > 10.0 * usual || change > much) &&
         std::ranges::find(labels, look.labels[g]) == labels.end())
       labels.push_back(look.labels[g]);
   }
@@ -107,11 +106,10 @@ void add_unsettled(Kind kind, const Look& look, const std::map<Place, Seen>& see
 Findings about_rest(const std::vector<std::string>& labels) {
   if (labels.empty()) return {};
   return {{Finding::Severity::warning,
-           fmt::format("the table has not come to rest in {}: the beginning shows something else than the end, far "
-                       "beyond the noise. Raise [settings] settling, give the moves more time, or take these segments "
-                       "out",
-                       accelerometer::quoted(labels)),
-           ""}};
+           "table_not_at_rest",
+           {{"segments", fmt::format("'{}'", fmt::join(labels, "', '"))}},
+           "",
+           {labels.size(), labels.front(), {}}}};
 }
 
 }  // namespace
@@ -122,7 +120,7 @@ Findings faults_of(const Evidence& evidence, const Task& task) {
   for (std::size_t k = 0; k < task.kinds.size(); ++k) {
     Triad triad;
     for (std::size_t i = 0; i < 3; ++i) {
-      triad[i] = seen_by(evidence, task.problems[3 * k + i]);
+      triad[i] = summaries_of(evidence, task.problems[3 * k + i]);
       add_unsettled(task.kinds[k], task.look, triad[i], unsettled);
     }
     for (auto& finding : about_triad(evidence, task.kinds[k], task.look, triad)) findings.push_back(std::move(finding));

@@ -141,8 +141,10 @@ TEST(ImuTurntable, NamesPositionsInAnotherOrderAndATableThatMovesOn) {
   for (std::size_t i = 0; i < gyro.values.size(); ++i)
     if (const double t = gyro.time(i) - marks[4].begin; t > 0.0 && t < 24.0)
       gyro.values[i] += si(1.0, "deg/s") * std::exp(-t / 4.0);
-  const auto creeps = said(method().identify(evidence, {}));
-  EXPECT_TRUE(has(creeps, "the table has not come to rest in '5'")) << creeps;
+  const auto findings = method().identify(evidence, {}).findings;
+  const auto creeps = std::ranges::find(findings, "table_not_at_rest", &Finding::code);
+  ASSERT_NE(creeps, findings.end());
+  EXPECT_EQ(std::get<std::string>(creeps->values.at(0).value), "'5'");
 }
 
 TEST(ImuTurntable, FastTurningAboutTwoAxesIsNoFault) {
@@ -197,12 +199,14 @@ TEST(ImuTurntable, TwoAxesShowAllButTheLeversAlongTheInnerAxisAndOscillationThes
   EXPECT_EQ(estimate.parameters.size(), 43u);
   EXPECT_EQ(state_of(estimate, "accelerometer_x_lever_z"), "not shown");
   EXPECT_EQ(state_of(estimate, "accelerometer_y_lever_z"), "not shown");
-  EXPECT_TRUE(has(said(estimate), "does not show 2 of the terms")) << said(estimate);
+  const auto not_shown = std::ranges::find(estimate.findings, "terms_not_shown", &Finding::code);
+  ASSERT_NE(not_shown, estimate.findings.end());
+  EXPECT_EQ(not_shown->occurrences.count, 2u);
   Plan oscillating = with_schedule("two_axis_table", two_axes(true));
   oscillating.sample_rate = 20.0;
   const auto all = method().identify(evidence_of(oscillating), {});
   EXPECT_EQ(all.parameters.size(), 45u);
-  // the middle of a sample stands for its mean on both sides
+  // the middle of a sample replaces its mean on both sides
   expect_truth(all, oscillating, 1e-8);
 }
 
@@ -273,6 +277,12 @@ TEST(ImuTurntable, CompensationMarksWhatTheTestDidNotCover) {
   EXPECT_EQ(find_channel(done.recording, "gyro_z.extrapolated")->values[7], 1.0);
   EXPECT_EQ(find_channel(done.recording, "gyro_z.extrapolated")->values[9], 0.0);
   ASSERT_EQ(done.findings.size(), 1u);
+  EXPECT_EQ(done.findings[0].code, "beyond_rates_and_forces");
+  const auto& flags = find_channel(done.recording, "gyro_z.extrapolated")->values;
+  const auto marked = std::ranges::count(flags, 1.0);
+  EXPECT_EQ(done.findings[0].occurrences.count, static_cast<std::size_t>(marked));
+  const auto first = static_cast<std::size_t>(std::ranges::find(flags, 1.0) - flags.begin());
+  EXPECT_DOUBLE_EQ(done.findings[0].occurrences.first.time, channel(evidence, "gyro_z").time(first));
 }
 
 // Prediction.

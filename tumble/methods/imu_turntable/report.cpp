@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/math/matrix3.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/linear/words.hpp"
 
@@ -16,7 +16,7 @@ using imu::letters;
 using imu::role_of;
 using linear::JointSolution;
 
-/// What would show a term better, by its name.
+/// A motion that would show a term better, by its name.
 std::string advice_for(const std::string& name, Kind kind, std::size_t axis) {
   const char own = letters[axis], last = name.back();
   const auto has = [&](const char* part) { return name.find(part) != std::string::npos; };
@@ -51,22 +51,22 @@ std::string absence(const std::string& name, const linear::Problem& problem, con
     std::vector<std::string> others;
     for (std::size_t k = 0; k < problem.columns.size(); ++k)
       if (dropped.weights[k] != 0.0) others.push_back(problem.columns[k].name);
-    if (!others.empty()) return fmt::format("taken as zero: not told apart from {}", fmt::join(others, ", "));
+    if (!others.empty()) return fmt::format("taken as zero: not distinguished from {}", fmt::join(others, ", "));
   }
   return "not shown";
 }
 
 Table observability(const Task& task, const JointSolution& solution, const Estimate& estimate) {
-  const Unit one;
+  const Unit pure;
   Table table{"observability",
-              "what this schedule shows of each term, with what it is correlated most, and what would show it",
-              {{"term", one},
-               {"state", one},
-               {"unit", one},
-               {"sd", one},
-               {"correlation", one},
-               {"with", one},
-               {"shown_by", one}},
+              "each term as this schedule shows it, its greatest correlation, and a motion that would show it better",
+              {{"term", pure},
+               {"state", pure},
+               {"unit", pure},
+               {"sd", pure},
+               {"correlation", pure},
+               {"with", pure},
+               {"shown_by", pure}},
               {}};
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const Kind kind = task.kinds[o / 3];
@@ -80,43 +80,30 @@ Table observability(const Task& task, const JointSolution& solution, const Estim
         continue;
       }
       const auto p = static_cast<std::size_t>(parameter - estimate.parameters.data());
-      const auto stands = solution.all.stands_for.find(name);
+      const auto meaning = solution.all.stands_for.find(name);
       const auto [correlation, with] = greatest_correlation(estimate, p);
-      table.rows.push_back(
-          {name, stands == solution.all.stands_for.end() ? "identified" : "stands for " + stands->second,
-           parameter->unit.text(), parameter->unit.difference_from_si(standard_uncertainty(estimate, p)), correlation,
-           with, advice});
+      table.rows.push_back({name, meaning == solution.all.stands_for.end() ? "identified" : "means " + meaning->second,
+                            parameter->unit.text(),
+                            parameter->unit.difference_from_si(standard_uncertainty(estimate, p)), correlation, with,
+                            advice});
     }
   }
   return table;
 }
 
-double value_of(const Estimate& estimate, const std::string& name) {
-  const Parameter* parameter = find_parameter(estimate, name);
-  return parameter ? parameter->value : 0.0;
-}
-
-/// u = M (y - b), M = (1 + S)^-1: what people put into a navigation computer.
+/// u = M (y - b), M = (1 + S)^-1, as a navigation computer uses them.
 Table correction(const Task& task, const Estimate& estimate) {
-  const Unit one;
+  const Unit pure;
   Table table{"correction",
               "u = M (y - b): rates and specific forces from the outputs, g-sensitivity, second order and levers apart",
-              {{"output", one}, {"M_x", one}, {"M_y", one}, {"M_z", one}, {"b", one}, {"unit", one}},
+              {{"output", pure}, {"M_x", pure}, {"M_y", pure}, {"M_z", pure}, {"b", pure}, {"unit", pure}},
               {}};
   for (const Kind kind : task.kinds) {
-    Eigen::Matrix3d s = Eigen::Matrix3d::Identity();
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 3; ++j)
-        s(static_cast<int>(i), static_cast<int>(j)) +=
-            value_of(estimate, role_of(kind, i) + (i == j ? std::string("_scale_factor_error")
-                                                          : fmt::format("_misalignment_{}", letters[j])));
-    const Eigen::Matrix3d m = s.inverse();
+    const Matrix3 m = inverse(sensitivity_of(estimate, kind));
     const Unit unit = Unit::parse(kind == Kind::gyro ? "deg/h" : "mg");
-    for (std::size_t i = 0; i < 3; ++i) {
-      const int r = static_cast<int>(i);
-      table.rows.push_back({role_of(kind, i), m(r, 0), m(r, 1), m(r, 2),
+    for (std::size_t i = 0; i < 3; ++i)
+      table.rows.push_back({role_of(kind, i), m(i, 0), m(i, 1), m(i, 2),
                             unit.difference_from_si(value_of(estimate, role_of(kind, i) + "_bias")), unit.text()});
-    }
   }
   return table;
 }
@@ -132,26 +119,26 @@ Table covered(const Look& look) {
   return table;
 }
 
-/// The segment of another output that is the same.
+/// The summary of this segment for another output; null: that has none.
 const linear::SegmentSummary* same_segment(const linear::Solution& solution, const linear::SegmentSummary& as,
-                                           std::size_t at) {
+                                           std::size_t index) {
   const auto same = [&](const linear::SegmentSummary& s) {
     return s.label == as.label && s.run == as.run && s.begin == as.begin;
   };
-  if (at < solution.segments.size() && same(solution.segments[at])) return &solution.segments[at];
-  const auto found = std::ranges::find_if(solution.segments, same);
-  return found == solution.segments.end() ? nullptr : &*found;
+  if (index < solution.segments.size() && same(solution.segments[index])) return &solution.segments[index];
+  const auto match = std::ranges::find_if(solution.segments, same);
+  return match == solution.segments.end() ? nullptr : &*match;
 }
 
 Table positions(const Task& task, const JointSolution& solution) {
   const Unit g = Unit::parse("g"), rate = Unit::parse("deg/s");
   const auto& first = solution.outputs.front().segments;
   const bool measured = std::ranges::none_of(first, [](const auto& s) { return std::isnan(s.measured); });
-  Table table{"positions",
-              measured ? "what was felt in each segment (means), and what the outputs show beyond the model"
-                       : "what is felt in each segment (means)",
-              {{"label", Unit()}, {"run", Unit()}, {"duration", Unit::parse("s")}},
-              {}};
+  Table table{
+      "positions",
+      measured ? "input of each segment (means), and the residuals of the outputs" : "input of each segment (means)",
+      {{"label", Unit()}, {"run", Unit()}, {"duration", Unit::parse("s")}},
+      {}};
   for (const char letter : letters) table.columns.push_back({fmt::format("f_{}", letter), g});
   for (const char letter : letters) table.columns.push_back({fmt::format("w_{}", letter), rate});
   if (measured)
@@ -163,8 +150,7 @@ Table positions(const Task& task, const JointSolution& solution) {
     std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
     for (const Vector3 v : {segment.felt.specific_force, segment.felt.rate})
       for (std::size_t i = 0; i < 3; ++i) {
-        const double one = imu::component(v, i);
-        row.emplace_back(std::abs(one) < 1e-14 * norm(v) ? 0.0 : one);  // cosines of 90 deg
+        row.emplace_back(std::abs(v[i]) < 1e-14 * norm(v) ? 0.0 : v[i]);  // cosines of 90 deg
       }
     for (std::size_t o = 0; measured && o < task.problems.size(); ++o) {
       const auto* same = same_segment(solution.outputs[o], segment, at);
@@ -188,22 +174,26 @@ void add_second_order(const Look& look, Estimate& estimate) {
   estimate.covariance = covariance_of(estimate.budget, added.size());
 }
 
-/// Ways between positions, which a schedule that was searched for has many of: one finding for all.
-void say_ways(Findings& findings) {
-  constexpr std::string_view end = " is not used: no sample is left after settling";
-  const auto is_way = [&](const Finding& finding) { return finding.message.ends_with(end); };
-  const auto ways = std::ranges::count_if(findings, is_way);
-  if (ways < 3) return;
-  std::erase_if(findings, is_way);
-  findings.push_back(
-      {Finding::Severity::info,
-       fmt::format("{} segments have no sample left after settling: they are ways between positions only", ways), ""});
+/// One finding for all moves between positions, of which a schedule that was searched for has many.
+void say_moves(Findings& findings) {
+  const auto is_move = [](const Finding& finding) {
+    const auto* why = finding.code == "segment_not_used" ? std::get_if<Phrase>(&finding.values.at(1).value) : nullptr;
+    return why != nullptr && why->key == "no_sample_after_settling";
+  };
+  const auto moves = static_cast<std::size_t>(std::ranges::count_if(findings, is_move));
+  if (moves < 3) return;
+  const Finding first = *std::ranges::find_if(findings, is_move);
+  std::erase_if(findings, is_move);
+  findings.push_back({Finding::Severity::info,
+                      "moves_between_positions",
+                      {},
+                      "",
+                      {moves, std::get<std::string>(first.values.at(0).value), {}}});
 }
 
-/// One finding in place of the engine's, which come output by output.
+/// One finding in place of the engine's, of which there is one for each output.
 void say_not_shown(const Task& task, const JointSolution& solution, Findings& findings) {
-  std::erase_if(findings,
-                [](const Finding& finding) { return finding.message.starts_with("nothing in this evidence shows "); });
+  std::erase_if(findings, [](const Finding& finding) { return finding.code == "not_shown"; });
   auto names = task.not_shown;
   for (std::size_t o = 0; o < task.problems.size(); ++o)
     for (const auto& dropped : solution.outputs[o].dropped)
@@ -211,13 +201,27 @@ void say_not_shown(const Task& task, const JointSolution& solution, Findings& fi
         names.push_back(task.problems[o].columns[dropped.column].name);
   if (names.empty()) return;
   findings.push_back({Finding::Severity::info,
-                      fmt::format("this schedule does not show {} of the terms, which are taken as zero: {}. Table "
-                                  "observability says what would show them",
-                                  names.size(), fmt::join(names, ", ")),
-                      ""});
+                      "terms_not_shown",
+                      {{"terms", fmt::format("{}", fmt::join(names, ", "))}},
+                      "",
+                      {names.size(), names.front(), {}}});
 }
 
 }  // namespace
+
+double value_of(const Estimate& estimate, const std::string& name) {
+  const Parameter* parameter = find_parameter(estimate, name);
+  return parameter ? parameter->value : 0.0;
+}
+
+Matrix3 sensitivity_of(const Estimate& estimate, Kind kind) {
+  Matrix3 s = identity3();
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      s(i, j) += value_of(estimate, role_of(kind, i) + (i == j ? std::string("_scale_factor_error")
+                                                               : fmt::format("_misalignment_{}", letters[j])));
+  return s;
+}
 
 Estimate answer_of(const Task& task, const JointSolution& solution) {
   Estimate estimate = linear::estimate_of(solution.all);
@@ -230,7 +234,7 @@ Estimate answer_of(const Task& task, const JointSolution& solution) {
     for (std::size_t f = before; f < estimate.findings.size(); ++f) estimate.findings[f].where = task.problems[o].role;
   }
   say_not_shown(task, solution, estimate.findings);
-  say_ways(estimate.findings);
+  say_moves(estimate.findings);
   estimate.tables.push_back(observability(task, solution, estimate));
   estimate.tables.push_back(correction(task, estimate));
   estimate.tables.push_back(positions(task, solution));

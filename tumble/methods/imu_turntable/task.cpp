@@ -28,7 +28,7 @@ bool holds(const Segment& segment) {
   });
 }
 
-/// How far the axes run away from the plan within a segment by one standard deviation of their rate error [rad].
+/// Angle between the axes and the plan at the end of a segment by one standard deviation of their rate error [rad].
 double run_away_in(const PowerUp& power_up, const Stretch& stretch) {
   const Settings& rig = power_up.plan->rig;
   if (!rig.has("rate_error_sd") || (rig.has("ideal") && rig.flag("ideal"))) return 0.0;
@@ -38,7 +38,7 @@ double run_away_in(const PowerUp& power_up, const Stretch& stretch) {
   return angle * rig.number("rate_error_sd") * stretch.duration();
 }
 
-/// Instants all over a stretch that fall in step with no motion.
+/// Adds a stretch by instants in it that are not in step with any motion.
 void look_at(const PowerUp& power_up, const Stretch& stretch, Look& look) {
   constexpr double golden = 0.6180339887498949;
   const std::size_t count = stretch.steady ? 1 : instants;
@@ -77,7 +77,7 @@ Look look_over(const ConductedTest& test) {
   return look;
 }
 
-/// Columns of one output, and in which order they may go where not all can be told apart.
+/// Columns of one output, and the order in which they are dropped where the schedule cannot distinguish all.
 void set_terms(Kind kind, std::size_t axis, Task& task, linear::Problem& problem) {
   auto names = terms_of(kind, axis);
   const bool levers = task.look.turning > least_turning;
@@ -180,10 +180,10 @@ Task task_of(const Evidence& evidence) {
 Task task_of(const Plan& plan) {
   Task task;
   for (const Kind kind : {Kind::gyro, Kind::accelerometer}) {
-    std::size_t found = 0;
+    std::size_t matching = 0;
     for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
-      for (std::size_t axis = 0; axis < 3; ++axis) found += output.channel == role_of(kind, axis);
-    if (found == 3) task.kinds.push_back(kind);
+      for (std::size_t axis = 0; axis < 3; ++axis) matching += output.channel == role_of(kind, axis);
+    if (matching == 3) task.kinds.push_back(kind);
   }
   if (task.kinds.empty())
     throw Error(Error::Kind::bad_input, fmt::format("the model {} has neither three gyros nor three accelerometers: "

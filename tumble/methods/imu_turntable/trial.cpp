@@ -32,7 +32,7 @@ void add_motions(Plan& plan) {
     for (const auto& pose : turned) add(plan, 24.0, rate(speed), pose);
 }
 
-/// Of each term, by the end of its name [as shown]; scaled from output to output so that no two are alike.
+/// True value of each term, by the end of its name [as shown]; scaled from output to output so that no two are alike.
 struct Value {
   const char* part;
   double value;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/math/matrix3.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/linear/joint.hpp"
@@ -16,7 +17,7 @@ namespace tumble::imu_turntable {
 
 using imu::Kind;
 
-/// What the schedule makes the unit feel, and what the outputs showed on the mean of each segment.
+/// The input of the unit in each segment, by the schedule.
 struct Look {
   std::vector<std::string> labels;
   std::vector<std::array<std::size_t, 3>> places;  ///< recording, power-up, segment
@@ -28,7 +29,7 @@ struct Look {
   Vector3 fastest, strongest;                      ///< greatest |w_i| [rad/s] and |f_i| [m/s^2] along each axis
 };
 
-/// What is to be identified: one problem an output, gyros first.
+/// The unknowns: one problem an output, gyros first.
 struct Task {
   std::vector<Kind> kinds;  ///< one or both, in the order of the problems
   std::vector<linear::Problem> problems;
@@ -45,12 +46,18 @@ Task task_of(const Plan& plan);
 /// All terms of an output of the model `imu`.
 std::vector<std::string> terms_of(Kind kind, std::size_t axis);
 
-/// What the means of the segments say of the wiring, the units and the order; what moves on where the table should
-/// rest.
+/// Findings about the wiring, the units and the order by the means of the segments, and about motion where the table
+/// should rest.
 Findings faults_of(const Evidence& evidence, const Task& task);
 
 /// The answer with its tables: `observability`, `correction`, `positions`, `rig_errors`, `covered`.
 Estimate answer_of(const Task& task, const linear::JointSolution& solution);
+
+/// Value [SI] of a parameter; 0: the result does not have it.
+double value_of(const Estimate& estimate, const std::string& name);
+
+/// 1 + S [1]: the response of a triad by its scale factor errors and misalignments.
+Matrix3 sensitivity_of(const Estimate& estimate, Kind kind);
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 

@@ -14,7 +14,7 @@ double mean_covariance(const std::vector<UnitTerm>& terms, const std::vector<dou
   double sum = 0.0;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (squared[t] == 0.0) continue;
-    const auto r = [&](double at) { return generalised_autocovariance(terms[t], at); };
+    const auto r = [&](double by) { return generalised_autocovariance(terms[t], by); };
     sum += squared[t] * (r(lag + first - second) - r(lag + first) - r(lag - second) + r(lag));
   }
   return sum / (first * second);
@@ -41,7 +41,7 @@ Centred centred(const std::vector<UnitTerm>& terms, const std::vector<double>& s
       row_mean[i] += v(i, j) / static_cast<double>(columns);
       column_mean[j] += v(i, j) / static_cast<double>(rows);
     }
-  for (const double one : row_mean) mean += one / static_cast<double>(rows);
+  for (const double average : row_mean) mean += average / static_cast<double>(rows);
   Centred result;
   for (std::size_t j = 0; j < columns; ++j)
     for (std::size_t i = 0; i < rows; ++i) {
@@ -78,13 +78,13 @@ ExpectedScatter expected_scatter(const std::vector<UnitTerm>& terms, const std::
   if (rows < 2) return result;
   const double thinned = static_cast<double>(rows) / static_cast<double>(samples / shorter);
   const double n1 = static_cast<double>(rows) - 1.0, n2 = static_cast<double>(columns) - 1.0;
-  const Centred one = centred(terms, squared, shorter, 1, rows, rows);
-  result.shorter = one.trace / n1;
-  result.shorter_variance = thinned * 2.0 * one.squares / (n1 * n1);
+  const Centred of_shorter = centred(terms, squared, shorter, 1, rows, rows);
+  result.shorter = of_shorter.trace / n1;
+  result.shorter_variance = thinned * 2.0 * of_shorter.squares / (n1 * n1);
   if (columns < 2) return result;
-  const Centred two = centred(terms, squared, shorter * ratio, 1, columns, columns);
-  result.longer = two.trace / n2;
-  result.longer_variance = thinned * 2.0 * two.squares / (n2 * n2);
+  const Centred of_longer = centred(terms, squared, shorter * ratio, 1, columns, columns);
+  result.longer = of_longer.trace / n2;
+  result.longer_variance = thinned * 2.0 * of_longer.squares / (n2 * n2);
   result.covariance = thinned * 2.0 * centred(terms, squared, shorter, ratio, rows, columns).squares / (n1 * n2);
   return result;
 }

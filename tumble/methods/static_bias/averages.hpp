@@ -18,7 +18,7 @@ struct AverageScatter {
 /// Given: values [u]; size [samples].
 AverageScatter scatter_of_averages(std::span<const double> values, std::size_t size);
 
-/// What a noise model gives for s^2 of averages over `shorter` samples and over `ratio` times as many.
+/// s^2 by a noise model, of averages over `shorter` samples and over `ratio` times as many.
 struct ExpectedScatter {
   double shorter = 0.0, longer = 0.0;                    ///< expectation [u^2]
   double shorter_variance = 0.0, longer_variance = 0.0;  ///< of s^2 [u^4]

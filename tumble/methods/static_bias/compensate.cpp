@@ -22,27 +22,20 @@ const Channel& signal_of(const Estimate& estimate, const Recording& recording, Q
     if (channel.kind == kind && !channel.name.ends_with(".compensation_sd")) all.push_back(&channel);
   if (all.size() == 1) return *all.front();
   const std::string where = recording.origin.file.empty() ? "" : recording.origin.file + ": ";
-  throw Error(Error::Kind::bad_data,
-              all.empty() ? fmt::format("{}the recording has no channel of {}", where, name(kind))
-                          : fmt::format("{}several channels could be meant, {} and {} among them: the result's "
-                                        "[channels] signal names none of them",
-                                        where, all[0]->name, all[1]->name));
+  throw Error(Error::Kind::bad_data, all.empty()
+                                         ? fmt::format("{}the recording has no channel of {}", where, name(kind))
+                                         : fmt::format("{}several channels are possible, {} and {} among them, and the "
+                                                       "result's [channels] signal names another one",
+                                                       where, all[0]->name, all[1]->name));
 }
 
 void add_findings(const Estimate& estimate, const std::string& channel, Findings& findings) {
   const Table* runs = find_table(estimate, "runs");
   if (runs && runs->rows.size() == 1)
-    findings.push_back({Finding::Severity::warning,
-                        fmt::format("the bias was found in one power-up: how far it differs in another one is not "
-                                    "known, and channel {}.compensation_sd does not hold it",
-                                    channel),
-                        channel});
+    findings.push_back({Finding::Severity::warning, "turn_on_change_not_included", {{"channel", channel}}, channel});
   const auto axis = estimate.provenance.settings.find("axis");
   if (axis == estimate.provenance.settings.end() || axis->second == "none" || axis->second.empty())
-    findings.push_back({Finding::Severity::warning,
-                        "the test did not say where the input axis points: the bias holds what the Earth gives there, "
-                        "and holds in this attitude alone",
-                        channel});
+    findings.push_back({Finding::Severity::warning, "bias_of_one_attitude", {}, channel});
 }
 
 }  // namespace

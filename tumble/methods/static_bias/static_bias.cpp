@@ -30,21 +30,15 @@ const std::vector<UnitTerm> terms{
     {NoiseTerm::quantization}, {NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
 
 std::vector<Role> roles() {
-  return {{"signal", "", false, "angular rate or specific force at rest; without it the only such channel"}};
+  return {{"signal", "", false, "angular rate or specific force at rest; absent: the only such channel"}};
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
-  return {
-      {"rate", Type::quantity, "Hz", "", {}, "sampling rate, where the file does not say or is wrong", true},
-      {"timing", Type::word, "1", "auto", {"auto", "even", "stamps"}, "as in allan_noise"},
-      {"axis",
-       Type::word,
-       "1",
-       "none",
-       {"none", "up", "down", "north", "south", "east", "west"},
-       "where the input axis points: what the Earth gives there is taken off (needs [site])"},
-  };
+  return {quantity("rate", "Hz").above(0).bare().says("sampling rate, if the file does not state it or is wrong"),
+          word("timing", {"auto", "even", "stamps"}).otherwise("auto").says("clock of the samples, as in allan_noise"),
+          word("axis", {"none", "up", "down", "north", "south", "east", "west"})
+              .otherwise("none")
+              .says("direction of the input axis: the Earth's rate or gravity along it is subtracted (needs [site])")};
 }
 
 /// One power-up.
@@ -134,7 +128,7 @@ struct Variance {
   double value = 0.0, edf = 0.0;
 };
 
-/// Of the mean of a run about the constant at power-on.
+/// Variance of the mean of a run about the constant at power-on.
 Variance within_run(const Pooled& noise, std::size_t samples) {
   std::vector<double> gain;
   for (const auto& term : terms) gain.push_back(mean_variance(term, samples));
@@ -166,14 +160,14 @@ void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder&
   for (const auto& run : runs) {
     const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * run.rate)));
     const auto expected = expected_scatter(terms, noise.squared, run.samples, size, ratio);
-    const AverageScatter* found[2]{&run.shorter, &run.longer};
+    const AverageScatter* scatter[2]{&run.shorter, &run.longer};
     const double each[2]{expected.shorter_variance, expected.longer_variance};
     double own[2]{};
     for (int k = 0; k < 2; ++k) {
-      if (found[k]->averages < 2) continue;
-      own[k] = static_cast<double>(found[k]->averages) - 1.0;
+      if (scatter[k]->averages < 2) continue;
+      own[k] = static_cast<double>(scatter[k]->averages) - 1.0;
       weight[k] += own[k];
-      sum[k] += own[k] * found[k]->variance;
+      sum[k] += own[k] * scatter[k]->variance;
       variance[k] += own[k] * own[k] * each[k];
     }
     covariance += own[0] * own[1] * expected.covariance;
@@ -185,8 +179,7 @@ void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder&
     const double seconds = k == 0 ? shorter_time : shorter_time * static_cast<double>(ratio);
     if (weight[k] < 1.0 || !(sum[k] > 0.0)) {
       builder.estimate.findings.push_back(
-          {Severity::warning,
-           fmt::format("too short for {}: three averages of {} are the least", names[k], say_seconds(seconds)), ""});
+          {Severity::warning, "too_short_for_averages", {{"parameter", names[k]}, {"length", seconds, "s"}}});
       continue;
     }
     const double squared = sum[k] / weight[k], sd = std::sqrt(squared);
@@ -200,36 +193,34 @@ void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder&
   builder.scatter_covariance = gain[0] * gain[1] * covariance;
 }
 
-/// Scatter of the run means: variance of one, and of what is left when the noise within runs is taken off.
+/// Scatter of the bias between power-ups.
+///
+/// Given     between, within   variance of the run means, and the part of it that the noise within runs explains [u^2]
 void add_repeatability(const std::vector<RunBias>& runs, double between, double within, Builder& builder) {
   const double dof = static_cast<double>(runs.size()) - 1.0;
-  const double left = between - within;
-  if (left <= 0.0) {
+  const double variance = between - within;
+  if (variance <= 0.0) {
     const double limit = std::max(0.0, between * dof / chi_square_quantile(0.05, dof) - within);
     builder.estimate.findings.push_back(
         {Severity::info,
-         fmt::format("turn_on_repeatability is not seen: the runs differ no more than the noise within them explains; "
-                     "below {:.3g} {} (95 %)",
-                     builder.unit.difference_from_si(std::sqrt(limit)), builder.unit.text()),
-         ""});
+         "not_significant",
+         {{"parameter", "turn_on_repeatability"}, {"limit", std::sqrt(limit), builder.unit}}});
     return;
   }
-  builder.add("turn_on_repeatability", "s_b", std::sqrt(left), root_interval_degrees_of_freedom(dof, left / between),
-              2.0 * between * between / dof / (4.0 * left),
-              "standard deviation of the bias from power-up to power-up, noise within runs taken off");
+  builder.add("turn_on_repeatability", "s_b", std::sqrt(variance),
+              root_interval_degrees_of_freedom(dof, variance / between),
+              2.0 * between * between / dof / (4.0 * variance),
+              "standard deviation of the bias from power-up to power-up; the noise within runs is subtracted");
 }
 
-/// What the Earth gives along the axis; with findings on what the bias still holds.
+/// The Earth's rate [rad/s] or gravity [m/s^2] along the axis; with findings on the errors that the bias includes.
 double reference(const Evidence& evidence, QuantityKind kind, Findings& findings) {
   const std::string& axis = evidence.plan.settings.word("axis");
   const bool is_rate = kind == QuantityKind::angular_rate;
   if (axis == "none" || !evidence.plan.site) {
-    findings.push_back(
-        {axis == "none" ? Severity::info : Severity::warning,
-         fmt::format("the bias holds the {} along the input axis; name the axis (axis = \"up\") and the [site] to take "
-                     "it off",
-                     is_rate ? "Earth rate (up to 15.04 deg/h)" : "gravity (up to 1 g)"),
-         ""});
+    findings.push_back({axis == "none" ? Severity::info : Severity::warning,
+                        "bias_includes_input",
+                        {{"input", Phrase{is_rate ? "earth_rate_along_axis" : "gravity_along_axis"}}}});
     return 0.0;
   }
   const Site& site = *evidence.plan.site;
@@ -237,21 +228,21 @@ double reference(const Evidence& evidence, QuantityKind kind, Findings& findings
   const bool vertical = axis == "up" || axis == "down";
   // A tilt by an angle a of the axis moves a gravity component by g a (level axis) or g a^2/2 (vertical axis).
   if (!is_rate && !vertical)
-    findings.push_back({Severity::info, "a tilt of the input axis of 1 arcsec is 4.8 ug of this bias", ""});
+    findings.push_back({Severity::info, "tilt_changes_bias", {{"shift", gravity(site) * si(1.0, "arcsec"), "ug"}}});
   const double sign = axis == "down" || axis == "south" || axis == "west" ? -1.0 : 1.0;
   const double along = vertical ? level.z : axis == "north" || axis == "south" ? level.y : level.x;
   return sign * along;
 }
 
-std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& found, const Settings& settings, Findings& findings) {
-  for (const auto& one : found)
-    if (one.channel->name != found.front().channel->name)
-      throw Error(
-          Error::Kind::bad_data,
-          fmt::format("several channels could be meant, {} and {} among them: name one with channels.signal=...",
-                      found.front().channel->name, one.channel->name));
-  std::vector<RunBias> all(found.size()), usable;
-  parallel_for(found.size(), [&](std::size_t i) { all[i] = analyse(found[i], settings); });
+std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& stretches, const Settings& settings,
+                                  Findings& findings) {
+  for (const auto& stretch : stretches)
+    if (stretch.channel->name != stretches.front().channel->name)
+      throw Error(Error::Kind::bad_data,
+                  fmt::format("several channels are possible, {} and {} among them: name one with channels.signal=...",
+                              stretches.front().channel->name, stretch.channel->name));
+  std::vector<RunBias> all(stretches.size()), usable;
+  parallel_for(stretches.size(), [&](std::size_t i) { all[i] = analyse(stretches[i], settings); });
   std::vector<std::string> failures;
   for (auto& run : all) {
     findings.insert(findings.end(), run.findings.begin(), run.findings.end());
@@ -259,7 +250,7 @@ std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& found, const Se
       usable.push_back(std::move(run));
     } else {
       failures.push_back(run.label + ": " + run.failure);
-      findings.push_back({Severity::error, "left out: " + run.failure, run.label});
+      findings.push_back({Severity::error, "run_not_used", {{"reason", run.failure}}, run.label});
     }
   }
   if (usable.empty()) throw Error(Error::Kind::bad_data, failures);
@@ -272,9 +263,9 @@ void add_bias(const std::vector<RunBias>& runs, const Pooled& noise, double eart
   double mean = 0.0, within = 0.0, between = 0.0, edf = 0.0;
   for (const auto& run : runs) {
     mean += run.mean / count;
-    const Variance one = within_run(noise, run.samples);
-    within += one.value / count;
-    edf = one.edf;
+    const Variance of_mean = within_run(noise, run.samples);
+    within += of_mean.value / count;
+    edf = of_mean.edf;
   }
   for (const auto& run : runs) between += (run.mean - mean) * (run.mean - mean) / std::max(1.0, count - 1.0);
   const bool several = runs.size() > 1;
@@ -283,9 +274,7 @@ void add_bias(const std::vector<RunBias>& runs, const Pooled& noise, double eart
   if (several) {
     add_repeatability(runs, between, within, builder);
   } else {
-    builder.estimate.findings.push_back(
-        {Severity::info,
-         "one run: its uncertainty is that of this power-up; several power-ups show the turn-on repeatability", ""});
+    builder.estimate.findings.push_back({Severity::info, "single_power_up", {}});
   }
 }
 
@@ -318,11 +307,11 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "bias");
-  const auto found = channel_runs(evidence);
+  const auto stretches = channel_runs(evidence);
   Builder builder;
-  const QuantityKind kind = found.front().channel->kind;
+  const QuantityKind kind = stretches.front().channel->kind;
   builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
-  const auto runs = analyse_runs(found, evidence.plan.settings, builder.estimate.findings);
+  const auto runs = analyse_runs(stretches, evidence.plan.settings, builder.estimate.findings);
   const Pooled noise = pooled(runs);
   add_bias(runs, noise, reference(evidence, kind, builder.estimate.findings), builder);
   add_scatter(runs, noise, builder);

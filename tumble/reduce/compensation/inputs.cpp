@@ -80,7 +80,7 @@ struct Stage {
   const Reference* felt = nullptr;  ///< of the power-up; null: the schedule does not say what was done
 };
 
-/// What the plan says of a recording.
+/// The conducted test of a recording, by its plan.
 struct Planned {
   std::vector<PowerUp> power_ups;
   std::vector<Stage> stages;  ///< by time
@@ -146,7 +146,7 @@ Felt unknown() {
   return felt;
 }
 
-/// What the plan says was felt at one sample.
+/// Input at one sample by the plan.
 Felt felt_at(const std::vector<Stage>& stages, double time, double step) {
   const auto next = std::ranges::upper_bound(stages, time, {}, &Stage::by_clock);
   const Stage& stage = next == stages.begin() ? stages.front() : *std::prev(next);

@@ -26,7 +26,7 @@ const std::array<Input, input_count>& inputs();
 /// Which inputs the regressor of a term depends on, found by changing them one by one about several points.
 std::array<bool, input_count> needs(const Term& term);
 
-/// What is known of the inputs while a channel was sampled.
+/// The known inputs at the samples of a channel.
 struct Inputs {
   /// Where each comes from, for people: "channel accelerometer_x", "schedule of the plan". Empty: it is not known.
   std::array<std::string, input_count> from;

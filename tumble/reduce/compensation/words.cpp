@@ -25,39 +25,27 @@ void say_staying(const Work& work, const std::string& channel, Findings& finding
   }
   std::vector<std::string> parts;
   for (const auto& [missing, names] : terms) parts.push_back(joined(missing) + ": " + joined(names));
-  findings.push_back(
-      {Finding::Severity::warning,
-       fmt::format("terms that remain in the output, because neither a channel nor a plan states what they "
-                   "need: {}. Channel {}.compensation_sd counts them with the range that the calibration "
-                   "covered. Name the channels in [channels], or give the plan by --plan",
-                   fmt::join(parts, "; "), channel),
-       channel});
+  findings.push_back({Finding::Severity::warning,
+                      "terms_remain",
+                      {{"terms", fmt::format("{}", fmt::join(parts, "; "))}, {"channel", channel}},
+                      channel});
 }
 
 void say(const Counts& counts, const std::string& channel, Findings& findings) {
-  const auto add = [&](std::string text) {
-    findings.push_back({Finding::Severity::warning, std::move(text), channel});
+  const auto add = [&](std::string code, std::size_t count, Place first = {}, std::vector<FindingValue> values = {}) {
+    if (count > 0)
+      findings.push_back(
+          {Finding::Severity::warning, std::move(code), std::move(values), channel, {count, std::move(first), {}}});
   };
-  if (counts.outside > 0)
-    add(
-        fmt::format("{:.2g} % of the samples lie outside of what the calibration covered, the first at {:.6g} s: the "
-                    "compensation is extrapolated there and its stated uncertainty does not hold; channel "
-                    "{}.extrapolated marks them",
-                    100.0 * static_cast<double>(counts.outside) / static_cast<double>(counts.samples),
-                    counts.first_outside, channel));
-  if (counts.blank > 0)
-    add(fmt::format("{} samples lack an input of the error model: they could not be compensated and are missing now",
-                    counts.blank));
-  if (counts.lost > 0)
-    add(
-        fmt::format("in {} samples the error changes by more than half of what is measured: the error model does not "
-                    "hold there, and they are missing now",
-                    counts.lost));
+  const double share = static_cast<double>(counts.outside) / static_cast<double>(counts.samples);
+  add("extrapolated", counts.outside, counts.first_outside, {{"share", share, "%"}, {"channel", channel}});
+  add("input_missing", counts.blank);
+  add("error_model_does_not_hold", counts.lost);
 }
 
 Table subtracted(const Work& work, const std::string& name, const Unit& unit) {
   Table table{name,
-              "what each term of the error model gave over the recording",
+              "size of each term of the error model over the recording",
               {{"term", Unit()}, {"mean", unit}, {"sd", unit}, {"largest", unit}, {"inputs", Unit()}},
               {}};
   const double n = std::max(1.0, static_cast<double>(work.counts.samples));

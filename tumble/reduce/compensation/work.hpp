@@ -41,10 +41,10 @@ struct Work {
   std::vector<std::pair<std::size_t, double>> d;  ///< of the present sample: derivatives of u by own parameters
 };
 
-/// Which terms cannot be subtracted, and for want of what.
+/// A finding for the terms that cannot be subtracted because an input is missing.
 void say_staying(const Work& work, const std::string& channel, Findings& findings);
 
-/// Samples outside of the calibration, without an input, without a solution.
+/// Findings for samples outside of the calibration, without an input, without a solution.
 void say(const Counts& counts, const std::string& channel, Findings& findings);
 
 /// Table of each term's mean, sd and greatest size, and of where its inputs come from.

@@ -104,7 +104,7 @@ KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem,
     const std::size_t g = rows.segment[first];
     while (end < rows.segment.size() && rows.segment[end] == g) ++end;
     const Stretch& stretch = evidence.test.stretches[g];
-    if (!evidence.uniform(g) && evidence.blocking[g].whole.empty()) continue;
+    if (!evidence.uniform(g) && evidence.blocking[g].instants.empty()) continue;
     const double sd =
         std::sqrt(pieces_of(stretch) * pulses::rounding_variance(problem.pulse, rows.segments[g].duration));
     std::fill(effect.column.begin() + static_cast<std::ptrdiff_t>(first),

@@ -40,23 +40,22 @@ double mean_over(const Reference& reference, double begin, double length, std::s
   return sum / static_cast<double>(points);
 }
 
-/// The same at evenly spaced instants, as many as `felt` has room for.
+/// Mean of `value` at evenly spaced instants of an interval, as many as `felt` has room for.
 template <class Value>
 double mean_at(const Reference& reference, double begin, double length, std::span<Felt> felt, const Value& value) {
   const double step = length / static_cast<double>(felt.size());
   reference.felt(begin + 0.5 * step, step, felt);
   double sum = 0.0;
-  for (const Felt& one : felt) sum += value(one);
+  for (const Felt& sample : felt) sum += value(sample);
   return sum / static_cast<double>(felt.size());
 }
 
 constexpr std::size_t points_of_block = 6;      ///< in a short block
 constexpr std::size_t points_of_stretch = 192;  ///< in a stretch, or in one turn
 
-/// The same over a stretch in which the rig turns evenly: what goes round with its axis is the same in each whole turn.
-/// So one turn stands for all of them, with points enough for what comes round several times in it, and the rest of the
-/// last one for itself. (Points strewn over all turns would leave of a ripple of the rate one over the root of their
-/// number, a hundred times what the whole stretch does.)
+/// Mean of `value` over a stretch in which the rig turns evenly: all whole turns are equal, so that one of them
+/// represents all, with enough points for ripples of a turn; the remainder of the last turn is added. (Points spread
+/// over all turns would retain a ripple of the rate over the root of their number, a hundred times its true mean.)
 template <class Value>
 double mean_of_turns(const Reference& reference, const Segment& segment, double begin, double length,
                      const Value& value) {
@@ -97,8 +96,8 @@ class Means {
            std::span<double> column) const {
     const Stretch& stretch = evidence_.test.stretches[g];
     const Blocking& blocking = evidence_.blocking[g];
-    if (!blocking.whole.empty()) {
-      column[0] += mean_over(reference, blocking.whole, value);
+    if (!blocking.instants.empty()) {
+      column[0] += mean_over(reference, blocking.instants, value);
       return;
     }
     if (evidence_.uniform(g)) {
@@ -150,7 +149,7 @@ std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& pr
                              {.stretch = rows.segment,
                               .add = [&](const Reference& reference, std::size_t g, Detail detail,
                                          std::span<double> column) { means.add(reference, g, detail, shown, column); },
-                              .is_total = [&](std::size_t g) { return !evidence.blocking[g].whole.empty(); }});
+                              .is_total = [&](std::size_t g) { return !evidence.blocking[g].instants.empty(); }});
   for (const auto& error : problem.reading_errors) {
     if (!(error.sd > 0.0)) continue;
     const auto value = [&](const Felt& felt) { return error.sd * error.change(felt, shown(felt)); };

@@ -32,8 +32,8 @@ bool moves(const Segment& segment, Motion::Kind kind) {
 
 bool slews(const Segment& segment) { return moves(segment, Motion::Kind::slew); }
 
-/// So many blocks of a steady stretch are needed at least to show its noise, and are enough to tell white noise from
-/// the rounding to whole pulses.
+/// Blocks of a steady stretch: the least number that shows its noise, and one that is enough to distinguish white noise
+/// from the rounding to whole pulses.
 constexpr std::size_t least_blocks = 4, counted_blocks = 32;
 
 /// Whether what is felt stays within 1e-4 of its mean while the rig turns: on the arm of a centrifuge.
@@ -77,13 +77,14 @@ void trim_to_turns(const Segment& segment, Stretch& stretch) {
   if (!stretch.values.empty()) stretch.values.shorten(stretch.samples);
 }
 
-/// Makes one block of a move that is used whole; says why it cannot be.
+/// Makes one block of a move that is used as a total. Returned: key in [phrase] of the reason why it cannot; else
+/// empty.
 std::string make_whole(const PowerUp& power_up, const Problem& problem, Stretch& stretch, Blocking& blocking) {
   const Segment& segment = power_up.rig.segments[stretch.segment];
   const bool slew = slews(segment);
   if (!problem.whole_moves || !(slew || moves(segment, Motion::Kind::rate))) return "";
   if (!slew) trim_to_turns(segment, stretch);
-  if (stretch.samples == 0) return "it holds less than one turn";
+  if (stretch.samples == 0) return "less_than_one_turn";
   const double end = stretch.first + stretch.duration();
   const auto rests_at = [&](double time) {
     const auto& until = power_up.reference.steady_until;
@@ -91,16 +92,15 @@ std::string make_whole(const PowerUp& power_up, const Problem& problem, Stretch&
   };
   const double slack = 1e-6 * stretch.step;
   if (slew && (!rests_at(stretch.first - slack) || power_up.reference.settled[stretch.segment] > end + slack))
-    return "its move does not go from rest to rest, so that its total says nothing of an angle";
-  if (std::ranges::any_of(stretch.values, [](double v) { return std::isnan(v); }))
-    return "samples are missing in its move, so that the total is not known";
+    return "not_from_rest_to_rest";
+  if (std::ranges::any_of(stretch.values, [](double v) { return std::isnan(v); })) return "samples_missing_in_move";
   stretch.steady = false;
   blocking = {.per_block = stretch.samples,
-              .whole = instants_of(power_up.reference, stretch.first, end, quickest(segment))};
+              .instants = instants_of(power_up.reference, stretch.first, end, quickest(segment))};
   return "";
 }
 
-/// Whether an axis is told to do anything but stand.
+/// Whether an axis of the segment moves.
 bool does_move(const Segment& segment) {
   return std::ranges::any_of(segment.axes, [](const auto& axis) {
     return axis.second.kind != Motion::Kind::hold && axis.second.kind != Motion::Kind::dwell;
@@ -159,7 +159,7 @@ Evidences in_blocks(ConductedTest test, const Problem& problem, Error::Kind kind
     Blocking blocking = blocking_of(power_up, problem, stretch);
     const auto why = make_whole(power_up, problem, stretch, blocking);
     if (!why.empty()) {
-      out.test.findings.push_back(unused_segment(stretch.label, stretch.run, why));
+      out.test.findings.push_back(unused_segment(stretch.label, stretch.run, {why}));
       continue;
     }
     out.test.stretches.push_back(std::move(stretch));

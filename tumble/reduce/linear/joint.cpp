@@ -13,13 +13,14 @@
 namespace tumble::linear {
 namespace {
 
-void append(const Solution& one, Solution& all) {
-  all.columns.insert(all.columns.end(), one.columns.begin(), one.columns.end());
-  all.stands_for.insert(one.stands_for.begin(), one.stands_for.end());
-  all.observations += one.observations;
-  for (const auto& finding : one.findings)
-    if (std::ranges::find(all.findings, finding.message, &Finding::message) == all.findings.end())
-      all.findings.push_back(finding);
+void append(const Solution& output, Solution& all) {
+  all.columns.insert(all.columns.end(), output.columns.begin(), output.columns.end());
+  all.stands_for.insert(output.stands_for.begin(), output.stands_for.end());
+  all.observations += output.observations;
+  for (const auto& finding : output.findings) {
+    const auto equal = [&](const Finding& f) { return f.message == finding.message && f.where == finding.where; };
+    if (std::ranges::none_of(all.findings, equal)) all.findings.push_back(finding);
+  }
 }
 
 JointSolution together(std::vector<Work> works) {
@@ -66,23 +67,20 @@ std::vector<Work> all_of(std::size_t outputs, const WorkOut& work_out) {
   return works;
 }
 
-/// Segments show how outputs drift between them, not what all of them share.
+/// A finding where the drift of an output comes from its segments alone: they do not show the drift that all share.
 void say_unstated(std::span<const Problem> problems, JointSolution& solution) {
   std::vector<std::string> settings;
-  Finding finding{Finding::Severity::info, "", ""};
+  auto severity = Finding::Severity::info;
   for (std::size_t i = 0; i < problems.size(); ++i) {
     if (problems[i].bias_instability > 0.0) continue;
     const Solution& output = solution.outputs[i];
     // as many as the likelihood needs to look for flicker
-    if (output.segments.size() < output.columns.size() + 4) finding.severity = Finding::Severity::warning;
+    if (output.segments.size() < output.columns.size() + 4) severity = Finding::Severity::warning;
     if (std::ranges::find(settings, problems[i].stated_by) == settings.end()) settings.push_back(problems[i].stated_by);
   }
   if (settings.empty()) return;
-  finding.message = fmt::format(
-      "drift is taken from what the segments show, which is little: where it is not small against noise, "
-      "biases are less certain than said. Give {} as a noise test found it",
-      fmt::join(settings, " and "));
-  solution.all.findings.push_back(std::move(finding));
+  solution.all.findings.push_back(
+      {severity, "drift_from_segments_alone", {{"settings", fmt::format("{}", fmt::join(settings, ", "))}}});
 }
 
 }  // namespace

@@ -10,13 +10,13 @@
 /// Several outputs of one test, identified together: the channels of an IMU, a gyro and accelerometers on one table.
 ///
 /// Each output is first identified alone, which gives its noise. Then all are solved together, with the errors of the
-/// rig drawn once for all of them: what the accelerometers show of the level of a table is taken off the rest.
+/// rig drawn once for all of them: the level of a table as the accelerometers show it is subtracted from the gyros too.
 namespace tumble::linear {
 
 struct JointSolution {
   /// Columns, parameters, covariance, findings of all outputs, in their order; no segments.
   Solution all;
-  std::vector<Solution> outputs;    ///< each as found alone; `predicted` of their segments is that of all together
+  std::vector<Solution> outputs;    ///< each as identified alone; `predicted` of their segments is that of all together
   std::vector<std::size_t> first;   ///< of each output's parameters among those of all
   std::vector<FoundEffect> errors;  ///< of the rig, as the outputs show them; empty where predicted
 };
@@ -28,8 +28,8 @@ JointSolution identify(const Evidence& evidence, std::span<const Problem> proble
 /// Given: problems, truths [outputs].
 JointSolution predict(const Plan& plan, std::span<const Problem> problems, std::span<const Truth> truths);
 
-/// Table `rig_errors`: what the test itself found of each error of the rig, in units of the uncertainty stated for it.
-/// Errors of which it shows less than a tenth of their variance are left out.
+/// Table `rig_errors`: each error of the rig as the test itself shows it, in units of the uncertainty stated for it.
+/// Errors of which it shows less than a tenth of their variance are omitted.
 Table rig_errors(const JointSolution& solution);
 
 }  // namespace tumble::linear

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <span>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/linear/words.hpp"
@@ -17,38 +17,22 @@
 namespace tumble::linear {
 namespace {
 
-/// Which columns the evidence shows, as indices of Problem::columns; the rest is put into the solution's `dropped`.
+/// Which columns the evidence shows, as indices of Problem::columns; the others are put into the solution's `dropped`.
 std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, Solution& solution) {
-  std::vector<std::size_t> preference, kept;
+  std::vector<std::size_t> preference, used;
   for (const auto& name : problem.leave_out_first)
     for (std::size_t j = 0; j < problem.columns.size(); ++j)
       if (problem.columns[j].name == name) preference.push_back(j);
   solution.dropped = unobservable_columns(rows.design, rows.weights, rows.natural, preference, problem.condition_limit);
   for (std::size_t j = 0; j < problem.columns.size(); ++j)
     if (std::ranges::none_of(solution.dropped, [j](const Dropped& dropped) { return dropped.column == j; })) {
-      kept.push_back(j);
+      used.push_back(j);
       solution.columns.push_back(problem.columns[j]);
-      const auto column = std::span(rows.design.values).subspan(j * rows.design.rows, rows.design.rows);
-      const auto [least, greatest] = std::ranges::minmax(column);
+      const auto [least, greatest] = std::ranges::minmax(column(rows.design, j));
       solution.least.push_back(least);
       solution.greatest.push_back(greatest);
     }
-  return kept;
-}
-
-Matrix columns_of(const Matrix& design, const std::vector<std::size_t>& kept) {
-  Matrix out(design.rows, kept.size());
-  for (std::size_t j = 0; j < kept.size(); ++j)
-    std::copy_n(design.values.begin() + static_cast<std::ptrdiff_t>(kept[j] * design.rows), design.rows,
-                out.values.begin() + static_cast<std::ptrdiff_t>(j * design.rows));
-  return out;
-}
-
-std::vector<double> times(const Matrix& design, const std::vector<double>& b) {
-  std::vector<double> y(design.rows, 0.0);
-  for (std::size_t j = 0; j < design.columns; ++j)
-    for (std::size_t i = 0; i < design.rows; ++i) y[i] += b[j] * design(i, j);
-  return y;
+  return used;
 }
 
 /// Every stretch is one segment of the mixed model. Power-ups of different plans are different ones.
@@ -78,47 +62,46 @@ void refuse_too_few(std::size_t rows, std::size_t columns) {
     throw Error(
         Error::Kind::bad_data,
         fmt::format("{} averages are too few for {} parameters and the noise: shorten averaging or settling, or "
-                    "add positions",
+                    "add segments",
                     rows, columns));
 }
 
-/// Coefficients of all columns from those of the ones kept.
-std::vector<double> spread(const std::vector<std::size_t>& kept, const std::vector<double>& b, std::size_t columns) {
+/// Coefficients of all columns from those of the columns used; 0 for the others.
+std::vector<double> spread(const std::vector<std::size_t>& used, const std::vector<double>& b, std::size_t columns) {
   std::vector<double> all(columns, 0.0);
-  for (std::size_t k = 0; k < kept.size(); ++k) all[kept[k]] = b[k];
+  for (std::size_t k = 0; k < used.size(); ++k) all[used[k]] = b[k];
   return all;
 }
 
-/// Least squares for a first look: what the rig's errors do depends on the coefficients.
-std::vector<double> first_look(const Matrix& design, const std::vector<double>& y, const std::vector<double>& weights) {
-  const auto n = static_cast<Eigen::Index>(design.rows), p = static_cast<Eigen::Index>(design.columns);
-  const Eigen::VectorXd root = Eigen::Map<const Eigen::VectorXd>(weights.data(), n).cwiseSqrt();
-  Eigen::MatrixXd x = root.asDiagonal() * Eigen::Map<const Eigen::MatrixXd>(design.values.data(), n, p);
-  const Eigen::VectorXd scale = x.colwise().norm().cwiseInverse();
-  x = x * scale.asDiagonal();
-  const Eigen::VectorXd b = scale.cwiseProduct(
-      Eigen::VectorXd(x.householderQr().solve(root.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(y.data(), n)))));
-  return {b.data(), b.data() + p};
+/// Coefficients by least squares: the effects of the rig's errors depend on them.
+///
+/// Given     weights  [N] of the rows
+std::vector<double> first_look(const Matrix& design, const std::vector<double>& y, std::vector<double> weights) {
+  for (double& weight : weights) weight = std::sqrt(weight);
+  Matrix x = scaled_rows(weights, design);
+  const auto scale = inverses(column_norms(x));
+  x = scaled_columns(std::move(x), scale);
+  return scaled(scale, solve(householder_qr(x), scaled(weights, y)));
 }
 
 std::vector<double> coefficients_for(const Problem& problem, const Truth& truth) {
   std::vector<double> all;
   for (const auto& column : problem.columns) {
-    const auto found = truth.coefficients.find(column.name);
-    all.push_back(found == truth.coefficients.end() ? 0.0 : found->second);
+    const auto value = truth.coefficients.find(column.name);
+    all.push_back(value == truth.coefficients.end() ? 0.0 : value->second);
   }
   return all;
 }
 
 /// The bias instability stated, as the output shows it.
-double stated_for(const Problem& problem, const std::vector<std::size_t>& kept, const std::vector<double>& b) {
+double stated_for(const Problem& problem, const std::vector<std::size_t>& used, const std::vector<double>& b) {
   double per = problem.stated_per.empty() ? 1.0 : 0.0;
-  for (std::size_t k = 0; k < kept.size(); ++k)
-    if (problem.columns[kept[k]].name == problem.stated_per) per = std::abs(b[k]);
+  for (std::size_t k = 0; k < used.size(); ++k)
+    if (problem.columns[used[k]].name == problem.stated_per) per = std::abs(b[k]);
   return per * problem.bias_instability;
 }
 
-/// Of one segment's shift by the slow noise of this source, as the likelihood found it or as stated.
+/// Standard deviation of a segment's shift by the slow noise of this source [SI], as estimated or as stated.
 double shift_sd(const std::string& source, const std::vector<SlowNoise>& slow, const std::vector<double>& variance) {
   double sum = 0.0;
   for (std::size_t c = 0; c < slow.size(); ++c) {
@@ -135,24 +118,25 @@ double white_variance(const NoiseModel& noise) { return noise.angle_random_walk 
 
 Work worked_out(const Evidence& evidence, const Problem& problem) {
   Work work{evidence_of(evidence, problem), {}, {}, {}, {}};
-  work.rows = rows_of(work.found, problem);
+  work.rows = rows_of(work.evidence, problem);
   Solution& solution = work.solution;
-  solution.findings = work.found.test.findings;
-  work.kept = observable(problem, work.rows, solution);
-  refuse_too_few(work.rows.weights.size(), work.kept.size());
-  const auto counting = take_out_counting(work.found, problem, work.rows);
+  solution.findings = work.evidence.test.findings;
+  work.used = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.used.size());
+  const auto counting = take_out_counting(work.evidence, problem, work.rows);
 
   MixedData& data = work.data;
-  data = {
-      .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
+  data = {.design = chosen_columns(work.rows.design, work.used),
+          .weights = work.rows.weights,
+          .segment = work.rows.segment};
   data.observations = work.rows.output;
   for (std::size_t i = 0; i < work.rows.input.size(); ++i) data.observations[i] -= work.rows.input[i];
   const auto look = first_look(data.design, data.observations, data.weights);
-  data.effects = effects_of(work.found, problem, work.rows, spread(work.kept, look, problem.columns.size()));
+  data.effects = effects_of(work.evidence, problem, work.rows, spread(work.used, look, problem.columns.size()));
   if (problem.pulse > 0.0) data.effects.push_back(counting);
-  const double step = work.found.test.stretches.front().step;
-  data.slow =
-      unknown_slow_noise(intervals_of(work.found.test), work.kept.size(), step, stated_for(problem, work.kept, look));
+  const double step = work.evidence.test.stretches.front().step;
+  data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.used.size(), step,
+                                 stated_for(problem, work.used, look));
   solution.fit = fit_mixed_model(data);
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
@@ -164,26 +148,27 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
 
 Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
   Work work{evidence_of(plan, problem), {}, {}, {}, {}};
-  work.rows = rows_of(work.found, problem);
+  work.rows = rows_of(work.evidence, problem);
   Solution& solution = work.solution;
-  solution.findings = work.found.test.findings;
-  work.kept = observable(problem, work.rows, solution);
-  refuse_too_few(work.rows.weights.size(), work.kept.size());
+  solution.findings = work.evidence.test.findings;
+  work.used = observable(problem, work.rows, solution);
+  refuse_too_few(work.rows.weights.size(), work.used.size());
   const auto all = coefficients_for(problem, truth);
   MixedData& data = work.data;
-  data = {
-      .design = columns_of(work.rows.design, work.kept), .weights = work.rows.weights, .segment = work.rows.segment};
-  data.effects = effects_of(work.found, problem, work.rows, all);
-  if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(work.found, problem, work.rows));
-  const double step = work.found.test.stretches.front().step;
-  data.slow = known_slow_noise(intervals_of(work.found.test), truth.noise, truth.turn_on_sd, step);
+  data = {.design = chosen_columns(work.rows.design, work.used),
+          .weights = work.rows.weights,
+          .segment = work.rows.segment};
+  data.effects = effects_of(work.evidence, problem, work.rows, all);
+  if (problem.pulse > 0.0) data.effects.push_back(take_out_counting(work.evidence, problem, work.rows));
+  const double step = work.evidence.test.stretches.front().step;
+  data.slow = known_slow_noise(intervals_of(work.evidence.test), truth.noise, truth.turn_on_sd, step);
   solution.fit = predict_mixed_model(data, white_variance(truth.noise));
-  for (std::size_t k = 0; k < work.kept.size(); ++k) solution.fit.parameters[k] = all[work.kept[k]];
+  for (std::size_t k = 0; k < work.used.size(); ++k) solution.fit.parameters[k] = all[work.used[k]];
   for (const auto& dropped : solution.dropped)
-    for (std::size_t k = 0; k < work.kept.size(); ++k)
-      solution.fit.parameters[k] += dropped.weights[work.kept[k]] * all[dropped.column];
+    for (std::size_t k = 0; k < work.used.size(); ++k)
+      solution.fit.parameters[k] += dropped.weights[work.used[k]] * all[dropped.column];
   solution.observations = work.rows.weights.size();
-  set_fitted(work, times(work.rows.design, all));
+  set_fitted(work, work.rows.design * all);
   describe_dropped(problem, solution);
   return work;
 }
@@ -202,36 +187,30 @@ Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {
 
 namespace {
 
-/// A' V^-1 A of the rows of one segment.
+/// A' V^-1 A of the rows of one segment. The rows are whitened; slow noise and the errors of the segment alone enter by
+/// V^-1 = W - W U (1 + U' W U)^-1 U' W, with their shifts U.
 Matrix information_of(const Matrix& a, const std::vector<const KnownEffect*>& own, const std::vector<double>& weights,
-                      const std::vector<std::size_t>& taken, double white, double slow) {
-  const auto n = static_cast<Eigen::Index>(taken.size()), p = static_cast<Eigen::Index>(a.columns);
-  // Whitened rows; slow noise and errors of the segment alone are taken out by what they share with them:
-  // V^-1 = W - W U (1 + U' W U)^-1 U' W.
-  Eigen::MatrixXd rows(n, p), shared(n, static_cast<Eigen::Index>(own.size()) + 1);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t row = taken[static_cast<std::size_t>(i)];
-    const double root = std::sqrt(weights[row] / white);
-    for (Eigen::Index j = 0; j < p; ++j) rows(i, j) = root * a(row, static_cast<std::size_t>(j));
-    shared(i, 0) = root * std::sqrt(slow);
-    for (std::size_t e = 0; e < own.size(); ++e)
-      shared(i, static_cast<Eigen::Index>(e) + 1) = root * own[e]->column[row];
+                      const std::vector<std::size_t>& rows, double white, double slow) {
+  Matrix shifts(rows.size(), own.size() + 1);
+  std::vector<double> root;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    root.push_back(std::sqrt(weights[rows[i]] / white));
+    shifts(i, 0) = std::sqrt(slow);
+    for (std::size_t e = 0; e < own.size(); ++e) shifts(i, e + 1) = own[e]->column[rows[i]];
   }
-  const Eigen::MatrixXd cross = shared.transpose() * rows;
-  Eigen::MatrixXd inner = shared.transpose() * shared;
-  inner.diagonal().array() += 1.0;
-  const Eigen::MatrixXd information = rows.transpose() * rows - cross.transpose() * inner.ldlt().solve(cross);
-  Matrix out(a.columns, a.columns);
-  Eigen::Map<Eigen::MatrixXd>(out.values.data(), p, p) = information;
-  return out;
+  const Matrix whitened = scaled_rows(root, chosen_rows(a, rows));
+  shifts = scaled_rows(root, std::move(shifts));
+  const Matrix cross = transposed_product(shifts, whitened);
+  const Matrix inner = gram(shifts) + identity(shifts.columns);
+  return gram(whitened) - transposed_product(cross, solve_symmetric(inner, cross));
 }
 
 }  // namespace
 
 Information information(const Plan& plan, const Problem& problem, const Truth& truth) {
-  const Evidences found = evidence_of(plan, problem);
-  const Rows rows = rows_of(found, problem);
-  const auto effects = effects_of(found, problem, rows, coefficients_for(problem, truth));
+  const Evidences evidence = evidence_of(plan, problem);
+  const Rows rows = rows_of(evidence, problem);
+  const auto effects = effects_of(evidence, problem, rows, coefficients_for(problem, truth));
   if (!(white_variance(truth.noise) > 0.0))
     throw Error(Error::Kind::bad_input, "the plan's [truth] has no white noise: nothing limits the information");
   Information out;
@@ -247,18 +226,18 @@ Information information(const Plan& plan, const Problem& problem, const Truth& t
     a.values.insert(a.values.end(), effect.column.begin(), effect.column.end());
     ++a.columns;
   }
-  std::vector<std::vector<std::size_t>> taken(found.test.stretches.size());
+  std::vector<std::vector<std::size_t>> taken(evidence.test.stretches.size());
   for (std::size_t i = 0; i < rows.segment.size(); ++i) taken[rows.segment[i]].push_back(i);
   std::map<std::pair<std::size_t, std::size_t>, Matrix> by_place;
-  for (std::size_t g = 0; g < found.test.stretches.size(); ++g) {
-    const Stretch& stretch = found.test.stretches[g];
+  for (std::size_t g = 0; g < evidence.test.stretches.size(); ++g) {
+    const Stretch& stretch = evidence.test.stretches[g];
     // on its own: as if the segment began with power-on
     const auto slow = known_slow_noise({{0, 0.0, stretch.duration()}}, truth.noise, 0.0, stretch.step);
     by_place[{stretch.power_up, stretch.segment}] =
         information_of(a, own, rows.weights, taken[g], white_variance(truth.noise), slow[0].kernel(0, 0));
   }
-  for (std::size_t u = 0; u < found.test.power_ups.size(); ++u)
-    for (std::size_t s = 0; s < found.test.power_ups[u].rig.segments.size(); ++s) {
+  for (std::size_t u = 0; u < evidence.test.power_ups.size(); ++u)
+    for (std::size_t s = 0; s < evidence.test.power_ups[u].rig.segments.size(); ++s) {
       const auto place = by_place.find({u, s});
       out.of_segment.push_back(place == by_place.end() ? Matrix(a.columns, a.columns) : place->second);
     }

@@ -17,7 +17,7 @@
 ///   y = input(felt) + sum_j b_j x_j(felt) + rig errors + slow noise + white noise
 ///
 /// with felt as the plan's rig says it, the columns x_j from the table of terms that also simulates the instrument.
-/// One Problem is identified from Evidence or predicted from a Plan; both go the same way but for the data.
+/// One Problem is identified from Evidence or predicted from a Plan; only the data differ.
 namespace tumble::linear {
 
 /// An uncertainty of the reading itself, common to the whole test: a scale factor taken from elsewhere, for example.
@@ -34,7 +34,7 @@ struct ResponseError {
   std::function<Response(double step)> response;
 };
 
-/// What is to be identified, and how the output is read.
+/// The unknowns, and how the output is read.
 struct Problem {
   std::string role = "gyro";  ///< the channel
   double scale = 1.0;         ///< output [SI] for one SI unit of the channel
@@ -44,7 +44,7 @@ struct Problem {
   std::function<double(const Felt&)> input;  ///< known part of the output [SI]; null: none
   std::vector<Term> columns;                 ///< y - input = sum of coefficient x regressor
   std::vector<ReadingError> reading_errors;
-  /// What stands between the indicated quantity and the samples and is linear (the rebalance loop): input and columns
+  /// Linear response between the indicated quantity and the samples (the rebalance loop): input and columns
   /// pass through it, with a state of their own each. Null: nothing. See Response.
   std::function<Response(double step)> response;
   std::vector<ResponseError> response_errors;
@@ -53,20 +53,21 @@ struct Problem {
   bool even_averages = false;
   int oversampling = 1;                      ///< points in each sample at which a moving rig is asked
   std::vector<std::string> leave_out_first;  ///< columns, in this order, where the schedule cannot show all
-  std::string advice;                        ///< what to add to the test so that it can: end of a sentence
-  double condition_limit = 1e6;              ///< beyond, the weakest combination is left out
-  double settling = 0.0;                     ///< [s] dropped after the rig has settled in each segment
-  double averaging = 1.0;                    ///< [s] of a block
-  bool needs_site = true;                    ///< without the Earth's rate and gravity the input is wrong
+  /// In [phrase]: what to add to the test so that it can.
+  Phrase advice{"distinguish_by_other_segments"};
+  double condition_limit = 1e6;  ///< beyond, the weakest combination is not used
+  double settling = 0.0;         ///< [s] skipped after the rig has settled in each segment
+  double averaging = 1.0;        ///< [s] of a block
+  bool needs_site = true;        ///< without the Earth's rate and gravity the input is wrong
   /// A segment in which an axis slews is used from rest to rest as one total, whatever way it took; of one at a rate as
-  /// many whole turns as it holds. Counted pulses of a move tell its angle, however it went.
+  /// many whole turns as it holds. The counted pulses of a move give its angle, independent of its course.
   bool whole_moves = false;
   /// Bias instability [SI of what `stated_per` names, or of the output] known beforehand: few segments cannot show it.
   /// 0: found from the segments.
   double bias_instability = 0.0;
   std::string stated_by = "bias_instability";  ///< the setting that gives it
   std::string stated_per = {};                 ///< column by whose coefficient it moves the output; empty: 1
-  bool rests_only = false;  ///< segments in which an axis is told to do anything but stand are passed over
+  bool rests_only = false;                     ///< segments in which an axis moves are skipped
 };
 
 /// One segment of the evidence. Means over the samples used [SI].
@@ -83,15 +84,15 @@ struct SegmentSummary {
 };
 
 struct Solution {
-  std::vector<Term> columns;  ///< those kept, in the order of MixedFit::parameters
+  std::vector<Term> columns;  ///< those used, in the order of MixedFit::parameters
   MixedFit fit;
   std::vector<double> least, greatest;  ///< of each column's regressor over the data used [SI]
   std::vector<SegmentSummary> segments;
   std::vector<Dropped> dropped;                   ///< indices of Problem::columns
-  std::map<std::string, std::string> stands_for;  ///< by name of a kept column: "D_F + D_OO", where it is not itself
+  std::map<std::string, std::string> stands_for;  ///< by name of a column used: "D_F + D_OO", where it is not itself
   std::size_t observations = 0;
   double drift_sd = 0.0;  ///< [SI] by which segments differ beyond model, rig errors and white noise; 0 if predicted
-  Findings findings;      ///< what was left out and what the rest then stands for
+  Findings findings;      ///< which columns are not used, and what the others then mean
 };
 
 /// The terms of these names from the table of a model's output, in the order given.
@@ -101,8 +102,11 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
 std::vector<Option> options(const std::string& settling, const std::string& averaging);
 /// `bias_instability`, after a prefix where a method has outputs of several kinds.
 Option bias_instability_option(const std::string& unit, const std::string& prefix = "");
-/// What it says [SI], 0 where it is absent; adds what is wrong with it to `problems`.
-double stated_bias_instability(const Settings& settings, const std::string& prefix, std::vector<std::string>& problems);
+/// Its value [SI]; 0: it is absent.
+double stated_bias_instability(const Settings& settings, const std::string& prefix);
+inline double stated_bias_instability(const Settings& settings, const std::string& prefix, std::vector<std::string>&) {
+  return stated_bias_instability(settings, prefix);
+}
 /// Puts them into a problem.
 void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix = "");
 
@@ -121,7 +125,7 @@ struct Truth {
   double turn_on_sd = 0.0;  ///< of the bias, from power-up to power-up [SI]
 };
 
-/// What the plan's [truth] says of the output called `channel` of the plan's model.
+/// Truth of the output called `channel` by the plan's [truth] and model.
 /// Throws Error::bad_input where the plan lacks model or truth.
 Truth truth_of(const Plan& plan, const std::string& channel);
 
@@ -137,7 +141,7 @@ struct Information {
   std::vector<Matrix> of_segment;   ///< one a segment of the schedule, [SI]; zero where a segment gives no samples
 };
 
-/// What each segment of the plan's schedule gives on its own: A' V^-1 A with A = [X | common errors], V white noise,
+/// Information of each segment of the plan's schedule alone: A' V^-1 A with A = [X | common errors], V white noise,
 /// slow noise independent between segments, and the errors drawn anew for each. Add those of the segments chosen, and 1
 /// on the diagonal of the errors; the inverse's first block is the covariance of the coefficients.
 Information information(const Plan& plan, const Problem& problem, const Truth& truth);

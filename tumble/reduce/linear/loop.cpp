@@ -1,18 +1,17 @@
 #include "tumble/reduce/linear/linear.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble::linear {
 
 std::vector<Option> loop_options() {
-  using Type = Option::Type;
-  return {{"natural_frequency",
-           Type::quantity,
-           "Hz",
-           "",
-           {},
-           "of the rebalance loop; given: input and regressors pass through it, so that its lag is no error term"},
-          {"damping_ratio", Type::quantity, "1", "0.7", {}, "of the rebalance loop"},
-          {"loop_lag_sd", Type::quantity, "%", "1 %", {}, "relative standard uncertainty of the lag 2 zeta/w_n"}};
+  return {quantity("natural_frequency", "Hz")
+              .above(0)
+              .says("natural frequency of the rebalance loop: input and regressors pass through it, so that its lag is "
+                    "no error term; absent: no loop"),
+          quantity("damping_ratio").above(0).otherwise("0.7").says("damping ratio of the rebalance loop"),
+          quantity("loop_lag_sd", "%")
+              .at_least(0)
+              .otherwise("1 %")
+              .says("relative standard uncertainty of the lag 2 zeta/w_n of the rebalance loop")};
 }
 
 namespace {
@@ -31,9 +30,6 @@ void set_loop(const Settings& settings, const std::string& model, Problem& probl
   if (!settings.has("natural_frequency")) return;
   const double frequency = settings.number("natural_frequency"), damping = settings.number("damping_ratio");
   const double sd = settings.number("loop_lag_sd");
-  if (!(frequency > 0.0) || !(damping > 0.0) || sd < 0.0)
-    throw Error(Error::Kind::bad_input,
-                "[settings] natural_frequency and damping_ratio must be above zero, loop_lag_sd not below");
   const auto loop = [&](double f) { return loop_of(find_model(model), f, damping); };
   problem.response = loop(frequency);
   if (sd > 0.0) problem.response_errors.push_back({"lag of the loop", loop(frequency / (1.0 + sd))});

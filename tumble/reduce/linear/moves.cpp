@@ -31,7 +31,7 @@ class Refinement {
   Instants take(std::size_t parts) {
     std::vector<Part> coarse;
     for (std::size_t k = 0; k < parts; ++k) coarse.push_back(part(edge(k, parts), edge(k + 1, parts)));
-    for (const auto& one : coarse) halve(one, 0);
+    for (const auto& interval : coarse) halve(interval, 0);
     double sum = 0.0;
     for (const double share : out_.share) sum += share;
     for (double& share : out_.share) share /= sum;
@@ -56,12 +56,12 @@ class Refinement {
     return part;
   }
 
-  void halve(const Part& whole, int depth) {
-    const double middle = 0.5 * (whole.begin + whole.end);
-    const Part first = part(whole.begin, middle), second = part(middle, whole.end);
+  void halve(const Part& interval, int depth) {
+    const double middle = 0.5 * (interval.begin + interval.end);
+    const Part first = part(interval.begin, middle), second = part(middle, interval.end);
     const auto off = [](Vector3 a, Vector3 b, Vector3 sum) { return norm(a + b - sum); };
-    const bool good = off(first.rate, second.rate, whole.rate) <= tolerance * rate_ * length_ &&
-                      off(first.force, second.force, whole.force) <= tolerance * force_ * length_;
+    const bool good = off(first.rate, second.rate, interval.rate) <= tolerance * rate_ * length_ &&
+                      off(first.force, second.force, interval.force) <= tolerance * force_ * length_;
     if (!good && depth < deepest) {
       halve(first, depth + 1);
       halve(second, depth + 1);
@@ -76,7 +76,7 @@ class Refinement {
 
   const Reference& reference_;
   double length_, begin_;
-  double rate_ = 0.0, force_ = 0.0;  ///< the greatest seen
+  double rate_ = 0.0, force_ = 0.0;  ///< the greatest so far
   Instants out_;
 };
 

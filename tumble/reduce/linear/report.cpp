@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -23,17 +22,14 @@ std::string signed_term(double weight, const std::string& name) {
   return (weight < 0.0 ? " - " : " + ") + factor + name;
 }
 
-double shown_weight(double weight, const Term& kept, const Term& dropped) {
-  return weight * Unit::parse(dropped.unit).factor() / Unit::parse(kept.unit).factor();
+double shown_weight(double weight, const Term& used, const Term& dropped) {
+  return weight * Unit::parse(dropped.unit).factor() / Unit::parse(used.unit).factor();
 }
 
-std::string listed(const std::vector<std::string>& names) {
-  if (names.size() < 2) return names.empty() ? "" : names.front();
-  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
-}
+std::string listed(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
-std::string with_advice(const std::string& text, const Problem& problem) {
-  return problem.advice.empty() ? text : text + "; " + problem.advice;
+bool is_empty(const Dropped& dropped) {
+  return std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; });
 }
 
 Finding combination(const Problem& problem, const Dropped& dropped, Solution& solution) {
@@ -41,17 +37,15 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
   std::vector<std::string> others, meanings;
   for (std::size_t k = 0; k < problem.columns.size(); ++k) {
     if (dropped.weights[k] == 0.0) continue;
-    const Term& kept = problem.columns[k];
-    const auto term = signed_term(shown_weight(dropped.weights[k], kept, out), out.name);
-    solution.stands_for.try_emplace(kept.name, kept.name).first->second += term;
-    others.push_back(kept.name);
-    meanings.push_back(fmt::format("{0} stands for {0}{1}", kept.name, term));
+    const Term& term = problem.columns[k];
+    const auto share = signed_term(shown_weight(dropped.weights[k], term, out), out.name);
+    solution.stands_for.try_emplace(term.name, term.name).first->second += share;
+    others.push_back(term.name);
+    meanings.push_back(term.name + share);
   }
   return {Finding::Severity::warning,
-          with_advice(fmt::format("{} cannot be told apart from {} with this evidence: {} is set to zero, so {}",
-                                  out.name, listed(others), out.name, listed(meanings)),
-                      problem),
-          ""};
+          "not_distinguished",
+          {{"term", out.name}, {"others", listed(others)}, {"meanings", listed(meanings)}, {"advice", problem.advice}}};
 }
 
 Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
@@ -69,13 +63,9 @@ void warn_of_misfit(const Solution& solution, const std::string& channel_unit, F
   std::ranges::nth_element(noise, noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2));
   const double usual = noise[noise.size() / 2];
   if (!(solution.drift_sd > 30.0 * usual) || solution.drift_sd < 1e-9 * largest) return;  // the latter is rounding
-  findings.push_back(
-      {Finding::Severity::warning,
-       fmt::format("the segments differ from the model by {}, {:.0f} times what the noise within them explains: is the "
-                   "scale factor right, its sign too, are the segments where the plan says, is the output clipped? The "
-                   "uncertainties count this as drift",
-                   say_difference(solution.drift_sd, Unit::parse(channel_unit)), solution.drift_sd / usual),
-       ""});
+  findings.push_back({Finding::Severity::warning,
+                      "segments_differ_from_model",
+                      {{"difference", solution.drift_sd, channel_unit}, {"times", solution.drift_sd / usual}}});
 }
 
 void warn_of_excess(const Problem& problem, double stated, Solution& solution) {
@@ -88,29 +78,21 @@ void warn_of_excess(const Problem& problem, double stated, Solution& solution) {
   const double times = std::hypot(solution.drift_sd, expected) / expected;
   // seldom where the statement is right: what else moves segments counts as well
   if (times * times < std::max(3.0, chi_square_quantile(0.9999, freedom) / freedom)) return;
-  solution.findings.push_back(
-      {Finding::Severity::warning,
-       fmt::format(
-           "{}: the segments differ {:.2g} times as much as noise and the bias instability stated let expect: is "
-           "it right, in its unit too? The uncertainties count the rest as drift, as far as the segments show it",
-           problem.role, times),
-       ""});
+  solution.findings.push_back({Finding::Severity::warning, "more_drift_than_stated", {{"times", times}}, problem.role});
 }
 
 void describe_dropped(const Problem& problem, Solution& solution) {
   std::vector<std::string> empty;
   for (const auto& dropped : solution.dropped) {
-    if (std::ranges::all_of(dropped.weights, [](double w) { return w == 0.0; }))
+    if (is_empty(dropped))
       empty.push_back(problem.columns[dropped.column].name);
     else
       solution.findings.push_back(combination(problem, dropped, solution));
   }
-  if (!empty.empty()) {
-    std::ranges::sort(empty);
-    solution.findings.push_back({Finding::Severity::info,
-                                 fmt::format("nothing in this evidence shows {}: left out of the model", listed(empty)),
-                                 ""});
-  }
+  if (empty.empty()) return;
+  std::ranges::sort(empty);
+  solution.findings.push_back(
+      {Finding::Severity::info, "not_shown", {{"terms", listed(empty)}}, "", {empty.size(), empty.front(), {}}});
 }
 
 std::vector<Term> terms_of(const std::string& model, const Settings& constants, const std::vector<std::string>& names) {
@@ -120,55 +102,46 @@ std::vector<Term> terms_of(const std::string& model, const Settings& constants, 
     for (const auto& output : outputs)
       for (const auto& term : output.terms)
         if (term.name == name) terms.push_back(term);
-  if (terms.size() != names.size()) throw Error(Error::Kind::internal, "model " + model + " lacks a term asked for");
+  if (terms.size() != names.size())
+    throw Error(Error::Kind::internal, "model " + model + " lacks a term of the method");
   return terms;
 }
 
 std::vector<Option> options(const std::string& settling, const std::string& averaging) {
-  using Type = Option::Type;
-  return {
-      {"settling", Type::quantity, "s", settling, {}, "time dropped in each segment after the rig has settled"},
-      {"averaging",
-       Type::quantity,
-       "s",
-       averaging,
-       {},
-       "length of the averages that are fitted; where the rig moves, at most a tenth of a period"},
-      {"oversampling", Type::integer, "1", "1", {}, "instants within each sample at which a moving rig is computed"}};
+  return {quantity("settling", "s")
+              .at_least(0)
+              .otherwise(settling)
+              .says("time after the rig has settled that is skipped in each segment"),
+          quantity("averaging", "s")
+              .above(0)
+              .otherwise(averaging)
+              .says("length of the averages that are fitted; where the rig moves, at most a tenth of a period"),
+          integer("oversampling")
+              .between(1, 1000)
+              .otherwise("1")
+              .says("instants in each sample at which the motion of the rig is calculated")};
 }
 
 Option bias_instability_option(const std::string& unit, const std::string& prefix) {
-  return {prefix + "bias_instability",
-          Option::Type::quantity,
-          unit,
-          "",
-          {},
-          "B as a noise test found it (IEEE 528; the flat part of the Allan deviation is 0.664 B): part of the fit, so "
-          "that few segments need not show it; absent: found from the segments",
-          true};
+  return quantity(prefix + "bias_instability", unit)
+      .above(0)
+      .bare()
+      .says(
+          "bias instability B from a noise test (IEEE 528; the flat part of the Allan deviation is 0.664 B), used in "
+          "the fit because few segments do not show it; absent: it is estimated from the segments");
 }
 
-double stated_bias_instability(const Settings& settings, const std::string& prefix,
-                               std::vector<std::string>& problems) {
+double stated_bias_instability(const Settings& settings, const std::string& prefix) {
   const std::string name = prefix + "bias_instability";
-  if (!settings.has(name)) return 0.0;
-  const double stated = settings.number(name);
-  if (!(stated > 0.0)) problems.push_back(fmt::format("[settings] {} must be above zero, or absent", name));
-  return stated;
+  return settings.has(name) ? settings.number(name) : 0.0;
 }
 
 void set_options(const Settings& settings, Problem& problem, const std::string& noise_prefix) {
   problem.settling = settings.number("settling");
   problem.averaging = settings.number("averaging");
   problem.oversampling = settings.integer("oversampling");
-  std::vector<std::string> problems;
-  if (problem.settling < 0.0) problems.push_back("[settings] settling must not be negative");
-  if (!(problem.averaging > 0.0)) problems.push_back("[settings] averaging must be above zero");
-  if (problem.oversampling < 1 || problem.oversampling > 1000)
-    problems.push_back("[settings] oversampling must be from 1 to 1000");
   problem.stated_by = noise_prefix + "bias_instability";
-  problem.bias_instability = stated_bias_instability(settings, noise_prefix, problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  problem.bias_instability = stated_bias_instability(settings, noise_prefix);
 }
 
 Estimate estimate_of(const Solution& solution) {
@@ -182,7 +155,7 @@ Estimate estimate_of(const Solution& solution) {
     const auto meaning = solution.stands_for.find(term.name);
     estimate.parameters.push_back(
         {term.name, term.symbol, unit_of(term), fit.parameters[j],
-         term.description + (meaning == solution.stands_for.end() ? "" : "; stands for " + meaning->second),
+         term.description + (meaning == solution.stands_for.end() ? "" : "; means " + meaning->second),
          degrees_of_freedom(fit, unit)});
   }
   settle(estimate, lines_of(fit.sources));
@@ -194,8 +167,7 @@ Estimate estimate_of(const Solution& solution) {
 Table positions(const Solution& solution, const std::string& channel_unit, const std::vector<std::string>& axes,
                 const std::string& rate_unit) {
   const Unit unit = Unit::parse(channel_unit), g = Unit::parse("g"), seconds = Unit::parse("s");
-  Table table{
-      "positions", "what was felt, predicted and measured in each segment (means over the samples used)", {}, {}};
+  Table table{"positions", "input, prediction and measurement of each segment (means over the samples used)", {}, {}};
   table.columns = {{"label", Unit()}, {"run", Unit()}, {"duration", seconds}};
   for (const auto& axis : axes) table.columns.push_back({"f_" + axis, g});
   if (!rate_unit.empty())
@@ -208,7 +180,7 @@ Table positions(const Solution& solution, const std::string& channel_unit, const
     std::vector<Table::Cell> row{segment.label, static_cast<double>(segment.run), segment.duration};
     const auto add = [&](Vector3 v) {
       const double rounding = 1e-14 * norm(v);  // cosines of 90 deg
-      for (const double one : {v.x, v.y, v.z}) row.emplace_back(std::abs(one) < rounding ? 0.0 : one);
+      for (const double part : {v.x, v.y, v.z}) row.emplace_back(std::abs(part) < rounding ? 0.0 : part);
     };
     add(segment.felt.specific_force);
     if (!rate_unit.empty()) add(segment.felt.rate);

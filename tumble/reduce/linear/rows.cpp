@@ -63,7 +63,7 @@ double evaluate(const Problem& problem, std::size_t series, const Felt& felt) {
   return problem.input ? problem.input(felt) : 0.0;
 }
 
-/// At rest, or turning evenly about the vertical: one look at the rig is enough, but for the time since power-on.
+/// At rest, or turning evenly about the vertical: one instant is enough, except for the time since power-on.
 void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Blocking&, const Problem& problem, Sums& sums) {
   Felt felt;
   power_up.reference.felt(stretch.first + 0.5 * stretch.step, stretch.step, std::span(&felt, 1));
@@ -81,13 +81,14 @@ void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Blocking&
 void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
                 Sums& sums) {
   const auto fine = static_cast<std::size_t>(problem.oversampling);
+  const double step = stretch.step / static_cast<double>(fine);  // recordings of one plan may differ in rate
   std::size_t before = 0;  // samples run through the response before the first that counts
   std::vector<Response> responses(sums.series.columns);
   if (problem.response) {
     before = static_cast<std::size_t>(std::min(run_in, stretch.first) / stretch.step);
-    for (auto& response : responses) response = problem.response(power_up.step);
+    for (auto& response : responses) response = problem.response(step);
   }
-  const double begin = stretch.first - static_cast<double>(before) * stretch.step + 0.5 * power_up.step;
+  const double begin = stretch.first - static_cast<double>(before) * stretch.step + 0.5 * step;
   const std::size_t all = before + stretch.samples, samples_at_once = std::max<std::size_t>(1, at_once / fine);
   std::vector<Felt> felt(samples_at_once * fine);
   std::vector<double> values(felt.size());
@@ -95,7 +96,7 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
   for (std::size_t done = 0; done < all; done += samples_at_once) {
     const std::size_t samples = std::min(samples_at_once, all - done);
     const auto points = std::span(felt).first(samples * fine);
-    power_up.reference.felt(begin + static_cast<double>(done) * stretch.step, power_up.step, points);
+    power_up.reference.felt(begin + static_cast<double>(done) * stretch.step, step, points);
     for (std::size_t s = 0; s < sums.series.columns; ++s) {
       const auto block = std::span(values).first(points.size());
       for (std::size_t k = 0; k < points.size(); ++k) block[k] = evaluate(problem, s, points[k]);
@@ -123,10 +124,10 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
 void sum_whole(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
                Sums& sums) {
   const double count = sums.count.front();
-  for (std::size_t k = 0; k < blocking.whole.time.size(); ++k) {
+  for (std::size_t k = 0; k < blocking.instants.time.size(); ++k) {
     Felt felt;
-    power_up.reference.felt(blocking.whole.time[k], stretch.step, std::span(&felt, 1));
-    const double share = blocking.whole.share[k];
+    power_up.reference.felt(blocking.instants.time[k], stretch.step, std::span(&felt, 1));
+    const double share = blocking.instants.share[k];
     for (std::size_t s = 0; s < sums.series.columns; ++s)
       sums.series(0, s) += count * share * evaluate(problem, s, felt);
     sums.felt.specific_force = sums.felt.specific_force + share * felt.specific_force;
@@ -139,9 +140,10 @@ Sums sums_of(const Evidences& evidence, std::size_t g, const Problem& problem) {
   const Stretch& stretch = evidence.test.stretches[g];
   const Blocking& blocking = evidence.blocking[g];
   Sums sums(stretch, blocking.per_block, problem.columns.size());
-  (stretch.steady           ? sum_steady
-   : blocking.whole.empty() ? sum_moving
-                            : sum_whole)(evidence.test.power_ups[stretch.power_up], stretch, blocking, problem, sums);
+  (stretch.steady ? sum_steady
+   : blocking.instants.empty()
+       ? sum_moving
+       : sum_whole)(evidence.test.power_ups[stretch.power_up], stretch, blocking, problem, sums);
   return sums;
 }
 

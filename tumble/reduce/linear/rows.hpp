@@ -16,7 +16,7 @@ namespace tumble::linear {
 struct Blocking {
   bool even = false;  ///< the rig turns, but what is felt hardly changes: blocks as if it were steady
   std::size_t per_block = 1;
-  Instants whole = {};  ///< a move that is used whole, as one block: the instants that stand for it; else empty
+  Instants instants = {};  ///< of a move that is used as one total; else empty
 };
 
 /// The test as carried out, and the blocks of each stretch.
@@ -50,8 +50,8 @@ Rows rows_of(const Evidences& evidence, const Problem& problem);
 std::vector<KnownEffect> effects_of(const Evidences& evidence, const Problem& problem, const Rows& rows,
                                     const std::vector<double>& coefficients);
 
-/// What rounding to whole pulses does to the means of steady stretches. Its share in the scatter of their blocks, whose
-/// errors cancel in the mean, is taken out of `rows`; elsewhere it is left in the white noise.
+/// Effect of rounding to whole pulses on the means of steady stretches. Its share in the scatter of their blocks, whose
+/// errors cancel in the mean, is removed from `rows`; elsewhere it remains in the white noise.
 ///
 /// Each reading of the counter is off by a part of a pulse with variance 1/12; the total of a stretch by two of them.
 KnownEffect take_out_counting(const Evidences& evidence, const Problem& problem, Rows& rows);

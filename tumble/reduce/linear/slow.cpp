@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
+#include <set>
 
 namespace tumble::linear {
 namespace {
@@ -40,9 +40,9 @@ Matrix same_power_up(const std::vector<Interval>& intervals) {
 }
 
 std::size_t power_ups_in(const std::vector<Interval>& intervals) {
-  std::map<std::size_t, int> found;
-  for (const auto& interval : intervals) ++found[interval.power_up];
-  return found.size();
+  std::set<std::size_t> power_ups;
+  for (const auto& interval : intervals) power_ups.insert(interval.power_up);
+  return power_ups.size();
 }
 
 double longest_of(const std::vector<Interval>& intervals) {
@@ -61,7 +61,7 @@ std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals
   slow.push_back({drift_source,
                   kernel_of(intervals, [](const Interval&, const Interval&, bool same) { return same ? 1.0 : 0.0; })});
   const bool stated = bias_instability > 0.0;
-  // Two variances more than the parameters need some segments to be told apart.
+  // Two variances more than the parameters: some more segments are needed to distinguish them.
   const bool shown = intervals.size() >= parameters + 4;
   if (shown || stated) {
     const auto bank = flicker_bank(1.0, step / 4.0, 4.0 * longest_of(intervals));

@@ -9,7 +9,7 @@
 /// Slow noise of the means over segments.
 namespace tumble::linear {
 
-/// Line of the budget for what moves the mean of a segment.
+/// Line of the budget for noise that shifts the mean of a segment.
 inline constexpr const char* drift_source = "drift between positions";
 
 /// Its name in the budget where the user has stated it.
@@ -21,20 +21,20 @@ struct Interval {
   double begin = 0.0, length = 0.0;
 };
 
-/// What identify lets the likelihood find: shifts independent from segment to segment; where there are segments enough
-/// flicker, whose slowest part moves the whole test; and with several power-ups a bias of each.
+/// Slow noise whose variances the likelihood estimates: shifts independent from segment to segment; where there are
+/// segments enough flicker, whose slowest part moves the whole test; and with several power-ups a bias of each.
 ///
 /// Given     bias_instability   B [u], known beforehand: so much flicker is there however few segments there are, and
 ///                              the rest is what they show beyond. 0: not known
 std::vector<SlowNoise> unknown_slow_noise(const std::vector<Interval>& intervals, std::size_t parameters, double step,
                                           double bias_instability = 0.0);
 
-/// What a noise model says: the covariance of the means without the white noise, in the same lines of the budget.
+/// Slow noise of a noise model: the covariance of the means without the white noise, in the same lines of the budget.
 ///
 ///   random walk   K^2 (t_a + T_a/2) for a before b, K^2 (t_a + T_a/3) for one interval with itself
 ///   Markov        sd^2 (T_c^2/(T_a T_b)) exp(-gap/T_c) (1 - exp(-T_a/T_c))(1 - exp(-T_b/T_c)),
 ///                 2 sd^2 (r - 1 + exp(-r))/r^2, r = T_a/T_c, with itself
-///   flicker       the same for the bank of Markov processes that stands for it
+///   flicker       the same for the bank of Markov processes that represents it
 ///   quantization  2 Q^2/T_a^2 with itself
 ///
 /// Given     intervals   must not overlap within a power-up

@@ -4,7 +4,7 @@
 
 namespace tumble::linear {
 
-/// Findings for the columns left out, and what the others then stand for.
+/// Findings for the columns that are not used, with the meaning that the others then have.
 void describe_dropped(const Problem& problem, Solution& solution);
 
 /// Where the segments differ from the model by 30 times what the noise within them explains: see answer_of.

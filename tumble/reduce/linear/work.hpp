@@ -9,9 +9,9 @@
 namespace tumble::linear {
 
 struct Work {
-  Evidences found;
+  Evidences evidence;
   Rows rows;
-  std::vector<std::size_t> kept;  ///< columns of the problem that the evidence shows
+  std::vector<std::size_t> used;  ///< columns of the problem that the evidence shows
   MixedData data;
   Solution solution;  ///< of this output alone
 };
@@ -19,7 +19,7 @@ struct Work {
 Work worked_out(const Evidence& evidence, const Problem& problem);
 Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth);
 
-/// Puts what the columns give on every row, X b [SI], into the solution's segments.
+/// Puts the model's value X b of every row [SI] into the solution's segments.
 void set_fitted(Work& work, std::span<const double> fitted);
 
 }  // namespace tumble::linear
