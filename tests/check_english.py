@@ -10,7 +10,6 @@ string literals of the C++ files in apps/ and tumble/ (tests do not count).
 
 import pathlib
 import re
-import sys
 
 import check_tools
 
