@@ -189,11 +189,11 @@ Matrix solve(const Cholesky& factor, const Matrix& b);
 
 /// Solve L x = b, with b [n] or [n x k]: whitening, L being the Cholesky factor [n x n] of the covariance of b.
 std::vector<double> solve_lower(const Matrix& lower, std::span<const double> b);
-Matrix solve_lower(const Matrix& lower, const Matrix& b);
+Matrix solve_lower(const Matrix& lower, Matrix b);
 
 /// Solve L' x = b, with b [n] or [n x k], for L lower triangular [n x n].
 std::vector<double> solve_lower_transposed(const Matrix& lower, std::span<const double> b);
-Matrix solve_lower_transposed(const Matrix& lower, const Matrix& b);
+Matrix solve_lower_transposed(const Matrix& lower, Matrix b);
 
 /// Eigenvalues and vectors of a symmetric matrix, A v_k = l_k v_k.
 struct SymmetricEigen {
@@ -254,24 +254,24 @@ struct HouseholderQr {
 };
 
 /// Orthogonal factors of a matrix [m x n], without pivots: the first k columns of Q span those of A.
-HouseholderQr householder_qr(const Matrix& a);
+HouseholderQr householder_qr(Matrix a);
 
 /// R [min(m, n) x n], zero below the diagonal.
 Matrix upper_of(const HouseholderQr& qr);
 
 /// Q B [m x k] of a matrix [m x k]; B of the last columns of the identity gives what is orthogonal to A.
-Matrix q_product(const HouseholderQr& qr, const Matrix& b);
+Matrix q_product(const HouseholderQr& qr, Matrix b);
 
 /// Q' b [m] of a vector [m], or Q' B [m x k].
 std::vector<double> q_transposed_product(const HouseholderQr& qr, std::span<const double> b);
-Matrix q_transposed_product(const HouseholderQr& qr, const Matrix& b);
+Matrix q_transposed_product(const HouseholderQr& qr, Matrix b);
 
 /// Least squares x [n], or [n x k], from the factors of a matrix [m x n] of full rank, m >= n.
 std::vector<double> solve(const HouseholderQr& qr, std::span<const double> b);
 Matrix solve(const HouseholderQr& qr, const Matrix& b);
 
 /// Solve R x = b, with b [n x k], for R upper triangular [n x n].
-Matrix solve_upper(const Matrix& upper, const Matrix& b);
+Matrix solve_upper(const Matrix& upper, Matrix b);
 
 // ---- singular values --------------------------------------------------------------------------------------------
 

@@ -202,6 +202,13 @@ void append_parameter(Estimate& estimate, Parameter parameter, const std::string
   append(estimate, part);
 }
 
+Estimate finished(Estimate estimate, std::string method, std::string title, const Findings& findings) {
+  estimate.method = std::move(method);
+  estimate.title = std::move(title);
+  estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
+  return estimate;
+}
+
 void remove_parameter(Estimate& estimate, std::size_t index) {
   estimate.parameters.erase(estimate.parameters.begin() + static_cast<std::ptrdiff_t>(index));
   for (auto& line : estimate.budget) {

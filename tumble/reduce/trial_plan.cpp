@@ -23,6 +23,10 @@ void set_truth(Plan& plan, const char* name, double value, const char* unit) {
   plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
 }
 
+void set_truth(Plan& plan, std::span<const TruthValue> values) {
+  for (const auto& [name, value, unit] : values) set_truth(plan, name, value, unit);
+}
+
 void set_setting(Plan& plan, const char* name, double value, const char* unit) {
   plan.settings.set_number(name, si(value, unit), Unit::parse(unit));
 }

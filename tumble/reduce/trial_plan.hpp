@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,15 @@ Plan trial_plan(const std::string& method, const std::vector<Option>& options, c
 
 /// `value` [unit] as the truth of the trial.
 void set_truth(Plan& plan, const char* name, double value, const char* unit);
+
+/// One value of the truth of a trial.
+struct TruthValue {
+  const char* name;
+  double value;  ///< [unit]
+  const char* unit;
+};
+/// Several values [unit of each] as the truth of the trial.
+void set_truth(Plan& plan, std::span<const TruthValue> values);
 
 /// `value` [unit] as a setting of the method.
 void set_setting(Plan& plan, const char* name, double value, const char* unit);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
@@ -12,14 +13,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-using Reflections = Eigen::HouseholderSequence<MatrixXd, VectorXd>;
+using Vector = Eigen::Map<const VectorXd>;
+using Reflections = Eigen::HouseholderSequence<Eigen::Map<const MatrixXd>, Vector>;
 
-/// Q of a matrix and its coefficients, which have to live on.
-Reflections reflections(const MatrixXd& packed, const VectorXd& coefficients) {
-  return Reflections(packed, coefficients).setLength(std::min(packed.rows(), packed.cols()));
+Vector vector(std::span<const double> values) { return {values.data(), at(values.size())}; }
+
+Eigen::Map<MatrixXd> view(Matrix& m) { return {m.values.data(), at(m.rows), at(m.columns)}; }
+
+/// Q, which reads the factors where they are.
+Reflections reflections(const HouseholderQr& qr) {
+  return Reflections(map(qr.packed), vector(qr.coefficients)).setLength(at(qr.coefficients.size()));
 }
-
-VectorXd vector(std::span<const double> values) { return Eigen::Map<const VectorXd>(values.data(), at(values.size())); }
 
 }  // namespace
 
@@ -64,11 +68,12 @@ QrFit qr_fit(const Matrix& a, std::span<const double> b) {
   return out;
 }
 
-HouseholderQr householder_qr(const Matrix& a) {
+HouseholderQr householder_qr(Matrix a) {
   if (a.empty()) return {a, {}};
-  const Eigen::HouseholderQR<MatrixXd> qr{MatrixXd(map(a))};
+  Eigen::Ref<MatrixXd> place = view(a);
+  const Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(place);  // in place: `a` becomes the packed factors
   const VectorXd coefficients = qr.hCoeffs();
-  return {plain(qr.matrixQR()), {coefficients.data(), coefficients.data() + coefficients.size()}};
+  return {std::move(a), {coefficients.data(), coefficients.data() + coefficients.size()}};
 }
 
 Matrix upper_of(const HouseholderQr& qr) {
@@ -78,28 +83,20 @@ Matrix upper_of(const HouseholderQr& qr) {
   return out;
 }
 
-Matrix q_product(const HouseholderQr& qr, const Matrix& b) {
+Matrix q_product(const HouseholderQr& qr, Matrix b) {
   assert(qr.packed.rows == b.rows);
-  if (b.empty() || qr.packed.empty()) return b;
-  const MatrixXd packed = map(qr.packed);
-  const VectorXd coefficients = vector(qr.coefficients);
-  MatrixXd out = map(b);
-  out.applyOnTheLeft(reflections(packed, coefficients));
-  return plain(out);
+  if (!b.empty() && !qr.packed.empty()) view(b).applyOnTheLeft(reflections(qr));
+  return b;
 }
 
 std::vector<double> q_transposed_product(const HouseholderQr& qr, std::span<const double> b) {
   return q_transposed_product(qr, as_column(b)).values;
 }
 
-Matrix q_transposed_product(const HouseholderQr& qr, const Matrix& b) {
+Matrix q_transposed_product(const HouseholderQr& qr, Matrix b) {
   assert(qr.packed.rows == b.rows);
-  if (b.empty() || qr.packed.empty()) return b;
-  const MatrixXd packed = map(qr.packed);
-  const VectorXd coefficients = vector(qr.coefficients);
-  MatrixXd out = map(b);
-  out.applyOnTheLeft(reflections(packed, coefficients).adjoint());
-  return plain(out);
+  if (!b.empty() && !qr.packed.empty()) view(b).applyOnTheLeft(reflections(qr).adjoint());
+  return b;
 }
 
 std::vector<double> solve(const HouseholderQr& qr, std::span<const double> b) { return solve(qr, as_column(b)).values; }
@@ -110,12 +107,12 @@ Matrix solve(const HouseholderQr& qr, const Matrix& b) {
   return solve_upper(block(qr.packed, 0, n, 0, n), block(q_transposed_product(qr, b), 0, n, 0, b.columns));
 }
 
-Matrix solve_upper(const Matrix& upper, const Matrix& b) {
+Matrix solve_upper(const Matrix& upper, Matrix b) {
   assert(upper.rows == upper.columns && upper.rows == b.rows);
   if (b.empty()) return b;
-  MatrixXd x = map(b);
+  auto x = view(b);
   map(upper).triangularView<Eigen::Upper>().solveInPlace(x);
-  return plain(x);
+  return b;
 }
 
 }  // namespace tumble

@@ -33,8 +33,16 @@ Matrix times_transposed(const Matrix& half, const Matrix& g) {
 
 }  // namespace
 
-Matrix operator+(Matrix a, const Matrix& b) { return a += b; }
-Matrix operator-(Matrix a, const Matrix& b) { return a -= b; }
+// The parameter itself is returned: a reference to it would be copied.
+Matrix operator+(Matrix a, const Matrix& b) {
+  a += b;
+  return a;
+}
+
+Matrix operator-(Matrix a, const Matrix& b) {
+  a -= b;
+  return a;
+}
 
 Matrix& operator+=(Matrix& a, const Matrix& b) {
   assert(a.rows == b.rows && a.columns == b.columns);
@@ -48,7 +56,10 @@ Matrix& operator-=(Matrix& a, const Matrix& b) {
   return a;
 }
 
-Matrix operator*(double factor, Matrix a) { return a *= factor; }
+Matrix operator*(double factor, Matrix a) {
+  a *= factor;
+  return a;
+}
 
 Matrix& operator*=(Matrix& a, double factor) {
   for (double& value : a.values) value *= factor;
@@ -110,7 +121,9 @@ void add_square(Matrix& to, double factor, std::span<const double> x) {
     for (std::size_t i = 0; i < x.size(); ++i) to(i, j) += factor * (x[i] * x[j]);
 }
 
-Matrix gram(const Matrix& a, std::span<const double> w) { return mirrored(transposed_product(a, weighted(a, w))); }
+Matrix gram(const Matrix& a, std::span<const double> w) {
+  return mirrored(w.empty() ? transposed_product(a, a) : transposed_product(a, scaled_rows(w, a)));
+}
 
 NormalEquations normal_equations(const Matrix& a, std::span<const double> w, std::span<const double> y) {
   return {gram(a, w), transposed_product(weighted(a, w), y)};

@@ -10,6 +10,12 @@ namespace tumble {
 
 using Eigen::MatrixXd;
 
+namespace {
+
+Eigen::Map<MatrixXd> view(Matrix& m) { return {m.values.data(), at(m.rows), at(m.columns)}; }
+
+}  // namespace
+
 std::vector<double> solve_symmetric(const Matrix& a, std::span<const double> b) {
   return solve_symmetric(a, as_column(b)).values;
 }
@@ -17,9 +23,10 @@ std::vector<double> solve_symmetric(const Matrix& a, std::span<const double> b) 
 Matrix solve_symmetric(const Matrix& a, const Matrix& b) {
   assert(a.rows == a.columns && a.rows == b.rows);
   if (b.empty()) return b;
-  const Eigen::LDLT<MatrixXd> factor{MatrixXd(map(a))};
-  const MatrixXd right = map(b);
-  return plain(factor.solve(right));
+  const Eigen::LDLT<MatrixXd> factor(map(a));
+  Matrix x(b.rows, b.columns);
+  view(x) = factor.solve(map(b));
+  return x;
 }
 
 Matrix inverse_symmetric(const Matrix& a) {
@@ -32,11 +39,14 @@ Matrix inverse_symmetric(const Matrix& a) {
 Cholesky cholesky(const Matrix& a) {
   assert(a.rows == a.columns);
   if (a.empty()) return {{}, 0.0, true};
-  const Eigen::LLT<MatrixXd> factor{MatrixXd(map(a))};
-  Cholesky out{plain(factor.matrixL()), 0.0, factor.info() == Eigen::Success};
-  for (const double pivot : diagonal_of(out.lower)) {
+  Cholesky out{a, 0.0, false};
+  Eigen::Ref<MatrixXd> place = view(out.lower);
+  out.positive = Eigen::LLT<Eigen::Ref<MatrixXd>>(place).info() == Eigen::Success;  // in place
+  for (std::size_t j = 0; j < a.columns; ++j) {
+    const double pivot = out.lower(j, j);
     out.positive = out.positive && pivot > 0.0 && std::isfinite(pivot);
     out.log_determinant += 2.0 * std::log(pivot);
+    for (std::size_t i = 0; i < j; ++i) out.lower(i, j) = 0.0;
   }
   if (!out.positive) return {{}, std::numeric_limits<double>::quiet_NaN(), false};
   return out;
@@ -55,24 +65,24 @@ std::vector<double> solve_lower(const Matrix& lower, std::span<const double> b) 
   return solve_lower(lower, as_column(b)).values;
 }
 
-Matrix solve_lower(const Matrix& lower, const Matrix& b) {
+Matrix solve_lower(const Matrix& lower, Matrix b) {
   assert(lower.rows == lower.columns && lower.rows == b.rows);
   if (b.empty()) return b;
-  MatrixXd x = map(b);
+  auto x = view(b);
   map(lower).triangularView<Eigen::Lower>().solveInPlace(x);
-  return plain(x);
+  return b;
 }
 
 std::vector<double> solve_lower_transposed(const Matrix& lower, std::span<const double> b) {
   return solve_lower_transposed(lower, as_column(b)).values;
 }
 
-Matrix solve_lower_transposed(const Matrix& lower, const Matrix& b) {
+Matrix solve_lower_transposed(const Matrix& lower, Matrix b) {
   assert(lower.rows == lower.columns && lower.rows == b.rows);
   if (b.empty()) return b;
-  MatrixXd x = map(b);
+  auto x = view(b);
   map(lower).transpose().triangularView<Eigen::Upper>().solveInPlace(x);
-  return plain(x);
+  return b;
 }
 
 SymmetricEigen eigen_symmetric(const Matrix& a) {

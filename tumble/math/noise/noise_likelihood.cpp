@@ -1,11 +1,10 @@
 #include "tumble/math/noise/noise_likelihood.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/residuals.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -16,10 +15,6 @@ namespace {
 
 using namespace noise_likelihood;
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 constexpr double ramp_chance = 0.0027;  ///< 3 sigma
 
 NoiseTerms power_laws_of(const NoiseLikelihoodOptions& options) {
@@ -29,24 +24,19 @@ NoiseTerms power_laws_of(const NoiseLikelihoodOptions& options) {
   return all;
 }
 
-/// A power law that is left out, tried beside the others.
+/// A power law that is not in the model, tried beside the others.
 void describe_absent(const BandData& data, const TriedTerms& chosen, bool ramp, std::size_t term, FittedTerm& result) {
-  const MatrixXd others = columns(data, chosen.terms);
-  MatrixXd x(others.rows(), others.cols() + 1);
-  x << others, data.design.col(at(term));
-  const ScoringFit with = fit_by_scoring(data, x, ramp, chosen.fit.s);
-  const VectorXd weight = (0.5 * data.count).cwiseSqrt().cwiseQuotient(with.s);
-  MatrixXd weighted = weight.asDiagonal() * x;
-  const VectorXd scale = weighted.colwise().norm().cwiseInverse();
-  weighted = weighted * scale.asDiagonal();
-  const MatrixXd inverse = (weighted.transpose() * weighted).ldlt().solve(MatrixXd::Identity(x.cols(), x.cols()));
-  result.squared = with.c[x.cols() - 1];
-  result.squared_sd = scale[x.cols() - 1] * std::sqrt(inverse(x.cols() - 1, x.cols() - 1));
+  const Matrix others = columns(data, chosen.terms), own = as_column(column(data.design, term));
+  const ScoringFit with = fit_by_scoring(data, beside(others, own), ramp, chosen.fit.s);
+  const Matrix weighted = scaled_rows(root_weights(data, with.s), beside(others, own));
+  const auto scale = inverses(column_norms(weighted));
+  const Matrix inverse = inverse_symmetric(gram(scaled_columns(weighted, scale)));
+  result.squared = with.c.back();
+  result.squared_sd = scale.back() * std::sqrt(inverse.values.back());
   result.z = result.squared / result.squared_sd;
   result.improvement = chosen.value() - with.minus_twice_log_likelihood;
   result.chance = chance_of(result.improvement);
-  result.upper_limit =
-      upper_limit(data, others, data.design.col(at(term)), ramp, with, result.squared, result.squared_sd);
+  result.upper_limit = upper_limit(data, others, own.values, ramp, with, result.squared, result.squared_sd);
 }
 
 void describe_kept(const BandData& data, const TermSelection& selection, const LinearNoise& model,
@@ -55,27 +45,25 @@ void describe_kept(const BandData& data, const TermSelection& selection, const L
     FittedTerm& term = fit.terms[model.terms[a]];
     const std::size_t t = model.terms[a];
     term.kept = true;
-    Index column = 0;
+    std::size_t place = chosen.fit.c.size() - chosen.terms.times.size() + t - power_laws;
     if (t < power_laws) {
-      column = std::count(chosen.terms.used.begin(), chosen.terms.used.begin() + at(t), true);
+      place = std::count(chosen.terms.used.begin(), chosen.terms.used.begin() + t, true);
       const TriedTerms& without = selection.all[selection.chosen & ~(std::size_t{1} << t)];
-      const bool sole = without.fit.c.size() == 0;  // nothing to be compared with
+      const bool sole = without.fit.c.empty();  // nothing to be compared with
       term.improvement = sole ? 0.0 : without.value() - chosen.value();
       term.chance = sole ? 0.0 : chance_without(data, without, chosen, t);
-    } else {
-      column = chosen.fit.c.size() - at(chosen.terms.times.size()) + at(t) - power_laws;
     }
-    term.squared = chosen.fit.c[column];
-    const double variance = known.covariance(at(a), at(a));
+    term.squared = chosen.fit.c[place];
+    const double variance = known.covariance(a, a);
     term.squared_sd = std::sqrt(variance);
     term.z = term.squared / term.squared_sd;
     const double relative = variance / (term.squared * term.squared), root = std::sqrt(term.squared);
     term.root_correction = 1.0 + relative / 8.0;
     term.degrees_of_freedom =
-        interval_freedom(data, model.x, chosen.fit.s, at(a), term.squared, root * term.root_correction,
-                         0.5 * root * std::sqrt(relative), known.widening[at(a)]);
+        interval_freedom(data, model.x, chosen.fit.s, a, term.squared, root * term.root_correction,
+                         0.5 * root * std::sqrt(relative), known.widening[a]);
     if (t >= power_laws) {
-      const Index time = at(model.terms.size() + t) - power_laws;
+      const std::size_t time = model.terms.size() + t - power_laws;
       term.degrees_of_freedom =
           std::min(term.degrees_of_freedom, time_freedom(std::sqrt(known.covariance(time, time))));
     }
@@ -87,17 +75,17 @@ void describe_kept(const BandData& data, const TermSelection& selection, const L
 void add_covariance(const LinearNoise& model, const NoiseSpread& known, const TriedTerms& chosen, NoiseFit& fit) {
   const std::size_t terms = fit.terms.size(), all = terms + chosen.terms.times.size();
   std::vector<std::size_t> place = model.terms;
-  VectorXd scale = VectorXd::Ones(known.covariance.rows());
+  std::vector<double> scale(known.covariance.rows, 1.0);
   for (const std::size_t m : model.processes) {
-    scale[at(place.size())] = chosen.terms.times[m];
+    scale[place.size()] = chosen.terms.times[m];
     place.push_back(terms + m);
   }
   fit.covariance = Matrix(all, all);
   fit.model_error_variance.assign(all, 0.0);
   for (std::size_t a = 0; a < place.size(); ++a) {
     for (std::size_t b = 0; b < place.size(); ++b)
-      fit.covariance(place[a], place[b]) = scale[at(a)] * scale[at(b)] * known.covariance(at(a), at(b));
-    fit.model_error_variance[place[a]] = scale[at(a)] * scale[at(a)] * known.by_error(at(a), at(a));
+      fit.covariance(place[a], place[b]) = scale[a] * scale[b] * known.covariance(a, b);
+    fit.model_error_variance[place[a]] = scale[a] * scale[a] * known.by_error(a, a);
   }
 }
 
@@ -105,26 +93,27 @@ double two_sided(double t, double freedom) {
   return 2.0 * boost::math::cdf(boost::math::complement(boost::math::students_t(freedom), t));
 }
 
-/// The ramp's slope with the random walk at its limit where none was seen, and the chance of so much.
+/// The ramp's slope with the random walk at its limit where the record shows none, and the chance of so much.
 NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNoise& model, const NoiseSpread& known,
                   const FittedTerm& walk) {
   NoiseRamp ramp;
-  VectorXd s = chosen.fit.s;
-  if (!walk.kept) s += walk.upper_limit * data.design.col(power_laws - 1);
+  auto s = chosen.fit.s;
+  if (!walk.kept) s = scaled_sum(s, walk.upper_limit, column(data.design, power_laws - 1));
   const RampFit best = fit_ramp(data, s);
-  // Relative change of the slope's variance by each coefficient.
-  const VectorXd by = best.variance * model.x.transpose() *
-                      (data.slow.array() * data.count.array() * data.ramp_square.array() / s.array().square()).matrix();
+  std::vector<double> each;  // share of each band in the information about the slope, over s
+  for (std::size_t b = 0; b < s.size(); ++b)
+    each.push_back(best.variance * data.slow[b] * data.count[b] * data.ramp_square[b] / (s[b] * s[b]));
+  const auto by = transposed_product(model.x, each);  // relative change of the slope's variance by each coefficient
   ramp.slope = best.slope;
   ramp.sd = std::sqrt(best.variance);
-  ramp.degrees_of_freedom = std::clamp(2.0 / std::max(by.dot(known.covariance * by), 1e-9), 1.0, 1e6);
+  ramp.degrees_of_freedom = std::clamp(2.0 / std::max(quadratic_form(by, known.covariance), 1e-9), 1.0, 1e6);
   ramp.chance = two_sided(std::abs(ramp.slope) / ramp.sd, ramp.degrees_of_freedom);
   return ramp;
 }
 
-/// Where no walk and no process was seen beside the ramp, walk and ramp still compete for the same few sines: how much
-/// -2 ln L is lower with the ramp than with all power laws and none, and the sd for which the slope would be as far
-/// from zero.
+/// Where the record shows no walk and no process beside the ramp, walk and ramp still compete for the same few sines:
+/// how much -2 ln L is lower with the ramp than with all power laws and none, and the sd for which the slope would be
+/// as far from zero.
 void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& options, NoiseRamp& ramp) {
   const NoiseTerms all = power_laws_of(options);
   const ScoringFit with = tried(data, all, true, data.start).fit, without = tried(data, all, false, data.start).fit;
@@ -142,7 +131,7 @@ void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& opti
 void list_composites(const TermSelection& selection, NoiseFit& fit) {
   for (std::size_t mask = 0; mask < selection.all.size(); ++mask) {
     const TriedTerms& one = selection.all[mask];
-    if (one.fit.c.size() == 0) continue;
+    if (one.fit.c.empty()) continue;
     NoiseComposite composite{{},
                              one.value(),
                              size_of(one.terms),
@@ -207,7 +196,7 @@ NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& option
     return band.frequency * options.shortest > 0.5 || 0.5 > band.frequency * options.longest;
   });
   const BandData data(used);
-  if (data.count.size() < 2 || !(data.z.maxCoeff() > 0.0))
+  if (data.count.size() < 2 || !(std::ranges::max(data.z) > 0.0))
     throw Error(Error::Kind::bad_data, "nothing that changes between the averaging times to fit");
   NoiseFit with = fit_beside(data, true, bands.samples, options);
   const bool unseen = !with.terms[power_laws - 1].kept && with.terms.size() == power_law_terms.size();

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <unsupported/Eigen/FFT>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/fourier.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -15,16 +14,14 @@ namespace {
 
 using Spectrum = std::vector<std::complex<double>>;
 
-/// Fourier integral at k/T, first half; mean taken off.
+/// Fourier integral at k/T, first half; mean subtracted.
 Spectrum spectrum_of(std::span<const double> signal, double rate) {
   const double mean =
       std::accumulate(signal.begin(), signal.end(), 0.0) / static_cast<double>(std::max<std::size_t>(1, signal.size()));
   std::vector<double> moved(signal.begin(), signal.end());
   for (double& v : moved) v -= mean;
   Spectrum full;
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  fft.fwd(full, moved);
+  real_transform(moved, full);
   for (auto& v : full) v /= rate;
   return full;
 }
@@ -33,7 +30,7 @@ struct Lines {
   std::size_t first = 0, count = 0;
 };
 
-/// Lines of the spectrum within the band, at least `least`, kept inside of the excitation.
+/// Lines of the spectrum within the band, at least `least` of them where the excitation has so many.
 Lines lines_about(double f, double half, double bin, std::size_t lowest, std::size_t highest, std::size_t least) {
   if (highest < lowest) return {};
   const auto at = [&](double x) {
@@ -47,44 +44,69 @@ Lines lines_about(double f, double half, double bin, std::size_t lowest, std::si
   return {first, last - first + 1};
 }
 
-BandResponse solve(const Spectrum& x, const Spectrum& y, double f, double half, double bin, Lines lines) {
-  const Eigen::Index response_order = lines.count >= 24 ? 5 : 3, leak = 3, p = response_order + leak;
-  const auto n = static_cast<Eigen::Index>(lines.count);
-  BandResponse out;
-  out.frequency = f;
-  if (n < 11) return out;
-  Eigen::MatrixXcd design(n, p);
-  Eigen::VectorXcd observed(n);
-  double in_power = 0.0, out_power = 0.0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t k = lines.first + static_cast<std::size_t>(i);
+double square_of(const Spectrum& a) {
+  double sum = 0.0;
+  for (const auto& value : a) sum += std::norm(value);
+  return sum;
+}
+
+/// sum conj(a_i) b_i, and b less its part along a, which has length 1.
+std::complex<double> subtract_projection(const Spectrum& a, Spectrum& b) {
+  double real = 0.0, imag = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    real += a[i].real() * b[i].real() + a[i].imag() * b[i].imag();
+    imag += a[i].real() * b[i].imag() - a[i].imag() * b[i].real();
+  }
+  for (std::size_t i = 0; i < a.size(); ++i)
+    b[i] -= std::complex(a[i].real() * real - a[i].imag() * imag, a[i].real() * imag + a[i].imag() * real);
+  return {real, imag};
+}
+
+/// Columns of the band's model: r^q X_k for q = 1, 2, ..., r^q for q = 0, 1, 2, and last X_k, whose factor is the
+/// response.
+std::vector<Spectrum> model_of(const Spectrum& x, double f, double half, double bin, Lines lines) {
+  const std::size_t response_order = lines.count >= 24 ? 5 : 3, leak = 3;
+  std::vector<Spectrum> columns(response_order + leak, Spectrum(lines.count));
+  for (std::size_t i = 0; i < lines.count; ++i) {
+    const std::size_t k = lines.first + i;
     const double r = (static_cast<double>(k) * bin - f) / half;
     double power = 1.0;
-    for (Eigen::Index q = 0; q < response_order; ++q, power *= r) {
-      design(i, q) = power * x[k];
-      if (q < leak) design(i, response_order + q) = power;
+    for (std::size_t q = 0; q < response_order; ++q, power *= r) {
+      (q == 0 ? columns.back() : columns[q - 1])[i] = power * x[k];
+      if (q < leak) columns[response_order - 1 + q][i] = power;
     }
-    observed[i] = y[k];
-    in_power += std::norm(x[k]);
-    out_power += std::norm(y[k]);
   }
-  const Eigen::VectorXd scale = design.colwise().norm();
-  if (!(scale.minCoeff() > 0.0) || !(out_power > 0.0)) return out;
-  design = design * scale.cwiseInverse().asDiagonal();
-  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(design);
-  const Eigen::VectorXcd b = qr.solve(observed);
-  const double noise = (observed - design * b).squaredNorm() / static_cast<double>(n - p);
-  const Eigen::MatrixXcd r = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
-  Eigen::VectorXcd unit = Eigen::VectorXcd::Zero(p);
-  unit[0] = 1.0;
-  const double spread = r.adjoint().triangularView<Eigen::Lower>().solve(unit).squaredNorm();
-  out.response = b[0] / scale[0];
-  out.variance = noise * spread / std::norm(b[0]) / 2.0;
-  out.degrees_of_freedom = 2.0 * static_cast<double>(n - p);
-  out.coherence = std::clamp(1.0 - noise * static_cast<double>(n) / out_power, 0.0, 1.0);
+  return columns;
+}
+
+/// Least squares by the modified method of Gram and Schmidt, as accurate as reflections (Bjorck 1967): the last
+/// column's factor needs no other.
+BandResponse solve(const Spectrum& x, const Spectrum& y, double f, double half, double bin, Lines lines) {
+  BandResponse out;
+  out.frequency = f;
+  if (lines.count < 11) return out;
+  auto columns = model_of(x, f, half, bin, lines);
+  const auto first = y.begin() + static_cast<std::ptrdiff_t>(lines.first);
+  Spectrum rest(first, first + static_cast<std::ptrdiff_t>(lines.count));
+  const double in_power = square_of(columns.back()), out_power = square_of(rest);
+  if (!(out_power > 0.0) || !std::ranges::all_of(columns, [](const auto& c) { return square_of(c) > 0.0; })) return out;
+  double length = 0.0;
+  std::complex<double> along;
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    length = std::sqrt(square_of(columns[j]));
+    for (auto& value : columns[j]) value /= length;
+    for (std::size_t k = j + 1; k < columns.size(); ++k) subtract_projection(columns[j], columns[k]);
+    along = subtract_projection(columns[j], rest);
+  }
+  const double n = static_cast<double>(lines.count), freedom = n - static_cast<double>(columns.size());
+  const double noise = square_of(rest) / freedom;
+  out.response = along / length;
+  out.variance = noise / std::norm(along) / 2.0;
+  out.degrees_of_freedom = 2.0 * freedom;
+  out.coherence = std::clamp(1.0 - noise * n / out_power, 0.0, 1.0);
   // Both halves of the spectrum: mean square = 2 sum |X|^2 bin / T, amplitude = sqrt(2 mean square), T = 1/bin.
   out.input_amplitude = 2.0 * std::sqrt(in_power) * bin;
-  out.found = std::norm(b[0]) > 0.0;
+  out.found = std::norm(along) > 0.0;
   return out;
 }
 

@@ -39,7 +39,7 @@ std::vector<BandResponse> local_polynomial_response(std::span<const double> inpu
                                                     std::span<const double> frequencies, double lowest, double highest,
                                                     double width);
 
-/// Frequencies [Hz] between which the middle 99 % of the power of an evenly sampled signal lies, mean taken off.
+/// Frequencies [Hz] between which the middle 99 % of the power of an evenly sampled signal lies, its mean subtracted.
 std::pair<double, double> occupied_band(std::span<const double> signal, double rate);
 
 /// The greatest number of at most `most` that has no prime factor above 5 and is a multiple of `multiple`: a length

@@ -3,32 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <unsupported/Eigen/FFT>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/fourier.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/matrix3.hpp"
+#include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-
 constexpr std::size_t fewest_samples = 64, fewest_ordinates = 16, first_ordinate = 2;
-
-/// Largest number up to n without prime factors beyond 5, so that its transform is fast.
-std::size_t smooth_length(std::size_t n) {
-  for (;; --n) {
-    std::size_t rest = n;
-    for (const std::size_t p : {2, 3, 5})
-      while (rest % p == 0) rest /= p;
-    if (rest == 1) return n;
-  }
-}
 
 /// X_k for k = 0...count - 1, of the middle of the series.
 std::vector<double> projections(std::span<const double> values, std::size_t count) {
-  const std::size_t n = smooth_length(values.size());
+  const std::size_t n = smooth_length(values.size(), 1);
   values = values.subspan((values.size() - n) / 2, n);
   // The mean without the velocities at the ends: a plain one would bring them into every odd sine.
   const auto weights = faded_weights(n, 0.1);
@@ -42,58 +32,92 @@ std::vector<double> projections(std::span<const double> values, std::size_t coun
     odd[j] = std::isfinite(values[j]) ? values[j] - mean : 0.0;
     odd[2 * n - 1 - j] = -odd[j];
   }
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   std::vector<std::complex<double>> spectrum;
-  fft.fwd(spectrum, odd);
+  real_transform(odd, spectrum);
   std::vector<double> out(std::min(count, n));
   for (std::size_t k = 0; k < out.size(); ++k) {
     const double half = pi * static_cast<double>(k) / static_cast<double>(2 * n);
     const std::complex<double> turned = spectrum[k] * std::polar(1.0, -half);
     out[k] = -0.5 * turned.imag() * std::sqrt(2.0 / static_cast<double>(n));
-    // What the mean, which was taken off, had of white noise in this sine.
+    // The mean, which was subtracted, had a part of the white noise in this sine.
     if (k % 2 == 1) out[k] /= std::sqrt(std::max(0.1, 1.0 - 8.0 / (pi * pi * static_cast<double>(k * k))));
   }
   return out;
 }
 
+/// Squares of projections at frequencies f, scaled to mean 1, and the parts that their density may have.
 struct Whittle {
-  Columns columns;
-  Eigen::VectorXd power;
-  double floor = 0.0;
+  std::vector<double> power, frequency;
+  static constexpr double floor = 1e-12;
 
-  Eigen::VectorXd density(const Eigen::Vector3d& parts) const { return (columns * parts).array() + floor; }
-  double cost(const Eigen::Vector3d& parts) const {
-    const Eigen::ArrayXd s = density(parts);
-    return (s.log() + power.array() / s).sum();
+  /// The parts at f: constant, f^2 and 1/f.
+  Vector3 columns(std::size_t i) const { return {1.0, frequency[i] * frequency[i], 1.0 / frequency[i]}; }
+  double density(std::size_t i, Vector3 parts) const { return dot(columns(i), parts) + floor; }
+
+  /// -2 ln L, up to a constant. Eight densities share a logarithm, which costs more than all else.
+  double cost(Vector3 parts) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < power.size();) {
+      double product = 1.0;
+      for (const std::size_t end = std::min(i + 8, power.size()); i < end; ++i) {
+        const double s = density(i, parts);
+        product *= s;
+        sum += power[i] / s;
+      }
+      sum += std::log(product);
+    }
+    return sum;
   }
 };
 
-Eigen::Matrix3d information(const Whittle& problem, const Eigen::Vector3d& parts) {
-  const Eigen::VectorXd weight = problem.density(parts).array().square().inverse();
-  return problem.columns.transpose() * weight.asDiagonal() * problem.columns;
+/// Twice the expected information [3 x 3] about the parts.
+Matrix3 information(const Whittle& problem, Vector3 parts) {
+  Matrix3 sum;
+  for (std::size_t i = 0; i < problem.power.size(); ++i) {
+    const Vector3 slope = 1.0 / problem.density(i, parts) * problem.columns(i);
+    sum += outer(slope, slope);
+  }
+  return sum;
+}
+
+/// Where the search begins: white noise as at the lowest frequencies, the rest as in the upper half.
+Vector3 start_of(const Whittle& problem, bool slow) {
+  const std::size_t n = problem.power.size(), low = std::min<std::size_t>(8, n);
+  double bottom = 0.0, top = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < low; ++i) bottom += problem.power[i] / static_cast<double>(low);
+  for (std::size_t i = n - n / 2; i < n; ++i) top += problem.power[i], squares += problem.columns(i).y;
+  bottom = 0.3 * std::max(bottom, 1e-12);
+  return {bottom, top / squares, slow ? bottom * problem.frequency[0] : 0.0};
+}
+
+/// A step of scoring in the logarithms of the parts. Given: damping [1].
+Vector3 step(const Whittle& problem, Vector3 parts, bool slow, double damping) {
+  Vector3 gradient;
+  for (std::size_t i = 0; i < problem.power.size(); ++i) {
+    const double s = problem.density(i, parts);
+    gradient += (problem.power[i] - s) / (s * s) * problem.columns(i);
+  }
+  gradient = scaled(parts, gradient);
+  const Matrix3 weight = diagonal3(parts);
+  Matrix3 curvature = weight * information(problem, parts) * weight;
+  for (std::size_t i = 0; i < 3; ++i) curvature(i, i) += damping * (curvature(i, i) + 1e-6) + 1e-12;
+  const std::size_t in = slow ? 3 : 2;
+  const double right[3]{gradient.x, gradient.y, gradient.z};
+  const auto solved = solve_symmetric(block(dense(curvature), 0, in, 0, in), std::span(right, in));
+  Vector3 move;
+  for (std::size_t i = 0; i < in; ++i) move[i] = std::clamp(solved[i], -3.0, 3.0);
+  return move;
 }
 
 /// Maximum likelihood by scoring in the logarithms of the parts, which differ by many powers of ten; a part that is not
 /// there runs down to nothing. `slow`: the third part may be there.
-Eigen::Vector3d fitted(const Whittle& problem, bool slow) {
-  const Eigen::Index n = problem.power.size(), low = std::min<Eigen::Index>(8, n);
-  const double bottom = std::max(problem.power.head(low).mean(), 1e-12);
-  const Eigen::VectorXd squares = problem.columns.col(1);
-  Eigen::Vector3d parts(0.3 * bottom, problem.power.tail(n / 2).sum() / squares.tail(n / 2).sum(), 0.0);
-  if (slow) parts[2] = 0.3 * bottom / problem.columns(0, 2);
-  const Eigen::Index in = slow ? 3 : 2;
+Vector3 fitted(const Whittle& problem, bool slow) {
+  Vector3 parts = start_of(problem, slow);
   double cost = problem.cost(parts), damping = 1e-3;
-  for (int step = 0; step < 100 && damping < 1e6; ++step) {
-    const Eigen::ArrayXd s = problem.density(parts);
-    const Eigen::VectorXd slope = ((problem.power.array() - s) / s.square()).matrix();
-    const Eigen::Vector3d gradient = parts.cwiseProduct(problem.columns.transpose() * slope);
-    Eigen::Matrix3d curvature = parts.asDiagonal() * information(problem, parts) * parts.asDiagonal();
-    for (Eigen::Index i = 0; i < 3; ++i) curvature(i, i) += damping * (curvature(i, i) + 1e-6) + 1e-12;
-    Eigen::Vector3d move = Eigen::Vector3d::Zero();
-    move.head(in) = curvature.topLeftCorner(in, in).ldlt().solve(gradient.head(in));
-    move = move.cwiseMax(-3.0).cwiseMin(3.0);
-    const Eigen::Vector3d next = parts.cwiseProduct(move.array().exp().matrix()).cwiseMax(slow ? 1e-14 : 0.0);
+  for (int round = 0; round < 100 && damping < 1e6; ++round) {
+    const Vector3 move = step(problem, parts, slow, damping);
+    Vector3 next;
+    for (std::size_t i = 0; i < 3; ++i) next[i] = std::max(parts[i] * std::exp(move[i]), slow ? 1e-14 : 0.0);
     const double now = problem.cost(next);
     if (!(now <= cost)) {
       damping *= 10.0;
@@ -109,40 +133,30 @@ Eigen::Vector3d fitted(const Whittle& problem, bool slow) {
 }
 
 DensityAtZero density_of(const std::vector<double>& x, std::size_t n, bool slow) {
-  const auto size = static_cast<Eigen::Index>(x.size() - first_ordinate);
-  Whittle problem{Columns(size, 3), Eigen::VectorXd(size)};
+  Whittle problem;
   const double top = static_cast<double>(x.size() - 1) / static_cast<double>(2 * n);  // columns of size about 1
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const std::size_t k = first_ordinate + static_cast<std::size_t>(i);
-    const double f = static_cast<double>(k) / static_cast<double>(2 * n) / top;
-    problem.columns.row(i) << 1.0, f * f, 1.0 / f;
-    problem.power[i] = x[k] * x[k];
+  double mean = 0.0;
+  for (std::size_t k = first_ordinate; k < x.size(); ++k) {
+    problem.frequency.push_back(static_cast<double>(k) / static_cast<double>(2 * n) / top);
+    problem.power.push_back(x[k] * x[k]);
+    mean += x[k] * x[k] / static_cast<double>(x.size() - first_ordinate);
   }
   DensityAtZero density;
   density.covariance = Matrix(3, 3);
-  density.ordinates = static_cast<std::size_t>(size);
-  const double mean = problem.power.mean();
+  density.ordinates = problem.power.size();
   if (!(mean > 0.0) || !std::isfinite(mean)) return density;
-  problem.power /= mean;
-  problem.floor = 1e-12;
-  Eigen::Vector3d parts = fitted(problem, false);
-  std::vector<int> there{0, 1};
+  for (double& power : problem.power) power /= mean;
+  Vector3 parts = fitted(problem, false);
+  std::size_t count = 2;
   if (slow) {
-    const Eigen::Vector3d with = fitted(problem, true);
-    if (problem.cost(parts) - problem.cost(with) > 7.0) parts = with, there.push_back(2);
+    const Vector3 with = fitted(problem, true);
+    if (problem.cost(parts) - problem.cost(with) > 7.0) parts = with, count = 3;
   }
-  const Eigen::Vector3d scale(mean, mean / (top * top), mean * top);
-  const Eigen::MatrixXd inverse = (0.5 * information(problem, parts)(there, there))
-                                      .eval()
-                                      .ldlt()
-                                      .solve(Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(there.size()),
-                                                                       static_cast<Eigen::Index>(there.size())));
-  for (std::size_t i = 0; i < there.size(); ++i)
-    for (std::size_t j = 0; j < there.size(); ++j)
-      density.covariance(there[i], there[j]) =
-          inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) * scale[there[i]] * scale[there[j]];
-  const Eigen::Vector3d found = parts.cwiseProduct(scale);
-  density.white = found[0], density.blue = found[1], density.slow = found[2];
+  const Vector3 scale{mean, mean / (top * top), mean * top};
+  const Matrix inverse = inverse_symmetric(0.5 * block(dense(information(problem, parts)), 0, count, 0, count));
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < count; ++j) density.covariance(i, j) = inverse(i, j) * scale[i] * scale[j];
+  density.white = parts.x * scale.x, density.blue = parts.y * scale.y, density.slow = parts.z * scale.z;
   return density;
 }
 
@@ -151,23 +165,20 @@ double at(const DensityAtZero& d, double f) { return d.white + d.blue * f * f + 
 /// Of the projections at the lowest frequencies, each over the root of its density.
 Matrix correlation_of(const std::vector<std::vector<double>>& x, const std::vector<DensityAtZero>& density,
                       std::size_t n) {
-  const auto m = static_cast<Eigen::Index>(x.size());
-  const auto lowest = static_cast<Eigen::Index>(std::min<std::size_t>(40, x.front().size() - first_ordinate));
-  Eigen::MatrixXd z(m, lowest);
-  for (Eigen::Index s = 0; s < m; ++s)
-    for (Eigen::Index i = 0; i < lowest; ++i) {
-      const std::size_t k = first_ordinate + static_cast<std::size_t>(i);
-      const double f = static_cast<double>(k) / static_cast<double>(2 * n);
-      const double variance = at(density[static_cast<std::size_t>(s)], f);
-      z(s, i) = variance > 0.0 ? x[static_cast<std::size_t>(s)][k] / std::sqrt(variance) : 0.0;
+  const std::size_t lowest = std::min<std::size_t>(40, x.front().size() - first_ordinate);
+  Matrix z(lowest, x.size());
+  for (std::size_t s = 0; s < x.size(); ++s)
+    for (std::size_t i = 0; i < lowest; ++i) {
+      const std::size_t k = first_ordinate + i;
+      const double variance = at(density[s], static_cast<double>(k) / static_cast<double>(2 * n));
+      z(i, s) = variance > 0.0 ? x[s][k] / std::sqrt(variance) : 0.0;
     }
-  const Eigen::MatrixXd products = z * z.transpose();
-  Matrix correlation(x.size(), x.size());
-  for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j) {
-      const double size = std::sqrt(products(i, i) * products(j, j));
-      correlation(static_cast<std::size_t>(i), static_cast<std::size_t>(j)) =
-          i == j ? 1.0 : (size > 0.0 ? products(i, j) / size : 0.0);
+  Matrix correlation = gram(z);
+  const auto squares = diagonal_of(correlation);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      const double size = std::sqrt(squares[i] * squares[j]);
+      correlation(i, j) = i == j ? 1.0 : (size > 0.0 ? correlation(i, j) / size : 0.0);
     }
   return correlation;
 }
@@ -212,9 +223,8 @@ LongRun long_run(const std::vector<std::span<const double>>& series, double high
   LongRun out;
   if (series.empty()) return out;
   const std::size_t size = series.front().size();
-  if (size < fewest_samples)
-    throw Error(Error::Kind::bad_data, "fewer than 64 samples: no spectral density to be had from them");
-  const std::size_t n = smooth_length(size);
+  if (size < fewest_samples) throw Error(Error::Kind::bad_data, "fewer than 64 samples: they give no spectral density");
+  const std::size_t n = smooth_length(size, 1);
   const auto wanted = static_cast<std::size_t>(2.0 * static_cast<double>(n) * highest);
   const std::size_t ordinates = std::clamp(wanted, fewest_ordinates, n / 2);
   std::vector<std::vector<double>> x;

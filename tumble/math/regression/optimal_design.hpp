@@ -46,10 +46,6 @@ struct DesignProblem {
   DesignCriterion criterion = DesignCriterion::A;
 };
 
-/// Rows with the same information, as few as its rank: R of a QR decomposition with column exchange, R'R = X'X.
-/// Given: rows X [k x p]; relative [1], what counts as zero beside the largest. Returned: R [rank x p].
-Matrix compressed(const Matrix& rows, double relative = 1e-10);
-
 /// I(effort) of a point [p x p]; effort as of DesignPoint.
 Matrix information(const DesignPoint& point, double effort);
 

@@ -228,16 +228,6 @@ TEST(OptimalDesign, InformationOfAPointIsThatOfTheJointProblemReduced) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(got.values[i], reduced(i % 2, i / 2), 1e-13 * m.norm());
 }
 
-TEST(OptimalDesign, CompressedRowsCarryTheSameInformation) {
-  Matrix rows(40, 4);
-  RandomStream(11).normal(0, rows.values);
-  for (std::size_t i = 0; i < 40; ++i) rows(i, 3) = rows(i, 0) - 2.0 * rows(i, 2);
-  const Matrix few = compressed(rows);
-  EXPECT_EQ(few.rows, 3u) << "the rank";
-  const Matrix a = information(DesignPoint{rows, {}, 0.0}, 1.0), b = information(DesignPoint{few, {}, 0.0}, 1.0);
-  for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(a.values[i], b.values[i], 1e-12 * a(0, 0));
-}
-
 TEST(OptimalDesign, ColumnsOfAnyScaleGiveTheSameDesign) {
   auto plain = polynomial(2, grid(10), 30.0, DesignCriterion::A), scaled = plain;
   for (auto& one : scaled.points) one.rows(0, 1) *= 1e-9, one.rows(0, 2) *= 1e6;

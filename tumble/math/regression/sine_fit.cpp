@@ -4,17 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unsupported/Eigen/FFT>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/fourier.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
-
-using Columns = Eigen::MatrixXd;
-using Column = Eigen::VectorXd;
 
 /// The samples there are, with times from the middle.
 struct Samples {
@@ -41,56 +38,56 @@ Samples usable(std::span<const double> times, std::span<const double> values, do
 }
 
 /// exp(i 2 pi f t): by products over runs of even samples, afresh every 32 and at every gap.
-void waves(const Samples& s, double frequency, Eigen::Ref<Column> cosine, Eigen::Ref<Column> sine) {
+void waves(const Samples& s, double frequency, std::span<double> cosine, std::span<double> sine) {
   const std::complex<double> turn = std::polar(1.0, two_pi * frequency * s.step);
   std::complex<double> now;
   for (std::size_t i = 0; i < s.time.size(); ++i) {
     const bool next = i % 32 != 0 && std::abs(s.time[i] - s.time[i - 1] - s.step) < 1e-9 * s.step;
     now = next ? now * turn : std::polar(1.0, std::fmod(frequency * s.time[i], 1.0) * two_pi);
-    const auto row = static_cast<Eigen::Index>(i);
-    cosine[row] = now.real();
-    sine[row] = now.imag();
+    cosine[i] = now.real();
+    sine[i] = now.imag();
   }
 }
 
-Columns design(const Samples& s, double frequency, const SineFitOptions& how) {
-  const auto n = static_cast<Eigen::Index>(s.time.size());
-  Columns x(n, 2 * how.harmonics + how.polynomial + 1);
-  for (int k = 0; k < how.harmonics; ++k) waves(s, (k + 1) * frequency, x.col(2 * k), x.col(2 * k + 1));
-  const Column u = Eigen::Map<const Column>(s.time.data(), n) * (2.0 / s.span);
-  Column power = Column::Ones(n);
-  for (int p = 0; p <= how.polynomial; ++p, power.array() *= u.array()) x.col(2 * how.harmonics + p) = power;
+Matrix design(const Samples& s, double frequency, const SineFitOptions& how) {
+  const std::size_t n = s.time.size(), waves_end = 2 * static_cast<std::size_t>(how.harmonics);
+  Matrix x(n, waves_end + static_cast<std::size_t>(how.polynomial) + 1, 1.0);
+  for (std::size_t k = 0; k < waves_end; k += 2)
+    waves(s, static_cast<double>(k / 2 + 1) * frequency, column(x, k), column(x, k + 1));
+  for (std::size_t p = waves_end + 1; p < x.columns; ++p)
+    for (std::size_t i = 0; i < n; ++i) x(i, p) = x(i, p - 1) * (s.time[i] * (2.0 / s.span));
   return x;
 }
 
 /// Derivative by the number of cycles over half of the span.
-Column by_frequency(const Samples& s, const Columns& x, const Column& b, const SineFitOptions& how) {
-  Column d = Column::Zero(x.rows());
-  for (int k = 0; k < how.harmonics; ++k)
-    d += (k + 1) * two_pi * (b[2 * k + 1] * x.col(2 * k) - b[2 * k] * x.col(2 * k + 1));
-  return d.array() * Eigen::Map<const Column>(s.time.data(), x.rows()).array() * (2.0 / s.span);
+std::vector<double> by_frequency(const Samples& s, const Matrix& x, const std::vector<double>& b,
+                                 const SineFitOptions& how) {
+  std::vector<double> d(x.rows);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(how.harmonics); ++k) {
+    const double factor = static_cast<double>(k + 1) * two_pi * (2.0 / s.span);
+    for (std::size_t i = 0; i < x.rows; ++i)
+      d[i] += factor * s.time[i] * (b[2 * k + 1] * x(i, 2 * k) - b[2 * k] * x(i, 2 * k + 1));
+  }
+  return d;
 }
 
 struct Solved {
-  Columns x;  ///< with the derivative by frequency last, where it is fitted
-  Column b, residual;
+  HouseholderQr factors;  ///< of the design, with the derivative by frequency last, where it is fitted
+  std::vector<double> b, residual;
   double frequency = 0.0;
 };
 
 Solved solve(const Samples& s, double start, const SineFitOptions& how) {
   Solved now;
   now.frequency = start;
-  const Column y = Eigen::Map<const Column>(s.value.data(), static_cast<Eigen::Index>(s.value.size()));
   for (int round = 0;; ++round) {
-    now.x = design(s, now.frequency, how);
-    now.b = now.x.householderQr().solve(y);
-    now.residual = y - now.x * now.b;
+    const Matrix x = design(s, now.frequency, how);
+    now.factors = householder_qr(x);
+    now.b = solve(now.factors, s.value);
+    now.residual = difference(s.value, x * now.b);
     if (!how.fit_frequency) return now;
-    Columns wider(now.x.rows(), now.x.cols() + 1);
-    wider << now.x, by_frequency(s, now.x, now.b, how);
-    const Column step = wider.householderQr().solve(now.residual);
-    const double cycles = step[step.size() - 1];  // over half of the span
-    now.x = std::move(wider);
+    now.factors = householder_qr(beside(x, as_column(by_frequency(s, x, now.b, how))));
+    const double cycles = solve(now.factors, now.residual).back();  // over half of the span
     if (std::abs(cycles) < 4e-15 * std::max(1.0, now.frequency * s.span) || round == 20) return now;
     now.frequency += std::clamp(cycles, -0.4, 0.4) * 2.0 / s.span;
     if (std::abs(now.frequency - start) * s.span > 1.0)
@@ -118,24 +115,26 @@ std::vector<double> neighbours(const Samples& s, double frequency, const SineFit
 }
 
 void find_noise(const Samples& s, const Solved& solved, const SineFitOptions& how, SineFit& fit) {
-  const Eigen::Index n = solved.x.rows(), p = solved.x.cols();
-  const double squares = solved.residual.squaredNorm();
+  const std::size_t n = solved.factors.packed.rows, p = solved.factors.packed.columns;
+  const double squares = dot(solved.residual, solved.residual);
   fit.residual_rms = std::sqrt(squares / static_cast<double>(n));
   fit.degrees_of_freedom = static_cast<double>(n - p);
   fit.noise_variance = squares / fit.degrees_of_freedom;
   const auto places = neighbours(s, solved.frequency, how);
   if (2 * places.size() < 4 || static_cast<double>(2 * places.size()) > 0.5 * fit.degrees_of_freedom) return;
-  const Columns q = solved.x.householderQr().householderQ() * Columns::Identity(n, p);
-  Columns pair(n, 2);
+  Matrix q(n, p), pair(n, 2);
+  set_block(q, 0, 0, identity(p));
+  q = q_product(solved.factors, std::move(q));
   double sum = 0.0, count = 0.0;
   for (const double f : places) {
-    waves(s, f, pair.col(0), pair.col(1));
-    pair -= q * (q.transpose() * pair);
-    for (Eigen::Index c = 0; c < 2; ++c) {
-      const double norm = pair.col(c).squaredNorm();
-      if (norm < 0.05 * static_cast<double>(n)) continue;
-      const double r = pair.col(c).dot(solved.residual);
-      sum += r * r / norm;
+    waves(s, f, column(pair, 0), column(pair, 1));
+    pair -= q * transposed_product(q, pair);
+    for (std::size_t c = 0; c < 2; ++c) {
+      const auto wave = column(pair, c);
+      const double square = dot(wave, wave);
+      if (square < 0.05 * static_cast<double>(n)) continue;
+      const double r = dot(wave, solved.residual);
+      sum += r * r / square;
       ++count;
     }
   }
@@ -158,17 +157,13 @@ void refuse(const Samples& s, double frequency, const SineFitOptions& how) {
   if (std::min(here, 0.5 * rate - here) * s.span < 0.9)
     throw Error(Error::Kind::bad_data,
                 fmt::format("sine fit: {:.6g} Hz lies within one cycle over {:.4g} s of a multiple of half of the "
-                            "sampling rate {:.6g} Hz, where sine and cosine cannot be told apart",
+                            "sampling rate {:.6g} Hz, where sine and cosine cannot be distinguished",
                             frequency, s.span, rate));
 }
 
-Matrix covariance_of(const Columns& x, double variance) {
-  const Eigen::Index p = x.cols();
-  const Columns r = x.householderQr().matrixQR().topRows(p).triangularView<Eigen::Upper>();
-  const Columns inverse = r.triangularView<Eigen::Upper>().solve(Columns::Identity(p, p));
-  Matrix c(static_cast<std::size_t>(p), static_cast<std::size_t>(p));
-  Eigen::Map<Columns>(c.values.data(), p, p) = variance * inverse * inverse.transpose();
-  return c;
+Matrix covariance_of(const HouseholderQr& factors, double variance) {
+  const Matrix upper = upper_of(factors);
+  return variance * gram(transposed(solve_upper(upper, identity(upper.rows))));
 }
 
 /// Gradient' Cov gradient for the first line, gradient (a, b) over Re a_1 and -Im a_1.
@@ -200,10 +195,11 @@ SineFit fit_sine(std::span<const double> times, std::span<const double> values, 
   fit.centre = samples.centre;
   fit.span = samples.span;
   fit.samples = samples.time.size();
-  for (int k = 0; k < options.harmonics; ++k) fit.line.emplace_back(solved.b[2 * k], -solved.b[2 * k + 1]);
-  for (int p = 0; p <= options.polynomial; ++p) fit.polynomial.push_back(solved.b[2 * options.harmonics + p]);
+  const auto polynomial = solved.b.begin() + 2 * options.harmonics;
+  for (auto b = solved.b.begin(); b != polynomial; b += 2) fit.line.emplace_back(b[0], -b[1]);
+  fit.polynomial.assign(polynomial, solved.b.end());
   find_noise(samples, solved, options, fit);
-  fit.covariance = covariance_of(solved.x, fit.noise_variance);
+  fit.covariance = covariance_of(solved.factors, fit.noise_variance);
   if (!options.fit_frequency) return fit;
   const std::size_t last = fit.covariance.rows - 1;
   for (std::size_t i = 0; i <= last; ++i) {
@@ -236,9 +232,7 @@ double strongest_frequency(std::span<const double> values, double rate) {
   if (!(greatest > 1e-14 * std::abs(mean)) || greatest == 0.0)
     throw Error(Error::Kind::bad_data, "the signal does not move: there is no line in it");
   std::vector<std::complex<double>> spectrum;
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  fft.fwd(spectrum, signal);
+  real_transform(signal, spectrum);
   // A Hann window leaves drift in the first two bins of the record.
   std::size_t best = 2 * padded / values.size();
   for (std::size_t k = best; k + 1 < spectrum.size(); ++k)

@@ -1,30 +1,24 @@
 #include "tumble/math/stability/allan_fit.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Active = std::vector<bool>;
+using Terms = std::vector<std::size_t>;
 
-MatrixXd to_eigen(const Matrix& m) {
-  return Eigen::Map<const MatrixXd>(m.values.data(), static_cast<Eigen::Index>(m.rows),
-                                    static_cast<Eigen::Index>(m.columns));
-}
+double square(double x) { return x * x; }
 
 struct State {
-  VectorXd c;  ///< squared coefficients, one a term, zero where not active
-  MatrixXd v;  ///< covariance of the observations under c, model error included
+  std::vector<double> c;  ///< squared coefficients, one a term, zero where not active
+  Matrix v;               ///< covariance of the observations under c, model error included
   double chi_square = 0.0;
 };
 
@@ -32,200 +26,203 @@ struct State {
 class Problem {
  public:
   Problem(const std::vector<AllanObservation>& observations, AllanCovariance covariance, std::size_t samples)
-      : covariance_(std::move(covariance)), design_(to_eigen(covariance_.design())) {
-    const auto n = static_cast<Eigen::Index>(observations.size());
-    y_.resize(n);
-    thinning_.resize(n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto& one = observations[static_cast<std::size_t>(i)];
-      y_[i] = one.variance;
-      const double whole = static_cast<double>(samples + 1 - 2 * one.factor);
-      thinning_[i] = one.count == 0 ? 1.0 : std::sqrt(std::max(1.0, whole / static_cast<double>(one.count)));
+      : covariance_(std::move(covariance)) {
+    for (const auto& [factor, variance, count] : observations) {
+      y_.push_back(variance);
+      const auto most = static_cast<double>(samples + 1 - 2 * factor);
+      thinning_.push_back(count == 0 ? 1.0 : std::sqrt(std::max(1.0, most / static_cast<double>(count))));
     }
   }
 
-  Eigen::Index terms() const { return design_.cols(); }
-  const VectorXd& y() const { return y_; }
-  const MatrixXd& design() const { return design_; }
-  std::size_t factor(Eigen::Index i) const { return covariance_.factors()[static_cast<std::size_t>(i)]; }
+  std::size_t terms() const { return design().columns; }
+  const std::vector<double>& y() const { return y_; }
+  const Matrix& design() const { return covariance_.design(); }
+  const std::vector<std::size_t>& factors() const { return covariance_.factors(); }
   const std::vector<UnitTerm>& units() const { return covariance_.terms(); }
 
-  /// Covariance of the observations under the model c. Gaps thin out the differences: taken as independent of them.
-  MatrixXd covariance(const VectorXd& c, double model_error) const {
-    MatrixXd v = to_eigen(covariance_.at({c.data(), c.data() + c.size()}));
-    v.array() *= (thinning_ * thinning_.transpose()).array();
-    v.diagonal().array() *= 1.0 + 1e-10;
-    v.diagonal().array() += (model_error * (design_ * c)).array().square();
+  /// Covariance of the observations under the model c. Gaps make the differences fewer: taken as independent of them.
+  Matrix covariance(const std::vector<double>& c, double model_error) const {
+    Matrix v = scaled_columns(scaled_rows(thinning_, covariance_.at(c)), thinning_);
+    const auto fitted = design() * c;
+    for (std::size_t i = 0; i < v.rows; ++i) v(i, i) = v(i, i) * (1.0 + 1e-10) + square(model_error * fitted[i]);
     return v;
   }
 
-  /// Before any model: every averaging time with the same relative error.
-  State start() const { return {VectorXd::Zero(terms()), MatrixXd(y_.array().square().matrix().asDiagonal())}; }
+  /// Before any model: every averaging time with one relative error.
+  State start() const { return {std::vector<double>(terms()), diagonal(scaled(y_, y_))}; }
 
  private:
   AllanCovariance covariance_;
-  MatrixXd design_;
-  VectorXd y_, thinning_;
+  std::vector<double> y_, thinning_;
 };
 
-std::vector<Eigen::Index> listed(const Active& active) {
-  std::vector<Eigen::Index> list;
+Terms listed(const Active& active) {
+  Terms list;
   for (std::size_t t = 0; t < active.size(); ++t)
-    if (active[t]) list.push_back(static_cast<Eigen::Index>(t));
+    if (active[t]) list.push_back(t);
   return list;
 }
 
-/// What least squares gives for the terms in `list`, signs free.
+Cholesky factor_of(const Matrix& v) {
+  Cholesky factor = cholesky(v);
+  if (factor.positive) return factor;
+  throw Error(Error::Kind::internal, "the covariance of the Allan variances is not positive definite");
+}
+
+/// What least squares gives for some of the terms, signs free; zeros for the others.
 struct Solution {
-  VectorXd c;           ///< one a listed term
-  MatrixXd covariance;  ///< of c
+  std::vector<double> c;
+  Matrix covariance;  ///< of c
   double chi_square = 0.0;
 };
 
 /// Observations and design made white and scaled once, then solved for any choice of terms.
 class Whitened {
  public:
-  Whitened(const MatrixXd& design, const VectorXd& y, const MatrixXd& v) : cholesky_(v) {
-    if (cholesky_.info() != Eigen::Success)
-      throw Error(Error::Kind::internal, "the covariance of the Allan variances is not positive definite");
-    x_ = cholesky_.matrixL().solve(design);
-    scale_ = x_.colwise().norm().cwiseInverse();
-    x_ = x_ * scale_.asDiagonal();
-    y_ = cholesky_.matrixL().solve(y);
-    gram_ = x_.transpose() * x_;
-    right_ = x_.transpose() * y_;
+  Whitened(const Matrix& design, const std::vector<double>& y, const Matrix& v)
+      : lower_(factor_of(v).lower), x_(solve_lower(lower_, design)), y_(solve_lower(lower_, y)) {
+    scale_ = inverses(column_norms(x_));
+    x_ = scaled_columns(std::move(x_), scale_);
+    gram_ = gram(x_);
+    right_ = transposed_product(x_, y_);
   }
 
-  Solution solve(const std::vector<Eigen::Index>& list) const {
-    const MatrixXd gram = gram_(list, list);
-    const VectorXd right = right_(list), scale = scale_(list);
-    const MatrixXd inverse = gram.ldlt().solve(MatrixXd::Identity(gram.rows(), gram.cols()));
-    const VectorXd b = inverse * right;
-    return {scale.cwiseProduct(b), scale.asDiagonal() * inverse * scale.asDiagonal(),
-            (y_ - x_(Eigen::all, list) * b).squaredNorm()};
+  const Matrix& lower() const { return lower_; }
+
+  Solution solve(const Terms& list) const {
+    const Matrix inverse = inverse_of(list);
+    const auto b = inverse * right_, residual = difference(y_, x_ * b);
+    return {scaled(scale_, b), scaled_columns(scaled_rows(scale_, inverse), scale_), dot(residual, residual)};
   }
 
-  /// One row a listed term: c = weights * y.
-  MatrixXd weights(const std::vector<Eigen::Index>& list) const {
-    const MatrixXd x = x_(Eigen::all, list);
-    const MatrixXd solved = (x.transpose() * x).ldlt().solve(x.transpose());
-    const VectorXd scale = scale_(list);
-    return scale.asDiagonal() * cholesky_.matrixU().solve(solved.transpose()).transpose();
+  /// Weights of the observations in each coefficient: c = weights' y.
+  Matrix weights(const Terms& list) const {
+    return solve_lower_transposed(lower_, x_ * scaled_columns(inverse_of(list), scale_));
   }
 
-  double condition(const std::vector<Eigen::Index>& list) const {
-    const MatrixXd gram = gram_(list, list);
-    const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(gram).eigenvalues();
-    return std::sqrt(values.maxCoeff() / std::max(values.minCoeff(), 1e-300));
+  double condition(const Terms& list) const {
+    const auto values = eigenvalues_symmetric(chosen(gram_, list));
+    return std::sqrt(values.back() / std::max(values.front(), 1e-300));
   }
 
  private:
-  Eigen::LLT<MatrixXd> cholesky_;
-  MatrixXd x_, gram_;
-  VectorXd y_, right_, scale_;
+  static Matrix chosen(const Matrix& a, const Terms& list) { return chosen_rows(chosen_columns(a, list), list); }
+
+  Matrix inverse_of(const Terms& list) const {
+    const Matrix part = inverse_symmetric(chosen(gram_, list));
+    Matrix inverse(gram_.rows, gram_.rows);
+    for (std::size_t i = 0; i < list.size(); ++i)
+      for (std::size_t j = 0; j < list.size(); ++j) inverse(list[i], list[j]) = part(i, j);
+    return inverse;
+  }
+
+  Matrix lower_, x_, gram_;
+  std::vector<double> y_, right_, scale_;
 };
 
-/// No coefficient below zero: the best of all subsets whose solution is positive. Weights of a model far from the data
-/// may leave none; then by the variances alone, under which a single term is always positive.
-State solve_nonnegative(const Problem& problem, const Active& active, const MatrixXd& v) {
+/// The best of all subsets of the active terms whose solution is positive.
+Solution best_subset(const Problem& problem, const Active& active, const Matrix& v) {
   const Whitened whitened(problem.design(), problem.y(), v);
   const auto list = listed(active);
-  State best{VectorXd::Zero(problem.terms()), v, std::numeric_limits<double>::infinity()};
+  Solution best{std::vector<double>(problem.terms()), {}, std::numeric_limits<double>::infinity()};
   for (unsigned subset = 1; subset < (1u << list.size()); ++subset) {
-    std::vector<Eigen::Index> chosen;
+    Terms subset_list;
     for (std::size_t a = 0; a < list.size(); ++a)
-      if ((subset >> a) & 1u) chosen.push_back(list[a]);
-    const Solution one = whitened.solve(chosen);
-    if (one.c.minCoeff() < 0.0 || one.chi_square >= best.chi_square) continue;
-    best.chi_square = one.chi_square;
-    best.c.setZero();
-    best.c(chosen) = one.c;
+      if ((subset >> a) & 1u) subset_list.push_back(list[a]);
+    Solution solution = whitened.solve(subset_list);
+    if (*std::ranges::min_element(solution.c) >= 0.0 && solution.chi_square < best.chi_square)
+      best = std::move(solution);
   }
-  if (std::isinf(best.chi_square) && !v.isDiagonal())
-    return solve_nonnegative(problem, active, MatrixXd(v.diagonal().asDiagonal()));
   return best;
+}
+
+/// No coefficient below zero. Weights of a model far from the data may allow no such solution; then by the variances
+/// alone, under which a single term is always positive.
+Solution solve_nonnegative(const Problem& problem, const Active& active, const Matrix& v) {
+  Solution best = best_subset(problem, active, v);
+  return std::isinf(best.chi_square) ? best_subset(problem, active, diagonal(diagonal_of(v))) : best;
 }
 
 /// Iterates weights and coefficients to agreement.
 State converge(const Problem& problem, const Active& active, double model_error, State state) {
-  if (state.c.maxCoeff() > 0.0) state.v = problem.covariance(state.c, model_error);
+  if (std::ranges::max(state.c) > 0.0) state.v = problem.covariance(state.c, model_error);
   for (int iteration = 0; iteration < 40; ++iteration) {
-    const State next = solve_nonnegative(problem, active, state.v);
-    const VectorXd c = iteration > 8 ? VectorXd(0.5 * (next.c + state.c)) : next.c;
-    const VectorXd moved = problem.design() * (c - state.c), fitted = problem.design() * c;
+    const Solution next = solve_nonnegative(problem, active, state.v);
+    const auto c = iteration > 8 ? scaled(0.5, scaled_sum(next.c, 1.0, state.c)) : next.c;
+    const auto moved = problem.design() * difference(c, state.c), fitted = problem.design() * c;
     state = {c, problem.covariance(c, model_error), next.chi_square};
-    if ((moved.array() / fitted.array()).abs().maxCoeff() < 1e-6) break;
+    if (std::ranges::equal(moved, fitted, [](double m, double f) { return std::abs(m) < 1e-6 * std::abs(f); })) break;
   }
   return state;
 }
 
+Terms support(const std::vector<double>& c) {
+  Terms list;
+  for (std::size_t t = 0; t < c.size(); ++t)
+    if (c[t] > 0.0) list.push_back(t);
+  return list;
+}
+
 double degrees_of_freedom(const Problem& problem, const State& state) {
-  return static_cast<double>(problem.y().size() - (state.c.array() > 0.0).count());
+  return static_cast<double>(problem.y().size()) - static_cast<double>(support(state.c).size());
 }
 
 /// Relative error of each variance that makes chi-square equal its degrees of freedom; zero where chi-square is no
 /// larger than chance explains (1 in 1000).
 double model_error(const Problem& problem, const Active& active, const State& start) {
-  const State plain = converge(problem, active, 0.0, start);
-  const double dof = degrees_of_freedom(problem, plain);
-  if (dof < 1.0 || chi_square_tail(plain.chi_square / dof, dof) > 1e-3) return 0.0;
+  const State statistical = converge(problem, active, 0.0, start);
+  const double dof = degrees_of_freedom(problem, statistical);
+  if (dof < 1.0 || chi_square_tail(statistical.chi_square / dof, dof) > 1e-3) return 0.0;
   double low = std::log(1e-5), high = std::log(3.0);
   for (int i = 0; i < 12; ++i) {
     const double middle = 0.5 * (low + high);
-    const State state = converge(problem, active, std::exp(middle), plain);
+    const State state = converge(problem, active, std::exp(middle), statistical);
     (state.chi_square > degrees_of_freedom(problem, state) ? low : high) = middle;
   }
   return std::exp(high);
-}
-
-std::vector<Eigen::Index> support(const VectorXd& c) {
-  std::vector<Eigen::Index> list;
-  for (Eigen::Index t = 0; t < c.size(); ++t)
-    if (c[t] > 0.0) list.push_back(t);
-  return list;
 }
 
 /// One term freely estimated beside the terms of `state` that are above zero, with the weights of `state`.
 struct Single {
   double squared, sd;
   double edf;       ///< of the chi-square with the skewness of `squared`
-  double positive;  ///< its expectation: the part of `squared` that varies, before what is known is taken off
+  double positive;  ///< its expectation: the part of `squared` that varies, before what is known is subtracted
 };
 
-/// Skewness of weights * y. The Cholesky factor splits y into steps from each averaging time to the next longer one,
-/// taken as independent and each as skewed as a chi-square with the degrees of freedom of its averaging time.
-double skewness(const VectorXd& weights, const VectorXd& fitted, const MatrixXd& v) {
-  const MatrixXd factor = Eigen::LLT<MatrixXd>(v).matrixL();
-  const VectorXd steps = factor.transpose() * weights;
-  const VectorXd edf = 2.0 * fitted.array().square() / v.diagonal().array();
-  return (steps.array().cube() * (8.0 / edf.array()).sqrt()).sum() / std::pow(steps.squaredNorm(), 1.5);
+/// Skewness of weights' y. The Cholesky factor of the covariance V splits y into steps from each averaging time to the
+/// next longer one, taken as independent and each as skewed as a chi-square with the degrees of freedom of its time.
+double skewness(std::span<const double> weights, const std::vector<double>& fitted, const Matrix& v,
+                const Matrix& lower) {
+  const auto steps = transposed_product(lower, weights);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    sum += steps[i] * square(steps[i]) * 2.0 * std::sqrt(v(i, i)) / fitted[i];
+  return sum / std::pow(dot(steps, steps), 1.5);
 }
 
-Single single(const Problem& problem, const State& state, Eigen::Index term) {
+Single single(const Problem& problem, const State& state, std::size_t term) {
   auto list = support(state.c);
-  auto at = std::find(list.begin(), list.end(), term);
-  const auto index = static_cast<Eigen::Index>(at - list.begin());
-  if (at == list.end()) list.push_back(term);
+  if (!(state.c[term] > 0.0)) list.push_back(term);
   const Whitened whitened(problem.design(), problem.y(), state.v);
   const Solution solution = whitened.solve(list);
-  const VectorXd weights = whitened.weights(list).row(index).transpose();
-  const double sd = std::sqrt(solution.covariance(index, index));
-  const double skew = std::max(skewness(weights, problem.design() * state.c, state.v), 1e-3);
-  const double edf = 8.0 / (skew * skew);
-  return {solution.c[index], sd, edf, sd * std::sqrt(0.5 * edf)};
+  const Matrix weights = whitened.weights(list);
+  const double sd = std::sqrt(solution.covariance(term, term));
+  const double skew = skewness(column(weights, term), problem.design() * state.c, state.v, whitened.lower());
+  const double edf = 8.0 / square(std::max(skew, 1e-3));
+  return {solution.c[term], sd, edf, sd * std::sqrt(0.5 * edf)};
 }
 
 /// Of the observations as Gaussian variates, up to a constant.
 double minus_twice_log_likelihood(const Problem& problem, const State& state) {
-  const Eigen::LLT<MatrixXd> cholesky(state.v);
-  const VectorXd residual = cholesky.matrixL().solve(problem.y() - problem.design() * state.c);
-  return residual.squaredNorm() + 2.0 * MatrixXd(cholesky.matrixL()).diagonal().array().log().sum();
+  const Cholesky factor = factor_of(state.v);
+  const auto residual = solve_lower(factor.lower, difference(problem.y(), problem.design() * state.c));
+  return dot(residual, residual) + factor.log_determinant;
 }
 
 /// Is this term needed beside `others`? Judged with the weights of the model without it.
-void test_term(const Problem& problem, const Active& others, double error, const State& start, Eigen::Index term,
+void test_term(const Problem& problem, const Active& others, double error, const State& start, std::size_t term,
                FittedTerm& result) {
-  if (std::none_of(others.begin(), others.end(), [](bool one) { return one; })) {
+  if (listed(others).empty()) {
     result.z = std::numeric_limits<double>::infinity();
     result.chance = 0.0;
     return;
@@ -244,11 +241,11 @@ void test_term(const Problem& problem, const Active& others, double error, const
   result.squared_sd = one.sd;
 }
 
-/// The squared coefficient that would have given less than what was seen once in 20 times. Below zero counts as zero,
-/// so that a curve that dips by chance does not promise more than the record can show.
-double upper_limit(const Problem& problem, const State& state, double error, Eigen::Index term) {
-  const Single seen = single(problem, state, term);
-  double limit = std::max(seen.squared, 0.0) + 1.645 * seen.sd;
+/// The squared coefficient that would give less than the record does once in 20 times. Below zero counts as zero, so
+/// that a curve that dips by chance promises no more than the record can show.
+double upper_limit(const Problem& problem, const State& state, double error, std::size_t term) {
+  const Single measured = single(problem, state, term);
+  double limit = std::max(measured.squared, 0.0) + 1.645 * measured.sd;
   for (int i = 0; i < 20; ++i) {
     State with = state;
     with.c[term] = limit;
@@ -266,21 +263,21 @@ struct Selected {
   std::vector<FittedTerm> terms;
 };
 
-/// Takes out, one after the other, the term that chance explains best.
+/// Removes, one after the other, the term that chance explains best.
 Selected select(const Problem& problem, double error, const State& start, const AllanFitOptions& options) {
-  Selected result{start, Active(static_cast<std::size_t>(problem.terms()), true), {}};
+  Selected result{start, Active(problem.terms(), true), {}};
   result.terms.resize(result.active.size());
   for (;;) {
     result.state = converge(problem, result.active, error, start);
     std::size_t weakest = 0;
     double chance = -1.0;
     for (std::size_t t = 0; t < result.terms.size(); ++t) {
-      const bool positive = result.state.c[static_cast<Eigen::Index>(t)] > 0.0;
+      const bool positive = result.state.c[t] > 0.0;
       result.terms[t].unit = problem.units()[t];
       result.terms[t].kept = positive && result.active[t];
       Active others = result.active;
       others[t] = false;
-      test_term(problem, others, error, result.state, static_cast<Eigen::Index>(t), result.terms[t]);
+      test_term(problem, others, error, result.state, t, result.terms[t]);
       if (result.terms[t].kept && result.terms[t].chance > chance) {
         chance = result.terms[t].chance;
         weakest = t;
@@ -293,54 +290,48 @@ Selected select(const Problem& problem, double error, const State& start, const 
 
 void describe_terms(const Problem& problem, const State& state, double error, std::vector<FittedTerm>& terms) {
   for (std::size_t t = 0; t < terms.size(); ++t) {
-    const auto index = static_cast<Eigen::Index>(t);
     if (terms[t].kept) {
-      const Single one = single(problem, state, index);
-      terms[t].squared = state.c[index];
-      terms[t].squared_sd = one.sd;
-      terms[t].degrees_of_freedom = root_interval_degrees_of_freedom(one.edf, terms[t].squared / one.positive);
+      const Single estimate = single(problem, state, t);
+      terms[t].squared = state.c[t];
+      terms[t].squared_sd = estimate.sd;
+      terms[t].degrees_of_freedom =
+          root_interval_degrees_of_freedom(estimate.edf, terms[t].squared / estimate.positive);
     }
-    terms[t].upper_limit = upper_limit(problem, state, error, index);
+    terms[t].upper_limit = upper_limit(problem, state, error, t);
   }
 }
 
 /// The design and, last, its derivative by the correlation time of a Markov process that is in the model.
-MatrixXd with_markov_time(const Problem& problem, const VectorXd& c) {
-  const Eigen::Index markov = problem.terms() - 1;
-  if (problem.units().back().term != NoiseTerm::markov || c[markov] == 0.0) return problem.design();
-  MatrixXd design(problem.y().size(), problem.terms() + 1);
+Matrix with_markov_time(const Problem& problem, const std::vector<double>& c) {
   const UnitTerm unit = problem.units().back();
-  for (Eigen::Index i = 0; i < design.rows(); ++i)
-    design(i, markov + 1) = c[markov] * allan_variance_by_markov_time(unit, static_cast<double>(problem.factor(i)));
-  design.leftCols(problem.terms()) = problem.design();
-  return design;
+  if (unit.term != NoiseTerm::markov || c.back() == 0.0) return problem.design();
+  std::vector<double> derivative;
+  for (const std::size_t factor : problem.factors())
+    derivative.push_back(c.back() * allan_variance_by_markov_time(unit, static_cast<double>(factor)));
+  return beside(problem.design(), as_column(derivative));
 }
 
-std::vector<double> to_vector(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }
-
 /// Covariances, the correlation time of a Markov process counted as unknown; `missed`: variances by model error.
-void add_covariance(const Problem& problem, const State& state, const VectorXd& missed, const AllanFitOptions& options,
-                    AllanFit& fit) {
+void add_covariance(const Problem& problem, const State& state, std::span<const double> missed,
+                    const AllanFitOptions& options, AllanFit& fit) {
   const auto terms = problem.terms();
-  const MatrixXd design = with_markov_time(problem, state.c);
-  const bool timed = design.cols() > terms;
+  const Matrix design = with_markov_time(problem, state.c);
   auto list = support(state.c);
   const Whitened whitened(design, problem.y(), state.v);
   fit.condition = whitened.condition(list);
-  if (!options.select) list = listed(Active(fit.terms.size(), true));
+  if (!options.select) list = listed(Active(terms, true));
+  const bool timed = design.columns > terms;
   if (timed) list.push_back(terms);
-  MatrixXd whole = MatrixXd::Zero(terms + 1, terms + 1);
-  whole(list, list) = whitened.solve(list).covariance;
-  VectorXd by_error = VectorXd::Zero(terms + 1);
-  by_error(list) = whitened.weights(list).array().square().matrix() * missed;
-  fit.model_error_variance = to_vector(by_error.head(terms));
-  fit.covariance = Matrix(fit.terms.size(), fit.terms.size());
-  Eigen::Map<MatrixXd>(fit.covariance.values.data(), terms, terms) = whole.topLeftCorner(terms, terms);
+  const Matrix all = whitened.solve(list).covariance, weights = whitened.weights(list);
+  for (std::size_t t = 0; t < terms; ++t)
+    fit.model_error_variance.push_back(dot(scaled(column(weights, t), column(weights, t)), missed));
+  fit.covariance = block(all, 0, terms, 0, terms);
   if (!timed) return;
-  fit.markov_time_covariance = to_vector(whole.col(terms));
+  const auto by_time = column(all, terms);
+  fit.markov_time_covariance.assign(by_time.begin(), by_time.end());
   fit.degrees_of_freedom -= 1.0;
-  for (Eigen::Index t = 0; t < terms; ++t)
-    if (whole(t, t) > 0.0) fit.terms[static_cast<std::size_t>(t)].squared_sd = std::sqrt(whole(t, t));
+  for (std::size_t t = 0; t < terms; ++t)
+    if (all(t, t) > 0.0) fit.terms[t].squared_sd = std::sqrt(all(t, t));
 }
 
 AllanFit described(const Problem& problem, Selected selected, double error, const AllanFitOptions& options) {
@@ -348,19 +339,18 @@ AllanFit described(const Problem& problem, Selected selected, double error, cons
   describe_terms(problem, state, error, selected.terms);
   AllanFit fit;
   fit.terms = std::move(selected.terms);
-  fit.squared = to_vector(state.c);
+  fit.squared = state.c;
   fit.model_error = error;
-  const VectorXd fitted = problem.design() * state.c;
-  const MatrixXd statistical = problem.covariance(state.c, 0.0);
-  fit.fitted = to_vector(fitted);
-  fit.residual = to_vector((problem.y().array() / fitted.array() - 1.0).matrix());
-  fit.residual_sd = to_vector((statistical.diagonal().array().sqrt() / fitted.array()).matrix());
-  const auto kept = support(state.c);
-  const Solution free = Whitened(problem.design(), problem.y(), statistical).solve(kept);
-  fit.chi_square = free.chi_square;
+  fit.fitted = problem.design() * state.c;
+  const Matrix statistical = problem.covariance(state.c, 0.0);
+  for (std::size_t i = 0; i < fit.fitted.size(); ++i) {
+    fit.residual.push_back(problem.y()[i] / fit.fitted[i] - 1.0);
+    fit.residual_sd.push_back(std::sqrt(statistical(i, i)) / fit.fitted[i]);
+  }
+  fit.chi_square = Whitened(problem.design(), problem.y(), statistical).solve(support(state.c)).chi_square;
   fit.minus_twice_log_likelihood = minus_twice_log_likelihood(problem, {state.c, statistical, 0.0});
   fit.degrees_of_freedom = degrees_of_freedom(problem, state);
-  add_covariance(problem, state, (state.v - statistical).diagonal(), options, fit);
+  add_covariance(problem, state, diagonal_of(state.v - statistical), options, fit);
   return fit;
 }
 

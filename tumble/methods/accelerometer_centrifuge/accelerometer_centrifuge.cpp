@@ -14,32 +14,30 @@ namespace {
 
 using accelerometer::Normalised;
 
-std::vector<Role> roles() { return {accelerometer::role()}; }
-
-/// By how much the effective radius is longer than the plan says [m]; nothing where the evidence does not show it.
-std::optional<double> longer_by(const Normalised& found) {
-  const auto& columns = found.solution.columns;
+/// Effective radius minus that of the plan [m]; nothing where the evidence does not show it.
+std::optional<double> longer_by(const Normalised& fit) {
+  const auto& columns = fit.solution.columns;
   const auto radius = std::ranges::find(columns, "effective_radius", &Term::name);
   if (radius == columns.end()) return std::nullopt;
-  return found.solution.fit.parameters[static_cast<std::size_t>(radius - columns.begin())];
+  return fit.solution.fit.parameters[static_cast<std::size_t>(radius - columns.begin())];
 }
 
 Normalised fitted(const Evidence& evidence) {
   const auto& settings = evidence.plan.settings;
   auto problem = problem_of(settings);
   if (!scale_factor_is_known(settings))
-    return accelerometer::identify(evidence, std::move(problem), leave_out_what_is_constant);
-  return accelerometer::identify_with_known_scale_factor(evidence, std::move(problem), leave_out_what_is_constant);
+    return accelerometer::identify(evidence, std::move(problem), remove_constant_terms);
+  return accelerometer::identify_with_known_scale_factor(evidence, std::move(problem), remove_constant_terms);
 }
 
 Normalised expected(const Plan& plan) {
   auto problem = problem_of(plan.settings);
   if (!scale_factor_is_known(plan.settings))
-    return accelerometer::predict(plan, std::move(problem), leave_out_what_is_constant);
-  return accelerometer::predict_with_known_scale_factor(plan, std::move(problem), leave_out_what_is_constant);
+    return accelerometer::predict(plan, std::move(problem), remove_constant_terms);
+  return accelerometer::predict_with_known_scale_factor(plan, std::move(problem), remove_constant_terms);
 }
 
-/// Where the radius is a parameter, its uncertainty is not an error besides.
+/// Where the radius is a parameter, its uncertainty is not an error too.
 Evidence with_radius_to_find(Evidence evidence, double longer) {
   evidence.plan = accelerometer_centrifuge::with_radius_to_find(std::move(evidence.plan), longer);
   for (auto& plan : evidence.plans)
@@ -48,26 +46,26 @@ Evidence with_radius_to_find(Evidence evidence, double longer) {
   return evidence;
 }
 
-/// The specific force that the other terms are taken at follows the radius, so that the fit is repeated with the radius
-/// found until it stays.
+/// The specific force of the other terms depends on the radius, so that the fit is repeated with the estimated radius
+/// until that converges.
 Estimate identify(const Evidence& evidence, const Progress&) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   constexpr int most = 5;
   constexpr double enough = 1e-7;  // [m], 1e-7 of K_2 on an arm of a metre
   Evidence used = accelerometer::at_one_rate(evidence);
-  auto found = fitted(used);
-  auto longer = longer_by(found);
+  auto fit = fitted(used);
+  auto longer = longer_by(fit);
   for (int i = 0; longer && i < most && (i == 0 || std::abs(*longer) > enough); ++i) {
     used = with_radius_to_find(std::move(used), *longer);
-    found = fitted(used);
-    longer = longer_by(found);
+    fit = fitted(used);
+    longer = longer_by(fit);
   }
-  return answer_of(used, std::move(found));
+  return answer_of(used, std::move(fit));
 }
 
 Estimate predict(const Plan& plan) {
-  auto found = expected(plan);
-  if (!longer_by(found)) return answer_of({plan, {}, {}}, std::move(found));
+  auto fit = expected(plan);
+  if (!longer_by(fit)) return answer_of({plan, {}, {}}, std::move(fit));
   Plan free = accelerometer_centrifuge::with_radius_to_find(plan, 0.0);
   for (auto& entry : free.recordings)
     if (entry.plan)
@@ -94,7 +92,7 @@ extern const Method accelerometer_centrifuge{
         "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; the "
         "idea of both senses on a centrifuge as in IEEE Std 836",
     .needs_plan = true,
-    .roles = roles,
+    .roles = accelerometer::roles,
     .options = options,
     .identify = identify,
     .trial = trial,

@@ -81,8 +81,9 @@ TEST(AccelerometerCentrifuge, TheArmAloneDoesNotDistinguishRadiusFromScaleFactor
   leave_the_arm_alone(trial.evidence);
   const auto estimate = method().identify(trial.evidence, {});
   EXPECT_EQ(find_parameter(estimate, "effective_radius"), nullptr);
-  EXPECT_TRUE(says(estimate.findings, "does not tell radius from scale factor"));
-  EXPECT_TRUE(says(estimate.findings, "K_io changes scale_factor by the factor 1 + K_io"));
+  EXPECT_TRUE(has_finding(estimate.findings, "radius_in_scale_factor"));
+  EXPECT_EQ(text_of(estimate.findings, "gravity_across_at_all_levels", "symbol"), "K_io");
+  EXPECT_EQ(text_of(estimate.findings, "gravity_across_at_all_levels", "meanings"), "scale_factor (1 + K_io)");
   // 1 + 1.3 mm/1.2 m, and K_io times 1 g = -14e-6
   EXPECT_NEAR(value(estimate, "scale_factor") / si(0.5, "V/g"), (1.0 + 1.3 / 1200.0) * (1.0 - 14e-6), 1e-6);
 }
@@ -133,7 +134,7 @@ TEST(AccelerometerCentrifuge, AStretchOfTheRadiusIsInTheBudgetOfTheOddQuadraticT
   for (const auto& line : estimate.budget)
     if (line.source == "stretch of the radius") stretch = std::sqrt(line.variance(j));
   EXPECT_NEAR(stretch, 0.2e-6 / (1.2 * 1.2), 0.02 * 0.2e-6 / 1.44);
-  EXPECT_TRUE(says(estimate.findings, "look alike, both go with w^4"));
+  EXPECT_EQ(value_of(estimate.findings, "stretch_like_odd_quadratic", "share"), stretch);
 }
 
 // Bad input
@@ -145,6 +146,7 @@ TEST(AccelerometerCentrifuge, OneSenseAloneIsNamed) {
   const auto estimate = method().identify(trial.evidence, {});
   EXPECT_EQ(find_parameter(estimate, "centre_offset"), nullptr);
   EXPECT_TRUE(says(estimate.findings, "the input axis points outwards at all levels"));
+  EXPECT_TRUE(has_finding(estimate.findings, "one_sense_of_the_arm"));
 }
 
 TEST(AccelerometerCentrifuge, ALevelThatClipsIsRefused) {
@@ -158,7 +160,11 @@ TEST(AccelerometerCentrifuge, AnArmThatDoesNotSettleIsNamed) {
   Trial trial = clean(0.0);
   auto& values = trial.evidence.recordings[0].channels[0].values;
   for (std::size_t i = 460; i < 580; ++i) values[i] *= 1.0 - 0.02 * std::exp(-static_cast<double>(i - 460) / 60.0);
-  EXPECT_TRUE(says(method().identify(trial.evidence, {}).findings, "'517 deg/s, yaw 0' still changes"));
+  const auto findings = method().identify(trial.evidence, {}).findings;
+  const Finding* finding = finding_of(findings, "segment_still_changes");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->occurrences.count, 1u);
+  EXPECT_EQ(finding->occurrences.worst.label, "517 deg/s, yaw 0");
 }
 
 TEST(AccelerometerCentrifuge, AnArmThatStandsIsRefused) {

@@ -1,11 +1,9 @@
 #include "tumble/methods/accelerometer_centrifuge/report.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/accelerometer/hidden.hpp"
@@ -23,9 +21,6 @@ using linear::SegmentSummary;
 
 constexpr double turning = 0.05;  ///< [rad/s] below it the arm stands
 
-Finding note(std::string text) { return {Finding::Severity::info, std::move(text), ""}; }
-Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
-
 double squared(Vector3 v) { return dot(v, v); }
 
 /// Along the input axis, for a radius longer by a metre: w^2 towards the axis of rotation, where the part of the
@@ -41,10 +36,10 @@ double of_the_radius(const Felt& felt) {
 /// For an effective centre a metre out along the input axis, which turns with the instrument.
 double of_the_centre(const Felt& felt) { return -(felt.rate.y * felt.rate.y + felt.rate.z * felt.rate.z); }
 
-const std::vector<std::string> along_p{"cross_coupling_ip", "misalignment_o", "second_order_pp"};
-const std::vector<std::string> along_o{"cross_coupling_io", "misalignment_p", "second_order_oo"};
+constexpr std::array along_p{"cross_coupling_ip", "misalignment_o", "second_order_pp"};
+constexpr std::array along_o{"cross_coupling_io", "misalignment_p", "second_order_oo"};
 
-/// Their symbols are as sentences need them: in metres.
+/// Terms of the arm's geometry; the symbols are those of formulas in findings: in metres.
 std::vector<Term> geometry(bool centre) {
   std::vector<Term> terms{{"effective_radius", "dR/m", "mm",
                            "from the axis of the arm to the effective centre, at rest",
@@ -57,7 +52,7 @@ std::vector<Term> geometry(bool centre) {
 
 bool is_level(const SegmentSummary& segment) { return norm(segment.felt.rate) > turning; }
 
-/// The radius that the plans of the arm suppose.
+/// Radius [m] of the plans of the arm.
 double supposed_radius(const Evidence& evidence) {
   std::vector<const Plan*> plans{&evidence.plan};
   for (const auto& plan : evidence.plans) plans.push_back(plan.get());
@@ -87,7 +82,7 @@ Table levels(const linear::Solution& solution) {
   return table;
 }
 
-/// What the output is off the specific force, measured and by the model.
+/// Curves of the output minus the specific force, measured and by the model.
 void add_departures(const linear::Solution& solution, Estimate& estimate) {
   std::vector<const SegmentSummary*> sorted;
   for (const auto& segment : solution.segments) sorted.push_back(&segment);
@@ -115,72 +110,59 @@ void add_departures(const linear::Solution& solution, Estimate& estimate) {
   estimate.curves.push_back(std::move(line));
 }
 
-void say_what_stretch_does(Estimate& estimate) {
+void add_stretch(Estimate& estimate) {
   const Parameter* odd = find_parameter(estimate, "odd_quadratic_coefficient");
   if (!odd) return;
   const auto j = static_cast<std::size_t>(odd - estimate.parameters.data());
   for (const auto& line : estimate.budget)
     if (line.source == error_names::stretch_of_radius)
-      estimate.findings.push_back(note(
-          fmt::format("odd_quadratic_coefficient and a growth of the radius with the squared rate look alike, both go "
-                      "with w^4: what the rig's stretch_sd leaves of the growth is {} of it. A radius measured at "
-                      "speed makes it smaller",
-                      say_difference(std::sqrt(line.variance(j)), odd->unit))));
+      estimate.findings.push_back(
+          {Finding::Severity::info, "stretch_like_odd_quadratic", {{"share", std::sqrt(line.variance(j)), odd->unit}}});
 }
 
-/// What the terms across the input axis do where nothing across it changes.
-void say_what_gravity_adds(const Normalised& found, Estimate& estimate) {
-  for (const auto* names : {&along_p, &along_o})
-    for (const auto& term : accelerometer::terms_of(*names)) {
-      if (std::ranges::find(found.problem.columns, term.name, &Term::name) != found.problem.columns.end()) continue;
-      const auto words = accelerometer::said(accelerometer::shares_of(term, found.solution), term);
-      if (!words.empty())
-        estimate.findings.push_back(
-            note(fmt::format("gravity across the input axis is the same at all levels: {} "
-                             "changes {}. A tumble tells them apart",
-                             term.symbol, words)));
+/// Findings about the terms across the input axis where the specific force across it is constant.
+void add_terms_across(const Normalised& fit, Estimate& estimate) {
+  for (const auto& names : {along_p, along_o})
+    for (const auto& term : accelerometer::terms_of({names.begin(), names.end()})) {
+      if (std::ranges::find(fit.problem.columns, term.name, &Term::name) != fit.problem.columns.end()) continue;
+      const auto meanings = accelerometer::meanings(accelerometer::shares_of(term, fit.solution), term);
+      if (!meanings.empty())
+        estimate.findings.push_back({Finding::Severity::info,
+                                     "gravity_across_at_all_levels",
+                                     {{"symbol", term.symbol}, {"meanings", meanings}}});
     }
 }
 
-void say_what_is_lacking(const Normalised& found, const Settings& settings, Estimate& estimate) {
-  bool inward = false, outward = false, rest = false;
-  for (const auto& segment : found.solution.segments) {
-    const double a = segment.felt.specific_force.x;
-    inward = inward || (is_level(segment) && a > 0.0);
-    outward = outward || (is_level(segment) && a < 0.0);
-    rest = rest || !is_level(segment);
+void look_at_levels(const Normalised& fit, const Settings& settings, Estimate& estimate) {
+  using enum Finding::Severity;
+  bool inward = false, outward = false;
+  for (const auto& segment : fit.solution.segments) {
+    inward = inward || (is_level(segment) && segment.felt.specific_force.x > 0.0);
+    outward = outward || (is_level(segment) && segment.felt.specific_force.x < 0.0);
   }
   if (!inward && !outward)
-    throw Error(Error::Kind::bad_data, "no segment turns the arm: nothing is felt beyond gravity");
+    throw Error(Error::Kind::bad_data, "no segment turns the arm: the specific force is gravity alone");
   if (inward != outward)
     estimate.findings.push_back(
-        warning(fmt::format("the input axis points {} at all levels: even and odd terms cannot be told apart. Take the "
-                            "levels in the other sense too (mount_yaw = {{hold = \"180 deg\"}})",
-                            inward ? "inwards" : "outwards")));
+        {warning, "one_sense_of_the_arm", {{"direction", Phrase{inward ? "inwards" : "outwards"}}}});
   if (!find_parameter(estimate, "effective_radius") && !scale_factor_is_known(settings))
-    estimate.findings.push_back(
-        warning("the arm alone does not tell radius from scale factor: scale_factor holds an error of the radius, "
-                "relative, in full. Add a tumble of the same unit ([[recording]] file, plan), or give scale_factor "
-                "with scale_factor_sd"));
+    estimate.findings.push_back({warning, "radius_in_scale_factor", {}});
 }
 
 }  // namespace
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   auto options = linear::options("5 s", "10 s");
   options.push_back(linear::bias_instability_option("ug"));
   options.push_back(accelerometer::scale_factor_option(
-      "nominal; not needed where a tumble is part of the evidence. With scale_factor_sd it is taken as known"));
+      "nominal scale factor; not needed where a tumble is part of the evidence; with scale_factor_sd it is taken as "
+      "known"));
   options.push_back(
-      {"scale_factor_sd", Type::quantity, "ppm", "", {}, "relative standard uncertainty of scale_factor"});
-  options.push_back({"centre_offset",
-                     Type::flag,
-                     "1",
-                     "true",
-                     {},
-                     "whether the effective centre may lie off the mounting's centre along the input axis, so that the "
-                     "two senses have different radii"});
+      quantity("scale_factor_sd", "ppm").at_least(0).says("relative standard uncertainty of scale_factor"));
+  options.push_back(flag("centre_offset")
+                        .otherwise("true")
+                        .says("the effective centre may lie off the centre of the mounting along the input axis, so "
+                              "that the two senses have different radii"));
   return options;
 }
 
@@ -206,20 +188,20 @@ linear::Problem problem_of(const Settings& settings) {
   return problem;
 }
 
-void leave_out_what_is_constant(const linear::Solution& first, linear::Problem& problem) {
+void remove_constant_terms(const linear::Solution& first, linear::Problem& problem) {
   Vector3 low{1e300, 1e300, 1e300}, high = -1.0 * low;
   for (const auto& segment : first.segments) {
     const Vector3 f = segment.felt.specific_force;
     low = {std::min(low.x, f.x), std::min(low.y, f.y), std::min(low.z, f.z)};
     high = {std::max(high.x, f.x), std::max(high.y, f.y), std::max(high.z, f.z)};
   }
-  const auto leave_out = [&](const std::vector<std::string>& names) {
+  const auto remove = [&](const auto& names) {
     std::erase_if(problem.columns,
                   [&](const Term& term) { return std::ranges::find(names, term.name) != names.end(); });
   };
   const double enough = 0.05 * standard_gravity;
-  if (high.y - low.y < enough) leave_out(along_p);
-  if (high.z - low.z < enough) leave_out(along_o);
+  if (high.y - low.y < enough) remove(along_p);
+  if (high.z - low.z < enough) remove(along_o);
 }
 
 Plan with_radius_to_find(Plan plan, double longer) {
@@ -230,31 +212,24 @@ Plan with_radius_to_find(Plan plan, double longer) {
   return plan;
 }
 
-Estimate answer_of(const Evidence& evidence, Normalised found) {
+Estimate answer_of(const Evidence& evidence, Normalised fit) {
   const bool measured = !evidence.recordings.empty();
   const double radius = supposed_radius(evidence);
-  if (measured) accelerometer::refuse_clipped_and_overflown(evidence, found);
-  accelerometer::describe_dropped(found, "");
-  Estimate estimate = linear::answer_of(found.solution, "accelerometer_centrifuge", "g", {"i", "p", "o"});
+  if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
+  accelerometer::describe_dropped(fit, "both_senses_and_a_tumble_show_more");
+  Estimate estimate = linear::answer_of(fit.solution, "accelerometer_centrifuge", "g", {"i", "p", "o"});
   for (auto& parameter : estimate.parameters) {
     if (parameter.name == "centre_offset") parameter.symbol = "e";
     if (parameter.name != "effective_radius") continue;
     parameter.symbol = "R";
     parameter.value += radius;
   }
-  const auto add = [&](Findings findings) {
-    for (auto& one : findings) estimate.findings.push_back(std::move(one));
-  };
-  say_what_is_lacking(found, evidence.plan.settings, estimate);
-  if (measured) {
-    add(accelerometer::about_unsettled(evidence, found));
-    add(accelerometer::about_misplaced(found.solution));
-    add(accelerometer::about_signs(estimate, evidence.plan.settings, found.output));
-  }
-  say_what_gravity_adds(found, estimate);
-  say_what_stretch_does(estimate);
-  estimate.tables.insert(estimate.tables.begin(), levels(found.solution));
-  add_departures(found.solution, estimate);
+  look_at_levels(fit, evidence.plan.settings, estimate);
+  if (measured) accelerometer::add_faults(evidence, fit, estimate);
+  add_terms_across(fit, estimate);
+  add_stretch(estimate);
+  estimate.tables.insert(estimate.tables.begin(), levels(fit.solution));
+  add_departures(fit.solution, estimate);
   return estimate;
 }
 

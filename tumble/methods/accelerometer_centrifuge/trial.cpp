@@ -11,24 +11,18 @@
 namespace tumble::accelerometer_centrifuge {
 namespace {
 
-struct Value {
-  const char* name;
-  double value;
-  const char* unit;
-};
-
-constexpr Value coefficients[] = {{"bias", 3.2, "mg"},
-                                  {"second_order_coefficient", 18, "ug/g^2"},
-                                  {"third_order_coefficient", -0.8, "ug/g^3"},
-                                  {"odd_quadratic_coefficient", 6, "ug/g^2"},
-                                  {"cross_coupling_ip", 25, "ug/g^2"},
-                                  {"cross_coupling_io", -14, "ug/g^2"},
-                                  {"misalignment_o", 95, "arcsec"},
-                                  {"misalignment_p", -60, "arcsec"},
-                                  {"second_order_pp", -18, "ug/g^2"}};
+constexpr TruthValue coefficients[] = {{"bias", 3.2, "mg"},
+                                       {"second_order_coefficient", 18, "ug/g^2"},
+                                       {"third_order_coefficient", -0.8, "ug/g^3"},
+                                       {"odd_quadratic_coefficient", 6, "ug/g^2"},
+                                       {"cross_coupling_ip", 25, "ug/g^2"},
+                                       {"cross_coupling_io", -14, "ug/g^2"},
+                                       {"misalignment_o", 95, "arcsec"},
+                                       {"misalignment_p", -60, "arcsec"},
+                                       {"second_order_pp", -18, "ug/g^2"}};
 
 void set_truth_of_unit(Plan& plan) {
-  for (const auto& one : coefficients) set_truth(plan, one.name, one.value, one.unit);
+  set_truth(plan, coefficients);
   set_truth(plan, "angle_random_walk", 0.02, "(m/s)/sqrt(h)");
   set_truth(plan, "bias_instability", 1, "ug");
   set_truth(plan, "pulse_scale_factor", 2000, "pulse/s/g");
@@ -81,7 +75,8 @@ Trial trial(std::uint64_t seed) {
   real.recordings.clear();
   Trial trial{{plan, {simulate(real, seed, {}), simulate(*head, seed + 1000000, {})}, {nullptr, head}}, {}};
   trial.truth.emplace_back("scale_factor", plan.truth.number("pulse_scale_factor"));
-  for (const auto& one : coefficients) trial.truth.emplace_back(one.name, plan.truth.number(one.name));
+  for (const auto& coefficient : coefficients)
+    trial.truth.emplace_back(coefficient.name, plan.truth.number(coefficient.name));
   trial.truth.emplace_back("effective_radius", 1.2013);
   trial.truth.emplace_back("centre_offset", 0.0);
   return trial;

@@ -11,60 +11,53 @@ namespace tumble::accelerometer_four_position {
 namespace {
 
 std::vector<Role> roles() {
-  return {accelerometer::role(),
-          {"temperature", "degC", false, "temperature of the accelerometer; absent: that of the schedule"}};
+  auto roles = accelerometer::roles();
+  roles.push_back({"temperature", "degC", false, "temperature of the accelerometer; absent: that of the schedule"});
+  return roles;
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
-  return {accelerometer::scale_factor_option(
-              "reference scale factor K_m of a current, voltage or pulses: \"2000 pulse/s/g\""),
-          {"estimator",
-           Type::word,
-           "1",
-           "four_positions",
-           {"four_positions", "up_and_down"},
-           "bias from positions 2 and 4, or both from positions 1 and 3 as the source has it"},
-          {"order",
-           Type::word,
-           "1",
-           "auto",
-           {"auto", "0", "1", "2"},
-           "highest power of T in (3.6); auto: 2 if the "
-           "temperatures allow"},
-          {"settling", Type::quantity, "s", "2 s", {}, "time dropped in each segment after the rig has settled"},
-          {"averaging",
-           Type::quantity,
-           "s",
-           "10 s",
-           {},
-           "averages whose scatter gives the noise: at least one window, at most a quarter of a position"},
-          {"same_temperature", Type::quantity, "K", "2 K", {}, "temperatures closer than this are one"},
-          {"thermometer_sd",
-           Type::quantity,
-           "K",
-           "0 K",
-           {},
-           "standard uncertainty of the temperature, common to the test, beside what the rig states"},
-          {"report_temperature",
-           Type::quantity,
-           "degC",
-           "20 degC",
-           {},
-           "where bias and scale_factor_error are given; the nearest temperature of the test if it lies outside"}};
+  return {
+      accelerometer::scale_factor_option(
+          "reference scale factor K_m of a current, voltage or pulses: \"2000 pulse/s/g\""),
+      word("estimator", {"four_positions", "up_and_down"})
+          .otherwise("four_positions")
+          .says("four_positions: bias from positions 2 and 4; up_and_down: bias and scale factor from positions 1 "
+                "and 3, as in the source"),
+      word("order", {"auto", "0", "1", "2"})
+          .otherwise("auto")
+          .says("highest power of T in (3.6); auto: 2 if the temperatures allow it"),
+      quantity("settling", "s")
+          .at_least(0)
+          .otherwise("2 s")
+          .says("time after the rig has settled that is skipped in each segment"),
+      quantity("averaging", "s")
+          .above(0)
+          .otherwise("10 s")
+          .says("length of the averages whose scatter gives the noise: at least one window, at most a quarter of a "
+                "position"),
+      quantity("same_temperature", "K").above(0).otherwise("2 K").says("temperatures closer than this count as one"),
+      quantity("thermometer_sd", "K")
+          .at_least(0)
+          .otherwise("0 K")
+          .says("standard uncertainty of the temperature, common to the test, in addition to that of the rig"),
+      quantity("report_temperature", "degC")
+          .otherwise("20 degC")
+          .says("temperature of bias and scale_factor_error in the result; the nearest temperature of the test if it "
+                "lies outside")};
 }
 
 Estimate reduced(const Bench& bench, const Settings& settings, const Expected* expected) {
-  const auto found = reduce(bench, order_of(settings, bench), settings.word("estimator") == "up_and_down",
-                            settings.number("thermometer_sd"), expected);
-  return described(bench, found, settings, expected == nullptr);
+  const auto result = reduce(bench, order_of(settings, bench), settings.word("estimator") == "up_and_down",
+                             settings.number("thermometer_sd"), expected);
+  return described(bench, result, settings, expected == nullptr);
 }
 
 Estimate identify(const Evidence& evidence, const Progress&) {
   return reduced(bench_of(evidence, "accelerometer"), evidence.plan.settings, nullptr);
 }
 
-/// What the model of [truth] gives in each position.
+/// Sets the output that the model of [truth] gives in each position.
 void set_outputs(const Plan& plan, Bench& bench) {
   const Model& model = find_model(plan.instrument_model);
   const Output output = model.outputs(plan.truth).front();

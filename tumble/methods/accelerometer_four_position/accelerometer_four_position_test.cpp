@@ -143,7 +143,7 @@ TEST(FourPositions, TheSourcesEstimatorTakesK2AsBias) {
   const auto estimate = method().identify(simulated(plan), {});
   EXPECT_NEAR(value(estimate, "bias"), si(2.5, "mg") + si(30.0, "ug/g^2") * G * G, 1e-12);
   EXPECT_EQ(find_parameter(estimate, "second_order_coefficient"), nullptr);
-  EXPECT_TRUE(says(estimate.findings, "the bias holds K_2 G^2"));
+  EXPECT_TRUE(has_finding(estimate.findings, "second_order_in_bias"));
 }
 
 // With the instrument turned on the head the output axis is up in position 2: theta_p, of the other sign.
@@ -158,6 +158,27 @@ TEST(FourPositions, TheOtherMountGivesTheOtherAngle) {
   EXPECT_EQ(find_parameter(estimate, "misalignment")->symbol, "theta_p");
 }
 
+TEST(FourPositions, ASetThatLacksAPositionIsSkippedByName) {
+  Plan plan = plan_of(figure_11, {0.0, 40.0});
+  plan.schedule.back().axes["head"].value = 0.0;
+  const auto findings = method().identify(simulated(plan), {}).findings;
+  EXPECT_EQ(text_of(findings, "position_missing_other_twice", "missing"), "4");
+  EXPECT_EQ(text_of(findings, "position_missing", "missing"), "1, 3, 4");
+}
+
+TEST(FourPositions, ACurrentWithoutAScaleFactorIsRefusedByTheNameOfItsChannel) {
+  for (const auto& [output, unit] : {std::pair{"current", "mA"}, std::pair{"voltage", "V"}}) {
+    Plan plan = plan_of(figure_11, {20.0});
+    plan.truth.set_word("output", output);
+    const std::string scale = std::string(unit) + "/g";
+    set_truth(plan, (std::string(output) + "_scale_factor").c_str(), 1.2, scale.c_str());
+    plan.settings.set_word("scale_factor", "");
+    const auto message = refusal(method(), simulated(plan));
+    EXPECT_NE(message.find("channel 'accelerometer' is in " + std::string(unit)), std::string::npos) << message;
+    EXPECT_NE(message.find("[settings] scale_factor must say how many " + scale), std::string::npos) << message;
+  }
+}
+
 TEST(FourPositions, APositionMissingOrUnderTwoLabelsIsNamed) {
   const auto missing = refusal(method(), simulated(plan_of({figure_11[0], figure_11[1], figure_11[2]}, {20.0})));
   EXPECT_NE(missing.find("position 4 (level, turned over against 2) missing"), std::string::npos) << missing;
@@ -170,14 +191,22 @@ TEST(FourPositions, APositionMissingOrUnderTwoLabelsIsNamed) {
 TEST(FourPositions, ExchangedPositionsTurnTheSignOfTheScaleFactor) {
   Evidence evidence = simulated(plan_of(figure_11, {20.0}));
   std::swap(evidence.plan.schedule[0].axes, evidence.plan.schedule[2].axes);
-  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "positions 1 and 3 are exchanged"));
+  const auto findings = method().identify(evidence, {}).findings;
+  const Finding* finding = finding_of(findings, "scale_factor_negative_in_set");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->occurrences.count, 1u);
+  EXPECT_TRUE(finding->occurrences.worst.label.starts_with("run 1: ")) << finding->occurrences.worst.label;
 }
 
 TEST(FourPositions, TwoPositionsUnderOneLabelShowAsAStep) {
   Evidence evidence = simulated(plan_of(figure_11, {20.0}));
   auto& counts = evidence.recordings[0].channels[0].values;
   for (std::size_t i = 165; i < 180; ++i) counts[i] = 3.0;
-  EXPECT_TRUE(says(method().identify(evidence, {}).findings, "it may hold two positions"));
+  const auto findings = method().identify(evidence, {}).findings;
+  const Finding* finding = finding_of(findings, "step_in_segment");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->occurrences.count, 1u);
+  EXPECT_EQ(finding->occurrences.worst.label, "'3 at 20' (run 1)");
 }
 
 TEST(FourPositions, ACounterThatRanOverIsRefused) {
@@ -213,7 +242,7 @@ TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {
 TEST(FourPositions, AWindowThatHoldsTwoCountsByItsOwnTime) {
   Plan plan = plan_of(figure_11, {20.0});
   Evidence evidence = simulated(plan);
-  const double whole = value(method().identify(evidence, {}), "scale_factor_error");
+  const double reference = value(method().identify(evidence, {}), "scale_factor_error");
   // counts 30 and 31 in one: the stamp of the second is missing
   auto& channel = evidence.recordings[0].channels[0];
   auto stamps = std::make_shared<std::vector<double>>();
@@ -229,17 +258,19 @@ TEST(FourPositions, AWindowThatHoldsTwoCountsByItsOwnTime) {
   channel.values = counts;
   channel.timeline = {0.0, 0.0, stamps};
   const auto estimate = method().identify(evidence, {});
-  EXPECT_TRUE(says(estimate.findings, "hold as many pulses more"));
+  EXPECT_TRUE(has_finding(estimate.findings, "long_windows"));
   // the mean of the position is over 57 windows instead of 58: white noise of 1.7e-4 m/s^2/sqrt(Hz), 3 ppm of G each
-  EXPECT_NEAR(value(estimate, "scale_factor_error"), whole, 5e-6);
+  EXPECT_NEAR(value(estimate, "scale_factor_error"), reference, 5e-6);
 }
 
 TEST(FourPositions, TooFewTemperaturesAreSaidInWords) {
   const auto estimate = method().identify(simulated(plan_of(figure_11, {0.0, 40.0})), {});
-  EXPECT_TRUE(says(estimate.findings, "2 temperatures carry polynomials of order 1: 1 more is needed for order 2"));
+  EXPECT_EQ(value_of(estimate.findings, "temperatures_limit_order", "temperatures"), 2.0);
+  EXPECT_EQ(value_of(estimate.findings, "temperatures_limit_order", "order"), 1.0);
+  EXPECT_EQ(value_of(estimate.findings, "temperatures_limit_order", "more"), 1.0);
   EXPECT_NE(find_parameter(estimate, "b_1"), nullptr);
   EXPECT_EQ(find_parameter(estimate, "b_2"), nullptr);
-  EXPECT_TRUE(says(estimate.findings, "repeatability is not in the uncertainties"));
+  EXPECT_TRUE(has_finding(estimate.findings, "repeatability_not_known"));
 }
 
 TEST(FourPositions, ATemperatureThatMovesIsSeen) {
@@ -248,7 +279,7 @@ TEST(FourPositions, ATemperatureThatMovesIsSeen) {
     plan.schedule[k].axes["temperature"] = {.kind = Motion::Kind::hold,
                                             .value = 293.15 + 0.45 * static_cast<double>(k)};
   plan.rig.set_number("oven_time", 1.0, Unit::parse("s"));
-  EXPECT_TRUE(says(method().identify(simulated(plan), {}).findings, "moved between the positions of one set"));
+  EXPECT_TRUE(has_finding(method().identify(simulated(plan), {}).findings, "temperature_moves_in_set"));
 }
 
 TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
@@ -268,8 +299,10 @@ TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
   for (auto& one : hot.channels)
     if (one.name == "temperature")
       for (double& t : one.values) t += 50.0;
-  EXPECT_TRUE(
-      says(method().compensate(estimate, hot, nullptr).findings, "outside of the calibrated 0.0 degC to 40.0 degC"));
+  const auto findings = method().compensate(estimate, hot, nullptr).findings;
+  // the oven follows its commands to 0.1 K
+  EXPECT_NEAR(value_of(findings, "outside_of_calibrated_temperatures", "low"), 273.15, 0.1);
+  EXPECT_NEAR(value_of(findings, "outside_of_calibrated_temperatures", "high"), 313.15, 0.1);
 }
 
 }  // namespace

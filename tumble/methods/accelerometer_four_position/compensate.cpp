@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
+#include "tumble/methods/accelerometer_four_position/design.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -36,33 +37,34 @@ Coefficients coefficients_of(const Estimate& estimate) {
       faults.push_back(fmt::format("the result's parameter '{}' has no value", parameter.name));
   const Table* range = find_table(estimate, "calibrated_range");
   if (!range || range->rows.size() != 1 || range->columns.size() != 2)
-    faults.push_back("the result has no table calibrated_range: it cannot be said where the compensation holds");
+    faults.push_back("the result has no table calibrated_range, which states where the compensation holds");
   if (!faults.empty()) throw Error(Error::Kind::bad_file, faults);
   return out;
 }
 
 const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto found = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+  const auto setting = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, setting == estimate.provenance.settings.end() ? name : setting->second);
 }
 
 double scale_factor_of(const Estimate& estimate, const Channel& channel) {
   const auto output = accelerometer::output_of(channel);
   if (output.scale_factor == Unit()) return 1.0;
-  const auto found = estimate.provenance.settings.find("scale_factor");
-  if (found == estimate.provenance.settings.end() || found->second.empty())
+  const auto setting = estimate.provenance.settings.find("scale_factor");
+  if (setting == estimate.provenance.settings.end() || setting->second.empty())
     throw Error(Error::Kind::bad_file, "the result's provenance lacks the setting 'scale_factor'");
-  return parse_si(found->second, output.scale_factor);
+  return parse_si(setting->second, output.scale_factor);
 }
 
-struct Found {
+/// Channels of the recording by role.
+struct Channels {
   std::size_t accelerometer = 0;
   const Channel* temperature = nullptr;
 };
 
-Found channels_of(const Estimate& estimate, const Recording& recording, bool needs_temperature) {
+Channels channels_of(const Estimate& estimate, const Recording& recording, bool needs_temperature) {
   const Channel* accelerometer = role(estimate, recording, "accelerometer");
-  Found out{0, role(estimate, recording, "temperature")};
+  Channels out{0, role(estimate, recording, "temperature")};
   std::vector<std::string> problems;
   if (!accelerometer) problems.push_back("the recording has no channel for the role accelerometer");
   if (needs_temperature && !out.temperature)
@@ -91,7 +93,7 @@ double polynomial(const Estimate& estimate, const std::vector<std::size_t>& of, 
   return sum;
 }
 
-/// Variance of y (1 + dK) - nabla where y has none.
+/// Variance of y (1 + dK) - nabla for y without uncertainty.
 double variance_of(const Estimate& estimate, const Coefficients& c, double y, double celsius) {
   std::vector<std::pair<std::size_t, double>> weights;
   for (std::size_t j = 0; j < c.bias.size(); ++j) weights.emplace_back(c.bias[j], -std::pow(celsius, j));
@@ -102,32 +104,40 @@ double variance_of(const Estimate& estimate, const Coefficients& c, double y, do
   return std::max(0.0, sum);
 }
 
-Finding extrapolation(std::size_t outside, std::size_t samples, double low, double high, const std::string& channel) {
-  return {Finding::Severity::warning,
-          fmt::format("{:.2g} % of the samples lie outside of the calibrated {} to {}: the compensation is "
-                      "extrapolated there and its stated uncertainty does not hold; channel {} marks the samples",
-                      100.0 * static_cast<double>(outside) / static_cast<double>(samples), in_words(low),
-                      in_words(high), channel),
-          ""};
+/// Samples that have no temperature, or one outside of the calibrated range.
+struct Counts {
+  std::size_t outside = 0, blank = 0;
+};
+
+void add_findings(const Counts& counts, std::size_t samples, const Table& range, const std::string& channel,
+                  Findings& findings) {
+  const double share = static_cast<double>(counts.outside) / static_cast<double>(samples);
+  if (counts.outside > 0)
+    findings.push_back({Finding::Severity::warning,
+                        "outside_of_calibrated_temperatures",
+                        {{"share", share, "%"},
+                         {"low", std::get<double>(range.rows[0][0]), "degC"},
+                         {"high", std::get<double>(range.rows[0][1]), "degC"},
+                         {"channel", channel + ".extrapolated"}}});
+  if (counts.blank > 0)
+    findings.push_back({Finding::Severity::warning, "no_temperature_at_sample", {}, channel, {counts.blank, {}, {}}});
 }
 
 }  // namespace
 
-// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Coefficients c = coefficients_of(estimate);
   const bool over = c.bias.size() > 1 || c.scale.size() > 1;
-  const Found found = channels_of(estimate, recording, over);
+  const Channels channels = channels_of(estimate, recording, over);
   const Table& range = *find_table(estimate, "calibrated_range");
-  const double low = std::get<double>(range.rows[0][0]), high = std::get<double>(range.rows[0][1]), slack = 1.0;
-
+  const double slack = 1.0, low = std::get<double>(range.rows[0][0]), high = std::get<double>(range.rows[0][1]);
   Compensation out{recording, {}, {}};
-  const Channel& raw = recording.channels[found.accelerometer];
+  const Channel& raw = recording.channels[channels.accelerometer];
   const double reference = scale_factor_of(estimate, raw);
   Evidence evidence;
   evidence.recordings = {recording};
   evidence.plan.channels["accelerometer"] = {{raw.name, std::nullopt}};
-  Channel& channel = out.recording.channels[found.accelerometer];
+  Channel& channel = out.recording.channels[channels.accelerometer];
   channel.values = per_second(evidence, "accelerometer", out.findings).recordings[0].channels[0].values;
   channel.kind = QuantityKind::specific_force;
   channel.unit = Unit::parse("g");
@@ -136,23 +146,17 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   outside.name += ".extrapolated";
   outside.kind = QuantityKind::other;
   outside.unit = Unit{};
-  std::size_t far = 0, blank = 0;
+  Counts counts;
   for (std::size_t k = 0; k < channel.values.size(); ++k) {
-    const double t = found.temperature ? reading_at(*found.temperature, raw.time(k)) : low;
-    const double celsius = over ? t - 273.15 : 0.0, y = channel.values[k] / reference;
-    const bool known = !std::isnan(y) && std::isnan(t) && over;
-    channel.values[k] = y * (1.0 + polynomial(estimate, c.scale, celsius)) - polynomial(estimate, c.bias, celsius);
-    sd.values[k] = std::isnan(channel.values[k]) ? std::nan("") : std::sqrt(variance_of(estimate, c, y, celsius));
+    const double t = channels.temperature ? reading_at(*channels.temperature, raw.time(k)) : low;
+    const double degrees = over ? celsius(t) : 0.0, y = channel.values[k] / reference;
+    channel.values[k] = y * (1.0 + polynomial(estimate, c.scale, degrees)) - polynomial(estimate, c.bias, degrees);
+    sd.values[k] = std::isnan(channel.values[k]) ? std::nan("") : std::sqrt(variance_of(estimate, c, y, degrees));
     outside.values[k] = t < low - slack || t > high + slack ? 1.0 : 0.0;
-    far += outside.values[k] > 0.0;
-    blank += known;
+    counts.outside += outside.values[k] > 0.0;
+    counts.blank += over && std::isnan(t) && !std::isnan(y);
   }
-  if (far > 0) out.findings.push_back(extrapolation(far, channel.values.size(), low, high, outside.name));
-  if (blank > 0)
-    out.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} samples have no temperature: they could not be compensated and are left blank", blank),
-         raw.name});
+  add_findings(counts, channel.values.size(), range, raw.name, out.findings);
   out.recording.channels.push_back(std::move(sd));
   out.recording.channels.push_back(std::move(outside));
   return out;

@@ -8,8 +8,8 @@ namespace tumble::accelerometer_four_position {
 ///
 ///   A = (1 + dK(T)) N/(K_m H) - nabla(T)
 ///
-/// The channel keeps its name and becomes a specific force. Beside it `<name>.compensation_sd` (uncertainty of what was
-/// done, at the output given) and `<name>.extrapolated` (1 outside of the calibrated temperatures).
+/// The channel keeps its name and becomes a specific force. Beside it `<name>.compensation_sd` (uncertainty of the
+/// compensation at the given output) and `<name>.extrapolated` (1 outside of the calibrated temperatures).
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 }  // namespace tumble::accelerometer_four_position

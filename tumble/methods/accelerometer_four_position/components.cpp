@@ -2,78 +2,80 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// z'PK_iPz, tr(PK_i) and tr(PK_iPK_j)/2 on the contrasts, P = V^-1.
 struct Point {
-  VectorXd fits, expects;
-  MatrixXd information;
+  std::vector<double> fits, expects;
+  Matrix information;
 };
 
-Point point_at(const VectorXd& variance, const VectorXd& z, const MatrixXd& known,
-               const std::vector<MatrixXd>& kernels) {
-  MatrixXd v = known;
-  for (std::size_t c = 0; c < kernels.size(); ++c) v += variance[at(c)] * kernels[c];
-  const MatrixXd inverse = v.ldlt().solve(MatrixXd::Identity(v.rows(), v.cols()));
-  const VectorXd white = inverse * z;
-  const Index n = at(kernels.size());
-  Point point{VectorXd(n), VectorXd(n), MatrixXd(n, n)};
-  std::vector<MatrixXd> passed;
-  for (const auto& kernel : kernels) passed.push_back(inverse * kernel);
-  for (Index i = 0; i < n; ++i) {
-    const auto& one = passed[static_cast<std::size_t>(i)];
-    point.fits[i] = white.dot(kernels[static_cast<std::size_t>(i)] * white);
-    point.expects[i] = one.trace();
-    for (Index j = 0; j < n; ++j)
-      point.information(i, j) = 0.5 * one.cwiseProduct(passed[static_cast<std::size_t>(j)].transpose()).sum();
+Point point_at(const std::vector<double>& variance, const std::vector<double>& z, const Matrix& known,
+               const std::vector<Matrix>& kernels) {
+  Matrix v = known;
+  for (std::size_t c = 0; c < kernels.size(); ++c) v += variance[c] * kernels[c];
+  const Matrix inverse = inverse_symmetric(v);
+  const auto white = inverse * z;
+  Point point{{}, {}, Matrix(kernels.size(), kernels.size())};
+  std::vector<Matrix> products;
+  for (const auto& kernel : kernels) products.push_back(inverse * kernel);
+  for (std::size_t i = 0; i < kernels.size(); ++i) {
+    point.fits.push_back(quadratic_form(white, kernels[i]));
+    point.expects.push_back(trace(products[i]));
+    for (std::size_t j = 0; j < kernels.size(); ++j)
+      point.information(i, j) = 0.5 * dot(products[i].values, transposed(products[j]).values);
   }
   return point;
 }
 
+/// Covariance [c x c] of the variances from their information; 0 for one of which the data show nothing.
+Matrix covariance_from(const Matrix& information) {
+  auto unit = diagonal_of(information);
+  for (double& u : unit) u = u > 0.0 ? 1.0 / std::sqrt(u) : 0.0;
+  const auto scale = [&](const Matrix& m) { return scaled_rows(unit, scaled_columns(m, unit)); };
+  return scale(pseudo_inverse(scale(information)));
+}
+
+double mean_of_diagonal(const Matrix& a) { return trace(a) / static_cast<double>(a.rows); }
+
 }  // namespace
 
-Components components_of(const Matrix& design, const std::vector<double>& z_in, const Matrix& known_in,
-                         const std::vector<Matrix>& kernels_in) {
-  const Index n = at(design.rows), p = at(design.columns), m = n - p, count = at(kernels_in.size());
-  const MatrixXd q = MatrixXd(map(design).householderQr().householderQ()).rightCols(m);
-  const VectorXd z = q.transpose() * Eigen::Map<const VectorXd>(z_in.data(), n);
-  MatrixXd known = q.transpose() * map(known_in) * q;
-  std::vector<MatrixXd> kernels;
-  for (const auto& kernel : kernels_in) kernels.push_back(q.transpose() * map(kernel) * q);
+Components components_of(const Matrix& design, const std::vector<double>& observations, const Matrix& covariance,
+                         const std::vector<Matrix>& all_kernels) {
+  const std::size_t n = design.rows, m = n - design.columns, count = all_kernels.size();
+  const Matrix contrasts = transposed(q_product(householder_qr(design), block(identity(n), 0, n, design.columns, m)));
+  const auto z = contrasts * observations;
+  Matrix known = sandwich(contrasts, covariance);
+  std::vector<Matrix> kernels;
+  for (const auto& kernel : all_kernels) kernels.push_back(sandwich(contrasts, kernel));
 
-  const double mean = z.squaredNorm() / static_cast<double>(m);
-  const double floor = std::max({1e-9 * mean, 1e-9 * known.diagonal().mean(), 1e-300});
-  known.diagonal().array() += floor;
-  VectorXd variance(count);
-  for (Index c = 0; c < count; ++c)
-    variance[c] = std::max(mean, floor) * static_cast<double>(m) /
-                  std::max(1e-30, kernels[static_cast<std::size_t>(c)].trace()) / static_cast<double>(count);
+  const double mean = dot(z, z) / static_cast<double>(m);
+  const double floor = std::max({1e-9 * mean, 1e-9 * mean_of_diagonal(known), 1e-300});
+  for (std::size_t i = 0; i < m; ++i) known(i, i) += floor;
+  std::vector<double> variance;
+  for (const auto& kernel : kernels)
+    variance.push_back(std::max(mean, floor) * static_cast<double>(m) / std::max(1e-30, trace(kernel)) /
+                       static_cast<double>(count));
   // Multiplicative steps never lead downhill (Zhou, Hu, Zhou and Lange, J. Comput. Graph. Stat. 28 (2019) 350).
   for (int round = 0; round < 400; ++round) {
     const Point point = point_at(variance, z, known, kernels);
-    const VectorXd next = variance.cwiseProduct(point.fits.cwiseQuotient(point.expects.cwiseMax(1e-300)).cwiseSqrt());
-    const bool still = (next - variance).cwiseAbs().maxCoeff() < 1e-8 * variance.maxCoeff();
-    variance = next;
-    if (still) break;
+    double step = 0.0;
+    for (std::size_t c = 0; c < count; ++c) {
+      const double next = variance[c] * std::sqrt(std::max(0.0, point.fits[c]) / std::max(point.expects[c], 1e-300));
+      step = std::max(step, std::abs(next - variance[c]));
+      variance[c] = next;
+    }
+    if (step < 1e-8 * std::ranges::max(variance)) break;
   }
-  const double scale = known.diagonal().mean() + variance.sum();
-  for (Index c = 0; c < count; ++c)
-    if (variance[c] < 1e-4 * scale) variance[c] = 0.0;
-  const MatrixXd information = point_at(variance, z, known, kernels).information;
-  const VectorXd unit =
-      information.diagonal().cwiseSqrt().cwiseInverse().unaryExpr([](double u) { return std::isfinite(u) ? u : 0.0; });
-  const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const MatrixXd inverse = scaled.completeOrthogonalDecomposition().pseudoInverse();
-  return {{variance.data(), variance.data() + count}, plain(unit.asDiagonal() * inverse * unit.asDiagonal())};
+  const double scale = std::accumulate(variance.begin(), variance.end(), mean_of_diagonal(known));
+  for (double& v : variance)
+    if (v < 1e-4 * scale) v = 0.0;
+  return {variance, covariance_from(point_at(variance, z, known, kernels).information)};
 }
 
 }  // namespace tumble::accelerometer_four_position

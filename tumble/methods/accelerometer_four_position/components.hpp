@@ -6,7 +6,7 @@
 
 namespace tumble::accelerometer_four_position {
 
-/// Variances found by the restricted likelihood, with their covariance.
+/// Variances by the restricted likelihood, with their covariance.
 struct Components {
   std::vector<double> variance;
   Matrix covariance;
@@ -15,11 +15,12 @@ struct Components {
 /// Variances t_c^2 >= 0 of z = X b + e, Cov e = known + sum_c t_c^2 K_c, by restricted maximum likelihood: that of the
 /// contrasts A'z, A'X = 0. A variance that the data put at zero keeps its uncertainty.
 ///
-/// Given     design   X [n x p] of full rank, p < n; z [n]
-///           known    [n x n] covariance of what is known of the noise
-///           kernels  K_c [n x n], of which the contrasts show each
+/// Given     design        X [n x p] of full rank, p < n
+///           observations  z [n]
+///           covariance    [n x n] of the known noise
+///           kernels       K_c [n x n], of which the contrasts show each
 /// See       Patterson and Thompson, Biometrika 58 (1971) 545
-Components components_of(const Matrix& design, const std::vector<double>& z, const Matrix& known,
+Components components_of(const Matrix& design, const std::vector<double>& observations, const Matrix& covariance,
                          const std::vector<Matrix>& kernels);
 
 }  // namespace tumble::accelerometer_four_position

@@ -40,23 +40,19 @@ void divide_by_windows(Channel& channel, bool own, const std::string& file, Find
     double window = usual;
     if (own && intervals[i] < 1.5 * usual) window = intervals[i];
     if (intervals[i] > 1.5 * usual && std::isfinite(before)) {
-      const double whole = channel.values[i] / intervals[i], one = channel.values[i] / usual;
-      const bool all = std::abs(whole - before) < std::abs(one - before);
+      const double over_interval = channel.values[i] / intervals[i], over_window = channel.values[i] / usual;
+      const bool all = std::abs(over_interval - before) < std::abs(over_window - before);
       if (all) window = intervals[i];
       ++(all ? together : missed);
     }
     channel.values[i] /= window;
     if (std::isfinite(channel.values[i])) before = channel.values[i];
   }
-  const auto say = [&](std::size_t count, const char* what) {
-    if (count > 0)
-      findings.push_back({Finding::Severity::warning,
-                          fmt::format("{} of {} counting windows {}", count, channel.values.size(), what),
-                          (file.empty() ? "" : file + ": ") + channel.name});
-  };
-  say(missed,
-      "are followed by a gap and hold the pulses of one window alone: windows were missed, whose pulses are lost");
-  say(together, "last longer than the others and hold as many pulses more: each count is divided by its own window");
+  using enum Finding::Severity;
+  const std::string where = (file.empty() ? "" : file + ": ") + channel.name;
+  const FindingValue windows("windows", channel.values.size());
+  if (missed > 0) findings.push_back({warning, "windows_before_gap", {windows}, where, {missed, {}, {}}});
+  if (together > 0) findings.push_back({warning, "long_windows", {windows}, where, {together, {}, {}}});
 }
 
 void to_rates(const Recording& recording, Channel& channel, Findings& findings) {
@@ -86,30 +82,19 @@ int overflow_bits(double measured, double expected) {
 
 }  // namespace
 
-double reference_scale_factor(const Settings& settings, const accelerometer::Output& output) {
-  if (output.scale_factor == Unit()) return 1.0;
-  const auto given = accelerometer::given_scale_factor(settings, output);
-  if (!given)
-    throw Error(Error::Kind::bad_input,
-                fmt::format("[settings] scale_factor must give the reference scale factor K_m in {}: the errors of "
-                            "scale factor are counted from it",
-                            output.scale_factor.text()));
-  return *given;
-}
-
 Evidence per_second(const Evidence& evidence, const std::string& role, Findings& findings) {
   Evidence out;
   out.plan = evidence.plan;
   out.plans = evidence.plans;
   for (const auto& recording : evidence.recordings) {
     const Channel& channel = require_channel(evidence, recording, role);
-    Recording one;
-    one.instrument = recording.instrument;
-    one.marks = recording.marks;
-    one.origin = recording.origin;
-    one.channels = {channel};
-    to_rates(recording, one.channels.front(), findings);
-    out.recordings.push_back(std::move(one));
+    Recording rates;
+    rates.instrument = recording.instrument;
+    rates.marks = recording.marks;
+    rates.origin = recording.origin;
+    rates.channels = {channel};
+    to_rates(recording, rates.channels.front(), findings);
+    out.recordings.push_back(std::move(rates));
   }
   return out;
 }
@@ -121,15 +106,15 @@ void refuse_overflow(const Bench& bench) {
     const auto& stretch = bench.evidence.test.stretches[position.stretch];
     const double window = bench.reference_scale_factor * stretch.step;  // pulses for a unit of specific force
     const double expected = window * bench.rows.segments[position.stretch].felt.specific_force.x;
-    std::map<int, std::size_t> windows;  // by bits; while the head moves a window may look like it by chance
+    std::map<int, std::size_t> windows;  // by bits; a window in which the head moves may look like an overflow
     for (const double v : stretch.values) ++windows[overflow_bits(v * window, expected)];
     windows.erase(0);
-    const auto most = std::ranges::max_element(windows, {}, [](const auto& one) { return one.second; });
+    const auto most = std::ranges::max_element(windows, {}, [](const auto& bits) { return bits.second; });
     const int bits = most == windows.end() || 10 * most->second < stretch.values.size() ? 0 : most->first;
     if (bits > 0)
       problems.push_back(
-          fmt::format("segment '{}' of run {}: counts differ by 2^{} from the {:.0f} pulses per window that K_m lets "
-                      "expect: a counter of {} bits ran over. Count over shorter windows, or add what was lost",
+          fmt::format("segment '{}' of run {}: counts differ by 2^{} from the {:.0f} pulses per window that K_m "
+                      "predicts: a counter of {} bits overflowed. Count over shorter windows, or add the lost pulses",
                       position.label, position.run, bits, expected, bits));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);

@@ -4,7 +4,8 @@
 
 namespace tumble::accelerometer_four_position {
 
-/// What is odd in the positions, what the test hides and what its temperatures allow.
+/// Adds findings about faults of the positions, about terms that the test hides, and about the polynomials that its
+/// temperatures allow.
 void add_findings(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured,
                   Findings& findings);
 

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
-#include "tumble/core/say.hpp"
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
+#include "tumble/reduce/accelerometer/samples.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
 
@@ -16,27 +17,18 @@ namespace tumble::accelerometer_four_position {
 namespace {
 
 constexpr double near_axis = 0.05;  ///< [rad] by which an axis may lean and still count as vertical
-constexpr double whole = 1e9;       ///< [s] longer than any segment: one row for each
+constexpr double one_row = 1e9;     ///< [s] longer than any segment: one row for each
 
 linear::Problem problem_of(const Settings& settings, const std::string& role) {
   linear::Problem problem;
   problem.role = role;
   problem.input = [](const Felt& felt) { return felt.specific_force.x; };
   problem.settling = settings.number("settling");
-  problem.averaging = whole;
+  problem.averaging = one_row;
   return problem;
 }
 
-void check_settings(const Settings& settings) {
-  std::vector<std::string> problems;
-  if (settings.number("settling") < 0.0) problems.push_back("[settings] settling must not be negative");
-  for (const char* name : {"averaging", "same_temperature"})
-    if (!(settings.number(name) > 0.0)) problems.push_back(fmt::format("[settings] {} must be above zero", name));
-  if (settings.number("thermometer_sd") < 0.0) problems.push_back("[settings] thermometer_sd must not be negative");
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-}
-
-/// What the rig makes the instrument feel over a stretch: temperature in the mean, and second half minus first.
+/// Commanded temperature over a stretch: its mean, and that of the second half minus that of the first.
 void set_commanded_temperature(const PowerUp& power_up, const Stretch& stretch, Position& position) {
   constexpr std::size_t points = 16;
   std::vector<Felt> felt(points);
@@ -48,7 +40,7 @@ void set_commanded_temperature(const PowerUp& power_up, const Stretch& stretch, 
   position.temperature_drift = halves[1] - halves[0];
 }
 
-/// The same as measured. False where the channel has no samples there.
+/// Measured temperature over a stretch, likewise. Returned: false where the channel has no samples there.
 bool set_measured_temperature(const Channel& channel, const Stretch& stretch, Position& position) {
   const double begin = stretch.power_on + stretch.first, end = begin + stretch.duration();
   const double middle = 0.5 * (begin + end);
@@ -98,7 +90,7 @@ void set_scatter(const Stretch& stretch, double averaging, Position& position) {
   position.freedom = static_cast<double>(means.size() - 1);
 }
 
-/// A segment that commands the temperature alone is for the instrument to soak.
+/// Whether a segment commands the temperature alone, for the instrument to soak.
 bool is_soak(const PowerUp& power_up, const Stretch& stretch) {
   const auto& axes = power_up.rig.segments[stretch.segment].axes;
   return axes.size() == 1 && axes.begin()->first == "temperature";
@@ -106,7 +98,7 @@ bool is_soak(const PowerUp& power_up, const Stretch& stretch) {
 
 void add_positions(const Evidence* measured, double averaging, Bench& bench) {
   std::map<std::size_t, std::size_t> power_ups;
-  std::vector<std::string> odd;
+  std::vector<std::string> skipped;
   bench.measured_temperature = measured != nullptr;
   for (std::size_t g = 0; g < bench.evidence.test.stretches.size(); ++g) {
     const auto& stretch = bench.evidence.test.stretches[g];
@@ -123,15 +115,17 @@ void add_positions(const Evidence* measured, double averaging, Bench& bench) {
     if (!thermometer || !set_measured_temperature(*thermometer, stretch, position)) bench.measured_temperature = false;
     set_scatter(stretch, averaging, position);
     if (position.place == Place::none) {
-      odd.push_back("'" + stretch.label + "'");
+      skipped.push_back(stretch.label);
       continue;
     }
     bench.positions.push_back(std::move(position));
   }
-  if (!odd.empty())
-    bench.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("not used, since no axis of the instrument is vertical there: {}", fmt::join(odd, ", ")), ""});
+  if (!skipped.empty())
+    bench.findings.push_back({Finding::Severity::warning,
+                              "no_axis_vertical",
+                              {{"segments", accelerometer::quoted(skipped)}},
+                              "",
+                              {skipped.size(), {}, {}}});
 }
 
 const char* words_of(const Position& position) {
@@ -141,7 +135,7 @@ const char* words_of(const Position& position) {
   return position.upwards ? "2 (pendulum axis up)" : "4 (pendulum axis down)";
 }
 
-/// A cell being filled.
+/// A cell to which positions are added.
 struct Open {
   std::optional<std::size_t> slots[4];  ///< positions 1 to 4
   double first_temperature = 0.0;
@@ -154,13 +148,35 @@ std::size_t slot_of(const Position& position) {
   return position.upwards ? 1 : 3;
 }
 
-/// What a cell lacks, in words; empty: nothing.
-std::string lack_of(const Open& open, bool all_four) {
+/// A cell that lacks positions.
+struct Lack {
+  int run = 1;
+  double temperature = 0.0;                           ///< [K]
+  std::vector<std::size_t> missing;                   ///< positions 1 to 4
+  const Position *twice = nullptr, *again = nullptr;  ///< two of its segments that hold the same position; null: none
+};
+
+std::string problem_of(const Lack& lack) {
   const char* names[4] = {"1 (input axis up)", "2 (level)", "3 (input axis down)", "4 (level, turned over against 2)"};
   std::vector<std::string> missing;
-  for (std::size_t k = 0; k < 4; ++k)
-    if (!open.slots[k] && (all_four || k % 2 == 0)) missing.emplace_back(names[k]);
-  return missing.empty() ? "" : fmt::format("position {} missing", fmt::join(missing, " and "));
+  for (const std::size_t number : lack.missing) missing.emplace_back(names[number - 1]);
+  const std::string twice = lack.twice ? fmt::format("; segments '{}' and '{}' both hold position {}",
+                                                     lack.twice->label, lack.again->label, words_of(*lack.again))
+                                       : "";
+  return fmt::format("run {}, {}: position {} missing{}", lack.run, in_words(lack.temperature),
+                     fmt::join(missing, " and "), twice);
+}
+
+Finding finding_of(const Lack& lack) {
+  std::vector<FindingValue> values{{"run", lack.run},
+                                   {"temperature", lack.temperature, "degC"},
+                                   {"missing", fmt::format("{}", fmt::join(lack.missing, ", "))}};
+  if (lack.twice) {
+    values.emplace_back("segment", lack.twice->label);
+    values.emplace_back("other", lack.again->label);
+    values.emplace_back("position", slot_of(*lack.again) + 1);
+  }
+  return {Finding::Severity::warning, lack.twice ? "position_missing_other_twice" : "position_missing", values};
 }
 
 class Cells {
@@ -173,27 +189,28 @@ class Cells {
     const bool elsewhere =
         !open_.empty && (position.power_up != bench_.positions[last_].power_up ||
                          std::abs(position.temperature - open_.first_temperature) > same_ || other_axis(position));
-    if (elsewhere) close("");
-    if (open_.slots[slot])
-      close(fmt::format("; segments '{}' and '{}' both hold position {}", bench_.positions[*open_.slots[slot]].label,
-                        position.label, words_of(position)));
+    if (elsewhere) close();
+    if (open_.slots[slot]) close(&bench_.positions[*open_.slots[slot]], &position);
     if (open_.empty) open_.first_temperature = position.temperature;
     open_.empty = false;
     open_.slots[slot] = last_ = index;
   }
 
-  void close(const std::string& why) {
+  /// Ends the cell. Given: two segments that hold the same position, where that is why it ends.
+  void close(const Position* twice = nullptr, const Position* again = nullptr) {
     if (open_.empty) return;
-    const auto lack = lack_of(open_, all_four_);
     const Position& position = bench_.positions[last_];
-    if (lack.empty())
+    Lack lack{position.run, position.temperature, {}, twice, again};
+    for (std::size_t k = 0; k < 4; ++k)
+      if (!open_.slots[k] && (all_four_ || k % 2 == 0)) lack.missing.push_back(k + 1);
+    if (lack.missing.empty())
       push();
     else
-      lacks_.push_back(fmt::format("run {}, {}: {}{}", position.run, in_words(position.temperature), lack, why));
+      lacks_.push_back(std::move(lack));
     open_ = {};
   }
 
-  const std::vector<std::string>& lacks() const { return lacks_; }
+  const std::vector<Lack>& lacks() const { return lacks_; }
 
  private:
   bool other_axis(const Position& position) const {
@@ -230,31 +247,29 @@ class Cells {
   double same_;
   Open open_;
   std::size_t last_ = 0;
-  std::vector<std::string> lacks_;
+  std::vector<Lack> lacks_;
 };
 
-void add_cells(const Settings& settings, Bench& bench) {
-  Cells cells(bench, settings.word("estimator") == "four_positions", settings.number("same_temperature"));
-  for (std::size_t i = 0; i < bench.positions.size(); ++i) cells.add(i);
-  cells.close("");
-  if (bench.cells.empty()) {
-    auto problems = cells.lacks();
-    if (problems.empty()) problems.push_back("no segment holds the instrument with an axis up or down");
-    problems.push_back(
-        "four positions are needed at each temperature: input axis up, level, down, and level turned over; where the "
-        "rig stands says which is which");
-    throw Error(Error::Kind::bad_data, problems);
-  }
-  for (const auto& lack : cells.lacks())
-    bench.findings.push_back({Finding::Severity::warning, "not used: " + lack, ""});
+[[noreturn]] void refuse_without_cells(const std::vector<Lack>& lacks) {
+  std::vector<std::string> problems;
+  for (const auto& lack : lacks) problems.push_back(problem_of(lack));
+  if (problems.empty()) problems.push_back("no segment holds the instrument with an axis up or down");
+  problems.push_back(
+      "the method needs four positions at each temperature: input axis up, level, down, and level turned over; the "
+      "axes of the rig show which is which");
+  throw Error(Error::Kind::bad_data, problems);
+}
+
+/// Groups of cells whose temperatures are closer than `same` [K] to that of the next.
+void set_groups(double same, Bench& bench) {
   std::vector<std::size_t> order(bench.cells.size());
-  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
+  std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](std::size_t c) { return bench.cells[c].temperature; });
   std::vector<double> counts;
   double before = -INFINITY;
   for (const std::size_t c : order) {
     Cell& cell = bench.cells[c];
-    if (cell.temperature - before > settings.number("same_temperature")) {
+    if (cell.temperature - before > same) {
       bench.group_temperature.push_back(0.0);
       counts.push_back(0.0);
     }
@@ -266,8 +281,18 @@ void add_cells(const Settings& settings, Bench& bench) {
   for (std::size_t k = 0; k < counts.size(); ++k) bench.group_temperature[k] /= counts[k];
 }
 
-/// Level of the white noise: what the averages scatter by, the rounding to pulses of variance 1/6 pulse^2 each taken
-/// off (3.14).
+void add_cells(const Settings& settings, Bench& bench) {
+  const double same = settings.number("same_temperature");
+  Cells cells(bench, settings.word("estimator") == "four_positions", same);
+  for (std::size_t i = 0; i < bench.positions.size(); ++i) cells.add(i);
+  cells.close();
+  if (bench.cells.empty()) refuse_without_cells(cells.lacks());
+  for (const auto& lack : cells.lacks()) bench.findings.push_back(finding_of(lack));
+  set_groups(same, bench);
+}
+
+/// Level of the white noise: the scatter of the averages, from which the rounding to pulses, of variance 1/6 pulse^2
+/// each, is subtracted (3.14).
 void set_white(Bench& bench) {
   double squares = 0.0, rounding = 0.0;
   for (const auto& position : bench.positions) {
@@ -287,40 +312,47 @@ std::string in_words(double temperature) {
   return fmt::format("{:.1f} degC", std::round(10.0 * (temperature - 273.15)) / 10.0 + 0.0);
 }
 
+namespace {
+
+/// The positions and cells of a bench whose output, scale factor and `evidence` are set.
+void complete(const Settings& settings, const Evidence* measured, Bench& bench) {
+  bench.rows = linear::rows_of(bench.evidence, bench.problem);
+  for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
+  add_positions(measured, settings.number("averaging"), bench);
+  if (measured) refuse_overflow(bench);
+  add_cells(settings, bench);
+  if (measured) set_white(bench);
+}
+
+void set_scale(double reference, const accelerometer::Output& output, Bench& bench) {
+  bench.output = output;
+  bench.reference_scale_factor = reference;
+  if (output.pulses) bench.pulse = 1.0 / std::abs(reference);
+}
+
+}  // namespace
+
 Bench bench_of(const Evidence& evidence, const std::string& role) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const Settings& settings = evidence.plan.settings;
-  check_settings(settings);
+  const Channel& channel = require_channel(evidence, evidence.recordings.front(), role);
   Bench bench;
-  bench.output = accelerometer::output_of(require_channel(evidence, evidence.recordings.front(), role));
-  bench.reference_scale_factor = reference_scale_factor(settings, bench.output);
-  if (bench.output.pulses) bench.pulse = 1.0 / std::abs(bench.reference_scale_factor);
+  set_scale(accelerometer::required_scale_factor(settings, channel), accelerometer::output_of(channel), bench);
   bench.problem = problem_of(settings, role);
   bench.problem.scale = 1.0 / bench.reference_scale_factor;
   bench.problem.pulse = bench.pulse;
   bench.rates = std::make_shared<const Evidence>(per_second(evidence, role, bench.findings));
   bench.evidence = linear::evidence_of(*bench.rates, bench.problem);
-  bench.rows = linear::rows_of(bench.evidence, bench.problem);
-  for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
-  add_positions(&evidence, settings.number("averaging"), bench);
-  refuse_overflow(bench);
-  add_cells(settings, bench);
-  set_white(bench);
+  complete(settings, &evidence, bench);
   return bench;
 }
 
 Bench bench_of(const Plan& plan) {
-  check_settings(plan.settings);
   Bench bench;
-  bench.output = accelerometer::output_of(plan.truth, plan.sample_rate);
-  bench.reference_scale_factor = accelerometer::scale_factor_of(plan.truth);
-  if (bench.output.pulses) bench.pulse = 1.0 / std::abs(bench.reference_scale_factor);
+  set_scale(accelerometer::scale_factor_of(plan.truth), accelerometer::output_of(plan.truth, plan.sample_rate), bench);
   bench.problem = problem_of(plan.settings, "accelerometer");
   bench.evidence = linear::evidence_of(plan, bench.problem);
-  bench.rows = linear::rows_of(bench.evidence, bench.problem);
-  for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
-  add_positions(nullptr, plan.settings.number("averaging"), bench);
-  add_cells(plan.settings, bench);
+  complete(plan.settings, nullptr, bench);
   return bench;
 }
 

@@ -51,7 +51,7 @@ struct Cell {
 
 /// The test, as read.
 struct Bench {
-  std::shared_ptr<const Evidence> rates;  ///< what `evidence` speaks of: counts per second; null where predicted
+  std::shared_ptr<const Evidence> rates;  ///< recordings of `evidence`: counts per second; null where predicted
   linear::Evidences evidence;
   linear::Rows rows;        ///< one row a stretch
   linear::Problem problem;  ///< input a_i, no columns
@@ -61,16 +61,16 @@ struct Bench {
   accelerometer::Output output;
   double reference_scale_factor = 1.0;  ///< K_m [SI]
   double pulse = 0.0;                   ///< [m/s] of one pulse at K_m; 0: not counted
-  double white = 0.0;                   ///< [(m/s^2)^2 s] white noise of the output, the rounding to pulses taken off
+  double white = 0.0;                   ///< [(m/s^2)^2 s] white noise of the output, without the rounding to pulses
   double white_freedom = 0.0;
   bool measured_temperature = false;  ///< false: as the schedule commands
   Findings findings;
 };
 
-/// "20.0 degC" for a temperature [K], to a tenth.
+/// "20.0 degC" for a temperature [K], to a tenth of a degree.
 std::string in_words(double temperature);
 
-/// Reads the channel `role`. Throws Error::bad_input, bad_data that list all that is missing.
+/// Reads the channel `role`. Throws Error::bad_input, bad_data that list everything that is missing.
 Bench bench_of(const Evidence& evidence, const std::string& role);
 
 /// The bench of a plan, around its [truth].

@@ -4,9 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/methods/accelerometer_four_position/estimator.hpp"
-#include "tumble/methods/accelerometer_four_position/polynomial.hpp"
-#include "tumble/methods/accelerometer_four_position/positions.hpp"
+#include "tumble/methods/accelerometer_four_position/design.hpp"
 
 /// From positions to coefficients over temperature with their covariance.
 namespace tumble::accelerometer_four_position {
@@ -25,19 +23,19 @@ struct Reduced {
   Matrix covariance;
   std::vector<double> degrees_of_freedom;
   std::vector<SourceCovariance> sources;
-  std::array<double, quantities> repeatability{};  ///< sd of a cell beyond what is known [SI]
-  bool repeated = false;                           ///< some temperature was taken more than once
-  bool repeatability_known = false;                ///< there is freedom enough to find it
+  std::array<double, quantities> repeatability{};  ///< sd of a cell beyond the known sources [SI]
+  bool repeated = false;                           ///< some temperature was measured more than once
+  bool repeatability_known = false;                ///< there are enough degrees of freedom to estimate it
   Fit fit;
 };
 
-/// What is known of the noise where there are no data: turn-on repeatability of the bias [m/s^2].
+/// Known noise where there are no data.
 struct Expected {
-  double turn_on_sd = 0.0;
+  double turn_on_sd = 0.0;  ///< turn-on repeatability of the bias [m/s^2]
 };
 
 /// Positions -> cells by (3.5) -> polynomials (3.6) by generalised least squares, weights from the noise, the rig's
-/// errors and the repeatability found by restricted likelihood.
+/// errors and the repeatability by restricted likelihood.
 ///
 /// Given     order     highest power of T
 ///           two       the source's estimator, positions 1 and 3 alone

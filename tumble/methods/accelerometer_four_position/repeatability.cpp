@@ -2,72 +2,65 @@
 
 #include <set>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-MatrixXd means_by_temperature(const Bench& bench) {
-  MatrixXd x = MatrixXd::Zero(at(bench.cells.size()), at(bench.group_temperature.size()));
-  for (std::size_t c = 0; c < bench.cells.size(); ++c) x(at(c), at(bench.cells[c].group)) = 1.0;
+Matrix means_by_temperature(const Bench& bench) {
+  Matrix x(bench.cells.size(), bench.group_temperature.size());
+  for (std::size_t c = 0; c < bench.cells.size(); ++c) x(c, bench.cells[c].group) = 1.0;
   return x;
 }
 
 /// About the columns of x.
-Found repeatability_of(const Bench& bench, const Stacked& all, std::size_t block, const MatrixXd& x,
-                       const MatrixXd& known) {
-  const Index n = at(all.cells), first = all.index(block, 0);
-  std::vector<Matrix> kernels{plain(MatrixXd::Identity(n, n))};
+Repeatability repeatability_of(const Bench& bench, const Stacked& all, std::size_t quantity, const Matrix& x,
+                               const Matrix& known) {
+  const std::size_t n = all.cells, first = all.index(quantity, 0);
+  std::vector<Matrix> kernels{identity(n)};
   std::vector<std::string> names{repeated(bench) ? "repeatability" : "scatter about the polynomial"};
   std::set<std::size_t> power_ups;
   for (const auto& cell : bench.cells) power_ups.insert(cell.power_up);
-  if (power_ups.size() > 1 && power_ups.size() < all.cells && n - x.cols() >= 3) {
-    kernels.push_back(plain(same_power_up(bench)));
+  if (power_ups.size() > 1 && power_ups.size() < n && n >= x.columns + 3) {
+    kernels.push_back(same_power_up(bench));
     names.emplace_back("turn-on repeatability");
   }
-  const VectorXd z = all.z.segment(first, n);
-  const Components found =
-      components_of(plain(x), {z.data(), z.data() + n}, plain(known.block(first, first, n, n)), kernels);
-  Found out;
+  const auto z = all.z.begin() + static_cast<std::ptrdiff_t>(first);
+  const Components components =
+      components_of(x, {z, z + static_cast<std::ptrdiff_t>(n)}, block(known, first, n, first, n), kernels);
+  Repeatability out;
   for (std::size_t k = 0; k < kernels.size(); ++k) {
-    MatrixXd kernel = MatrixXd::Zero(all.z.size(), all.z.size());
-    kernel.block(first, first, n, n) = map(kernels[k]);
-    out.unknown.push_back({names[k], std::move(kernel), found.variance[k]});
+    Matrix kernel(all.z.size(), all.z.size());
+    set_block(kernel, first, first, kernels[k]);
+    out.unknown.push_back({names[k], std::move(kernel), components.variance[k]});
   }
-  out.covariance = map(found.covariance);
+  out.covariance = components.covariance;
   return out;
 }
 
 }  // namespace
 
-MatrixXd same_power_up(const Bench& bench) {
-  const Index n = at(bench.cells.size());
-  MatrixXd kernel = MatrixXd::Zero(n, n);
-  for (Index a = 0; a < n; ++a)
-    for (Index b = 0; b < n; ++b)
-      kernel(a, b) =
-          bench.cells[static_cast<std::size_t>(a)].power_up == bench.cells[static_cast<std::size_t>(b)].power_up;
+Matrix same_power_up(const Bench& bench) {
+  const std::size_t n = bench.cells.size();
+  Matrix kernel(n, n);
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b) kernel(a, b) = bench.cells[a].power_up == bench.cells[b].power_up;
   return kernel;
 }
 
 bool repeated(const Bench& bench) { return bench.cells.size() > bench.group_temperature.size(); }
 
-std::vector<Found> repeatabilities(const Bench& bench, const Stacked& all, const Design& design,
-                                   const MatrixXd& known) {
-  std::vector<Found> found;
-  for (std::size_t b = 0; b < all.active.size(); ++b) {
-    const Polynomial& block = design.blocks[b];
-    const MatrixXd x = repeated(bench)
-                           ? means_by_temperature(bench)
-                           : MatrixXd(design.x.block(all.index(b, 0), at(block.first), at(all.cells), at(block.count)));
-    found.push_back(repeatability_of(bench, all, b, x, known));
+std::vector<Repeatability> repeatabilities(const Bench& bench, const Stacked& all, const Design& design,
+                                           const Matrix& known) {
+  std::vector<Repeatability> out;
+  for (std::size_t q = 0; q < all.active.size(); ++q) {
+    const Polynomial& p = design.blocks[q];
+    const Matrix x =
+        repeated(bench) ? means_by_temperature(bench) : block(design.x, all.index(q, 0), all.cells, p.first, p.count);
+    out.push_back(repeatability_of(bench, all, q, x, known));
   }
-  return found;
+  return out;
 }
 
 }  // namespace tumble::accelerometer_four_position

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -11,27 +10,28 @@ namespace tumble::accelerometer_four_position {
 /// A variance that is not known beforehand.
 struct Unknown {
   std::string name;
-  Eigen::MatrixXd kernel;  ///< covariance of Stacked::z for a unit of it
+  Matrix kernel;  ///< covariance of Stacked::z for a unit of it
   double variance = 0.0;
 };
 
-/// The variances of one quantity: of single cells first, then of power-ups where these can be told from them.
-struct Found {
+/// The variances of one quantity: of single cells first, then of power-ups where the test distinguishes them.
+struct Repeatability {
   std::vector<Unknown> unknown;
-  Eigen::MatrixXd covariance;  ///< of the variances
+  Matrix covariance;  ///< of the variances
 };
 
-/// 1 where two cells share a power-up.
-Eigen::MatrixXd same_power_up(const Bench& bench);
+/// 1 where two cells share a power-up: [cells x cells].
+Matrix same_power_up(const Bench& bench);
 
-/// What the cells of each quantity scatter by beyond what is known, by restricted likelihood: about one mean for each
-/// temperature where some were taken more than once, since that knows nothing of the polynomial; else about it.
+/// Scatter of the cells of each quantity beyond the known noise, by restricted likelihood: about one mean for each
+/// temperature where some were measured more than once, since that does not depend on the polynomial; else about it.
 ///
+/// Given     known  covariance of Stacked::z [n x n]
 /// Returned  one for each of Stacked::active
-std::vector<Found> repeatabilities(const Bench& bench, const Stacked& all, const Design& design,
-                                   const Eigen::MatrixXd& known);
+std::vector<Repeatability> repeatabilities(const Bench& bench, const Stacked& all, const Design& design,
+                                           const Matrix& known);
 
-/// Whether some temperature was taken more than once.
+/// Whether some temperature was measured more than once.
 bool repeated(const Bench& bench);
 
 }  // namespace tumble::accelerometer_four_position

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/say.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/findings.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -80,24 +80,16 @@ void add_polynomial(const Reduced& reduced, Quantity quantity, const Face& face,
   add({face.name, face.symbol, Unit::parse(face.unit), 0.0, face.description + where}, weights);
   if (!face.letter || !over_temperature) return;
   for (std::size_t j = 0; j < p.count; ++j) {
-    std::vector<double> one(n, 0.0);
-    one[p.first + j] = 1.0;
+    std::vector<double> unit(n, 0.0);
+    unit[p.first + j] = 1.0;
     const std::string name = fmt::format("{}_{}", face.letter, j);
     add({name, name, unit_of_power(face, j), 0.0,
          fmt::format("{} per T^{}, T in degC", quantity == bias ? "bias" : "scale factor error", j)},
-        one);
+        unit);
   }
 }
 
-double covariance_of(const Matrix& c, const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for (std::size_t j = 0; j < b.size(); ++j)
-      if (a[i] != 0.0 && b[j] != 0.0) sum += a[i] * b[j] * c(i, j);
-  return sum;
-}
-
-/// Of a combination: Welch-Satterthwaite over the coefficients by their shares of its variance.
+/// Degrees of freedom of a combination: Welch-Satterthwaite over the coefficients by their shares of its variance.
 double freedom_of(const Reduced& reduced, const std::vector<double>& weights) {
   double freedom = std::numeric_limits<double>::infinity();
   for (std::size_t j = 0; j < weights.size(); ++j)
@@ -117,9 +109,9 @@ void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate&
 }
 
 Table temperatures(const Bench& bench, const Reduced& reduced) {
-  const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), one;
+  const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), number;
   Table table{"temperatures", "one row for each set of positions: scale factor and bias by (3.5)", {}, {}};
-  table.columns = {{"run", one},
+  table.columns = {{"run", number},
                    {"temperature", Unit::parse("degC")},
                    {"temperature_spread", kelvin},
                    {"scale_factor", bench.output.scale_factor},
@@ -148,11 +140,11 @@ Table temperatures(const Bench& bench, const Reduced& reduced) {
 }
 
 Table positions(const Bench& bench) {
-  const Unit one, g = Unit::parse("g");
+  const Unit number, g = Unit::parse("g");
   Table table{"positions", "mean output of each position over the reference scale factor", {}, {}};
-  table.columns = {{"label", one},
-                   {"run", one},
-                   {"position", one},
+  table.columns = {{"label", number},
+                   {"run", number},
+                   {"position", number},
                    {"temperature", Unit::parse("degC")},
                    {"duration", Unit::parse("s")},
                    {"window", Unit::parse("s")},
@@ -167,7 +159,7 @@ Table positions(const Bench& bench) {
   return table;
 }
 
-/// The polynomial over the temperatures of the test with its band, and what each set of positions gave.
+/// The polynomial over the temperatures of the test with its band, and the result of each set of positions.
 void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, const Face& face, Estimate& estimate) {
   constexpr std::size_t points = 60;
   const Polynomial& p = reduced.polynomial[quantity];
@@ -189,7 +181,7 @@ void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, c
     for (std::size_t j = 0; j < p.count; ++j) weights[p.first + j] = power[j];
     const double value = at_temperature(reduced.parameters, p, t);
     const double half = student_quantile(0.975, freedom_of(reduced, weights)) *
-                        std::sqrt(std::max(0.0, covariance_of(reduced.covariance, weights, weights)));
+                        std::sqrt(std::max(0.0, quadratic_form(weights, reduced.covariance)));
     line.x.values.push_back(t);
     line.y.values.push_back(value);
     line.lower.push_back(value - half);
@@ -208,7 +200,7 @@ void add_curves(const Bench& bench, const Reduced& reduced, Quantity quantity, c
   estimate.curves.push_back(std::move(dots));
 }
 
-/// What `compensate` may rely on.
+/// Range for `compensate`.
 Table calibrated_range(const Bench& bench) {
   Table table{"calibrated_range", "temperatures of the test", {}, {}};
   const Unit celsius = Unit::parse("degC");

@@ -4,17 +4,13 @@
 #include <array>
 #include <cmath>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-/// What the instrument shows beyond the specific force, as found so far: one column with the coefficient 1.
+/// Output of the instrument minus the specific force by a first fit: one column with the coefficient 1.
 Term model_of(const Bench& bench, const Stacked& all, const Design& design, const std::vector<double>& parameters) {
   const std::array<std::string, quantities> names{"bias", "scale_factor_error", "second_order_coefficient",
                                                   bench.cells.front().o_level ? "misalignment_p" : "misalignment_o"};
@@ -37,16 +33,16 @@ Term model_of(const Bench& bench, const Stacked& all, const Design& design, cons
 
 }  // namespace
 
-void add(std::vector<Source>& sources, const std::string& name, const MatrixXd& covariance) {
-  const auto found = std::ranges::find(sources, name, &Source::name);
-  if (found == sources.end())
+void add(std::vector<Source>& sources, const std::string& name, const Matrix& covariance) {
+  const auto source = std::ranges::find(sources, name, &Source::name);
+  if (source == sources.end())
     sources.push_back({name, covariance});
   else
-    found->covariance += covariance;
+    source->covariance += covariance;
 }
 
-MatrixXd sum_of(const std::vector<Source>& sources) {
-  MatrixXd v = sources.front().covariance;
+Matrix sum_of(const std::vector<Source>& sources) {
+  Matrix v = sources.front().covariance;
   for (std::size_t k = 1; k < sources.size(); ++k) v += sources[k].covariance;
   return v;
 }
@@ -54,39 +50,35 @@ MatrixXd sum_of(const std::vector<Source>& sources) {
 std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const Design& design,
                                   const std::vector<double>& parameters) {
   std::vector<Source> sources;
-  const Index stretches = all.slope.cols();
-  VectorXd noise = VectorXd::Zero(stretches), counting = VectorXd::Zero(stretches);
+  std::vector<double> noise(all.slope.columns), counting(all.slope.columns);
   for (const auto& position : bench.positions) {
-    noise[at(position.stretch)] = bench.white / position.seconds;
-    counting[at(position.stretch)] = pulses::rounding_variance(bench.pulse, position.seconds);
+    noise[position.stretch] = bench.white / position.seconds;
+    counting[position.stretch] = pulses::rounding_variance(bench.pulse, position.seconds);
   }
-  add(sources, "output noise", all.slope * noise.asDiagonal() * all.slope.transpose());
-  if (bench.pulse > 0.0) add(sources, "counting", all.slope * counting.asDiagonal() * all.slope.transpose());
+  add(sources, "output noise", sandwich(all.slope, noise));
+  if (bench.pulse > 0.0) add(sources, "counting", sandwich(all.slope, counting));
   linear::Problem problem = bench.problem;
   problem.columns = {model_of(bench, all, design, parameters)};
   for (const auto& effect : linear::effects_of(bench.evidence, problem, bench.rows, {1.0})) {
-    VectorXd shift = VectorXd::Zero(stretches);
-    for (std::size_t i = 0; i < effect.column.size(); ++i) shift[at(bench.rows.segment[i])] = effect.column[i];
-    const VectorXd moved = all.slope * shift;
-    if (effect.each_segment)
-      add(sources, effect.source, all.slope * shift.cwiseAbs2().asDiagonal() * all.slope.transpose());
-    else
-      add(sources, effect.source, moved * moved.transpose());
+    std::vector<double> shift(all.slope.columns);
+    for (std::size_t i = 0; i < effect.column.size(); ++i) shift[bench.rows.segment[i]] = effect.column[i];
+    const auto moved = all.slope * shift;
+    add(sources, effect.source, effect.each_segment ? sandwich(all.slope, scaled(shift, shift)) : outer(moved, moved));
   }
   return sources;
 }
 
-void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const VectorXd& centred, double sd,
-                     std::vector<Source>& sources) {
+void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const std::vector<double>& centred,
+                     double sd, std::vector<Source>& sources) {
   if (!(sd > 0.0)) return;
-  VectorXd shift = VectorXd::Zero(all.z.size());
+  std::vector<double> shift(all.z.size());
   for (std::size_t b = 0; b < all.active.size(); ++b)
     for (std::size_t c = 0; c < all.cells; ++c)
       for (std::size_t k = 1; k < design.blocks[b].count; ++k)
-        shift[all.index(b, c)] += sd * centred[at(design.blocks[b].first + k)] * static_cast<double>(k) *
+        shift[all.index(b, c)] += sd * centred[design.blocks[b].first + k] * static_cast<double>(k) *
                                   std::pow(design.u(bench.cells[c].temperature), static_cast<double>(k - 1)) /
                                   design.half;
-  add(sources, "thermometer", shift * shift.transpose());
+  add(sources, "thermometer", outer(shift, shift));
 }
 
 }  // namespace tumble::accelerometer_four_position

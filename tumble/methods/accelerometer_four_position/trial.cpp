@@ -32,7 +32,7 @@ void add_schedule(Plan& plan) {
     }
 }
 
-/// What the closed forms give without noise at one temperature.
+/// Results of the closed forms without noise at one temperature.
 FourResults exact(const Plan& plan, double celsius, double gravity) {
   const Model& model = find_model("pendulous_accelerometer");
   const Output output = model.outputs(plan.truth).front();

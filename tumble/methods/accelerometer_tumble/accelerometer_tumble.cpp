@@ -8,19 +8,15 @@
 namespace tumble::accelerometer_tumble {
 namespace {
 
-std::vector<Role> roles() { return {accelerometer::role()}; }
-
 Estimate identify(const Evidence& evidence, const Progress&) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const auto& settings = evidence.plan.settings;
   const Evidence used = accelerometer::at_one_rate(evidence);
-  auto found = accelerometer::identify(used, problem_of(settings), refine_of(settings));
-  return answer_of(used, std::move(found));
+  return answer_of(used, accelerometer::identify(used, problem_of(settings), refine_of(settings)));
 }
 
 Estimate predict(const Plan& plan) {
-  auto found = accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings));
-  return answer_of({plan, {}, {}}, std::move(found));
+  return answer_of({plan, {}, {}}, accelerometer::predict(plan, problem_of(plan.settings), refine_of(plan.settings)));
 }
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
@@ -36,7 +32,7 @@ extern const Method accelerometer_tumble{
         "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slide 47, the form of GJB 2504; Lu "
         "Hanjie, Liu Yabin, Zhou Qiang, 2019, eq. (1), (4)-(6)",
     .needs_plan = true,
-    .roles = roles,
+    .roles = accelerometer::roles,
     .options = options,
     .identify = identify,
     .trial = trial,

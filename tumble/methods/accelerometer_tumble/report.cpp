@@ -1,11 +1,8 @@
 #include "tumble/methods/accelerometer_tumble/report.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/accelerometer/faults.hpp"
 #include "tumble/reduce/accelerometer/hidden.hpp"
@@ -19,22 +16,31 @@ namespace {
 using accelerometer::Normalised;
 using linear::Solution;
 
-const std::vector<std::string> simple{"bias", "scale_factor_error", "second_order_coefficient", "misalignment_o",
-                                      "misalignment_p"};
-const std::vector<std::string> gjb{"bias",
-                                   "scale_factor_error",
-                                   "second_order_coefficient",
-                                   "third_order_coefficient",
-                                   "cross_coupling_ip",
-                                   "cross_coupling_io",
-                                   "misalignment_o",
-                                   "misalignment_p"};
-/// What a field of 1 g hides, wholly or nearly.
-const std::vector<std::string> beyond{"second_order_pp", "second_order_oo", "cross_coupling_po",
-                                      "odd_quadratic_coefficient"};
+std::vector<std::string> simple_terms() {
+  return {"bias", "scale_factor_error", "second_order_coefficient", "misalignment_o", "misalignment_p"};
+}
 
-Finding note(std::string text) { return {Finding::Severity::info, std::move(text), ""}; }
-Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
+std::vector<std::string> gjb_terms() {
+  return {"bias",
+          "scale_factor_error",
+          "second_order_coefficient",
+          "third_order_coefficient",
+          "cross_coupling_ip",
+          "cross_coupling_io",
+          "misalignment_o",
+          "misalignment_p"};
+}
+
+/// Terms that a field of 1 g hides, completely or nearly.
+std::vector<std::string> hidden_terms() {
+  return {"second_order_pp", "second_order_oo", "cross_coupling_po", "odd_quadratic_coefficient"};
+}
+
+std::vector<std::string> all_names() {
+  auto names = gjb_terms();
+  for (auto& name : hidden_terms()) names.push_back(std::move(name));
+  return names;
+}
 
 /// Whether some positions have the pendulum axis and others the output axis in the vertical plane.
 bool in_both_mounts(const Solution& solution) {
@@ -48,31 +54,31 @@ bool in_both_mounts(const Solution& solution) {
   return along_p && along_o;
 }
 
-/// Cross-couplings that are seen only mixed with K_3 are none: an alias of the positions (five of them, for example).
-void withhold_aliases(const Normalised& found, Estimate& estimate) {
+/// Removes cross-couplings that the positions show only mixed with K_3: aliases, at five positions for example.
+void withhold_aliases(const Normalised& fit, Estimate& estimate) {
   for (const char* name : {"cross_coupling_ip", "cross_coupling_io"}) {
-    const auto meaning = found.solution.stands_for.find(name);
-    if (meaning == found.solution.stands_for.end() || meaning->second.find("K_3") == std::string::npos) continue;
+    const auto meaning = fit.solution.stands_for.find(name);
+    if (meaning == fit.solution.stands_for.end() || meaning->second.find("K_3") == std::string::npos) continue;
     accelerometer::withhold(name, estimate);
-    estimate.findings.push_back(
-        warning(fmt::format("{} is not given: these positions show only {}", name, meaning->second)));
+    estimate.findings.push_back({Finding::Severity::warning,
+                                 "coefficient_mixed_with_third_order",
+                                 {{"parameter", name}, {"combination", meaning->second}}});
   }
 }
 
-/// What each term outside the model does to the coefficients at these positions.
-void say_what_one_g_hides(const Normalised& found, Estimate& estimate) {
-  for (const auto& term : accelerometer::terms_of(beyond)) {
-    if (std::ranges::find(found.problem.columns, term.name, &Term::name) != found.problem.columns.end()) continue;
-    const auto shares = accelerometer::shares_of(term, found.solution);
-    const auto words = accelerometer::said(shares, term);
-    if (words.empty() && term.name == "cross_coupling_po")
-      estimate.findings.push_back(note("these positions never excite K_po a_p a_o: nothing is said about it"));
-    if (words.empty() || shares.left > 0.2) continue;
-    std::string text =
-        fmt::format("a term {} of the instrument does not show by itself at 1 g: it changes {}", term.symbol, words);
-    if (term.name == "second_order_pp")
-      text += "; an elastic hinge has K_pp = -K_2, and what is found here is then twice the K_2 that vibration meets";
-    estimate.findings.push_back(note(std::move(text)));
+/// Findings about the effect of each term outside of the model on the coefficients at these positions.
+void add_hidden_terms(const Normalised& fit, Estimate& estimate) {
+  using enum Finding::Severity;
+  for (const auto& term : accelerometer::terms_of(hidden_terms())) {
+    if (std::ranges::find(fit.problem.columns, term.name, &Term::name) != fit.problem.columns.end()) continue;
+    const auto shares = accelerometer::shares_of(term, fit.solution);
+    const auto meanings = accelerometer::meanings(shares, term);
+    if (meanings.empty() && term.name == "cross_coupling_po")
+      estimate.findings.push_back({info, "products_across_not_excited", {}});
+    if (meanings.empty() || shares.unexplained > 0.2) continue;
+    estimate.findings.push_back({info,
+                                 term.name == "second_order_pp" ? "hinge_hidden_at_one_g" : "term_hidden_at_one_g",
+                                 {{"symbol", term.symbol}, {"meanings", meanings}}});
   }
 }
 
@@ -81,31 +87,28 @@ bool reversed(const Plan& plan) {
   std::vector<double> rolls;
   double roll = 0.0;
   for (const auto& segment : plan.schedule) {
-    if (const auto found = segment.axes.find("mount_roll"); found != segment.axes.end()) roll = found->second.value;
+    if (const auto axis = segment.axes.find("mount_roll"); axis != segment.axes.end()) roll = axis->second.value;
     rolls.push_back(std::remainder(roll, two_pi));
   }
-  return std::ranges::any_of(rolls, [&](double one) {
+  return std::ranges::any_of(rolls, [&](double first) {
     return std::ranges::any_of(
-        rolls, [&](double other) { return std::abs(std::abs(std::remainder(one - other, two_pi)) - pi) < 0.02; });
+        rolls, [&](double second) { return std::abs(std::abs(std::remainder(first - second, two_pi)) - pi) < 0.02; });
   });
 }
 
-void say_what_the_head_hides(const Plan& plan, Estimate& estimate) {
+void add_zero_of_head(const Plan& plan, Estimate& estimate) {
   const bool some = find_parameter(estimate, "misalignment_o") || find_parameter(estimate, "misalignment_p");
-  if (!has_one_index_axis(plan) || !some || reversed(plan)) return;
-  estimate.findings.push_back(
-      note("misalignment_o (misalignment_p) holds the zero of the head's angle, + (-) in full: positions with the "
-           "accelerometer turned by 180 deg about its input axis (mount_roll) take it out"));
+  if (has_one_index_axis(plan) && some && !reversed(plan))
+    estimate.findings.push_back({Finding::Severity::info, "zero_of_head_in_misalignment", {}});
 }
 
-void say_what_is_left_over(const Plan& plan, const Normalised& found, Estimate& estimate) {
-  const auto different = accelerometer::different_positions(plan);
-  const std::size_t parameters = found.solution.columns.size(), segments = found.solution.segments.size();
-  if (segments > parameters) return;
-  estimate.findings.push_back(warning(fmt::format(
-      "{} positions give {} parameters and leave nothing over: what the model lacks and what drifts from position to "
-      "position is not in the uncertainties; repeat positions, or take more of them",
-      different, parameters)));
+void warn_of_too_few_positions(const Plan& plan, const Normalised& fit, Estimate& estimate) {
+  const std::size_t parameters = fit.solution.columns.size();
+  if (fit.solution.segments.size() <= parameters)
+    estimate.findings.push_back(
+        {Finding::Severity::warning,
+         "no_position_to_spare",
+         {{"positions", accelerometer::different_positions(plan)}, {"parameters", parameters}}});
 }
 
 /// Residuals over the angle of the input axis from the horizontal, a curve for each mount.
@@ -138,24 +141,21 @@ void add_residuals(const Solution& solution, Estimate& estimate) {
 }  // namespace
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   auto options = linear::options("2 s", "10 s");
   options.push_back(linear::bias_instability_option("ug"));
-  options.push_back(accelerometer::scale_factor_option(
-      "nominal, \"2000 pulse/s/g\" or the like; not needed: what is found is compared with it"));
-  options.push_back({"terms",
-                     Type::word,
-                     "1",
-                     "mounts",
-                     {"simple", "gjb", "mounts", "all"},
-                     "simple: K_0, K_1, K_2 and misalignments; gjb: all of (4.19); mounts: K_pp - K_oo too where "
-                     "positions in both mounts show it; all: K_pp, K_oo, K_po and K_oq too as far as they show"});
+  options.push_back(
+      accelerometer::scale_factor_option("nominal scale factor, \"2000 pulse/s/g\" for example, with which the result "
+                                         "is compared; absent: no comparison"));
+  options.push_back(word("terms", {"simple", "gjb", "mounts", "all"})
+                        .otherwise("mounts")
+                        .says("simple: K_0, K_1, K_2 and misalignments; gjb: all of (4.19); mounts: also K_pp - K_oo "
+                              "where positions in both mounts show it; all: also K_pp, K_oo, K_po and K_oq as far as "
+                              "the positions show them"));
   return options;
 }
 
 std::vector<Term> all_terms() {
-  auto names = gjb;
-  names.insert(names.end(), beyond.begin(), beyond.end());
+  auto names = all_names();
   std::erase(names, "scale_factor_error");
   return accelerometer::terms_of(names);
 }
@@ -165,9 +165,9 @@ linear::Problem problem_of(const Settings& settings) {
   linear::set_options(settings, problem);
   problem.input = [](const Felt& felt) { return felt.specific_force.x; };
   const auto& word = settings.word("terms");
-  auto names = word == "simple" ? simple : gjb;
-  if (word == "all") names.insert(names.end(), beyond.begin(), beyond.end());
-  problem.columns = accelerometer::terms_of(names);
+  problem.columns = accelerometer::terms_of(word == "simple" ? simple_terms()
+                                            : word == "all"  ? all_names()
+                                                             : gjb_terms());
   problem.leave_out_first = {"odd_quadratic_coefficient",
                              "third_order_coefficient",
                              "second_order_oo",
@@ -189,26 +189,19 @@ accelerometer::Refine refine_of(const Settings& settings) {
   };
 }
 
-Estimate answer_of(const Evidence& evidence, Normalised found) {
+Estimate answer_of(const Evidence& evidence, Normalised fit) {
   const bool measured = !evidence.recordings.empty();
-  if (measured) accelerometer::refuse_clipped_and_overflown(evidence, found);
-  accelerometer::describe_dropped(found, "seven positions or more, evenly spaced over the turn, show all");
-  Estimate estimate = linear::answer_of(found.solution, "accelerometer_tumble", "g", {"i", "p", "o"});
-  withhold_aliases(found, estimate);
-  const auto add = [&](Findings findings) {
-    for (auto& one : findings) estimate.findings.push_back(std::move(one));
-  };
-  add(accelerometer::about_labels(evidence.plan));
-  if (measured) {
-    add(accelerometer::about_unsettled(evidence, found));
-    add(accelerometer::about_misplaced(found.solution));
-    add(accelerometer::about_signs(estimate, evidence.plan.settings, found.output));
-  }
-  say_what_is_left_over(evidence.plan, found, estimate);
-  say_what_one_g_hides(found, estimate);
-  say_what_the_head_hides(evidence.plan, estimate);
+  if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
+  accelerometer::describe_dropped(fit, "seven_positions_show_all");
+  Estimate estimate = linear::answer_of(fit.solution, "accelerometer_tumble", "g", {"i", "p", "o"});
+  withhold_aliases(fit, estimate);
+  for (auto& finding : accelerometer::about_labels(evidence.plan)) estimate.findings.push_back(std::move(finding));
+  if (measured) accelerometer::add_faults(evidence, fit, estimate);
+  warn_of_too_few_positions(evidence.plan, fit, estimate);
+  add_hidden_terms(fit, estimate);
+  add_zero_of_head(evidence.plan, estimate);
   if (evidence.plan.site) estimate.tables.push_back(accelerometer::in_local_g(estimate, gravity(*evidence.plan.site)));
-  add_residuals(found.solution, estimate);
+  add_residuals(fit.solution, estimate);
   return estimate;
 }
 

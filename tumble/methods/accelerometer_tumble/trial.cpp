@@ -10,16 +10,11 @@
 namespace tumble::accelerometer_tumble {
 namespace {
 
-struct Value {
-  const char* name;
-  double value;
-  const char* unit;
-};
-
-constexpr Value coefficients[] = {{"second_order_coefficient", 18, "ug/g^2"}, {"third_order_coefficient", -9, "ug/g^3"},
-                                  {"cross_coupling_ip", 25, "ug/g^2"},        {"cross_coupling_io", -14, "ug/g^2"},
-                                  {"misalignment_o", 95, "arcsec"},           {"misalignment_p", -60, "arcsec"},
-                                  {"second_order_pp", -18, "ug/g^2"},         {"second_order_oo", 4, "ug/g^2"}};
+constexpr TruthValue coefficients[] = {
+    {"second_order_coefficient", 18, "ug/g^2"}, {"third_order_coefficient", -9, "ug/g^3"},
+    {"cross_coupling_ip", 25, "ug/g^2"},        {"cross_coupling_io", -14, "ug/g^2"},
+    {"misalignment_o", 95, "arcsec"},           {"misalignment_p", -60, "arcsec"},
+    {"second_order_pp", -18, "ug/g^2"},         {"second_order_oo", 4, "ug/g^2"}};
 
 void add_position(Plan& plan, double roll, double angle) {
   plan.schedule.push_back({fmt::format("roll {:g} at {:g}", roll, angle),
@@ -33,7 +28,7 @@ void add_position(Plan& plan, double roll, double angle) {
 
 Trial trial(std::uint64_t seed) {
   Plan plan = trial_plan("accelerometer_tumble", options(), "pendulous_accelerometer", "dividing_head", 1.0);
-  for (const auto& one : coefficients) set_truth(plan, one.name, one.value, one.unit);
+  set_truth(plan, coefficients);
   set_truth(plan, "bias", 3.2, "mg");
   set_truth(plan, "scale_factor_error", 450, "ppm");
   set_truth(plan, "angle_random_walk", 0.02, "(m/s)/sqrt(h)");
@@ -45,15 +40,16 @@ Trial trial(std::uint64_t seed) {
     for (int k = 0; k < 6; ++k) add_position(plan, roll, roll == 0.0 || roll == -90.0 ? 60.0 * k : 330.0 - 60.0 * k);
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
   const auto& truth = plan.truth;
-  const double one = 1.0 + truth.number("scale_factor_error"), g = gravity(*plan.site);
+  const double factor = 1.0 + truth.number("scale_factor_error"), g = gravity(*plan.site);
   const double k_oo = truth.number("second_order_oo");
   const auto add = [&](const char* name, double value) { trial.truth.emplace_back(name, value); };
-  add("scale_factor", truth.number("pulse_scale_factor") * one);
-  add("bias", (truth.number("bias") + k_oo * g * g) / one);
-  for (const char* name : {"second_order_coefficient", "second_order_pp"}) add(name, (truth.number(name) - k_oo) / one);
+  add("scale_factor", truth.number("pulse_scale_factor") * factor);
+  add("bias", (truth.number("bias") + k_oo * g * g) / factor);
+  for (const char* name : {"second_order_coefficient", "second_order_pp"})
+    add(name, (truth.number(name) - k_oo) / factor);
   for (const char* name :
        {"third_order_coefficient", "cross_coupling_ip", "cross_coupling_io", "misalignment_o", "misalignment_p"})
-    add(name, truth.number(name) / one);
+    add(name, truth.number(name) / factor);
   return trial;
 }
 

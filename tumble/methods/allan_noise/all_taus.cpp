@@ -24,18 +24,18 @@ Limits limits_at(const std::vector<DeviationPoint>& curve, std::size_t factor) {
   return {one.lower + part * (other.lower - one.lower), one.upper + part * (other.upper - one.upper)};
 }
 
-void keep(std::size_t factors, EveryTau& every) {
-  const std::size_t kept = std::min(every.deviation.size(), factors);
-  every.deviation.resize(kept);
-  every.count.resize(kept);
+void shorten(std::size_t factors, EveryTau& every) {
+  const std::size_t size = std::min(every.deviation.size(), factors);
+  every.deviation.resize(size);
+  every.count.resize(size);
 }
 
 /// The family's points of the Hadamard deviation; null where it was not asked for.
 const FamilyCurve* hadamard(const ChannelNoise& channel) {
-  const auto found = std::find_if(channel.family.begin(), channel.family.end(), [](const FamilyCurve& one) {
+  const auto curve = std::find_if(channel.family.begin(), channel.family.end(), [](const FamilyCurve& one) {
     return one.measure == Stability::overlapping_hadamard;
   });
-  return found == channel.family.end() ? nullptr : &*found;
+  return curve == channel.family.end() ? nullptr : &*curve;
 }
 
 /// Values of every factor with limits between those of `points`.
@@ -62,9 +62,9 @@ void add_all_taus(const EvenSignal& signal, const Settings& settings, ChannelNoi
   if (settings.word("taus") != "all") return;
   const auto longest =
       static_cast<std::size_t>(settings.number("longest_fraction") * static_cast<double>(signal.values.size()));
-  keep(longest, result.every.emplace(every_overlapping_allan(signal.values)));
+  shorten(longest, result.every.emplace(every_overlapping_allan(signal.values)));
   if (hadamard(result) != nullptr)
-    keep(longest, result.every_hadamard.emplace(every_overlapping_hadamard(signal.values)));
+    shorten(longest, result.every_hadamard.emplace(every_overlapping_hadamard(signal.values)));
 }
 
 void describe_all_taus(const std::vector<ChannelNoise>& channels, Estimate& estimate) {

@@ -28,112 +28,89 @@ std::vector<Role> roles() {
            "the one channel to analyse, angular rate or specific force; without it all such channels are"}};
 }
 
-// NOLINTNEXTLINE(readability-function-size): a list, one entry after another
-std::vector<Option> options() {
-  using Type = Option::Type;
-  return {
-      {"rate", Type::quantity, "Hz", "", {}, "sampling rate, where the file does not say or is wrong", true},
-      {"timing",
-       Type::word,
-       "1",
-       "auto",
-       {"auto", "even", "stamps"},
-       "even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only the stamps are "
-       "late"},
-      {"estimator",
-       Type::word,
-       "1",
-       "likelihood",
-       {"likelihood", "allan"},
-       "likelihood: maximum likelihood of the record itself; allan: least squares on the Allan variances"},
-      {"confidence", Type::quantity, "1", "0.95", {}, "of the band about the deviation, two-sided"},
-      {"points_per_decade",
-       Type::quantity,
-       "1",
-       "10",
-       {},
-       "averaging times on the curve; estimator allan fits octaves of them"},
-      {"taus",
-       Type::word,
-       "1",
-       "log",
-       {"log", "all"},
-       "averaging times: log, points_per_decade of them; all: beside these every multiple of the sampling interval (of "
-       "ohdev too)"},
-      {"deviations",
-       Type::text,
-       "1",
-       "",
-       {},
-       "other measures of stability beside it, with limits: any of " + family_names()},
-      {"longest_fraction",
-       Type::quantity,
-       "1",
-       "0.25",
-       {},
-       "longest averaging time over the record's length, up to 0.5"},
-      {"fit_from",
-       Type::quantity,
-       "s",
-       "",
-       {},
-       "shortest averaging time the terms are fitted to, frequencies up to 1/(2 tau): beyond filters in the "
-       "instrument"},
-      {"fit_to", Type::quantity, "s", "", {}, "longest averaging time the terms are fitted to"},
-      {"significance",
-       Type::quantity,
-       "1",
-       "0.01",
-       {},
-       "a term stays if chance gives it with less than this probability"},
-      {"disturbed",
-       Type::word,
-       "1",
-       "cut",
-       {"cut", "keep"},
-       "parts that scatter more than 4 times as usual, up to a tenth of the record: cut: taken as missing; keep: as "
-       "noise"},
-      {"lines",
-       Type::word,
-       "1",
-       "fit",
-       {"fit", "avoid"},
-       "sines in the record: fit: amplitude and frequency of each beside the noise; avoid: frequencies they reach are "
-       "left out"},
-      {"wanted_sd",
-       Type::quantity,
-       "%",
-       "5 %",
-       {},
-       "relative uncertainty that table advice gives the length of record for"},
-      {"spectrum",
-       Type::word,
-       "1",
-       "none",
-       {"none", "welch", "multitaper"},
-       "power spectral density beside the deviation: by Hann windows that overlap, or by Slepian tapers"},
-      {"windows",
-       Type::integer,
-       "1",
-       "0",
-       {},
-       "the deviation in so many windows along the record, and whether they differ; 0: none"},
-      {"correlation",
-       Type::flag,
-       "1",
-       "false",
-       {},
-       "how channels that were sampled together fluctuate together, over the averaging time"},
-      {"hat",
-       Type::flag,
-       "1",
-       "false",
-       {},
-       "three or more channels of one kind measure the same input: the noise of each by itself (three-cornered hat)"},
-  };
+std::vector<Option> curve_options() {
+  return {quantity("rate", "Hz")
+              .above(0)
+              .at_most(1e9)
+              .bare()
+              .says("sampling rate, where the file does not state it or is wrong"),
+          word("timing", {"auto", "even", "stamps"})
+              .otherwise("auto")
+              .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
+                    "the stamps are late"),
+          word("estimator", {"likelihood", "allan"})
+              .otherwise("likelihood")
+              .says("likelihood: maximum likelihood of the record itself; allan: least squares on the Allan variances"),
+          quantity("confidence")
+              .above(0)
+              .at_most(0.9999)
+              .otherwise("0.95")
+              .says("two-sided confidence of the band about the deviation"),
+          quantity("points_per_decade")
+              .between(0, 1000)
+              .otherwise("10")
+              .says("averaging times on the curve, 1 or more in a decade; 0: octaves; estimator allan fits octaves of "
+                    "them"),
+          word("taus", {"log", "all"})
+              .otherwise("log")
+              .says("averaging times: log: points_per_decade of them; all: in addition every multiple of the sampling "
+                    "interval (of ohdev too)"),
+          text("deviations").says("other measures of stability, with limits: any of " + family_names()),
+          quantity("longest_fraction")
+              .above(0)
+              .at_most(0.5)
+              .otherwise("0.25")
+              .says("longest averaging time over the length of the record")};
 }
 
-/// Deviation curve and fit of one stretch. What stands in its way is said in `failure`.
+std::vector<Option> fit_options() {
+  return {
+      quantity("fit_from", "s")
+          .at_least(0)
+          .says("shortest averaging time of the fit, frequencies up to 1/(2 tau): longer than filters in the "
+                "instrument; absent: the sampling interval"),
+      quantity("fit_to", "s").at_least(0).says("longest averaging time of the fit; absent: the longest on the curve"),
+      quantity("significance")
+          .above(0)
+          .at_most(1)
+          .otherwise("0.01")
+          .says("keep a noise term if its p-value is below this"),
+      word("disturbed", {"cut", "keep"})
+          .otherwise("cut")
+          .says("parts that scatter more than 4 times as much as usual, up to a tenth of the record: cut: treat as "
+                "missing; keep: treat as noise"),
+      word("lines", {"fit", "avoid"})
+          .otherwise("fit")
+          .says("sines in the record: fit: amplitude and frequency of each, with the noise; avoid: do not use the "
+                "frequencies that they reach"),
+      quantity("wanted_sd", "%")
+          .above(0)
+          .at_most(100)
+          .otherwise("5 %")
+          .says("relative uncertainty for which table advice gives the length of the record")};
+}
+
+std::vector<Option> further_options() {
+  return {word("spectrum", {"none", "welch", "multitaper"})
+              .otherwise("none")
+              .says("power spectral density: by overlapping Hann windows, or by Slepian tapers"),
+          integer("windows").between(0, 1000).otherwise("0").says(
+              "number of windows along the record, 3 or more, whose deviations are compared; 0: none"),
+          flag("correlation")
+              .otherwise("false")
+              .says("correlation of channels that are sampled together, over the averaging time"),
+          flag("hat").otherwise("false").says(
+              "three or more channels of one kind measure the same input: the noise of each by itself "
+              "(three-cornered hat)")};
+}
+
+std::vector<Option> options() {
+  std::vector<Option> all = curve_options();
+  for (const auto& some : {fit_options(), further_options()}) all.insert(all.end(), some.begin(), some.end());
+  return all;
+}
+
+/// Deviation curve and fit of one stretch; `failure` says why there is none.
 ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
   ChannelNoise result;
   result.label = stretch.label;
@@ -173,18 +150,9 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
 
 void check(const Settings& settings) {
   std::vector<std::string> problems;
-  const auto within = [&](const char* name, double low, double high) {
-    if (settings.has(name) && !(settings.number(name) > low && settings.number(name) <= high))
-      problems.push_back(
-          fmt::format("{} = {:g} must be above {:g} and at most {:g}", name, settings.number(name), low, high));
-  };
-  within("rate", 0.0, 1e9);
-  within("confidence", 0.0, 0.9999);
-  within("longest_fraction", 0.0, 0.5);
-  within("significance", 0.0, 1.0);
-  within("wanted_sd", 0.0, 1.0);
-  if (settings.number("points_per_decade") != 0.0) within("points_per_decade", 0.99, 1000.0);
-  if (const int windows = settings.integer("windows"); windows != 0 && (windows < 3 || windows > 1000))
+  if (const double points = settings.number("points_per_decade"); points > 0.0 && points < 1.0)
+    problems.push_back(fmt::format("points_per_decade = {:g} must be 0, or 1 to 1000", points));
+  if (const int windows = settings.integer("windows"); windows == 1 || windows == 2)
     problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
   if (settings.has("deviations"))
     for (auto& problem : family_problems(settings.word("deviations"))) problems.push_back(std::move(problem));
@@ -211,10 +179,10 @@ Estimate stream(const StreamedEvidence& evidence, const Progress&) {
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   check(settings);
-  const auto found = channel_runs(evidence);
-  std::vector<ChannelNoise> results(found.size());
+  const auto runs = channel_runs(evidence);
+  std::vector<ChannelNoise> results(runs.size());
   report(progress, 0.0, "Allan deviation");
-  parallel_for(found.size(), [&](std::size_t i) { results[i] = analyse(found[i], settings); });
+  parallel_for(runs.size(), [&](std::size_t i) { results[i] = analyse(runs[i], settings); });
   report(progress, 1.0, "Allan deviation");
   Estimate estimate = described(results, evidence.plan);
   describe_lines(results, estimate);
@@ -223,8 +191,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   describe_all_taus(results, estimate);
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
-  describe_together(found, results, settings, estimate);
-  describe_temperature(evidence, found, results, estimate);
+  describe_together(runs, results, settings, estimate);
+  describe_temperature(evidence, runs, results, estimate);
   return estimate;
 }
 

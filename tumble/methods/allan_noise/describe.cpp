@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/symmetric_factor.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/tables.hpp"
 #include "tumble/reduce/answer.hpp"
-#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -22,26 +20,23 @@ std::string shown(double value_si, const std::string& unit) {
   return fmt::format("{:.3g} {}", Unit::parse(unit).difference_from_si(value_si), unit);
 }
 
-std::string duration(const ChannelNoise& channel) {
-  const double seconds = static_cast<double>(channel.samples) / channel.rate;
-  return seconds < 2.0 * hour ? say_seconds(std::round(seconds)) : fmt::format("{:.3g} h", seconds / hour);
-}
+double duration(const ChannelNoise& channel) { return static_cast<double>(channel.samples) / channel.rate; }
 
-/// What would show a term that this record does not.
-std::string remedy(NoiseTerm term) {
+/// How a record could show a smaller term.
+Phrase remedy(NoiseTerm term) {
   switch (term) {
     case NoiseTerm::quantization:
-      return "twice the sampling rate shows half of that";
+      return {"twice_the_rate_shows_half"};
     case NoiseTerm::white:
-      return "hidden by the other terms at every averaging time";
+      return {"other_terms_hide_it"};
     case NoiseTerm::flicker:
-      return "4 times the record shows half of that";
+      return {"four_records_show_half"};
     case NoiseTerm::random_walk:
-      return "twice the record shows half of that";
+      return {"two_records_show_half"};
     case NoiseTerm::markov:
-      return "a longer record shows less";
+      break;
   }
-  return "";
+  return {"longer_record_shows_less"};
 }
 
 /// "" for the first Gauss-Markov process, "_2" for the second and so on.
@@ -133,10 +128,9 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
 }
 
 std::string decision(const FittedTerm& term) {
-  if (!term.kept && term.squared <= 0.0) return "left out: not above zero";
-  if (!term.kept) return fmt::format("left out: chance alone gives this in {:.0f} %", 100.0 * term.chance);
-  if (term.chance < 1e-6) return "kept: chance gives this less than once in a million";
-  return fmt::format("kept: chance gives this in {:.2g} %", 100.0 * term.chance);
+  if (!term.kept && term.squared <= 0.0) return "not used: not above zero";
+  if (!term.kept) return fmt::format("not used: not significant (p = {:.2f})", term.chance);
+  return term.chance < 1e-6 ? "used (p < 1e-6)" : fmt::format("used (p = {:.2g})", term.chance);
 }
 
 void add_rows(const ChannelNoise& channel, Table& table) {
@@ -160,7 +154,7 @@ void add_rows(const ChannelNoise& channel, Table& table) {
   table.rows.push_back(
       {channel.label, "rate_ramp", "R", shown(slope, unit), shown(sd, unit), std::round(100.0 * z) / 100.0, "",
        shown(limit, unit),
-       fmt::format("{}: chance alone gives this in {:.2g} %", ramp.kept ? "kept" : "left out", 100.0 * ramp.chance)});
+       (ramp.kept ? "used" : "not used: not significant") + fmt::format(" (p = {:.2g})", ramp.chance)});
 }
 
 Curve line(const ChannelNoise& channel, const std::string& name, const std::vector<double>& variances) {
@@ -214,27 +208,56 @@ void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
   for (auto& curve : terms) curves.push_back(std::move(curve));
 }
 
-void add_dropped(const ChannelNoise& channel, Findings& findings) {
-  std::string list;
+/// A term that is not significant in some channels: where, and its greatest limit.
+struct HiddenTerm {
+  TermWords term;
+  Phrase remedy;
+  double limit = 0.0, length = 0.0;  ///< [SI] at 95 %, [s] of the record that gives this limit
+  std::string where;
+  Occurrences occurrences{.count = 0, .first = {}, .worst = {}};
+};
+
+/// Adds the channel to the terms that it does not show.
+void add_hidden(const ChannelNoise& channel, std::vector<HiddenTerm>& hidden) {
   for (const FittedTerm& term : channel.fit.terms) {
     if (term.kept) continue;
-    const TermWords said = words(term.unit.term, channel.kind);
-    list += fmt::format("{}{} below {} ({})", list.empty() ? "" : ", ", said.name,
-                        shown(coefficient(term.unit.term, term.upper_limit, channel.rate), said.unit),
-                        remedy(term.unit.term));
+    const TermWords name = words(term.unit.term, channel.kind);
+    const double limit = coefficient(term.unit.term, term.upper_limit, channel.rate);
+    auto entry = std::ranges::find(hidden, name.name, [](const HiddenTerm& one) { return one.term.name; });
+    if (entry == hidden.end()) entry = hidden.insert(entry, {name, remedy(term.unit.term)});
+    Occurrences& occurrences = entry->occurrences;
+    if (occurrences.count == 0) occurrences.first = channel.label;
+    if (occurrences.count == 0 || limit > entry->limit) {
+      occurrences.worst = channel.label;
+      entry->limit = limit;
+      entry->length = duration(channel);
+    }
+    if (entry->where.ends_with(channel.label)) continue;  // another Gauss-Markov process
+    ++occurrences.count;
+    entry->where += (entry->where.empty() ? "" : ", ") + channel.label;
   }
-  if (list.empty()) return;
-  findings.push_back({Severity::info,
-                      fmt::format("not seen in this record of {}, with 95 % limits: {}", duration(channel), list),
-                      channel.label});
 }
 
-/// One finding for what is said alike of several channels.
+Findings findings_of(const std::vector<HiddenTerm>& hidden) {
+  Findings findings;
+  for (const HiddenTerm& one : hidden)
+    findings.push_back({Severity::info,
+                        "noise_term_not_significant",
+                        {{"term", one.term.name},
+                         {"limit", one.limit, one.term.unit},
+                         {"length", one.length, "s"},
+                         {"remedy", one.remedy}},
+                        one.where,
+                        one.occurrences});
+  return findings;
+}
+
+/// One finding for several channels with equal codes and values as shown.
 Findings merged(const Findings& findings) {
   Findings result;
   for (const auto& finding : findings) {
-    const auto same = std::find_if(result.begin(), result.end(), [&](const Finding& other) {
-      return other.message == finding.message && other.severity == finding.severity;
+    const auto same = std::ranges::find_if(result, [&](const Finding& other) {
+      return other.code == finding.code && other.severity == finding.severity && other.message == finding.message;
     });
     if (same == result.end())
       result.push_back(finding);
@@ -244,28 +267,28 @@ Findings merged(const Findings& findings) {
   return result;
 }
 
-/// Where the curve leaves the terms: the greatest departure in units of its statistical sd, and what makes such a bump.
+/// The greatest departure of the curve from the terms in units of its statistical sd, and what causes such a bump.
 void add_departure(const ChannelNoise& channel, Findings& findings) {
   const NoiseFit& fit = channel.fit;
   if (fit.model_error == 0.0) return;
   const auto departure = [](const NoiseResidual& one) { return std::abs(one.ratio - 1.0) / one.sd; };
-  const NoiseResidual& worst =
-      *std::max_element(fit.residuals.begin(), fit.residuals.end(),
-                        [&](const NoiseResidual& a, const NoiseResidual& b) { return departure(a) < departure(b); });
-  const double tau = 0.5 / worst.frequency / channel.rate;
-  const double above = std::sqrt(std::max(0.0, worst.ratio)) - 1.0;
-  std::string message = fmt::format(
-      "the terms follow the {} to {:.2g} % only (chi-square {:.3g} with {:g} degrees of freedom); intervals are "
-      "widened to match. The greatest departure is {:+.2g} % at {}",
-      channel.likelihood ? "noise" : "deviation", 50.0 * fit.model_error, fit.chi_square, fit.degrees_of_freedom,
-      100.0 * above, channel.likelihood ? fmt::format("{:.3g} Hz", 0.5 / tau) : say_seconds(tau));
-  // A sine of frequency f lifts the deviation most at tau = 0.371/f, where tan x = 2 x with x = pi f tau.
-  if (above > 0.0)
-    message += fmt::format(": a vibration or a periodic disturbance near {:.2g} Hz does that",
-                           (channel.likelihood ? 0.5 : 0.371) / tau);
-  else
-    message += ": a filter in the instrument, or motion at other times, does that";
-  findings.push_back({Severity::warning, message, channel.label});
+  const NoiseResidual& worst = *std::ranges::max_element(fit.residuals, {}, departure);
+  const double tau = 0.5 / worst.frequency / channel.rate, change = std::sqrt(std::max(0.0, worst.ratio)) - 1.0;
+  std::vector<FindingValue> values{{"share", 0.5 * fit.model_error, "%"},
+                                   {"chi_square", fit.chi_square},
+                                   {"degrees_of_freedom", fit.degrees_of_freedom},
+                                   {"change", change, "%"}};
+  if (channel.likelihood) {
+    values.emplace_back("frequency", 0.5 / tau, "Hz");
+    findings.push_back(
+        {Severity::warning, change > 0.0 ? "noise_above_terms" : "noise_below_terms", values, channel.label});
+  } else {
+    // A sine of frequency f lifts the deviation most at tau = 0.371/f, where tan x = 2 x with x = pi f tau.
+    values.emplace_back("tau", tau, "s");
+    values.emplace_back("frequency", 0.371 / tau, "Hz");
+    findings.push_back(
+        {Severity::warning, change > 0.0 ? "deviation_above_terms" : "deviation_below_terms", values, channel.label});
+  }
 }
 
 }  // namespace
@@ -314,6 +337,7 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
   Estimate estimate;
   std::vector<std::vector<Source>> sources;
   std::vector<ChannelNoise> fitted;
+  std::vector<HiddenTerm> hidden;
   Table table{"terms", "noise terms tried on each channel", {}, {}};
   for (const char* name :
        {"channel", "term", "symbol", "value tried", "sd", "z", "fall of -2 ln L", "95 % upper limit", "decision"})
@@ -321,14 +345,15 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
   for (const auto& channel : channels) {
     estimate.findings.insert(estimate.findings.end(), channel.findings.begin(), channel.findings.end());
     if (!channel.failure.empty()) {
-      estimate.findings.push_back({Severity::error, channel.failure, channel.label});
+      estimate.findings.push_back(
+          {Severity::error, "channel_not_analysed", {{"reason", channel.failure}}, channel.label});
       continue;
     }
     sources.push_back(add_parameters(channel, estimate));
     add_rows(channel, table);
     add_curves(channel, estimate.curves);
     add_departure(channel, estimate.findings);
-    add_dropped(channel, estimate.findings);
+    add_hidden(channel, hidden);
     estimate.fit.observations += channel.fit.residuals.size();
     estimate.fit.degrees_of_freedom += channel.fit.degrees_of_freedom;
     estimate.fit.chi_square += channel.fit.chi_square;
@@ -343,6 +368,7 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
     estimate.tables.push_back(composites_table(fitted));
     estimate.tables.push_back(advice_table(fitted, wanted_sd));
   }
+  for (auto& finding : findings_of(hidden)) estimate.findings.push_back(std::move(finding));
   estimate.findings = merged(estimate.findings);
   return estimate;
 }

@@ -16,13 +16,13 @@
 
 namespace tumble::allan_noise {
 
-/// What length of record a term takes.
+/// Length of record that a term needs.
 struct LengthAdvice {
   std::string term, now, wanted;
   double seconds = 0.0;
 };
 
-/// A sine that was fitted and taken off.
+/// A sine that was fitted and subtracted.
 struct FittedLine {
   double frequency = 0.0, frequency_sd = 0.0;  ///< [cycles a sample]
   double amplitude = 0.0, amplitude_sd = 0.0;  ///< [u]
@@ -35,7 +35,7 @@ struct FamilyCurve {
   std::vector<DeviationPoint> points;
 };
 
-/// What was found on one channel.
+/// Result for one channel.
 struct ChannelNoise {
   std::string label;
   QuantityKind kind = QuantityKind::angular_rate;
@@ -52,7 +52,7 @@ struct ChannelNoise {
   double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;
   std::vector<FittedLine> lines;
-  std::vector<RecordPart> set_aside;  ///< samples that were taken as missing
+  std::vector<RecordPart> set_aside;  ///< samples that are treated as missing
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };
@@ -62,7 +62,7 @@ struct TermWords {
   std::string name, symbol, unit, description;
 };
 TermWords words(NoiseTerm term, QuantityKind kind);
-/// What a rate or a specific force, and what its ramp, is shown in.
+/// Unit of a rate or a specific force, and of its ramp, for people.
 std::string rate_unit(QuantityKind kind);
 std::string ramp_unit(QuantityKind kind);
 

@@ -1,11 +1,8 @@
 #include "tumble/methods/allan_noise/disturbed.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
 
 namespace tumble::allan_noise {
@@ -34,10 +31,10 @@ double scatter_about_line(std::span<const double> values) {
 }
 
 double usual(const std::vector<double>& scatter) {
-  std::vector<double> there;
-  for (const double one : scatter)
-    if (one > 0.0) there.push_back(one);
-  return there.empty() ? 0.0 : median(there);
+  std::vector<double> positive;
+  for (const double sd : scatter)
+    if (sd > 0.0) positive.push_back(sd);
+  return positive.empty() ? 0.0 : median(positive);
 }
 
 /// Which blocks are disturbed.
@@ -97,27 +94,27 @@ void set_disturbed_aside(const Settings& settings, EvenSignal& signal, ChannelNo
   const BlockScatter scatter = block_scatter(signal.values);
   if (settings.word("disturbed") == "cut") result.set_aside = disturbed_parts(signal, scatter);
   if (result.set_aside.empty()) {
-    const Findings found = disturbances(scatter.blocks, scatter.size, signal.rate, signal.begin, result.label);
-    result.findings.insert(result.findings.end(), found.begin(), found.end());
+    const Findings disturbed = disturbances(scatter.blocks, scatter.size, signal.rate, signal.begin, result.label);
+    result.findings.insert(result.findings.end(), disturbed.begin(), disturbed.end());
     return;
   }
   double all = 0.0;
   for (const auto& part : result.set_aside) all += seconds(part, signal.rate);
   const double first = signal.begin + static_cast<double>(result.set_aside[0].begin) / signal.rate;
-  result.findings.push_back(
-      {Finding::Severity::warning,
-       fmt::format(
-           "{} set aside in {}, the first from {} to {}: the scatter there is more than {:g} times the usual, by "
-           "motion, a disturbance or outliers. The terms are those of the rest; disturbed=keep takes all",
-           say_seconds(all), say_count(result.set_aside.size(), "place"), say_instant(first),
-           say_instant(first + seconds(result.set_aside[0], signal.rate)), unusual),
-       result.label});
+  result.findings.push_back({Finding::Severity::warning,
+                             "parts_set_aside",
+                             {{"length", all, "s"},
+                              {"from", first, "s"},
+                              {"to", first + seconds(result.set_aside[0], signal.rate), "s"},
+                              {"limit", unusual}},
+                             result.label,
+                             {result.set_aside.size(), first, {}}});
   set_missing(result.set_aside, signal);
 }
 
 void describe_set_aside(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   Table table{"set_aside",
-              "parts of the record that are not noise and were left out",
+              "parts of the record that are not noise and were excluded",
               {{"channel", Unit()}, {"from", Unit::parse("s")}, {"to", Unit::parse("s")}, {"length", Unit::parse("s")}},
               {}};
   for (const auto& channel : channels)

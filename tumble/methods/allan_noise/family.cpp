@@ -160,10 +160,10 @@ void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise
     auto points = from_modified(result, member.measure);
     if (points.empty()) points = stability_curve(member.measure, signal.values, signal.rate, options, result.curve);
     if (points.empty())
-      result.findings.push_back(
-          {Finding::Severity::warning,
-           fmt::format("no {} ({}): no averaging time of it fits between the gaps", member.name, member.title),
-           result.label});
+      result.findings.push_back({Finding::Severity::warning,
+                                 "no_averaging_time_between_gaps",
+                                 {{"deviation", member.name}, {"title", member.title}},
+                                 result.label});
     else
       result.family.push_back({member.measure, std::move(points)});
   }

@@ -10,10 +10,10 @@
 
 namespace tumble::allan_noise {
 
-/// What option `deviations` accepts, for its description: "adev, oadev, ... or all".
+/// Words that option `deviations` accepts, for its description: "adev, oadev, ... or all".
 std::string family_names();
 
-/// What is wrong with the text of option `deviations`.
+/// Problems of the text of option `deviations`.
 std::vector<std::string> family_problems(const std::string& asked);
 
 /// The deviations that option `deviations` asks for. What stands in their way becomes a finding.

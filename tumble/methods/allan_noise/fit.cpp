@@ -59,21 +59,11 @@ std::string list_of(const std::vector<Line>& lines, const ChannelNoise& channel)
   return list;
 }
 
-/// Lines whose bands are left out.
-Finding told(const std::vector<SpectralLine>& lines, const ChannelNoise& channel, const std::string& why) {
-  return {Finding::Severity::warning,
-          fmt::format("periodic disturbances{}, with their amplitudes: {}; the terms are identified beside them, from "
-                      "the frequencies that they do not reach",
-                      why, list_of(lines, channel)),
-          channel.label};
-}
-
-Finding told(const std::vector<FittedLine>& lines, const ChannelNoise& channel) {
-  return {Finding::Severity::warning,
-          fmt::format("periodic disturbances, with their amplitudes: {}; fitted and taken off, the terms are those of "
-                      "the noise beside them (table lines)",
-                      list_of(lines, channel)),
-          channel.label};
+template <typename Line>
+std::vector<FindingValue> values_of(const std::vector<Line>& lines, const ChannelNoise& channel) {
+  return {{"lines", list_of(lines, channel)},
+          {"frequency", lines[0].frequency * channel.rate, "Hz"},
+          {"amplitude", lines[0].amplitude, rate_unit(channel.kind)}};
 }
 
 NoiseLikelihoodOptions options_of(const Settings& settings, double rate) {
@@ -128,7 +118,11 @@ void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLi
     if (!lines.empty()) {
       bands = without_lines(bands, lines);
       result.fit = fit_noise(bands, options);
-      result.findings.push_back(told(lines, result, ""));
+      result.findings.push_back({Finding::Severity::warning,
+                                 "lines_avoided",
+                                 values_of(lines, result),
+                                 result.label,
+                                 {lines.size(), {}, {}}});
     }
   }
   conclude(bands, begin, settings, result);
@@ -137,17 +131,26 @@ void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLi
 void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
   const auto options = options_of(settings, result.rate);
   const NoiseBands bands(signal.values);
-  const PeriodicFit found = fit_beside_lines(signal.values, bands, fit_noise(bands, options), options);
-  result.fit = found.fit;
-  result.lines = found.lines;
-  if (!found.lines.empty()) result.findings.push_back(told(found.lines, result));
-  if (!found.wandering.empty())
-    result.findings.push_back(told(found.wandering, result, " that are no sines of constant frequency and amplitude"));
-  conclude(found.bands, signal.begin, settings, result);
+  const PeriodicFit periodic = fit_beside_lines(signal.values, bands, fit_noise(bands, options), options);
+  result.fit = periodic.fit;
+  result.lines = periodic.lines;
+  if (!periodic.lines.empty())
+    result.findings.push_back({Finding::Severity::warning,
+                               "lines_subtracted",
+                               values_of(periodic.lines, result),
+                               result.label,
+                               {periodic.lines.size(), {}, {}}});
+  if (!periodic.wandering.empty())
+    result.findings.push_back({Finding::Severity::warning,
+                               "unsteady_lines_avoided",
+                               values_of(periodic.wandering, result),
+                               result.label,
+                               {periodic.wandering.size(), {}, {}}});
+  conclude(periodic.bands, signal.begin, settings, result);
 }
 
-/// The noise about a line looks smaller than it is until what the line took is put back: if the trend does not stand
-/// out even so, it never will.
+/// The noise about a line looks smaller than it is until the variance that the line took is added again: a trend that
+/// is not significant against the smaller noise is not significant at all.
 NoiseFit fit_allan_curve(const EvenSignal& signal, const std::vector<DeviationPoint>& curve,
                          const AllanOptions& options, const Settings& settings) {
   AllanFitOptions how;

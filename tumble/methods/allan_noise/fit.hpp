@@ -13,7 +13,7 @@
 namespace tumble::allan_noise {
 
 /// Noise terms by maximum likelihood of the record, and what length of record each would take. Bands that lines fall
-/// into are left out.
+/// into are not used.
 ///
 /// Given     bands   of the record, which begins at `begin` [s]; result.rate is its sampling rate
 ///           lines   finds the lines in the record; asked only where the terms alone do not follow it

@@ -1,20 +1,17 @@
 #include "tumble/methods/allan_noise/lines.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <unsupported/Eigen/FFT>
 
-#include "tumble/core/say.hpp"
+#include "tumble/math/fourier.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
 
 constexpr std::size_t longest_segment = 4096, most_segments = 512, most_lines = 8, neighbours = 24;
-constexpr std::size_t lowest = 8;  ///< frequency looked at: below, a line and a slow drift are not told apart
+constexpr std::size_t lowest = 8;  ///< first frequency: below, a line and a slow drift cannot be distinguished
 constexpr std::size_t spread = 2;  ///< half-width of a line under the window
 
 struct Periodogram {
@@ -23,8 +20,6 @@ struct Periodogram {
 };
 
 Periodogram periodogram(std::span<const double> values, std::size_t length) {
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   std::vector<double> window(length), segment(length);
   double power = 0.0;
   for (std::size_t i = 0; i < length; ++i) {
@@ -33,7 +28,7 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
     power += window[i] * window[i];
   }
   Periodogram result{std::vector<double>(length / 2 + 1, 0.0), 0.0};
-  const std::size_t there = values.size() / length, stride = (there + most_segments - 1) / most_segments;
+  const std::size_t segments = values.size() / length, stride = (segments + most_segments - 1) / most_segments;
   std::vector<std::complex<double>> spectrum;
   for (std::size_t first = 0; (first + 1) * length <= values.size(); first += stride) {
     const auto part = values.subspan(first * length, length);
@@ -41,11 +36,11 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
     for (const double value : part) mean += value / static_cast<double>(length);
     if (std::isnan(mean)) continue;
     for (std::size_t i = 0; i < length; ++i) segment[i] = window[i] * (part[i] - mean);
-    fft.fwd(spectrum, segment);
+    real_transform(segment, spectrum);
     for (std::size_t k = 0; k < result.density.size(); ++k) result.density[k] += 2.0 * std::norm(spectrum[k]) / power;
     ++result.segments;
   }
-  for (double& one : result.density) one /= std::max(1.0, result.segments);
+  for (double& density : result.density) density /= std::max(1.0, result.segments);
   return result;
 }
 
@@ -55,8 +50,8 @@ double median_of(std::span<const double> density) {
   return part[part.size() / 2];
 }
 
-/// What is there without a line: geometric mean of the medians on either side, which lie as far away on a logarithmic
-/// scale of frequency, so that the slope of a walk or flicker is none.
+/// Density without a line: geometric mean of the medians on either side, at equal distances on a logarithmic scale of
+/// frequency, so that the slope of a walk or of flicker cancels.
 double level_about(std::span<const double> density, std::size_t k) {
   const std::size_t low = std::max(k / 2, k - std::min(k, neighbours)),
                     high = std::min({density.size() - 1, 2 * k, k + neighbours});
@@ -86,29 +81,29 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   std::stable_sort(lines.begin(), lines.end(),
                    [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
   // A line that drifts has several peaks: one, with the amplitude of the highest and the width of all.
-  std::vector<SpectralLine> apart;
+  std::vector<SpectralLine> separate;
   for (const auto& line : lines) {
-    const auto near = std::find_if(apart.begin(), apart.end(), [&](const SpectralLine& other) {
+    const auto near = std::find_if(separate.begin(), separate.end(), [&](const SpectralLine& other) {
       return std::abs(other.frequency - line.frequency) < 8.0 * bin + other.width;
     });
-    if (near != apart.end())
+    if (near != separate.end())
       near->width = std::max(near->width, std::abs(near->frequency - line.frequency) + line.width);
-    else if (apart.size() < most_lines)
-      apart.push_back(line);
+    else if (separate.size() < most_lines)
+      separate.push_back(line);
   }
-  return apart;
+  return separate;
 }
 
 NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine>& lines) {
-  NoiseBands rest = bands;
-  std::erase_if(rest.bands, [&](const NoiseBand& band) {
+  NoiseBands remaining = bands;
+  std::erase_if(remaining.bands, [&](const NoiseBand& band) {
     // A cosine within p values takes in what lies within 1/p of its frequency; sines are sharp but gathered 3 % wide.
     const double width = band.radix > 0 ? 1.0 / (band.radix * band.unit) : 0.03 * band.frequency;
     return std::any_of(lines.begin(), lines.end(), [&](const SpectralLine& line) {
       return std::abs(line.frequency - band.frequency) < width + line.width;
     });
   });
-  return rest;
+  return remaining;
 }
 
 Findings changes_along(const NoiseBands& bands, double begin, double rate, const std::string& label) {
@@ -130,13 +125,13 @@ Findings changes_along(const NoiseBands& bands, double begin, double rate, const
   if (most < 5.0) return {};
   const double change = std::sqrt(bands.part_mean_square[part] * count / sum) - 1.0;
   const double length = static_cast<double>(bands.samples) / rate / NoiseBands::parts;
-  return {
-      {std::abs(change) > 0.1 ? Finding::Severity::warning : Finding::Severity::info,
-       fmt::format("the noise is not the same all along: its fast part is {:+.2g} % off its mean from {} to {} ({:.0f} "
-                   "standard deviations); the terms are those of the mean power",
-                   100.0 * change, say_instant(begin + length * static_cast<double>(part)),
-                   say_instant(begin + length * static_cast<double>(part + 1)), most),
-       label}};
+  return {{std::abs(change) > 0.1 ? Finding::Severity::warning : Finding::Severity::info,
+           "noise_changes_along_record",
+           {{"change", change, "%"},
+            {"from", begin + length * static_cast<double>(part), "s"},
+            {"to", begin + length * static_cast<double>(part + 1), "s"},
+            {"deviations", most}},
+           label}};
 }
 
 }  // namespace tumble::allan_noise

@@ -110,10 +110,10 @@ struct Search {
   const NoiseLikelihoodOptions& options;
   std::vector<double> expected;
   std::vector<SineQuality> quality;
-  std::vector<SpectralLine> found;  ///< what each sine was found as
+  std::vector<SpectralLine> peaks;  ///< the peak from which each sine began
   std::vector<bool> certain;        ///< whether it then stood out of its neighbourhood
   std::vector<SpectralLine> wandering, dropped;
-  std::vector<SpectralLine> left, left_slow;  ///< what periodograms show in the rest, and in means of it
+  std::vector<SpectralLine> remaining, remaining_slow;  ///< peaks in the residual, and in means of it
 
   double level(double frequency) const { return level_at(frequency, bands, expected); }
 
@@ -142,13 +142,13 @@ struct Search {
 
   void remove(std::size_t which) {
     sines.remove(which);
-    found.erase(found.begin() + static_cast<std::ptrdiff_t>(which));
+    peaks.erase(peaks.begin() + static_cast<std::ptrdiff_t>(which));
     certain.erase(certain.begin() + static_cast<std::ptrdiff_t>(which));
   }
 
   bool known(const SpectralLine& line) const {
     for (std::size_t i = 0; i < quality.size(); ++i)
-      if (quality[i].wander > clear_wander && near(line, sines.all()[i].frequency, found[i].width)) return true;
+      if (quality[i].wander > clear_wander && near(line, sines.all()[i].frequency, peaks[i].width)) return true;
     return listed(line, wandering) || listed(line, dropped);
   }
 
@@ -166,7 +166,7 @@ struct Search {
       const std::size_t last = sines.all().size() - 1;
       if (!sure) line.amplitude = std::abs(sines.all()[last].amplitude);
       if (!doubled(last) && quality_of(last).power > least_power) {
-        found.push_back(line);
+        peaks.push_back(line);
         certain.push_back(sure);
         added = true;
       } else {
@@ -177,7 +177,7 @@ struct Search {
     return added;
   }
 
-  /// Whether a stronger one, or one before, lies so near that the record hardly tells the two apart: together they
+  /// Whether a stronger one, or one before, lies so near that the record hardly separates the two: together they
   /// would be one of changing amplitude.
   bool doubled(std::size_t which) const {
     const double nearest = 4.0 / static_cast<double>(sines.rest().size());
@@ -201,7 +201,8 @@ struct Search {
     const auto broader = [&](const SpectralLine& line) {
       return near(line, sine.frequency, line.width) && line.amplitude > 0.5 * std::abs(sine.amplitude);
     };
-    return std::any_of(left.begin(), left.end(), broader) || std::any_of(left_slow.begin(), left_slow.end(), broader);
+    return std::any_of(remaining.begin(), remaining.end(), broader) ||
+           std::any_of(remaining_slow.begin(), remaining_slow.end(), broader);
   }
 
   /// Puts back what is no line of its own beside the others.
@@ -212,7 +213,7 @@ struct Search {
       const bool unsteady =
           (quality[i].wander > clear_wander && quality[i].unsteadiness > most_unsteady) || piece(i) || doubled(i);
       if (quality[i].power >= least && !unsteady) continue;
-      merge(found[i], unsteady || certain[i] ? wandering : dropped);
+      merge(peaks[i], unsteady || certain[i] ? wandering : dropped);
       remove(i);
       pruned = true;
     }
@@ -224,8 +225,8 @@ struct Search {
       sines.refine();
       fit_rest();
       judge();
-      if (fast) left = spectral_lines(sines.rest());
-      if (fast) left_slow = lines_of_means(sines.rest());
+      if (fast) remaining = spectral_lines(sines.rest());
+      if (fast) remaining_slow = lines_of_means(sines.rest());
     } while (prune());
   }
 
@@ -244,7 +245,7 @@ struct Search {
 };
 
 FittedLine line_of(const Sine& sine, const SineQuality& quality) {
-  // What departs from a sine along the record widens both.
+  // A departure from a sine along the record widens both.
   const double wider = std::sqrt(std::max(1.0, quality.wander > clear_wander ? quality.wander : 1.0));
   return {sine.frequency, quality.frequency_sd * wider, std::abs(sine.amplitude), quality.amplitude_sd * wider,
           quality.wander > clear_wander ? quality.unsteadiness : 0.0};
@@ -266,8 +267,8 @@ PeriodicFit fit_beside_lines(std::span<const double> values, const NoiseBands& b
   if (!any) return result;
   Search search(values, bands, fit, options);
   search.run(fast);
-  // What is left over the noise all the same: skirts of the unsteady, lines beyond the most.
-  for (const auto& line : search.left) merge(line, search.wandering);
+  // Peaks that remain above the noise: skirts of unsteady lines, lines beyond the greatest number.
+  for (const auto& line : search.remaining) merge(line, search.wandering);
   if (search.sines.all().empty() && search.wandering.empty()) return result;
   search.fit_at_last();
   for (std::size_t i = 0; i < search.sines.all().size(); ++i)
@@ -287,7 +288,7 @@ double allan_variance_of(const FittedLine& line, double factor) {
 
 void describe_lines(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   Table table{"lines",
-              "sines in the record, fitted beside the noise and taken off it",
+              "sines in the record, fitted with the noise and subtracted",
               {{"channel", Unit()},
                {"frequency", Unit::parse("Hz")},
                {"sd", Unit::parse("Hz")},

@@ -13,17 +13,17 @@ namespace tumble::allan_noise {
 /// A record as sines and noise.
 struct PeriodicFit {
   std::vector<FittedLine> lines;        ///< the strongest first
-  std::vector<SpectralLine> wandering;  ///< what is no sine of constant frequency and amplitude
-  NoiseBands bands;                     ///< of the rest, without the bands that the wandering ones reach
+  std::vector<SpectralLine> wandering;  ///< lines whose frequency or amplitude is not constant
+  NoiseBands bands;                     ///< of the residual, without the bands that the wandering lines reach
   NoiseFit fit;
 };
 
 constexpr std::size_t most_fitted_lines = 16;
 
-/// Sines of the record, fitted and taken off, and the noise beside them: peaks of averaged periodograms (of the record
+/// Sines of the record, fitted and subtracted, and the remaining noise: peaks of averaged periodograms (of the record
 /// where its terms do not follow it, and of means over 16 samples) and of the slow sines of the bands. What does not
 /// stand out of the noise beside it beyond any chance is put back; what departs from a sine by 30 % and more along the
-/// record is left in and its bands are left out.
+/// record remains in it and its bands are not used.
 ///
 /// Given     values      [u] of the record; NaN: missing
 ///           bands, fit  of the record as it is

@@ -52,8 +52,8 @@ Line regress(const Averages& averages, const NoiseModel& noise) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       for (std::size_t k = 0; k < n; ++k) s[i][j] += block(k, i) * block(k, j);
-  const double left = s[1][1] - s[0][1] * s[0][1] / s[0][0];
-  return {(s[1][2] - s[0][1] * s[0][2] / s[0][0]) / left, 1.0 / left};
+  const double centred = s[1][1] - s[0][1] * s[0][1] / s[0][0];
+  return {(s[1][2] - s[0][1] * s[0][2] / s[0][0]) / centred, 1.0 / centred};
 }
 
 NoiseModel noise_of(const std::vector<FittedTerm>& terms, const std::vector<double>& squared, double rate,

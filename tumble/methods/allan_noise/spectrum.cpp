@@ -76,7 +76,7 @@ void add_spectrum(const EvenSignal& signal, const Settings& settings, ChannelNoi
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.findings.push_back(
-        {Finding::Severity::warning, fmt::format("no power spectral density: {}", error.what()), result.label});
+        {Finding::Severity::warning, "no_power_spectrum", {{"reason", error.what()}}, result.label});
   }
 }
 

@@ -30,7 +30,7 @@ Scatter joined(const Scatter& a, const Scatter& b) {
   return {count, a.mean + step * b.count / count, std::sqrt(squares / count), a.first};
 }
 
-/// What is kept of one channel.
+/// State of one channel.
 struct StreamedChannel {
   StreamedChannel(const ChannelRun& stretch, std::size_t number, const Settings& settings)
       : index(number),
@@ -242,17 +242,14 @@ double EvenStream::rate() const {
 
 Findings EvenStream::findings() const {
   using Severity = Finding::Severity;
-  Findings found;
+  Findings findings;
   const double stamped = last_ > first_ ? (static_cast<double>(samples_) - 1.0) / (last_ - first_) : 0.0;
   if (given_ > 0.0 && stamped > 0.0 && std::abs(given_ / stamped - 1.0) > 0.01)
-    found.push_back({Severity::warning,
-                     fmt::format("taken as {:.6g} Hz as asked, but the file says {:.6g} Hz", given_, stamped), label_});
+    findings.push_back(
+        {Severity::warning, "stated_rate_used", {{"rate", given_, "Hz"}, {"stamped", stamped, "Hz"}}, label_});
   if (gaps_ > 0)
-    found.push_back({Severity::info,
-                     fmt::format("{} with {} lost, the first at {}: differences across them are left out",
-                                 say_count(gaps_, "gap"), say_count(lost_, "sample"), say_instant(first_gap_)),
-                     label_});
-  return found;
+    findings.push_back({Severity::info, "gaps_skipped", {{"lost", lost_}}, label_, {gaps_, first_gap_, {}}});
+  return findings;
 }
 
 std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence) {

@@ -7,7 +7,7 @@
 
 namespace tumble::allan_noise {
 
-/// What each channel's Allan curve says where a straight line is laid to it, beside the identified terms.
+/// Readings of straight lines at each channel's Allan curve, beside the identified terms.
 Table readings_table(const std::vector<ChannelNoise>& channels);
 
 /// White noise and random walk as configuration files of visual-inertial estimators want them: continuous density and

@@ -58,7 +58,7 @@ Noise noise_of(const ChannelNoise& channel, double interval) {
     }
     if (kind != NoiseTerm::white && kind != NoiseTerm::quantization && term.kept)
       noise.freedom = std::min(noise.freedom, term.degrees_of_freedom);
-    // What quantization leaves in an average, as independent from one to the next.
+    // Quantization in an average, as if independent from one to the next.
     if (kind == NoiseTerm::quantization)
       noise.model.angle_random_walk = std::max(noise.model.angle_random_walk, value * std::sqrt(2.0 / interval));
   }
@@ -101,7 +101,7 @@ bool moves(const Matrix& design, const std::vector<double>& share) {
   return rows >= fewest_averages && level > 30.0 * steps;
 }
 
-/// Slopes and their covariance from whitened columns, the constant taken out.
+/// Slopes and their covariance from whitened columns, without the constant.
 void regress(const Matrix& design, const std::vector<double>& share, const Noise& noise, TemperatureEffect& effect) {
   Matrix block = design;
   Whitening(noise.model, effect.average, effect.average * static_cast<double>(block.rows))(block, share);
@@ -109,28 +109,28 @@ void regress(const Matrix& design, const std::vector<double>& share, const Noise
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < 4; ++j)
       for (std::size_t k = 0; k < block.rows; ++k) s[i][j] += block(k, i) * block(k, j);
-  const auto left = [&](std::size_t i, std::size_t j) { return s[i][j] - s[0][i] * s[0][j] / s[0][0]; };
-  const double determinant = left(1, 1) * left(2, 2) - left(1, 2) * left(1, 2);
-  effect.slope = (left(2, 2) * left(1, 3) - left(1, 2) * left(2, 3)) / determinant;
-  effect.of_rate = (left(1, 1) * left(2, 3) - left(1, 2) * left(1, 3)) / determinant;
-  effect.slope_sd = std::sqrt(left(2, 2) / determinant);
-  effect.of_rate_sd = std::sqrt(left(1, 1) / determinant);
-  const double statistic = 0.5 * (effect.slope * left(1, 3) + effect.of_rate * left(2, 3));
+  const auto centred = [&](std::size_t i, std::size_t j) { return s[i][j] - s[0][i] * s[0][j] / s[0][0]; };
+  const double determinant = centred(1, 1) * centred(2, 2) - centred(1, 2) * centred(1, 2);
+  effect.slope = (centred(2, 2) * centred(1, 3) - centred(1, 2) * centred(2, 3)) / determinant;
+  effect.of_rate = (centred(1, 1) * centred(2, 3) - centred(1, 2) * centred(1, 3)) / determinant;
+  effect.slope_sd = std::sqrt(centred(2, 2) / determinant);
+  effect.of_rate_sd = std::sqrt(centred(1, 1) / determinant);
+  const double statistic = 0.5 * (effect.slope * centred(1, 3) + effect.of_rate * centred(2, 3));
   const boost::math::fisher_f_distribution<double> f(2.0, noise.freedom);
   effect.chance = boost::math::cdf(boost::math::complement(f, std::max(0.0, statistic)));
 }
 
 double share_explained(const Matrix& design, const std::vector<double>& share, const TemperatureEffect& effect) {
-  double whole = 0.0, rest = 0.0, sum = 0.0, rows = 0.0;
+  double total = 0.0, squares = 0.0, sum = 0.0, rows = 0.0;
   for (std::size_t k = 0; k < design.rows; ++k) {
     if (share[k] == 0.0) continue;
-    const double left = design(k, 3) - effect.slope * design(k, 1) - effect.of_rate * design(k, 2);
-    whole += design(k, 3) * design(k, 3);
-    rest += left * left;
-    sum += left;
+    const double residual = design(k, 3) - effect.slope * design(k, 1) - effect.of_rate * design(k, 2);
+    total += design(k, 3) * design(k, 3);
+    squares += residual * residual;
+    sum += residual;
     ++rows;
   }
-  return whole > 0.0 ? std::max(0.0, 1.0 - (rest - sum * sum / rows) / whole) : 0.0;
+  return total > 0.0 ? std::max(0.0, 1.0 - (squares - sum * sum / rows) / total) : 0.0;
 }
 
 std::string shown(double value, double sd, const std::string& unit) {
@@ -139,15 +139,21 @@ std::string shown(double value, double sd, const std::string& unit) {
 }
 
 Finding follows(const TemperatureEffect& effect, const ChannelNoise& channel, const Channel& temperature) {
-  const bool rate = channel.kind == QuantityKind::angular_rate;
-  return {
-      Finding::Severity::warning,
-      fmt::format("follows {}: {} and {}, which over its {:.3g} K explains {:.0f} % of the variance of averages over "
-                  "{} (chance gives this in {:.2g} %). The terms take it for noise: compensate first",
-                  temperature.name, shown(effect.slope, effect.slope_sd, rate ? "deg/h/K" : "ug/K"),
-                  shown(effect.of_rate, effect.of_rate_sd, rate ? "deg/h/(K/min)" : "ug/(K/min)"), effect.range,
-                  100.0 * effect.explained, say_seconds(effect.average), 100.0 * std::max(effect.chance, 1e-6)),
-      channel.label};
+  const bool gyro = channel.kind == QuantityKind::angular_rate;
+  const Unit slope = Unit::parse(gyro ? "deg/h/K" : "ug/K");
+  const Unit of_rate = Unit::parse(gyro ? "deg/h/(K/min)" : "ug/(K/min)");
+  return {Finding::Severity::warning,
+          "output_follows_temperature",
+          {{"temperature", temperature.name},
+           {"slope", effect.slope, slope},
+           {"slope_sd", effect.slope_sd, slope},
+           {"of_rate", effect.of_rate, of_rate},
+           {"of_rate_sd", effect.of_rate_sd, of_rate},
+           {"range", effect.range, "K"},
+           {"explained", effect.explained, "%"},
+           {"average", effect.average, "s"},
+           {"p", std::max(effect.chance, 1e-6)}},
+          channel.label};
 }
 
 const Channel* temperature_of(const Recording& recording, const Channel& beside) {

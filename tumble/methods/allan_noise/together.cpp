@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/math/stability/joint_stability.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/units/error.hpp"
@@ -71,13 +70,60 @@ void correlate(const Group& group, const std::vector<EvenSignal>& signals, const
                const std::vector<std::size_t>& factors, std::vector<Pair>& pairs) {
   std::vector<std::span<const double>> values;
   for (const auto i : group) values.push_back(signals[i].values);
-  for (auto& found : allan_correlations(values, signals[group[0]].rate, factors, 0.95)) {
-    const std::size_t a = group[found.a], b = group[found.b], at = whitest(found.points, channels[a], channels[b]);
-    pairs.push_back({a, b, std::move(found.points), at});
+  for (auto& pair : allan_correlations(values, signals[group[0]].rate, factors, 0.95)) {
+    const std::size_t a = group[pair.a], b = group[pair.b], at = whitest(pair.points, channels[a], channels[b]);
+    pairs.push_back({a, b, std::move(pair.points), at});
   }
 }
 
-// NOLINTNEXTLINE(readability-function-size): 51 lines; to be split when it changes
+/// Correlation over the averaging time; `limits`: with its limits.
+Curve curve_of(const Pair& pair, const std::vector<ChannelNoise>& channels, bool limits) {
+  Curve curve;
+  curve.name = channels[pair.a].label + " with " + channels[pair.b].label;
+  curve.figure = "correlation of channels over the averaging time";
+  curve.x = {"averaging time", Unit::parse("s"), {}};
+  curve.y = {"correlation", Unit(), {}};
+  curve.logarithmic_x = true;
+  for (const auto& point : pair.points) {
+    curve.x.values.push_back(point.tau);
+    curve.y.values.push_back(point.correlation);
+    if (!limits) continue;
+    curve.lower.push_back(point.lower);
+    curve.upper.push_back(point.upper);
+    curve.band = "95 % limits";
+  }
+  return curve;
+}
+
+/// One finding for all pairs that correlate significantly; table correlation has them all.
+void add_correlated(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
+                    Findings& findings) {
+  Occurrences occurrences{.count = 0, .first = {}, .worst = {}};
+  AllanCorrelation greatest;
+  std::string where;
+  for (const Pair& pair : pairs) {
+    if (pair.points.empty()) continue;
+    const AllanCorrelation& at = pair.points[pair.whitest];
+    if (!(at.chance * static_cast<double>(pairs.size()) < significance)) continue;
+    const Place place(channels[pair.a].label + ", " + channels[pair.b].label);
+    where += (where.empty() ? "" : "; ") + place.label;
+    if (occurrences.count++ == 0) occurrences.first = place;
+    if (occurrences.worst.given() && std::abs(at.correlation) <= std::abs(greatest.correlation)) continue;
+    greatest = at;
+    occurrences.worst = place;
+  }
+  if (occurrences.count == 0) return;
+  findings.push_back({Severity::warning,
+                      "channels_correlated",
+                      {{"correlation", greatest.correlation},
+                       {"lower", greatest.lower},
+                       {"upper", greatest.upper},
+                       {"pairs", pairs.size()},
+                       {"significance", significance}},
+                      where,
+                      occurrences});
+}
+
 void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoise>& channels, double significance,
                     Estimate& estimate) {
   Table table{"correlation",
@@ -90,53 +136,57 @@ void describe_pairs(const std::vector<Pair>& pairs, const std::vector<ChannelNoi
                {"chance", Unit()},
                {"white share", Unit()}},
               {}};
-  std::string list;
   for (const auto& pair : pairs) {
     if (pair.points.empty()) continue;
-    const auto &one = channels[pair.a], &other = channels[pair.b];
+    const auto &a = channels[pair.a], &b = channels[pair.b];
     const AllanCorrelation& at = pair.points[pair.whitest];
     const double factor = static_cast<double>(at.factor);
-    const double share = std::min(white_share(one, factor), white_share(other, factor));
-    const std::string limits = fmt::format("{:+.4f} to {:+.4f}", at.lower, at.upper);
-    table.rows.push_back({one.label, other.label, at.tau, std::round(1e4 * at.correlation) / 1e4, limits,
+    const double share = std::min(white_share(a, factor), white_share(b, factor));
+    table.rows.push_back({a.label, b.label, at.tau, std::round(1e4 * at.correlation) / 1e4,
+                          fmt::format("{:+.4f} to {:+.4f}", at.lower, at.upper),
                           fmt::format("{:.2g} %", 100.0 * at.chance), fmt::format("{:.0f} %", 100.0 * share)});
-    if (at.chance * static_cast<double>(pairs.size()) < significance)
-      list += fmt::format("{}{} with {} {:+.3f} ({:+.3f} to {:+.3f})", list.empty() ? "" : ", ", one.label, other.label,
-                          at.correlation, at.lower, at.upper);
-    Curve curve;
-    curve.name = one.label + " with " + other.label;
-    curve.figure = "correlation of channels over the averaging time";
-    curve.x = {"averaging time", Unit::parse("s"), {}};
-    curve.y = {"correlation", Unit(), {}};
-    curve.logarithmic_x = true;
-    for (const auto& point : pair.points) {
-      curve.x.values.push_back(point.tau);
-      curve.y.values.push_back(point.correlation);
-      if (pairs.size() > 3) continue;
-      curve.lower.push_back(point.lower);
-      curve.upper.push_back(point.upper);
-      curve.band = "95 % limits";
-    }
-    estimate.curves.push_back(std::move(curve));
+    estimate.curves.push_back(curve_of(pair, channels, pairs.size() <= 3));
   }
   if (table.rows.empty()) return;
   estimate.tables.push_back(std::move(table));
-  if (!list.empty())
-    estimate.findings.push_back(
-        {Severity::warning,
-         fmt::format(
-             "channels fluctuate together, with 95 % limits: {}. Chance gives this, of {}, in less than {:g} %. "
-             "A common supply, reference or vibration does that, and misalignment of axes; the covariance "
-             "below takes the channels as independent",
-             list, say_count(pairs.size(), "pair"), 100.0 * significance),
-         ""});
+  add_correlated(pairs, channels, significance, estimate.findings);
 }
 
-// NOLINTNEXTLINE(readability-function-size): 53 lines; to be split when it changes
+/// Deviations of the instruments of a group by themselves, as rows of `table` and as curves.
+struct Hat {
+  std::vector<Curve> curves;
+  std::size_t negative = 0, impossible = 0;  ///< variances not above zero, and those whose upper limit is zero
+};
+
+Hat hat_of(const Group& group, const std::vector<HatPoint>& points, const std::vector<ChannelNoise>& channels,
+           Table& table) {
+  const Unit unit = Unit::parse(rate_unit(channels[group[0]].kind));
+  const auto text = [&](double variance) {
+    return fmt::format("{:.3g}", unit.difference_from_si(std::sqrt(variance)));
+  };
+  Hat hat{std::vector<Curve>(group.size())};
+  for (const auto& point : points) {
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const auto& instrument = point.instruments[k];
+      hat.negative += instrument.variance <= 0.0 ? 1 : 0;
+      hat.impossible += instrument.upper == 0.0 ? 1 : 0;
+      table.rows.push_back({channels[group[k]].label, point.tau,
+                            instrument.variance > 0.0 ? text(instrument.variance) : "not above 0",
+                            fmt::format("{} to {}", text(instrument.lower), text(instrument.upper)), unit.text(),
+                            std::round(10.0 * point.edf) / 10.0});
+      if (instrument.variance <= 0.0) continue;
+      hat.curves[k].x.values.push_back(point.tau);
+      hat.curves[k].y.values.push_back(std::sqrt(instrument.variance));
+      hat.curves[k].lower.push_back(std::sqrt(instrument.lower));
+      hat.curves[k].upper.push_back(std::sqrt(instrument.upper));
+    }
+  }
+  return hat;
+}
+
 void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, const std::vector<ChannelNoise>& channels,
                   const std::vector<std::size_t>& factors, double confidence, Estimate& estimate, Table& table) {
   const QuantityKind kind = channels[group[0]].kind;
-  const Unit unit = Unit::parse(rate_unit(kind));
   std::vector<std::span<const double>> values;
   std::string labels;
   for (const auto i : group) {
@@ -144,29 +194,9 @@ void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, co
     labels += (labels.empty() ? "" : ", ") + channels[i].label;
   }
   const auto points = three_cornered_hat(values, signals[group[0]].rate, factors, confidence);
-  std::vector<Curve> curves(group.size());
-  std::size_t negative = 0, impossible = 0;
-  for (const auto& point : points) {
-    for (std::size_t k = 0; k < group.size(); ++k) {
-      const auto& one = point.instruments[k];
-      const auto text = [&](double variance) {
-        return fmt::format("{:.3g}", unit.difference_from_si(std::sqrt(variance)));
-      };
-      negative += one.variance <= 0.0 ? 1 : 0;
-      impossible += one.upper == 0.0 ? 1 : 0;
-      table.rows.push_back({channels[group[k]].label, point.tau,
-                            one.variance > 0.0 ? text(one.variance) : "not above 0",
-                            fmt::format("{} to {}", text(one.lower), text(one.upper)), unit.text(),
-                            std::round(10.0 * point.edf) / 10.0});
-      if (one.variance <= 0.0) continue;
-      curves[k].x.values.push_back(point.tau);
-      curves[k].y.values.push_back(std::sqrt(one.variance));
-      curves[k].lower.push_back(std::sqrt(one.lower));
-      curves[k].upper.push_back(std::sqrt(one.upper));
-    }
-  }
+  Hat hat = hat_of(group, points, channels, table);
   for (std::size_t k = 0; k < group.size(); ++k) {
-    Curve& curve = curves[k];
+    Curve& curve = hat.curves[k];
     if (curve.x.values.empty()) continue;
     curve.name = channels[group[k]].label + " by itself";
     curve.figure = fmt::format("{} of the same input: {}",
@@ -174,19 +204,17 @@ void describe_hat(const Group& group, const std::vector<EvenSignal>& signals, co
     curve.x.name = "averaging time";
     curve.x.unit = Unit::parse("s");
     curve.y.name = "Allan deviation";
-    curve.y.unit = unit;
+    curve.y.unit = Unit::parse(rate_unit(kind));
     curve.band = fmt::format("{:g} % confidence", 100.0 * confidence);
     curve.logarithmic = curve.points = true;
     estimate.curves.push_back(std::move(curve));
   }
-  if (negative > 0)
-    estimate.findings.push_back(
-        {impossible > 0 ? Severity::warning : Severity::info,
-         fmt::format("{} of {} variances came out not above zero: smaller than the scatter of the others, whose limits "
-                     "say how small{}",
-                     negative, points.size() * group.size(),
-                     impossible > 0 ? "; some are below zero beyond chance: the noises have something in common" : ""),
-         labels});
+  if (hat.negative > 0)
+    estimate.findings.push_back({hat.impossible > 0 ? Severity::warning : Severity::info,
+                                 hat.impossible > 0 ? "hat_variances_below_zero" : "hat_variances_not_above_zero",
+                                 {{"variances", points.size() * group.size()}, {"below", hat.impossible}},
+                                 labels,
+                                 {hat.negative, {}, {}}});
 }
 
 std::vector<std::size_t> octaves(std::size_t samples, const Settings& settings) {
@@ -216,10 +244,7 @@ void describe_hats(const std::vector<Group>& groups, const std::vector<EvenSigna
     }
   }
   if (table.rows.empty())
-    estimate.findings.push_back({Severity::warning,
-                                 "no three-cornered hat: three or more channels of one kind, sampled together, are "
-                                 "needed",
-                                 ""});
+    estimate.findings.push_back({Severity::warning, "too_few_instruments_for_hat", {}});
   else
     estimate.tables.push_back(std::move(table));
 }
@@ -235,7 +260,7 @@ void describe_together(const std::vector<ChannelRun>& stretches, const std::vect
   for (std::size_t i = 0; i < stretches.size(); ++i)
     if (channels[i].failure.empty()) signals[i] = even_signal(stretches[i], rate, settings.word("timing"));
   const auto groups = groups_of(stretches, channels);
-  for (const auto& group : groups)  // what is disturbed in one is left out of all, so that they stay comparable
+  for (const auto& group : groups)  // disturbed parts of one are missing in all, so that they remain comparable
     for (const auto i : group)
       for (const auto k : group) set_missing(channels[k].set_aside, signals[i]);
   if (hat) describe_hats(groups, signals, channels, settings, estimate);

@@ -17,31 +17,31 @@ double time_of(const ChannelNoise& channel, std::size_t sample) {
 }
 
 Finding changed(const ChannelNoise& channel) {
-  const DynamicStability& found = *channel.windows;
-  const StabilityWindow& window = found.windows[found.worst_window];
+  const DynamicStability& stability = *channel.windows;
+  const StabilityWindow& window = stability.windows[stability.worst_window];
   return {Finding::Severity::warning,
-          fmt::format(
-              "the noise is not the same all along: from {} to {} the deviation at {} is {:.3g} times that of the "
-              "other windows. Chance gives one so far off in {}{:.2g} % of records ({} compared); the terms "
-              "are those of the whole record",
-              say_instant(time_of(channel, window.first)), say_instant(time_of(channel, window.first + window.size)),
-              say_seconds(found.whole[found.worst_factor].tau), std::sqrt(found.worst_ratio),
-              found.chance < 1e-6 ? "less than " : "", 100.0 * std::max(found.chance, 1e-6), found.tests),
+          "deviation_changes_along_record",
+          {{"from", time_of(channel, window.first), "s"},
+           {"to", time_of(channel, window.first + window.size), "s"},
+           {"tau", stability.whole[stability.worst_factor].tau, "s"},
+           {"ratio", std::sqrt(stability.worst_ratio)},
+           {"p", std::max(stability.chance, 1e-6)},
+           {"comparisons", stability.tests}},
           channel.label};
 }
 
 void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
-  const DynamicStability& found = *channel.windows;
-  const std::size_t stride = (found.whole.size() + most_curves - 1) / most_curves;
-  for (std::size_t i = 0; i < found.whole.size(); i += stride) {
-    const double whole = found.whole[i].deviation;
+  const DynamicStability& stability = *channel.windows;
+  const std::size_t stride = (stability.whole.size() + most_curves - 1) / most_curves;
+  for (std::size_t i = 0; i < stability.whole.size(); i += stride) {
+    const double whole = stability.whole[i].deviation;
     Curve curve;
-    curve.name = fmt::format("{} at {}", channel.label, say_seconds(found.whole[i].tau));
+    curve.name = fmt::format("{} at {}", channel.label, say_seconds(stability.whole[i].tau));
     curve.figure = "deviation along the record " + channel.label;
     curve.x = {"time", Unit::parse("s"), {}};
     curve.y = {"deviation over that of the record", Unit(), {}};
     curve.band = fmt::format("{:g} % confidence", 100.0 * channel.confidence);
-    for (const auto& window : found.windows) {
+    for (const auto& window : stability.windows) {
       const DeviationPoint& point = window.points[i];
       if (point.count == 0 || !(whole > 0.0)) continue;
       curve.x.values.push_back(time_of(channel, window.first + window.size / 2));
@@ -54,10 +54,10 @@ void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
 }
 
 void add_rows(const ChannelNoise& channel, Table& table) {
-  const DynamicStability& found = *channel.windows;
+  const DynamicStability& stability = *channel.windows;
   const Unit unit = Unit::parse(rate_unit(channel.kind));
-  for (std::size_t i = 0; i < found.whole.size(); ++i) {
-    for (const auto& window : found.windows) {
+  for (std::size_t i = 0; i < stability.whole.size(); ++i) {
+    for (const auto& window : stability.windows) {
       const DeviationPoint& point = window.points[i];
       if (point.count == 0) continue;
       const auto text = [&](double value) { return fmt::format("{:.4g}", unit.difference_from_si(value)); };
@@ -79,7 +79,7 @@ void add_windows(const EvenSignal& signal, const Settings& settings, ChannelNois
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     result.findings.push_back(
-        {Finding::Severity::warning, fmt::format("no deviation along the record: {}", error.what()), result.label});
+        {Finding::Severity::warning, "no_deviation_along_record", {{"reason", error.what()}}, result.label});
     return;
   }
   if (result.windows->chance < settings.number("significance")) result.findings.push_back(changed(result));

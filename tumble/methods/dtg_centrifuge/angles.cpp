@@ -21,43 +21,52 @@ bool same_clock(const Channel& channel, std::size_t first, std::size_t count, co
   const double rate = other.timeline.rate;
   if (std::abs(channel.timeline.rate - rate) > 1e-12 * rate) return false;
   const double position = (channel.time(first) + shift - other.timeline.start) * rate;
-  const double whole = std::round(position);
-  at = static_cast<std::size_t>(std::max(0.0, whole));
-  return std::abs(position - whole) < 1e-4 && whole >= 0.0 && at + count <= other.values.size();
+  const double index = std::round(position);
+  at = static_cast<std::size_t>(std::max(0.0, index));
+  return std::abs(position - index) < 1e-4 && index >= 0.0 && at + count <= other.values.size();
+}
+
+/// Whether readings start at zero every turn: they stay within one turn and jump by more than half of one.
+bool jumps(const Channel& channel, std::size_t first, std::size_t last) {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (std::size_t i = first; i < last; ++i) {
+    least = channel.values[i] < least ? channel.values[i] : least;
+    most = channel.values[i] > most ? channel.values[i] : most;
+  }
+  if (!(most - least < 1.001 * two_pi)) return false;
+  for (std::size_t i = first + 1; i < last; ++i)
+    if (std::abs(channel.values[i] - channel.values[i - 1]) > 0.5 * two_pi) return true;
+  return false;
+}
+
+/// Readings without the jumps of whole turns.
+std::vector<double> without_jumps(const Channel& channel, std::size_t first, std::size_t last) {
+  std::vector<double> out;
+  double turns = 0.0, before = nothing;
+  for (std::size_t i = first; i < last; ++i) {
+    const double v = channel.values[i];
+    if (std::abs(v - before) > 0.5 * two_pi) turns += v < before ? 1.0 : -1.0;
+    if (!std::isnan(v)) before = v;
+    out.push_back(v + two_pi * turns);
+  }
+  return out;
 }
 
 }  // namespace
 
-// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
-Angles::Axis Angles::axis_of(const Channel& channel, bool in_middle, double begin, double end) {
+Angles::Axis Angles::axis_of(const Channel& channel, double offset, double begin, double end) {
   Axis axis;
   axis.channel = &channel;
-  axis.offset = in_middle ? to_middle(channel) : 0.0;
+  axis.offset = offset;
   const std::size_t first = index_at(channel, begin);
   const std::size_t last = std::min(index_at(channel, end), channel.values.size());
   if (last < first + 32) {
     axis.rate = axis.unsteady = nothing;
     return axis;
   }
-  // Readings that start anew every turn stay within one turn.
-  double least = std::numeric_limits<double>::infinity(), most = -least;
-  for (std::size_t i = first; i < last; ++i) {
-    least = channel.values[i] < least ? channel.values[i] : least;
-    most = channel.values[i] > most ? channel.values[i] : most;
-  }
-  bool jumps = false;
-  for (std::size_t i = first + 1; i < last && most - least < 1.001 * two_pi && !jumps; ++i)
-    jumps = std::abs(channel.values[i] - channel.values[i - 1]) > 0.5 * two_pi;
-  if (jumps) {
+  if (jumps(channel, first, last)) {
     axis.first = first > 0 ? first - 1 : 0;
-    const std::size_t beyond = std::min(last + 1, channel.values.size());
-    double turns = 0.0, before = nothing;
-    for (std::size_t i = axis.first; i < beyond; ++i) {
-      const double v = channel.values[i];
-      if (std::abs(v - before) > 0.5 * two_pi) turns += v < before ? 1.0 : -1.0;
-      if (!std::isnan(v)) before = v;
-      axis.unwound.push_back(v + two_pi * turns);
-    }
+    axis.unwound = without_jumps(channel, axis.first, std::min(last + 1, channel.values.size()));
   }
   const auto rate = [&](std::size_t a, std::size_t b) {
     while (a < b && std::isnan(axis.value(a))) ++a;
@@ -67,14 +76,15 @@ Angles::Axis Angles::axis_of(const Channel& channel, bool in_middle, double begi
   axis.rate = rate(first, last - 1);
   constexpr std::size_t parts = 16;
   for (std::size_t k = 0; k < parts; ++k) {
-    const double one = rate(first + k * (last - 1 - first) / parts, first + (k + 1) * (last - 1 - first) / parts);
-    if (!std::isnan(one)) axis.unsteady = std::max(axis.unsteady, std::abs(one / axis.rate - 1.0));
+    const double of_part = rate(first + k * (last - 1 - first) / parts, first + (k + 1) * (last - 1 - first) / parts);
+    if (!std::isnan(of_part)) axis.unsteady = std::max(axis.unsteady, std::abs(of_part / axis.rate - 1.0));
   }
   return axis;
 }
 
-Angles::Angles(const Channel& arm, const Channel& table, bool in_middle, double begin, double end)
-    : arm_(axis_of(arm, in_middle, begin, end)), table_(axis_of(table, in_middle, begin, end)) {}
+Angles::Angles(const Channels& channels, bool in_middle, double begin, double end)
+    : arm_(axis_of(*channels.arm, in_middle ? 0.5 * channels.arm_step : 0.0, begin, end)),
+      table_(axis_of(*channels.table, in_middle ? 0.5 * channels.table_step : 0.0, begin, end)) {}
 
 Angles::Angles(double arm_rate, double table_rate, double centre) : centre_(centre) {
   arm_.rate = arm_rate;
@@ -83,9 +93,8 @@ Angles::Angles(double arm_rate, double table_rate, double centre) : centre_(cent
 
 double Angles::unsteady() const { return std::max(arm_.unsteady, table_.unsteady); }
 
-const double* Angles::of(const Axis& axis, const Channel& channel, std::size_t first, std::size_t count,
+const double* Angles::of(const Axis& axis, const Channel& channel, double middle, std::size_t first, std::size_t count,
                          double* work) const {
-  const double middle = to_middle(channel);
   if (axis.channel == nullptr) {
     for (std::size_t i = 0; i < count; ++i) work[i] = axis.rate * (channel.time(first + i) + middle - centre_);
     return work;
@@ -108,11 +117,11 @@ const double* Angles::of(const Axis& axis, const Channel& channel, std::size_t f
   return work;
 }
 
-void Angles::at(const Channel& channel, std::size_t first, std::size_t count, std::vector<double>& work,
+void Angles::at(const Channel& channel, double step, std::size_t first, std::size_t count, std::vector<double>& work,
                 const double*& arm, const double*& table) const {
   if (work.size() < 2 * count) work.resize(2 * count);
-  arm = of(arm_, channel, first, count, work.data());
-  table = of(table_, channel, first, count, work.data() + count);
+  arm = of(arm_, channel, 0.5 * step, first, count, work.data());
+  table = of(table_, channel, 0.5 * step, first, count, work.data() + count);
 }
 
 }  // namespace tumble::dtg_centrifuge

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/dtg_centrifuge/data.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -23,7 +25,7 @@ struct Drift {
   Matrix covariance;
 };
 
-/// What the test covered.
+/// Specific force that the test covered.
 struct Range {
   double force = 0.0;             ///< [m/s^2] greatest across the spin axis
   bool up = false, down = false;  ///< orientations of the spin axis
@@ -63,14 +65,13 @@ Range range_of(const Estimate& estimate) {
       (*spin == "up" ? range.up : range.down) = true;
     }
   if (!(range.force > 0.0))
-    throw Error(Error::Kind::bad_file,
-                "the result has no table nonlinearity: it cannot be said where the compensation holds");
+    throw Error(Error::Kind::bad_file, "the result has no table nonlinearity, which says where the compensation holds");
   return range;
 }
 
 const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto found = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
+  const auto setting = estimate.provenance.settings.find("channels." + name);
+  return find_channel(recording, setting == estimate.provenance.settings.end() ? name : setting->second);
 }
 
 /// Specific force along an axis: as the plan names it, else specific_force_x, accelerometer_x or the only
@@ -78,37 +79,30 @@ const Channel* role(const Estimate& estimate, const Recording& recording, const 
 const Channel* force_along(const Estimate& estimate, const Recording& recording, const std::string& axis) {
   if (const Channel* named = role(estimate, recording, "specific_force_" + axis)) return named;
   const std::string model = "accelerometer_" + axis;
-  const Channel* found = find_channel(recording, model);
-  if (found != nullptr) return found;
+  const Channel* only = find_channel(recording, model);
+  if (only != nullptr) return only;
   for (const Channel& channel : recording.channels)
     if (channel.name.ends_with("." + model)) {
-      if (found != nullptr) return nullptr;
-      found = &channel;
+      if (only != nullptr) return nullptr;
+      only = &channel;
     }
-  return found;
+  return only;
 }
 
-bool one_clock(const Channel& a, const Channel& b) {
-  if (a.values.size() != b.values.size()) return false;
-  if (a.timeline.uniform() && b.timeline.uniform())
-    return a.timeline.rate == b.timeline.rate && a.timeline.start == b.timeline.start;
-  return a.timeline.stamps == b.timeline.stamps;
-}
-
-struct Channels {
+struct Inputs {
   std::map<std::string, std::size_t> outputs;  ///< by prefix: index in the recording
   std::array<const Channel*, 3> force{};
 };
 
-Channels channels_of(const Estimate& estimate, const Recording& recording) {
-  Channels out;
+Inputs inputs_of(const Estimate& estimate, const Recording& recording) {
+  Inputs out;
   std::vector<std::string> problems;
   for (const std::string prefix : {"", "y_"}) {
     const Channel* gyro = role(estimate, recording, prefix.empty() ? "gyro" : "gyro_y");
     if (gyro == nullptr && prefix.empty()) problems.push_back("the recording has no channel for the role gyro");
     if (gyro == nullptr || find_parameter(estimate, prefix + "D_x") == nullptr) continue;
     if (find_channel(recording, gyro->name + ".extrapolated") != nullptr)
-      problems.push_back("channel " + gyro->name + " is compensated already: it would be taken off twice");
+      problems.push_back("channel " + gyro->name + " is compensated already: its drift would be subtracted twice");
     out.outputs[prefix] = static_cast<std::size_t>(gyro - recording.channels.data());
   }
   const char* axes[] = {"x", "y", "z"};
@@ -120,8 +114,8 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
                       "specific force along {0}",
                       axes[k]));
     else if (out.force[k]->kind != QuantityKind::specific_force)
-      problems.push_back(
-          fmt::format("channel {} is in {}, no specific force", out.force[k]->name, out.force[k]->unit.text()));
+      problems.push_back(fmt::format("channel {} is in {}, which is not a specific force", out.force[k]->name,
+                                     out.force[k]->unit.text()));
   }
   if (problems.empty())
     for (const auto& [prefix, index] : out.outputs)
@@ -137,7 +131,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-/// Whether the test says anything of this specific force.
+/// Whether the test covered this specific force.
 bool within(const Range& range, Vector3 f) {
   constexpr double slack = 1.02, g = standard_gravity;
   if (std::hypot(f.x, f.y) > slack * range.force) return false;
@@ -151,7 +145,7 @@ struct Outcome {
   std::size_t samples = 0, outside = 0, blank = 0;
 };
 
-Outcome take_off(const Drift& drift, const Channels& channels, const Range& range, Channel& gyro, Channel& sd,
+Outcome subtract(const Drift& drift, const Inputs& inputs, const Range& range, Channel& gyro, Channel& sd,
                  Channel& outside) {
   Outcome out;
   const std::size_t n = drift.terms.size();
@@ -159,11 +153,10 @@ Outcome take_off(const Drift& drift, const Channels& channels, const Range& rang
   double sum[2] = {}, square[2] = {};
   for (std::size_t i = 0; i < gyro.values.size(); ++i) {
     Felt felt;
-    felt.specific_force = {channels.force[0]->values[i], channels.force[1]->values[i], channels.force[2]->values[i]};
-    double predicted = 0.0, variance = 0.0;
+    felt.specific_force = {inputs.force[0]->values[i], inputs.force[1]->values[i], inputs.force[2]->values[i]};
+    double predicted = 0.0;
     for (std::size_t t = 0; t < n; ++t) predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
-    for (std::size_t c = 0; c < n; ++c)
-      for (std::size_t t = 0; t < n; ++t) variance += phi[c] * phi[t] * drift.covariance(t, c);
+    const double variance = quadratic_form(phi, drift.covariance);
     const double raw = gyro.values[i];
     gyro.values[i] -= predicted;
     sd.values[i] = std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
@@ -187,26 +180,36 @@ Outcome take_off(const Drift& drift, const Channels& channels, const Range& rang
   return out;
 }
 
-void say_outside(const Outcome& outcome, const Range& range, const std::string& channel, Findings& findings) {
-  if (outcome.outside == 0) return;
-  findings.push_back(
-      {Severity::warning,
-       fmt::format(
-           "{:.2g} % of the samples lie outside of what the test covered (across the spin axis {:.4g} g, along it "
-           "{}), the first at {:.6g} s: the compensation is extrapolated there and its stated uncertainty does "
-           "not hold; channel {}.extrapolated marks them",
-           100.0 * static_cast<double>(outcome.outside) / static_cast<double>(outcome.samples),
-           range.force / si(1.0, "g"),
-           range.up && range.down ? "-1 g to +1 g"
-           : range.up             ? "+1 g"
-                                  : "-1 g",
-           outcome.first_outside, channel),
-       channel});
+void add_findings(const Outcome& outcome, const Range& range, const std::string& channel, Findings& findings) {
+  const double share = static_cast<double>(outcome.outside) / static_cast<double>(outcome.samples);
+  if (outcome.outside > 0)
+    findings.push_back({Severity::warning,
+                        "force_outside_tested_range",
+                        {{"share", share, "%"},
+                         {"across", range.force, "g"},
+                         {"least_along", si(range.down ? -1.0 : 1.0, "g"), "g"},
+                         {"most_along", si(range.up ? 1.0 : -1.0, "g"), "g"},
+                         {"channel", channel}},
+                        channel,
+                        {outcome.outside, outcome.first_outside, {}}});
+  if (outcome.blank > 0)
+    findings.push_back({Severity::warning, "samples_without_force", {}, channel, {outcome.blank, {}, {}}});
+}
+
+Table empty_table() {
+  const Unit one, rate = Unit::parse("deg/h");
+  return {"compensation",
+          "sd of the samples before and after",
+          {{"channel", one},
+           {"sd raw", rate},
+           {"sd compensated", rate},
+           {"ratio", one},
+           {"outside calibrated range", Unit::parse("%")}},
+          {}};
 }
 
 }  // namespace
 
-// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
   const Range range = range_of(estimate);
   if (find_parameter(estimate, "D_x") == nullptr || find_parameter(estimate, "D_y") == nullptr)
@@ -214,33 +217,18 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
         Error::Kind::bad_data,
         "the result holds the size of the sensitive term only, not D_x and D_y: identify with the angles of arm "
         "and table and estimator = \"regression\"");
-  const Channels channels = channels_of(estimate, recording);
+  const Inputs inputs = inputs_of(estimate, recording);
   Compensation out{recording, {}, {}};
-  const Unit one, rate = Unit::parse("deg/h");
-  Table table{"compensation",
-              "sd of the samples before and after",
-              {{"channel", one},
-               {"sd raw", rate},
-               {"sd compensated", rate},
-               {"ratio", one},
-               {"outside calibrated range", Unit::parse("%")}},
-              {}};
-  for (const auto& [prefix, index] : channels.outputs) {
+  Table table = empty_table();
+  for (const auto& [prefix, index] : inputs.outputs) {
     Channel sd = recording.channels[index], outside = sd;
     sd.name += ".compensation_sd";
     outside.name += ".extrapolated";
     outside.kind = QuantityKind::other;
     outside.unit = Unit();
     Channel& gyro = out.recording.channels[index];
-    const Outcome outcome = take_off(drift_of(estimate, prefix), channels, range, gyro, sd, outside);
-    say_outside(outcome, range, gyro.name, out.findings);
-    if (outcome.blank > 0)
-      out.findings.push_back(
-          {Severity::warning,
-           fmt::format("{} samples have no specific force: they could not be compensated and are left "
-                       "blank",
-                       outcome.blank),
-           gyro.name});
+    const Outcome outcome = subtract(drift_of(estimate, prefix), inputs, range, gyro, sd, outside);
+    add_findings(outcome, range, gyro.name, out.findings);
     table.rows.push_back({gyro.name, outcome.raw, outcome.compensated, outcome.compensated / outcome.raw,
                           static_cast<double>(outcome.outside) / std::max(1.0, static_cast<double>(outcome.samples))});
     out.recording.channels.push_back(std::move(sd));

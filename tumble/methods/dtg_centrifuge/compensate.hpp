@@ -4,7 +4,7 @@
 
 namespace tumble::dtg_centrifuge {
 
-/// D_x(a), D_y(a) taken off a recording that holds the specific force.
+/// Subtracts D_x(a), D_y(a) from a recording that holds the specific force.
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan);
 
 }  // namespace tumble::dtg_centrifuge

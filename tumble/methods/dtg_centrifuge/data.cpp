@@ -25,12 +25,13 @@ bool usable(const Channel& channel) {
   return channel.values.size() > 1 && std::ranges::any_of(channel.values, [](double v) { return std::isfinite(v); });
 }
 
-/// What is wrong with a channel as a whole.
-void complain_of(const Channel& channel, const std::string& file, std::vector<std::string>& problems) {
+/// Sampling interval of a channel [s]: that of its clock, so that lost samples do not change it; and what is wrong with
+/// the channel as a whole.
+double examined(const Channel& channel, const std::string& file, std::vector<std::string>& problems) {
   const std::string name = fmt::format("{}channel '{}'", file.empty() ? "" : file + ": ", channel.name);
   if (!usable(channel) || !(mean_rate(channel) > 0.0) || !std::isfinite(mean_rate(channel))) {
     problems.push_back(name + " holds no samples with times");
-    return;
+    return 0.0;
   }
   double least = std::numeric_limits<double>::infinity(), most = -least;
   bool infinite = false;
@@ -41,8 +42,10 @@ void complain_of(const Channel& channel, const std::string& file, std::vector<st
   }
   if (infinite) problems.push_back(name + " holds an infinite value");
   if (least == most) problems.push_back(name + " holds the same value throughout");
-  if (!channel.timeline.uniform() && clock_of(channel).backward > 0)
-    problems.push_back(name + " has time stamps that run backwards");
+  if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
+  const Clock clock = clock_of(channel);
+  if (clock.backward > 0) problems.push_back(name + " has time stamps that run backwards");
+  return 1.0 / (clock.rate > 0.0 ? clock.rate : mean_rate(channel));
 }
 
 Channels channels_of(const Evidence& evidence, std::size_t r, std::vector<std::string>& problems) {
@@ -54,11 +57,12 @@ Channels channels_of(const Evidence& evidence, std::size_t r, std::vector<std::s
   out.arm = channel_for(evidence, recording, "arm_angle");
   out.table = channel_for(evidence, recording, "table_angle");
   const std::array all{out.signal[gyro], out.signal[gyro_y], out.signal[reference], out.arm, out.table};
-  std::array<std::vector<std::string>, all.size()> found;
+  const std::array steps{&out.step[gyro], &out.step[gyro_y], &out.step[reference], &out.arm_step, &out.table_step};
+  std::array<std::vector<std::string>, all.size()> faults;
   parallel_for(all.size(), [&](std::size_t k) {
-    if (all[k] != nullptr) complain_of(*all[k], recording.origin.file, found[k]);
+    if (all[k] != nullptr) *steps[k] = examined(*all[k], recording.origin.file, faults[k]);
   });
-  for (const auto& some : found) problems.insert(problems.end(), some.begin(), some.end());
+  for (const auto& some : faults) problems.insert(problems.end(), some.begin(), some.end());
   return out;
 }
 
@@ -71,13 +75,12 @@ void require(const Plan& plan, std::vector<std::string>& problems) {
   if (plan.schedule.empty()) problems.push_back(where + "the plan needs [[schedule]] segments that turn arm and table");
   if (!plan.site)
     problems.push_back(where +
-                       "the plan needs [site] latitude = \"34.25 deg\" or the like: gravity is part of what "
-                       "the instruments feel");
+                       "the plan needs [site] latitude = \"34.25 deg\" or the like: the instruments feel gravity");
 }
 
 double rate_of(const Segment& segment, const char* axis) {
-  const auto found = segment.axes.find(axis);
-  return found != segment.axes.end() && found->second.kind == Motion::Kind::rate ? found->second.value : 0.0;
+  const auto motion = segment.axes.find(axis);
+  return motion != segment.axes.end() && motion->second.kind == Motion::Kind::rate ? motion->second.value : 0.0;
 }
 
 Felt felt_at(const Reference& reference, double time) {
@@ -90,18 +93,18 @@ Felt felt_at(const Reference& reference, double time) {
 void require_upright(const Spin& spin, const Felt& felt) {
   const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(0.1, "deg/s"));
   if (along > 0.99 || norm(felt.rate) < si(0.1, "deg/s")) return;
-  throw Error(
-      Error::Kind::bad_input,
-      fmt::format("{}: the gyro's Z axis stands {:.3g} deg off the vertical by the plan's mount, but the spin axis "
-                  "has to lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
-                  where_of(spin), std::acos(along) / si(1.0, "deg")));
+  throw Error(Error::Kind::bad_input,
+              fmt::format("{}: by the plan's mount the gyro's Z axis is {:.3g} deg off the vertical, but the spin axis "
+                          "must lie along the table's: mount_roll = {{hold = \"0 deg\"}} or \"180 deg\"",
+                          where_of(spin), std::acos(along) / si(1.0, "deg")));
 }
 
 /// From the end of settling to the end of the segment, as far as there are data.
-void set_times(const MarkedSegment& marked, const Channel& channel, const PowerUp& power_up, double settling,
+void set_times(const MarkedSegment& marked, const Channels& channels, const PowerUp& power_up, double settling,
                Spin& spin) {
+  const Channel& channel = *channels.signal[gyro];
+  const double step = channels.step[gyro];
   spin.power_on = marked.begin - power_up.begins[spin.segment];
-  const double step = 1.0 / mean_rate(channel);
   spin.begin = std::max(spin.power_on + settled_at(power_up, spin.segment) + settling, channel.time(0));
   spin.end = std::min(
       {spin.power_on + power_up.begins[spin.segment + 1], channel.time(channel.values.size() - 1) + step, marked.end});
@@ -124,8 +127,7 @@ PlanPowerUps add_power_ups(const Plan& plan, double rate, std::size_t number, Te
 
 void add_level(Spin spin, Test& test) {
   if (spin.end <= spin.begin) {
-    test.findings.push_back(
-        {Severity::warning, "the level is not used: no sample is left after settling", where_of(spin)});
+    test.findings.push_back({Severity::warning, "level_without_samples", {}, where_of(spin)});
     return;
   }
   const double middle = 0.5 * (spin.begin + spin.end) - spin.power_on;
@@ -148,7 +150,7 @@ void add_marks(const std::vector<MarkedSegment>& marks, const PlanPowerUps& plan
     std::tie(spin.power_up, spin.segment) = plan.places[marked.index];
     spin.arm_rate = rate_of(*marked.planned, "arm");
     spin.table_rate = rate_of(*marked.planned, "table");
-    set_times(marked, *test.channels[marked.recording].signal[gyro], test.power_ups[spin.power_up], settling, spin);
+    set_times(marked, test.channels[marked.recording], test.power_ups[spin.power_up], settling, spin);
     if (spin.arm_rate == 0.0) {
       if (!begun.contains(spin.start) && spin.table_rate == 0.0 && spin.end > spin.begin) rest[spin.start] = spin;
       continue;
@@ -159,7 +161,7 @@ void add_marks(const std::vector<MarkedSegment>& marks, const PlanPowerUps& plan
   for (const auto& [start, one] : rest) test.rests.push_back(one);
 }
 
-void check_encoders(const Evidence& evidence, Test& test) {
+void check_encoders(Test& test) {
   std::size_t with = 0, some = 0;
   for (auto& channels : test.channels) {
     with += channels.arm != nullptr && channels.table != nullptr;
@@ -168,16 +170,17 @@ void check_encoders(const Evidence& evidence, Test& test) {
   test.encoders = with == test.channels.size();
   if (test.encoders) return;
   for (auto& channels : test.channels) channels.arm = channels.table = nullptr;
-  test.findings.push_back(
-      {Severity::warning,
-       std::string(some == 0 ? "no angles of arm and table are recorded" : "not every recording has both angles") +
-           (evidence.recordings.empty() ? ""
-                                        : ": the rates are taken from the lines in the data, and the direction "
-                                          "of the sensitive term is unknown: record arm_angle and table_angle"),
-       ""});
+  test.findings.push_back({Severity::warning, some == 0 ? "angles_not_recorded" : "angles_partly_recorded", {}});
 }
 
 }  // namespace
+
+bool one_clock(const Channel& a, const Channel& b) {
+  if (a.values.size() != b.values.size()) return false;
+  if (a.timeline.uniform() && b.timeline.uniform())
+    return a.timeline.start == b.timeline.start && a.timeline.rate == b.timeline.rate;
+  return a.timeline.stamps == b.timeline.stamps;
+}
 
 std::string where_of(const Spin& spin) { return fmt::format("run {}, {}", spin.run, spin.label); }
 
@@ -196,14 +199,14 @@ Test test_of(const Evidence& evidence) {
       problems.push_back("the recording does not say when its segments begin, and the plan has no schedule");
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
-  check_encoders(evidence, test);
+  check_encoders(test);
   std::map<const Plan*, PlanPowerUps> power_ups;
   const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
     if (!power_ups.contains(&plan)) {
       const std::size_t number = power_ups.size();
-      power_ups[&plan] = add_power_ups(plan, mean_rate(*test.channels[r].signal[gyro]), number, test);
+      power_ups[&plan] = add_power_ups(plan, 1.0 / test.channels[r].step[gyro], number, test);
     }
     add_marks(marks[r], power_ups[&plan], evidence.plan.settings.number("settling"), test);
   }

@@ -11,15 +11,20 @@
 /// A gyro and a reference gyro on the table of a centrifuge: which samples belong to which level of which power-up.
 namespace tumble::dtg_centrifuge {
 
-/// What is recorded of the instruments.
+/// Recorded signals of the instruments.
 enum Signal : std::size_t { gyro, gyro_y, reference };
 
 /// The channels of one recording.
 struct Channels {
   std::array<const Channel*, most_signals> signal{};  ///< null: not recorded
+  std::array<double, most_signals> step{};            ///< [s] of the clock of each: lost samples do not change it
   const Channel* arm = nullptr;                       ///< both or none
   const Channel* table = nullptr;
+  double arm_step = 0.0, table_step = 0.0;  ///< [s] of their clocks
 };
+
+/// Whether two channels are sampled at the same times.
+bool one_clock(const Channel& a, const Channel& b);
 
 /// The samples of one segment of the schedule that are used.
 struct Spin {
@@ -45,7 +50,7 @@ struct Test {
   Findings findings;
 };
 
-/// Throws Error::bad_input, bad_data with all that plan and recordings lack.
+/// The test as carried out. Throws Error::bad_input, bad_data with everything that plan and recordings lack.
 Test test_of(const Evidence& evidence);
 
 /// "run 2, spin 3"

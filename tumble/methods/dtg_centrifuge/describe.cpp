@@ -55,12 +55,12 @@ class Levels {
       const std::size_t k = level * parts() + c;
       out.gradient[k] = size > 0.0 ? outcome_.levels.value[k] / size : 1.0;
     }
-    const bool take_off = outcome_.corrected && outcome_.take == Take::both_parts;
-    out.value = take_off ? std::sqrt(std::max(0.0, square - noise)) : size;
+    const bool subtract_noise = outcome_.corrected && outcome_.take == Take::both_parts;
+    out.value = subtract_noise ? std::sqrt(std::max(0.0, square - noise)) : size;
     return out;
   }
 
-  /// The same from the polynomial.
+  /// K_i of the polynomial.
   Function fitted(std::size_t level) const {
     const Polynomial& p = outcome_.polynomial;
     const Row row = p.row(levels_[level]);
@@ -107,14 +107,16 @@ class Levels {
   const std::vector<Level>& levels_;
 };
 
-Group group_of(const Found& found) {
-  return {found.value.size(), found.fit.sources,
-          [fit = found.fit](const std::vector<double>& function) { return degrees_of_freedom(fit, function); }};
+Group group_of(const Quantities& quantities) {
+  return {quantities.value.size(), quantities.fit.sources,
+          [fit = quantities.fit](const std::vector<double>& function) { return degrees_of_freedom(fit, function); }};
 }
 
 void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, Ledger& ledger,
                 Findings& findings) {
   const Levels of(outcome, levels);
+  Occurrences insignificant{.count = 0, .first = {}, .worst = {}};
+  double least = INFINITY;  // K over its uncertainty
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const Function K = of.K(l);
     const std::string where = fmt::format(
@@ -123,12 +125,14 @@ void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::s
     ledger.add({fmt::format("sensitive_term_{}", l + 1), fmt::format("K_{}", l + 1), sensitivity(), K.value,
                 "vector sum of the first-order specific-force-sensitive drift at " + where},
                {{group, K.gradient}});
-    if (const double sd = std::sqrt(ledger.variance({{group, K.gradient}})); K.value < 3.0 * sd)
-      findings.push_back({Severity::warning,
-                          "the sensitive term is not seen above its uncertainty: its size means little and its "
-                          "nonlinearity nothing",
-                          fmt::format("level {}", l + 1)});
+    const double sd = std::sqrt(ledger.variance({{group, K.gradient}}));
+    if (!(K.value < 3.0 * sd)) continue;
+    const Place level(fmt::format("sensitive_term_{}", l + 1));
+    if (insignificant.count++ == 0) insignificant.first = level;
+    if (K.value / sd < least) least = K.value / sd, insignificant.worst = level;
   }
+  if (insignificant.count > 0)
+    findings.push_back({Severity::warning, "sensitive_term_not_significant", {{"ratio", least}}, "", insignificant});
   for (std::size_t l = 0; l < levels.size(); ++l) {
     if (of.first(l) == l) continue;
     const Function zeta = outcome.corrected ? of.zeta_fitted(l) : of.zeta(l);
@@ -161,57 +165,59 @@ struct Coefficients {
   }
 };
 
-// NOLINTNEXTLINE(readability-function-size): 50 lines; to be split when it changes
-void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
-  const Polynomial& p = c.outcome.polynomial;
-  const bool both = p.both_orientations;
+/// D_x and D_y; with both orientations of the spin axis D_xz and D_yz.
+void add_linear(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
+  const bool both = c.outcome.polynomial.both_orientations;
   const std::string up = force_along > 0.0 ? "+1 g" : "-1 g";
   const char* letters[] = {"x", "y"};
   for (std::size_t part = 0; part < 2; ++part) {
-    const std::string x = letters[part];
+    const std::string x = letters[part], X = part == 0 ? "X" : "Y";
     ledger.add(c.named(x, "deg/h/g", c.value(part, 0),
-                       both ? "drift per f_" + std::string(part == 0 ? "X" : "Y")
-                            : fmt::format("stands for D_{0} + D_{0}z f_Z with f_Z = {1}", x, up)),
+                       both ? "drift per f_" + X : fmt::format("means D_{0} + D_{0}z f_Z with f_Z = {1}", x, up)),
                {{c.levels, c.of(part, 0)}});
     if (both)
-      ledger.add(
-          c.named(x + "z", "deg/h/g^2", c.value(part, 1), fmt::format("drift per f_{} f_Z", part == 0 ? "X" : "Y")),
-          {{c.levels, c.of(part, 1)}});
+      ledger.add(c.named(x + "z", "deg/h/g^2", c.value(part, 1), "drift per f_" + X + " f_Z"),
+                 {{c.levels, c.of(part, 1)}});
   }
   if (!both)
-    findings.push_back({Severity::info,
-                        fmt::format("{0}D_x stands for {0}D_x + {0}D_xz f_Z, and {0}D_y for {0}D_y + {0}D_yz f_Z, with "
-                                    "f_Z = {1}: levels with the spin axis {2} tell them apart",
-                                    c.prefix, up, force_along > 0.0 ? "down" : "up"),
-                        ""});
-  if (p.powers == 0) {
     findings.push_back(
         {Severity::info,
-         "the levels show no change of " + c.prefix + "D_x and D_y with specific force: the cubic terms are left out",
-         ""});
+         force_along > 0.0 ? "only_spin_axis_up" : "only_spin_axis_down",
+         {{"x", c.prefix + "D_x"}, {"y", c.prefix + "D_y"}, {"force", si(force_along > 0.0 ? 1.0 : -1.0, "g"), "g"}}});
+}
+
+/// D_xxx and D_xyy, or D_yyy and D_yxx. Third harmonic: D_xxx - D_xyy = -4 C_3/a^3, D_yyy - D_yxx = 4 S_3/a^3; first:
+/// 3/4 D_xxx + 1/4 D_xyy = p_2.
+void add_cubic(const Coefficients& c, std::size_t part, Ledger& ledger) {
+  const Polynomial& p = c.outcome.polynomial;
+  const std::size_t cubic = p.both_orientations ? 2 : 1;
+  const double sign = part == 0 ? -1.0 : 1.0, t = 4.0 * sign * c.outcome.third->value[part];
+  const auto third = [&](double factor) {
+    Row row(2);
+    row[part] = 4.0 * sign * factor;
+    return row;
+  };
+  const double p2 = c.value(part, cubic);
+  const char* description = "from the first and third harmonic over specific force";
+  ledger.add(c.named(part == 0 ? "xxx" : "yyy", "deg/h/g^3", p2 + 0.25 * t, description),
+             {{c.levels, c.of(part, cubic)}, {c.third, third(0.25)}});
+  ledger.add(c.named(part == 0 ? "xyy" : "yxx", "deg/h/g^3", p2 - 0.75 * t, description),
+             {{c.levels, c.of(part, cubic)}, {c.third, third(-0.75)}});
+  if (p.powers > 1)
+    ledger.add({c.prefix + (part == 0 ? "p_4" : "q_4"), part == 0 ? "p_4" : "q_4", Unit::parse("deg/h/g^5"),
+                c.value(part, cubic + 1),
+                "coefficient of a^4 in the first-order term along " + std::string(part == 0 ? "X" : "Y")},
+               {{c.levels, c.of(part, cubic + 1)}});
+}
+
+void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
+  add_linear(c, force_along, ledger, findings);
+  if (c.outcome.polynomial.powers == 0) {
+    findings.push_back(
+        {Severity::info, "drift_is_linear_in_force", {{"x", c.prefix + "D_x"}, {"y", c.prefix + "D_y"}}});
     return;
   }
-  const std::size_t cubic = both ? 2 : 1;
-  // third harmonic: D_xxx - D_xyy = -4 C_3/a^3, D_yyy - D_yxx = 4 S_3/a^3; first: 3/4 D_xxx + 1/4 D_xyy = p_2
-  for (std::size_t part = 0; part < 2; ++part) {
-    const double sign = part == 0 ? -1.0 : 1.0, t = 4.0 * sign * c.outcome.third->value[part];
-    const std::string own = part == 0 ? "xxx" : "yyy", other = part == 0 ? "xyy" : "yxx";
-    const auto third = [&](double factor) {
-      Row row(2);
-      row[part] = 4.0 * sign * factor;
-      return row;
-    };
-    const double p2 = c.value(part, cubic);
-    ledger.add(c.named(own, "deg/h/g^3", p2 + 0.25 * t, "from the first and third harmonic over specific force"),
-               {{c.levels, c.of(part, cubic)}, {c.third, third(0.25)}});
-    ledger.add(c.named(other, "deg/h/g^3", p2 - 0.75 * t, "the same"),
-               {{c.levels, c.of(part, cubic)}, {c.third, third(-0.75)}});
-    if (p.powers > 1)
-      ledger.add({c.prefix + (part == 0 ? "p_4" : "q_4"), part == 0 ? "p_4" : "q_4", Unit::parse("deg/h/g^5"),
-                  c.value(part, cubic + 1),
-                  "coefficient of a^4 in the first-order term along " + std::string(part == 0 ? "X" : "Y")},
-                 {{c.levels, c.of(part, cubic + 1)}});
-  }
+  for (std::size_t part = 0; part < 2; ++part) add_cubic(c, part, ledger);
 }
 
 void add_second(const Outcome& outcome, const std::string& prefix, const std::string& symbol, std::size_t group,
@@ -239,13 +245,11 @@ void add_relation(const Relation& relation, Ledger& ledger) {
              {{group, {0.0, 1.0}}});
 }
 
-/// The size of the shift from power-up to power-up, with an interval; a finding where it is not seen.
+/// The size of the shift from power-up to power-up, with an interval; a finding where it is not significant.
 void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger& ledger, Findings& findings) {
   if (outcome.levels.fit.slow_variance.empty()) {
     if (prefix.empty() && outcome.power_ups < 2)
-      findings.push_back({Severity::info,
-                          "one power-up: how the term changes from power-up to power-up is not in the uncertainties",
-                          ""});
+      findings.push_back({Severity::info, "power_up_change_not_included", {}});
     return;
   }
   const double parts = static_cast<double>(outcome.polynomial.parts);
@@ -253,28 +257,24 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
   double weight = 0.0;  // of one power-up
   for (const Observation& one : outcome.observations)
     for (const double w : one.weight) weight += w / static_cast<double>(outcome.power_ups);
-  const double left = outcome.levels.fit.slow_variance.front();
-  const double within = outcome.levels.fit.white_variance / weight, between = left + within;
+  const double variance = outcome.levels.fit.slow_variance.front();
+  const double within = outcome.levels.fit.white_variance / weight, between = variance + within;
   const Unit unit = sensitivity();
-  if (!(left > 0.05 * within)) {
-    findings.push_back(
-        {Severity::info,
-         fmt::format("{}turn_on_repeatability is not seen: the power-ups differ no more than the noise explains; below "
-                     "{:.2g} {} (95 %)",
-                     prefix,
-                     unit.from_si(std::sqrt(std::max(0.0, within * dof / chi_square_quantile(0.05, dof) - within))),
-                     unit.text()),
-         ""});
+  if (!(variance > 0.05 * within)) {
+    const double limit = std::sqrt(std::max(0.0, within * dof / chi_square_quantile(0.05, dof) - within));
+    findings.push_back({Severity::info,
+                        "repeatability_not_significant",
+                        {{"parameter", prefix + "turn_on_repeatability"}, {"limit", limit, unit}}});
     return;
   }
   Matrix covariance(1, 1);
-  covariance(0, 0) = 2.0 * between * between / dof / (4.0 * left);
-  const double nu = root_interval_degrees_of_freedom(dof, left / between);
+  covariance(0, 0) = 2.0 * between * between / dof / (4.0 * variance);
+  const double nu = root_interval_degrees_of_freedom(dof, variance / between);
   const std::size_t group =
       ledger.add(Group{1, {{outcome.levels.fit.sources[1].source, covariance}}, [nu](const Row&) { return nu; }});
-  ledger.add({prefix + "turn_on_repeatability", "s_D", unit, std::sqrt(left),
-              parts > 1 ? "standard deviation of each of D_x and D_y from power-up to power-up, noise taken off"
-                        : "standard deviation of K from power-up to power-up, noise taken off"},
+  ledger.add({prefix + "turn_on_repeatability", "s_D", unit, std::sqrt(variance),
+              parts > 1 ? "standard deviation of each of D_x and D_y from power-up to power-up, without noise"
+                        : "standard deviation of K from power-up to power-up, without noise"},
              {{group, {1.0}}});
 }
 

@@ -11,20 +11,20 @@
 /// Parameters, tables and curves.
 namespace tumble::dtg_centrifuge {
 
-/// Everything found of one output.
+/// Everything identified of one output.
 struct Outcome {
   Signal output = gyro;
   Take take = Take::both_parts;
-  bool corrected = true;  ///< regression: bias by noise taken off, nonlinearity from the polynomial
+  bool corrected = true;  ///< regression: bias by noise subtracted, nonlinearity from the polynomial
   std::vector<Observation> observations;
   Relation relation;
-  Found levels;
+  Quantities levels;
   Polynomial polynomial;
-  std::optional<Found> second, third;
+  std::optional<Quantities> second, third;
   std::size_t power_ups = 1;
 };
 
-/// Adds what was found of an output. The table and curves are those of the first output.
+/// Adds parameters, tables, curves and findings of an output. The table and curves are those of the first output.
 void describe(const Outcome& outcome, const std::vector<Measured>& measured, const Reduction& reduction, Ledger& ledger,
               Estimate& estimate);
 

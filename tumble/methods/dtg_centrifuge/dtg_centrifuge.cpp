@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <tuple>
@@ -8,15 +6,13 @@
 #include "tumble/methods/dtg_centrifuge/compensate.hpp"
 #include "tumble/methods/dtg_centrifuge/describe.hpp"
 #include "tumble/methods/dtg_centrifuge/fourier.hpp"
-#include "tumble/methods/dtg_centrifuge/options.hpp"
 #include "tumble/methods/dtg_centrifuge/screen.hpp"
 #include "tumble/methods/dtg_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
-#include "tumble/units/error.hpp"
 
 // w_t rate of the arm, w_s of the table against it, w_n = w_t - w_s; theta = -table angle, beta = arm + table angle.
 //   y = Re{Z e^{i theta}} + Re{E e^{i beta}} + ...          lines of each gyro by least squares         (1.12)
-//   c = E_g/E_f,  Z_D = Z_g - conj(c) Z_f                   true rate at the table's angle taken off
+//   c = E_g/E_f,  Z_D = Z_g - conj(c) Z_f                   true rate at the table's angle subtracted
 //   Z_D/F_X = p - i sigma q,  K = |Z_D|/a                   F_X = -a, sigma = +1: spin axis up          (1.10), (1.14)
 //   p(a) = p_0 + p_2 a^2 + ..., q alike, zeta = K(a)/K(a_1) - 1                                         (1.13)
 
@@ -34,10 +30,87 @@ std::vector<Role> roles() {
           {"specific_force_z", "g", false, "for compensate: along the spin axis Z"}};
 }
 
+/// Options of the capture loop and of the averaging of one gyro.
+void add_electronics(const std::string& prefix, std::vector<Option>& options) {
+  const std::string whose = prefix.empty() ? "the gyro" : "the reference gyro";
+  options.push_back(quantity(prefix + "averaging", "s")
+                        .at_least(0)
+                        .says("time over which a sample of " + whose +
+                              " is averaged, docs/equations (1.15); absent: one sampling interval"));
+  options.push_back(
+      quantity(prefix + "natural_frequency", "Hz")
+          .above(0)
+          .says("natural frequency of the capture loop of " + whose + "; absent: the loop is not of second order"));
+  options.push_back(quantity(prefix + "damping_ratio").above(0).otherwise("0.7").says("damping ratio of that loop"));
+  options.push_back(quantity(prefix + "time_constant", "s")
+                        .above(0)
+                        .says("time constant of a capture loop of first order of " + whose + "; absent: none"));
+}
+
+void add_reference(std::vector<Option>& options) {
+  const std::vector<Option> own{
+      quantity("reference_gain")
+          .above(0)
+          .otherwise("1")
+          .says("scale factor of the reference gyro over that of the gyro, from another test; used if "
+                "reference_gain_sd is given"),
+      quantity("reference_gain_sd", "ppm")
+          .at_least(0)
+          .says("standard uncertainty of reference_gain; absent: only the Earth's rate determines the gain"),
+      quantity("reference_azimuth", "deg")
+          .otherwise("0 deg")
+          .says("angle from X toward Y to the input axis of the reference gyro; used if reference_azimuth_sd is given"),
+      quantity("reference_azimuth_sd", "deg")
+          .at_least(0)
+          .says("standard uncertainty of reference_azimuth; absent: only the Earth's rate determines the azimuth"),
+      word("reference_sensitivity", {"zero", "fitted"})
+          .otherwise("zero")
+          .says("sensitivity of the reference gyro to specific force: zero, or fitted to its line over the levels")};
+  options.insert(options.end(), own.begin(), own.end());
+}
+
+std::vector<Option> options() {
+  std::vector<Option> options{
+      word("estimator", {"regression", "fourier"})
+          .otherwise("regression")
+          .says("regression on the angles, which subtracts the true rate, docs/equations (1.12)-(1.15), or the "
+                "source's steps, docs/equations (1.6)-(1.11)"),
+      word("order", {"auto", "constant", "cubic", "quintic"})
+          .otherwise("auto")
+          .says("order of the drift in specific force, docs/equations (1.13); auto: the simplest whose AICc is within "
+                "4 of the lowest"),
+      quantity("settling", "s")
+          .at_least(0)
+          .otherwise("1 s")
+          .says("time after the rig has settled that is skipped in each segment")};
+  add_electronics("", options);
+  options.push_back(quantity("loop_lag_sd", "%")
+                        .at_least(0)
+                        .otherwise("1 %")
+                        .says("relative standard uncertainty of the lag of the gyro's loop"));
+  options.push_back(quantity("scale_factor_sd", "ppm")
+                        .at_least(0)
+                        .otherwise("0 ppm")
+                        .says("standard uncertainty of the gyro's scale factor"));
+  add_reference(options);
+  add_electronics("reference_", options);
+  options.push_back(
+      quantity("reference_clock_offset", "s").otherwise("0 s").says("delay of the stamps of the reference gyro"));
+  options.push_back(quantity("reference_clock_offset_sd", "s")
+                        .at_least(0)
+                        .otherwise("0 s")
+                        .says("standard uncertainty of reference_clock_offset"));
+  options.push_back(word("encoder_stamps", {"begin", "instant"})
+                        .otherwise("begin")
+                        .says("time of an angle: the middle of the interval that begins at its stamp, as `tumble "
+                              "simulate` writes it (begin), or its stamp (instant)"));
+  return options;
+}
+
 /// A cell: one level in one sense in one plan, alike in every power-up.
 struct Cells {
   std::vector<const Spin*> stretch;
-  std::vector<Seen> nominal;
+  std::vector<RigLines> nominal;
   std::vector<std::size_t> of;  ///< of each measured
 };
 
@@ -63,13 +136,13 @@ int powers_of(const Settings& settings) {
 
 /// Everything of one output.
 Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction,
-                   const Cells& cells, const std::vector<SeenShift>& shifts, const Settings& settings, Signal output,
-                   const Sensitivity& sensitivity, Findings& findings) {
+                   const Cells& cells, const std::vector<RigLinesShift>& shifts, const Settings& settings,
+                   Signal output, const Sensitivity& sensitivity, Findings& findings) {
   const bool fourier = settings.word("estimator") == "fourier", phase_known = test.encoders && !fourier;
   Outcome out{.output = output, .take = phase_known ? Take::both_parts : Take::size, .corrected = !fourier};
   out.power_ups = test.starts;
-  const auto stated = [&](const char* name) { return settings.has(name) ? settings.number(name) : 0.0; };
-  out.relation = fourier ? Relation{0.0, 0.0, stated("reference_gain_sd"), stated("reference_azimuth_sd"), false, 0.0}
+  const auto given = [&](const char* name) { return settings.has(name) ? settings.number(name) : 0.0; };
+  out.relation = fourier ? Relation{0.0, 0.0, given("reference_gain_sd"), given("reference_azimuth_sd"), false, 0.0}
                          : relation_of(measured, output, settings, test.encoders, findings);
   const Complex own = sensitivity.known ? sensitivity.v : 0.0;
   std::vector<std::size_t> cell_of;
@@ -85,7 +158,7 @@ Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, cons
   for (auto& effect : instrument_effects(around, out.observations)) effects.push_back(std::move(effect));
   out.levels = fit_levels(out.observations, effects, reduction.levels.size(), out.take, !fourier, findings);
   double values = 0.0;
-  for (const auto& one : out.observations) values += static_cast<double>(one.part.size()) * (phase_known ? 2.0 : 1.0);
+  for (const auto& o : out.observations) values += static_cast<double>(o.part.size()) * (phase_known ? 2.0 : 1.0);
   out.polynomial = polynomial_of(out.levels, reduction.levels, out.take, powers_of(settings), values);
   if (phase_known) {
     out.second = fit_harmonic(out.observations, effects, 2);
@@ -94,64 +167,51 @@ Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, cons
   return out;
 }
 
-void say_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
+void add_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
   if (!s.known) {
     if (fitted)
-      findings.push_back({Finding::Severity::warning,
-                          "reference_sensitivity = \"fitted\" needs at least five levels: taken as zero",
-                          "reference_gyro"});
+      findings.push_back({Finding::Severity::warning, "too_few_levels_for_sensitivity", {}, "reference_gyro"});
     return;
   }
-  const double unit = si(1.0, "deg/h/g");
   if (!fitted && std::abs(s.v) < 5.0 * s.sd) return;
-  findings.push_back(
-      {fitted ? Finding::Severity::info : Finding::Severity::warning,
-       fmt::format("the reference gyro's own line grows with specific force, not with the rate alone: {:.3g} deg/h/g "
-                   "along X and {:.3g} along Y, +- {:.2g}{}",
-                   -s.v.real() / unit, s.v.imag() / unit, s.sd / unit,
-                   fitted ? "; taken off"
-                          : "; D_x and D_y are wrong by it unless reference_sensitivity = \"fitted\" "
-                            "(or the table's tilt grows with load)"),
-       "reference_gyro"});
+  const Unit unit = Unit::parse("deg/h/g");
+  findings.push_back({fitted ? Finding::Severity::info : Finding::Severity::warning,
+                      fitted ? "reference_sensitivity_subtracted" : "reference_sensitive_to_force",
+                      {{"x", -s.v.real(), unit}, {"y", s.v.imag(), unit}, {"sd", s.sd, unit}},
+                      "reference_gyro"});
 }
 
-void say_missing(const Test& test, bool fourier, Findings& findings) {
+void add_missing_rests(const Test& test, bool fourier, Findings& findings) {
   std::vector<bool> rested(test.starts, false);
   for (const Spin& rest : test.rests) rested[rest.start] = true;
-  const auto without = std::ranges::count(rested, false);
-  if (without == 0) return;
-  findings.push_back(
-      {fourier ? Finding::Severity::warning : Finding::Severity::info,
-       fmt::format("{} of {} power-ups have no static segment before the first level: {}", without, rested.size(),
-                   fourier ? "the level's own mean is taken off in its place" : "the regression needs none"),
-       ""});
+  const auto missing = std::ranges::count(rested, false);
+  if (missing == 0) return;
+  findings.push_back({fourier ? Finding::Severity::warning : Finding::Severity::info,
+                      fourier ? "mean_of_level_replaces_rest" : "no_static_segment",
+                      {{"missing", missing}, {"power_ups", test.starts}}});
 }
 
-/// What the plain difference of the source leaves of the true rate, by the reference gyro as the Earth's rate shows it.
-void say_left(const std::vector<Measured>& measured, const Outcome& outcome, const Settings& settings, bool encoders,
-              Findings& findings) {
+/// True rate that the plain difference of the source does not subtract, by the reference gyro's line of the Earth's
+/// rate.
+void add_remaining_rate(const std::vector<Measured>& measured, const Outcome& outcome, const Settings& settings,
+                        bool encoders, Findings& findings) {
   Findings unused;
   const Relation relation = relation_of(measured, gyro, settings, encoders, unused);
   double worst = 0.0;
-  for (const Observation& one : outcome.observations) {
-    const Complex c = std::conj(relation.c(measured[one.measured].stretch->spin_up));
-    worst = std::max(worst, std::abs((c - 1.0) * one.true_rate / one.force / one.value));
+  for (const Observation& o : outcome.observations) {
+    const Complex c = std::conj(relation.c(measured[o.measured].stretch->spin_up));
+    worst = std::max(worst, std::abs((c - 1.0) * o.true_rate / o.force / o.value));
   }
   if (!relation.from_earth || worst < 1e-3) return;
-  findings.push_back(
-      {Finding::Severity::warning,
-       fmt::format(
-           "the plain difference leaves what the reference gyro shows otherwise than the gyro: by the line of the "
-           "Earth's rate its gain is {:.2g} % off and its azimuth {:.2g} deg, and of the true rate up to {:.2g} % of "
-           "the sensitive term is left; the uncertainties do not hold it unless reference_gain_sd and "
-           "reference_azimuth_sd are given. estimator = \"regression\" takes it off",
-           100.0 * (std::exp(-relation.log_gain) - 1.0), relation.azimuth / si(1.0, "deg"), 100.0 * worst),
-       ""});
+  findings.push_back({Finding::Severity::warning,
+                      "true_rate_remains",
+                      {{"gain", std::exp(-relation.log_gain) - 1.0, "%"},
+                       {"azimuth", relation.azimuth, "deg"},
+                       {"share", worst, "%"}}});
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
-  refuse_impossible(settings);
   const bool fourier = settings.word("estimator") == "fourier";
   const Test test = test_of(evidence);
   const Instruments instruments = instruments_of(settings);
@@ -163,7 +223,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.title = evidence.plan.title;
   estimate.findings = test.findings;
   measured = screened(std::move(measured), test, fourier, estimate.findings);
-  say_missing(test, fourier, estimate.findings);
+  add_missing_rests(test, fourier, estimate.findings);
   if (!fourier) check_earth(measured, test, estimate.findings);
   const Reduction reduction = reduction_of(test, measured);
   const Cells cells = cells_of(test, measured, reduction);
@@ -171,15 +231,15 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.9, "errors of the rig");
   Sensitivity sensitivity = test.encoders && !fourier ? sensitivity_of(measured, reduction) : Sensitivity{};
   const bool fitted = settings.word("reference_sensitivity") == "fitted";
-  say_sensitivity(sensitivity, fitted, estimate.findings);
+  add_sensitivity(sensitivity, fitted, estimate.findings);
   if (!fitted) sensitivity.known = false;
   Ledger ledger;
   for (const Signal output : {gyro, gyro_y}) {
-    const bool whole = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
-    if (output == gyro_y && (!whole || fourier || !test.encoders)) continue;
+    const bool present = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
+    if (output == gyro_y && (!present || fourier || !test.encoders)) continue;
     const Outcome outcome =
         outcome_of(test, measured, reduction, cells, shifts, settings, output, sensitivity, estimate.findings);
-    if (fourier) say_left(measured, outcome, settings, test.encoders, estimate.findings);
+    if (fourier) add_remaining_rate(measured, outcome, settings, test.encoders, estimate.findings);
     describe(outcome, measured, reduction, ledger, estimate);
   }
   ledger.settle(estimate);

@@ -5,13 +5,13 @@
 
 #include "tumble/methods/dtg_centrifuge/reduce.hpp"
 
-/// What errors of the rig and of the instruments' stated constants do to the sensitive term of every observation.
+/// Changes of the sensitive term of every observation by errors of the rig and of the instruments' stated constants.
 namespace tumble::dtg_centrifuge {
 
 struct Effect {
   std::string source;
   std::vector<Complex> value;          ///< of each observation: shift of p + i q by one standard deviation
-  std::vector<Complex> second, third;  ///< the same of Z_2/a^2 and Z_3/a^3
+  std::vector<Complex> second, third;  ///< shifts of Z_2/a^2 and Z_3/a^3
 };
 
 /// All that the estimator was given besides the lines.
@@ -28,10 +28,10 @@ struct Circumstances {
 };
 
 /// Errors of the rig: the estimator on what the rig with the error would make an instrument of these terms show, less
-/// the same without.
+/// the estimator without the error.
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
-                                const std::vector<SeenShift>& shifts, const std::vector<std::size_t>& cell_of,
-                                const std::vector<Seen>& nominal, const std::vector<const Spin*>& cells);
+                                const std::vector<RigLinesShift>& shifts, const std::vector<std::size_t>& cell_of,
+                                const std::vector<RigLines>& nominal, const std::vector<const Spin*>& cells);
 
 /// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag of the loop.
 std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations);

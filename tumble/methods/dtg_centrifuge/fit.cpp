@@ -1,24 +1,19 @@
 #include "tumble/methods/dtg_centrifuge/fit.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-/// A higher order has to lower the AICc by this much: chance does it once in 50 tests, and would make intervals that
-/// are too narrow once in 7 were any lower value enough.
+/// A higher order must lower the AICc by this much: without need of that order this happens once in 50 tests. If any
+/// lower value were enough, it would happen once in 7 tests, with intervals that are too narrow.
 constexpr double clearly_better = 4.0;
 
 Complex mean_of(const std::vector<Complex>& part, const std::vector<double>& weight) {
@@ -46,50 +41,64 @@ Scatter scatter_of(const std::vector<Complex>& part, const std::vector<double>& 
   return out;
 }
 
-/// Factor for the weights of each level: 1 where the noise is the same in all within chance.
-// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
-std::vector<double> noise_weights(const std::vector<Observation>& observations, std::size_t levels,
-                                  Findings& findings) {
-  std::vector<Scatter> of(levels);
+/// Scatter at each level, and over all levels.
+struct LevelScatter {
+  std::vector<Scatter> of;
   Scatter all;
+};
+
+LevelScatter scatter_of(const std::vector<Observation>& observations, std::size_t levels) {
+  LevelScatter out{std::vector<Scatter>(levels), {}};
   for (const Observation& one : observations) {
     const Scatter s = scatter_of(one.part, one.weight);
-    of[one.level].squares += s.squares;
-    of[one.level].degrees_of_freedom += s.degrees_of_freedom;
-    all.squares += s.squares;
-    all.degrees_of_freedom += s.degrees_of_freedom;
+    for (Scatter* sum : {&out.of[one.level], &out.all}) {
+      sum->squares += s.squares;
+      sum->degrees_of_freedom += s.degrees_of_freedom;
+    }
   }
-  std::vector<double> factor(levels, 1.0);
-  double statistic = all.degrees_of_freedom * std::log(all.variance()), inverse = -1.0 / all.degrees_of_freedom;
-  std::size_t groups = 0;
-  double least = INFINITY, most = 0.0;
-  for (const Scatter& s : of) {
-    if (!(s.squares > 0.0)) continue;
-    statistic -= s.degrees_of_freedom * std::log(s.variance());
-    inverse += 1.0 / s.degrees_of_freedom;
-    least = std::min(least, s.variance());
-    most = std::max(most, s.variance());
-    ++groups;
-  }
-  if (groups < 2) return factor;
-  const double dof = static_cast<double>(groups) - 1.0;
-  statistic /= 1.0 + inverse / (3.0 * dof);
-  double size = 0.0, weight = 0.0;
+  return out;
+}
+
+/// Whether the variances are below the rounding of the parts themselves.
+bool only_rounding(const std::vector<Observation>& observations, double variance) {
+  double size = 0.0, count = 0.0;
   for (const Observation& one : observations)
     for (std::size_t k = 0; k < one.part.size(); ++k) {
       size += one.weight[k] * std::norm(one.part[k]);
-      weight += 1.0;
+      count += 1.0;
     }
-  const bool rounding = all.variance() < 1e-20 * size / weight;
-  if (rounding || !(statistic > chi_square_quantile(0.999, dof))) return factor;
-  for (std::size_t k = 0; k < levels; ++k)
-    if (of[k].squares > 0.0) factor[k] = all.variance() / of[k].variance();
-  findings.push_back(
-      {Finding::Severity::info,
-       fmt::format("the noise at the table's rate differs between the levels by up to a factor of {:.2g}: "
-                   "each has its own",
-                   std::sqrt(most / least)),
-       ""});
+  return variance < 1e-20 * size / count;
+}
+
+/// Bartlett's test of equal variances, at 0.1 %.
+bool noise_differs(const LevelScatter& scatter) {
+  const Scatter& all = scatter.all;
+  double statistic = all.degrees_of_freedom * std::log(all.variance()), inverse = -1.0 / all.degrees_of_freedom;
+  double dof = -1.0;
+  for (const Scatter& s : scatter.of) {
+    if (!(s.squares > 0.0)) continue;
+    statistic -= s.degrees_of_freedom * std::log(s.variance());
+    inverse += 1.0 / s.degrees_of_freedom;
+    dof += 1.0;
+  }
+  return dof >= 1.0 && statistic / (1.0 + inverse / (3.0 * dof)) > chi_square_quantile(0.999, dof);
+}
+
+/// Factor for the weights of each level: 1 where the noise does not differ significantly between the levels.
+std::vector<double> noise_weights(const std::vector<Observation>& observations, std::size_t levels,
+                                  Findings& findings) {
+  const LevelScatter scatter = scatter_of(observations, levels);
+  std::vector<double> factor(levels, 1.0);
+  if (!noise_differs(scatter) || only_rounding(observations, scatter.all.variance())) return factor;
+  double least = INFINITY, most = 0.0;
+  for (std::size_t k = 0; k < levels; ++k) {
+    if (!(scatter.of[k].squares > 0.0)) continue;
+    const double variance = scatter.of[k].variance();
+    factor[k] = scatter.all.variance() / variance;
+    least = std::min(least, variance);
+    most = std::max(most, variance);
+  }
+  findings.push_back({Finding::Severity::info, "noise_differs_between_levels", {{"factor", std::sqrt(most / least)}}});
   return factor;
 }
 
@@ -154,21 +163,58 @@ std::vector<Complex> along(const Observation& one, bool unbiased) {
   return out;
 }
 
-MatrixXd design_of(const std::vector<Level>& levels, Polynomial& polynomial) {
-  const std::size_t n = levels.size(), each = polynomial.each();
-  MatrixXd design = MatrixXd::Zero(at(n * polynomial.parts), at(each * polynomial.parts));
-  for (std::size_t l = 0; l < n; ++l) {
+Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial) {
+  const std::size_t each = polynomial.each();
+  Matrix design(levels.size() * polynomial.parts, each * polynomial.parts);
+  for (std::size_t l = 0; l < levels.size(); ++l) {
     const auto row = polynomial.row(levels[l]);
     for (std::size_t c = 0; c < polynomial.parts; ++c)
-      for (std::size_t k = 0; k < each; ++k) design(at(l * polynomial.parts + c), at(c * each + k)) = row[k];
+      for (std::size_t k = 0; k < each; ++k) design(l * polynomial.parts + c, c * each + k) = row[k];
   }
   return design;
 }
 
+/// The levels with unit variance: L^-1 diag(scale) of their covariance.
+struct White {
+  std::vector<double> scale, y;
+  Matrix lower;  ///< L, Cholesky factor of the scaled covariance
+
+  explicit White(const Quantities& levels) {
+    const Matrix& covariance = levels.fit.covariance;
+    // scaled to unit diagonal; a floor against rounding where there is no noise
+    const double floor = 1e-26 * dot(levels.value, levels.value);
+    for (const double variance : diagonal_of(covariance)) scale.push_back(1.0 / std::sqrt(std::max(variance, floor)));
+    Matrix correlation = scaled_rows(scale, scaled_columns(covariance, scale));
+    for (std::size_t k = 0; k < scale.size(); ++k) correlation(k, k) += 1e-9;
+    const Cholesky root = cholesky(correlation);
+    if (!root.positive) throw Error(Error::Kind::bad_data, "the noise of the levels could not be determined");
+    lower = root.lower;
+    y = solve_lower(lower, scaled(scale, levels.value));
+  }
+  Matrix of(const Matrix& rows) const { return solve_lower(lower, scaled_rows(scale, rows)); }
+};
+
+/// Fit of one order; adds its score to `tried`.
+Polynomial of_order(int order, const Polynomial& common, const White& levels, const std::vector<Level>& of,
+                    double observations, std::vector<Order>& tried) {
+  Polynomial out = common;
+  out.powers = order;
+  const Matrix design = levels.of(design_of(of, out));
+  const auto unit = inverses(column_norms(design));
+  const HouseholderQr qr = householder_qr(scaled_columns(design, unit));
+  out.value = scaled(unit, solve(qr, levels.y));
+  out.of_levels = scaled_rows(unit, solve(qr, levels.of(identity(levels.scale.size()))));
+  const auto residual = difference(levels.y, design * out.value);
+  const double chi_square = dot(residual, residual), k = static_cast<double>(design.columns) + 1.0;
+  const double small = 2.0 * k * (k + 1.0) / std::max(1.0, observations - k - 1.0);
+  tried.push_back({order, chi_square + 2.0 * k + small, chi_square, false});
+  return out;
+}
+
 }  // namespace
 
-Found fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects, std::size_t levels,
-                 Take take, bool unbiased, Findings& findings) {
+Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
+                      std::size_t levels, Take take, bool unbiased, Findings& findings) {
   const auto factor = noise_weights(observations, levels, findings);
   Rows rows;
   rows.components = take == Take::both_parts ? 2 : 1;
@@ -185,13 +231,14 @@ Found fit_levels(const std::vector<Observation>& observations, const std::vector
     rows.add_effect(effect.source, shift);
   }
   rows.add_power_ups();
-  Found found;
-  found.fit = fit_mixed_model(rows.data);
-  found.value = found.fit.parameters;
-  return found;
+  Quantities quantities;
+  quantities.fit = fit_mixed_model(rows.data);
+  quantities.value = quantities.fit.parameters;
+  return quantities;
 }
 
-Found fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic) {
+Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
+                        int harmonic) {
   Rows rows;
   std::vector<std::pair<std::size_t, std::size_t>> design;
   for (const Observation& one : observations) {
@@ -202,10 +249,10 @@ Found fit_harmonic(const std::vector<Observation>& observations, const std::vect
   rows.close(design, 2);
   for (const Effect& effect : effects) rows.add_effect(effect.source, harmonic == 2 ? effect.second : effect.third);
   rows.add_power_ups();
-  Found found;
-  found.fit = fit_mixed_model(rows.data);
-  found.value = found.fit.parameters;
-  return found;
+  Quantities quantities;
+  quantities.fit = fit_mixed_model(rows.data);
+  quantities.value = quantities.fit.parameters;
+  return quantities;
 }
 
 std::vector<double> Polynomial::row(const Level& level) const {
@@ -215,54 +262,32 @@ std::vector<double> Polynomial::row(const Level& level) const {
   return out;
 }
 
-// NOLINTNEXTLINE(readability-function-size): 47 lines; to be split when it changes
-Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
+Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations) {
-  const std::size_t parts = take == Take::both_parts ? 2 : 1;
-  const MatrixXd covariance = map(found.fit.covariance);
-  const VectorXd y = VectorXd::Map(found.value.data(), at(found.value.size()));
-  // scaled to unit diagonal; a floor against rounding where there is no noise
-  const VectorXd scale = covariance.diagonal().array().max(1e-26 * y.squaredNorm()).sqrt().inverse();
-  MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
-  correlation.diagonal().array() += 1e-9;
-  const Eigen::LLT<MatrixXd> root(correlation);
-  const VectorXd white = root.matrixL().solve(scale.cwiseProduct(y));
-
   std::set<double> up, down;
   for (const Level& level : levels) (level.spin_up > 0.0 ? up : down).insert(level.force);
   const std::size_t different = std::max(up.size(), down.size());
   Polynomial common;
-  common.parts = parts;
+  common.parts = take == Take::both_parts ? 2 : 1;
   common.both_orientations = !up.empty() && !down.empty();
+  const White white(quantities);
+  std::vector<Order> tried;
   std::vector<Polynomial> candidates;
   for (int order = 0; order <= 2; ++order) {
     if (order > 0 && static_cast<std::size_t>(order) >= different) break;
     if (order == 2 && different < 4) break;  // a quintic wants a level to spare
-    Polynomial one = common;
-    one.powers = order;
-    const MatrixXd design = design_of(levels, one);
-    const MatrixXd whitened = root.matrixL().solve(scale.asDiagonal() * design);
-    const VectorXd unit = whitened.colwise().norm().cwiseInverse();
-    const Eigen::HouseholderQR<MatrixXd> qr(whitened * unit.asDiagonal());
-    const VectorXd b = unit.cwiseProduct(qr.solve(white).eval());
-    one.value.assign(b.data(), b.data() + b.size());
-    const MatrixXd inverse = root.matrixL().solve(MatrixXd(scale.asDiagonal()));
-    one.of_levels = plain(unit.asDiagonal() * qr.solve(inverse));
-    const double chi_square = (white - whitened * b).squaredNorm(), k = static_cast<double>(design.cols()) + 1.0;
-    const double small = 2.0 * k * (k + 1.0) / std::max(1.0, observations - k - 1.0);
-    common.tried.push_back({order, chi_square + 2.0 * k + small, chi_square, false});
-    candidates.push_back(std::move(one));
+    candidates.push_back(of_order(order, common, white, levels, observations, tried));
   }
   std::size_t chosen = candidates.size() - 1;
   if (powers >= 0) {
     chosen = std::min(chosen, static_cast<std::size_t>(powers));
   } else if (different > 2) {  // between two levels there is a difference and nothing to judge it by
-    const auto lowest = std::ranges::min_element(common.tried, {}, &Order::aicc)->aicc;
+    const auto lowest = std::ranges::min_element(tried, {}, &Order::aicc)->aicc;
     chosen = 0;
-    while (common.tried[chosen].aicc > lowest + clearly_better) ++chosen;
+    while (tried[chosen].aicc > lowest + clearly_better) ++chosen;
   }
-  common.tried[chosen].chosen = true;
-  candidates[chosen].tried = common.tried;
+  tried[chosen].chosen = true;
+  candidates[chosen].tried = tried;
   return candidates[chosen];
 }
 

@@ -11,24 +11,24 @@
 /// From observations to levels, and across the levels, docs/equations (1.13).
 namespace tumble::dtg_centrifuge {
 
-/// Quantities found together, with their covariance by source.
-struct Found {
+/// Quantities of one fit, with their covariance by source.
+struct Quantities {
   std::vector<double> value;  ///< [SI]
   MixedFit fit;               ///< covariance, sources, degrees of freedom of functions
 };
 
-/// What is fitted in the observations: p + i q of the levels, or their size alone where the phase is not known.
+/// Part of the observations that is fitted: p + i q of the levels, or their size alone where the phase is not known.
 enum class Take { both_parts, size };
 
 /// p_1, q_1, p_2, q_2 ... (or K_1, K_2 ...), with one shift of all levels for each power-up.
 ///
 /// The white noise is that of the parts about their mean. Where its level differs between the rates beyond chance (0.1
 /// % of a chi-square of Bartlett's), each level has its own.
-Found fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects, std::size_t levels,
-                 Take take, bool unbiased, Findings& findings);
+Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
+                      std::size_t levels, Take take, bool unbiased, Findings& findings);
 
 /// Mean over all observations of Z_h/a^h, real and imaginary part.
-Found fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic);
+Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic);
 
 /// Order of p and q in a: p(a) = p_0 + p_2 a^2 + ..., docs/equations (1.13), and with both orientations of the spin
 /// axis p_0 = D_x + D_xz f_Z.
@@ -50,10 +50,10 @@ struct Polynomial {
   std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level [each()]
 };
 
-/// Generalised least squares on the levels with their whole covariance, so that what is common to the levels (gain and
-/// azimuth of the reference gyro) is learnt from their pattern too. The order as told, or with -1 the lowest whose AICc
+/// Generalised least squares on the levels with their full covariance, so that their pattern also determines what is
+/// common to the levels (gain and azimuth of the reference gyro). The order as given, or with -1 the lowest whose AICc
 /// is within 4 of the least. Given: observations [1], for AICc.
-Polynomial polynomial_of(const Found& found, const std::vector<Level>& levels, Take take, int powers,
+Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 
 }  // namespace tumble::dtg_centrifuge

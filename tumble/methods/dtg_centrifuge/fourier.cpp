@@ -34,10 +34,10 @@ Observation fourier_observation(const Test& test, const Measured& m, const Reduc
   const double g0 = static_mean(test, m, g), f0 = static_mean(test, m, f);
   double start = 0.0;  // theta at the first sample
   if (test.encoders) {
-    const Angles angles(*channels.arm, *channels.table, true, m.stretch->begin, m.stretch->end);
+    const Angles angles(channels, true, m.stretch->begin, m.stretch->end);
     std::vector<double> work;
     const double *arm = nullptr, *table = nullptr;
-    angles.at(g, first, 1, work, arm, table);
+    angles.at(g, step, first, 1, work, arm, table);
     start = -table[0];
   }
   Complex sum = 0.0;

@@ -4,19 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 
 namespace tumble::dtg_centrifuge {
-namespace {
-
-using Vector = Eigen::Map<const Eigen::VectorXd>;
-
-Vector vector(const std::vector<double>& v) { return {v.data(), at(v.size())}; }
-
-}  // namespace
-
 std::size_t Ledger::add(Group group) {
   groups_.push_back(std::move(group));
   return groups_.size() - 1;
@@ -31,19 +22,18 @@ void Ledger::add(Parameter parameter, Gradient gradient) {
 double Ledger::variance(const Gradient& gradient) const {
   double sum = 0.0;
   for (const auto& [group, g] : gradient)
-    for (const auto& source : groups_[group].sources) sum += vector(g).dot(map(source.covariance) * vector(g));
+    for (const auto& source : groups_[group].sources) sum += quadratic_form(g, source.covariance);
   return sum;
 }
 
 double Ledger::degrees_of_freedom(const Gradient& gradient) const {
-  double whole = 0.0, below = 0.0;
-  for (const auto& one : gradient) {
-    const double v = variance({one});
-    whole += v;
-    const double nu = groups_[one.first].degrees_of_freedom(one.second);
+  double sum = 0.0, below = 0.0;
+  for (const auto& [group, g] : gradient) {
+    const double v = variance({{group, g}}), nu = groups_[group].degrees_of_freedom(g);
+    sum += v;
     if (std::isfinite(nu)) below += v * v / nu;
   }
-  return below > 0.0 ? whole * whole / below : std::numeric_limits<double>::infinity();
+  return below > 0.0 ? sum * sum / below : std::numeric_limits<double>::infinity();
 }
 
 void Ledger::settle(Estimate& estimate) const {
@@ -51,12 +41,12 @@ void Ledger::settle(Estimate& estimate) const {
   estimate.parameters = parameters_;
   std::vector<ErrorLine> lines;
   for (std::size_t b = 0; b < groups_.size(); ++b) {
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(at(n), at(groups_[b].size));
+    Matrix jacobian(n, groups_[b].size);
     for (std::size_t i = 0; i < n; ++i)
       for (const auto& [group, g] : gradients_[i])
-        if (group == b) jacobian.row(at(i)) += vector(g).transpose();
-    if (jacobian.isZero(0.0)) continue;
-    for (auto& line : carried(plain(jacobian), lines_of(groups_[b].sources))) lines.push_back(std::move(line));
+        for (std::size_t k = 0; k < g.size() && group == b; ++k) jacobian(i, k) += g[k];
+    if (std::ranges::all_of(jacobian.values, [](double v) { return v == 0.0; })) continue;
+    for (auto& line : carried(jacobian, lines_of(groups_[b].sources))) lines.push_back(std::move(line));
   }
   tumble::settle(estimate, lines);
 }

@@ -7,10 +7,10 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/math/regression/mixed_model.hpp"
 
-/// Parameters as functions of quantities that were found in groups, with covariance and budget from the groups'.
+/// Parameters as functions of quantities that were fitted in groups, with covariance and budget from the groups'.
 namespace tumble::dtg_centrifuge {
 
-/// Quantities found together; different groups share no noise.
+/// Quantities of one fit; different groups share no noise.
 struct Group {
   std::size_t size = 0;
   std::vector<SourceCovariance> sources;

@@ -2,9 +2,9 @@
 
 #include <array>
 #include <complex>
-#include <string>
 #include <vector>
 
+#include "tumble/core/finding.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 
@@ -23,8 +23,8 @@ struct Phasors {
 struct Lines {
   Phasors value;
   double mean = 0.0;
-  /// What parts of the time say on their own: their mean, weighted with the samples of each, is `value`, and their
-  /// scatter is that of the noise near the lines.
+  /// Phasors of parts of the time: their mean, weighted with the samples of each, is `value`, and their scatter is that
+  /// of the noise near the lines.
   std::vector<Phasors> part;
   std::vector<double> weight;  ///< samples of each part; 0: none
   double samples = 0.0;        ///< used
@@ -32,23 +32,23 @@ struct Lines {
   double step = 0.0;           ///< [s] between samples
   double residual_sd = 0.0;    ///< [SI] of a sample
   bool present = false;
-  std::string fault;  ///< why it cannot be used: clipped, constant
+  Findings faults;  ///< why it cannot be used: clipped, constant
 };
 
-/// What was measured of one level in one power-up.
+/// Lines of one level in one power-up.
 struct Measured {
   const Spin* stretch = nullptr;
   std::array<Lines, most_signals> of;       ///< by Signal
   double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as turned
   double unsteady = 0.0;                    ///< greatest relative departure of a sixteenth's rate from the mean
-  double weakest = 1.0;     ///< least eigenvalue of the design's correlations: 0: lines cannot be told apart
-  bool rates_found = true;  ///< without encoders: a line showed them
-  std::string fault;        ///< why the level cannot be used
+  double weakest = 1.0;       ///< least eigenvalue of the design's correlations; 0: indistinguishable lines
+  bool rates_visible = true;  ///< without encoders: a line shows them
+  Findings faults;            ///< why the level cannot be used
   double theta_rate() const { return -table_rate; }           ///< [rad/s]
   double beta_rate() const { return arm_rate + table_rate; }  ///< [rad/s]
 };
 
-/// What the electronics make of a line: averaging over a sample, docs/equations (1.15), capture loop, late clock.
+/// Response of the electronics to a line: averaging over a sample, docs/equations (1.15), capture loop, late clock.
 struct Channelling {
   double averaging = -1.0;                              ///< [s]; below 0: one sampling interval
   double natural_frequency = 0.0, damping_ratio = 0.0;  ///< [rad/s], [1]; 0: no loop of second order

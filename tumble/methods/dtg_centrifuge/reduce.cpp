@@ -1,7 +1,5 @@
 #include "tumble/methods/dtg_centrifuge/reduce.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -71,7 +69,7 @@ std::vector<Pair> pairs_of(const std::vector<Measured>& measured, Signal output,
 struct Ratio {
   Complex c = 1.0;
   double sd = 0.0;  ///< of each part of ln c
-  bool found = false;
+  bool known = false;
 };
 
 Ratio ratio_of(const std::vector<Pair>& pairs) {
@@ -90,7 +88,7 @@ Ratio ratio_of(const std::vector<Pair>& pairs) {
     if (!(below > 0.0) || std::abs(above) == 0.0) return {};
     out.c = above / below;
     out.sd = std::sqrt(1.0 / information);
-    out.found = true;
+    out.known = true;
   }
   return out;
 }
@@ -123,12 +121,12 @@ Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) 
   for (const auto& [key, members] : cells) {
     Level level{.spin_up = measured[members.front()].stretch->spin_up,
                 .label = measured[members.front()].stretch->label};
-    std::map<std::pair<const Plan*, double>, std::size_t> seen;  // alike in every power-up
+    std::map<std::pair<const Plan*, double>, std::size_t> first_of;  // alike in every power-up
     for (const std::size_t i : members) {
       const Measured& m = measured[i];
       const Plan* plan = test.power_ups[m.stretch->power_up].plan;
-      const auto [known, fresh] = seen.try_emplace({plan, m.stretch->arm_rate}, i);
-      out.nominal[i] = fresh ? seen_of(test, *m.stretch) : out.nominal[known->second];
+      const auto [known, fresh] = first_of.try_emplace({plan, m.stretch->arm_rate}, i);
+      out.nominal[i] = fresh ? rig_lines_of(test, *m.stretch) : out.nominal[known->second];
       out.level_of[i] = out.levels.size();
       const double share = 1.0 / static_cast<double>(members.size());
       level.arm_rate += share * std::abs(m.arm_rate);
@@ -146,7 +144,7 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
   constexpr double unknown = std::numeric_limits<double>::infinity();
   const double right_angle = output == gyro_y ? -half_pi : 0.0;  // the reference lies beside X
   Relation out{.log_gain_sd = unknown, .azimuth_sd = unknown, .from_earth = false, .earth_sd = unknown};
-  if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.found) {
+  if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.known) {
     out.log_gain = std::log(std::abs(ratio.c));
     out.azimuth = -std::arg(ratio.c);
     out.log_gain_sd = out.azimuth_sd = out.earth_sd = ratio.sd;
@@ -166,54 +164,41 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
   if (!std::isfinite(out.azimuth_sd)) out.azimuth = right_angle, out.azimuth_sd = 0.1;
   if (std::max(out.log_gain_sd, out.azimuth_sd) > 0.1 || !out.from_earth)
     if (!gain_known || !azimuth_known)
-      findings.push_back(
-          {Finding::Severity::warning,
-           fmt::format("the line of the Earth's rate gives gain and azimuth of the reference gyro to {:.2g} "
-                       "% only, and by so much of the true rate the sensitive term is in doubt: state "
-                       "reference_gain and reference_azimuth with their standard uncertainties from a "
-                       "rate table",
-                       100.0 * std::min(1.0, out.earth_sd)),
-           output == gyro_y ? "gyro_y" : "gyro"});
+      findings.push_back({Finding::Severity::warning,
+                          "reference_poorly_known",
+                          {{"sd", std::min(1.0, out.earth_sd), "%"}},
+                          output == gyro_y ? "gyro_y" : "gyro"});
   return out;
 }
 
 Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction) {
   // columns: rates of arm and table for each orientation of the spin axis, specific force
-  std::map<double, Eigen::Index> sides;
-  for (const Measured& m : measured) sides.try_emplace(spin_of(m), 2 * static_cast<Eigen::Index>(sides.size()));
-  const Eigen::Index n = static_cast<Eigen::Index>(measured.size()),
-                     p = 2 * static_cast<Eigen::Index>(sides.size()) + 1;
-  Eigen::MatrixXd design = Eigen::MatrixXd::Zero(n, p);
-  Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(n, 2);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Measured& m = measured[static_cast<std::size_t>(i)];
-    const Seen& nominal = reduction.nominal[static_cast<std::size_t>(i)];
+  std::map<double, std::size_t> sides;
+  for (const Measured& m : measured) sides.try_emplace(spin_of(m), 2 * sides.size());
+  const std::size_t n = measured.size(), p = 2 * sides.size() + 1;
+  const std::set<std::size_t> levels(reduction.level_of.begin(), reduction.level_of.end());
+  if (levels.size() < p + 2) return {};
+  Matrix design(n, p), lines(n, 2);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Measured& m = measured[i];
     const double weight = std::sqrt(m.of[reference].samples * m.of[reference].step);
     const Complex z = m.of[reference].value.line[0];
     design(i, sides[spin_of(m)]) = weight * m.arm_rate;
     design(i, sides[spin_of(m)] + 1) = weight * m.table_rate;
-    design(i, p - 1) = weight * std::abs(force_of(nominal, m.arm_rate, 0.0, 0.0));
-    seen.row(i) << weight * z.real(), weight * (spin_of(m) < 0.0 ? -z.imag() : z.imag());
+    design(i, p - 1) = weight * std::abs(force_of(reduction.nominal[i], m.arm_rate, 0.0, 0.0));
+    lines(i, 0) = weight * z.real();
+    lines(i, 1) = weight * (spin_of(m) < 0.0 ? -z.imag() : z.imag());
   }
-  Sensitivity out;
-  const std::set<std::size_t> levels(reduction.level_of.begin(), reduction.level_of.end());
-  if (levels.size() < static_cast<std::size_t>(p) + 2) return out;
-  const Eigen::VectorXd scale = design.colwise().norm().cwiseInverse();
-  const Eigen::MatrixXd unit = design * scale.asDiagonal();
-  const Eigen::MatrixXd normal = unit.transpose() * unit;
-  const Eigen::LDLT<Eigen::MatrixXd> root(normal);
-  if (Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(normal, Eigen::EigenvaluesOnly).eigenvalues()[0] < 1e-8)
-    return out;
-  const Eigen::MatrixXd b = root.solve(unit.transpose() * seen);
-  const double noise = (seen - unit * b).squaredNorm() / static_cast<double>(2 * (n - p));
-  const double inverse = root.solve(Eigen::VectorXd::Unit(p, p - 1))[p - 1];
-  out.v = Complex(b(p - 1, 0), b(p - 1, 1)) * scale[p - 1];
-  out.sd = std::sqrt(noise * inverse) * scale[p - 1];
-  out.known = true;
-  return out;
+  const auto scale = inverses(column_norms(design));
+  const Matrix unit = scaled_columns(design, scale), normal = gram(unit);
+  if (eigenvalues_symmetric(normal)[0] < 1e-8) return {};
+  const Matrix b = solve_symmetric(normal, transposed_product(unit, lines)), residual = lines - unit * b;
+  const double noise = dot(residual.values, residual.values) / static_cast<double>(2 * (n - p));
+  const double inverse = solve_symmetric(normal, block(identity(p), 0, p, p - 1, 1)).values.back();
+  return {Complex(b(p - 1, 0), b(p - 1, 1)) * scale[p - 1], std::sqrt(noise * inverse) * scale[p - 1], true};
 }
 
-Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double gravity) {
+Complex force_of(const RigLines& nominal, double arm_rate, Complex true_rate, double gravity) {
   const double ratio = arm_rate / nominal.arm_rate;
   return nominal.force[0].line[0] * ratio * ratio + (gravity == 0.0 ? 0.0 : gravity / arm_rate * true_rate);
 }
@@ -221,7 +206,7 @@ Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double
 Observation observe(const Measured& m, const Reduction& reduction, std::size_t index, Signal output,
                     const Relation& relation, Complex sensitivity, bool phase_known) {
   Observation out;
-  const Seen& nominal = reduction.nominal[index];
+  const RigLines& nominal = reduction.nominal[index];
   const double sigma = spin_of(m), gravity = std::abs(nominal.force_along);
   const Complex c = std::conj(relation.c(sigma));
   const Lines &g = m.of[output], &f = m.of[reference];
@@ -232,7 +217,7 @@ Observation observe(const Measured& m, const Reduction& reduction, std::size_t i
   out.power_up = m.stretch->start;
   out.raw = g.value.line[0];
   out.true_rate = c * (f.value.line[0] - own);
-  // seen from X: the output Y shows what is fixed to the arm a right angle later
+  // first_of from X: the output Y shows what is fixed to the arm a right angle later
   const Complex along_x = output == gyro_y ? Complex(0.0, sigma) : 1.0;
   out.force = force_of(nominal, m.arm_rate, out.true_rate * along_x, phase_known ? gravity : 0.0);
   const auto facing = [sigma](Complex y) { return Complex(y.real(), -sigma * y.imag()); };

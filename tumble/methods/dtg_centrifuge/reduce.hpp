@@ -6,14 +6,14 @@
 #include "tumble/core/finding.hpp"
 #include "tumble/core/settings.hpp"
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
-#include "tumble/methods/dtg_centrifuge/seen.hpp"
+#include "tumble/methods/dtg_centrifuge/rig_lines.hpp"
 
-/// From lines to the sensitive term: gain and azimuth of the reference gyro, true rate taken off, specific force.
+/// From lines to the sensitive term: gain and azimuth of the reference gyro, true rate subtracted, specific force.
 namespace tumble::dtg_centrifuge {
 
 /// One rate of the arm with one orientation of the spin axis.
 struct Level {
-  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] means as turned, arm positive
+  double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] means as measured, arm positive
   double spin_up = 1.0;                     ///< +1 or -1
   double force = 0.0;                       ///< a [m/s^2], mean
   double force_along = 0.0;                 ///< f_Z [m/s^2]
@@ -25,7 +25,7 @@ struct Relation {
   double log_gain = 0.0, azimuth = 0.0;  ///< ln(S_g/S_f) [1], [rad]
   double log_gain_sd = 0.0, azimuth_sd = 0.0;
   bool from_earth = true;  ///< the Earth's rate has a part in it
-  double earth_sd = 0.0;   ///< [1] of what the Earth's rate alone says, of both
+  double earth_sd = 0.0;   ///< [1] of both by the Earth's rate alone
   /// E_g/E_f [1], docs/equations (1.12); spin_up [1] is sigma.
   Complex c(double spin_up) const { return std::polar(std::exp(log_gain), -spin_up * azimuth); }
 };
@@ -35,7 +35,7 @@ struct Relation {
 struct Sensitivity {
   Complex v;           ///< [rad/s / (m/s^2)] for the spin axis up; the conjugate with it down
   double sd = 0.0;     ///< of each part
-  bool known = false;  ///< there are levels enough
+  bool known = false;  ///< there are enough levels
 };
 
 /// The sensitive term of one level in one power-up, for one output.
@@ -48,15 +48,15 @@ struct Observation {
   Complex second, third;       ///< Z_2/a^2, Z_3/a^3, turned as `value`: cosine + i sine x sigma
   std::vector<Complex> second_part, third_part;
   Complex force;      ///< F_X [m/s^2]
-  Complex true_rate;  ///< V [rad/s]: what was taken off at the table's angle
+  Complex true_rate;  ///< V [rad/s]: what was subtracted at the table's angle
   Complex raw;        ///< Z_g [rad/s]
 };
 
-/// What it takes to make an observation of lines.
+/// Levels of the test, and the lines that its rig gives without errors.
 struct Reduction {
   std::vector<Level> levels;
   std::vector<std::size_t> level_of;  ///< of each measured
-  std::vector<Seen> nominal;          ///< of each measured: what the plan's rig gives
+  std::vector<RigLines> nominal;      ///< of each measured: what the plan's rig gives
 };
 
 /// Numbers the levels: spin axis up first, then by specific force.
@@ -70,7 +70,7 @@ Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reductio
 
 /// Specific force along X at the table's angle [m/s^2]: centripetal and the gravity that a tilt of the table's axis
 /// lets in.
-Complex force_of(const Seen& nominal, double arm_rate, Complex true_rate, double gravity);
+Complex force_of(const RigLines& nominal, double arm_rate, Complex true_rate, double gravity);
 
 Observation observe(const Measured& measured, const Reduction& reduction, std::size_t index, Signal output,
                     const Relation& relation, Complex sensitivity, bool phase_known);

@@ -6,8 +6,8 @@
 
 namespace tumble::dtg_centrifuge {
 
-/// The levels that can be used; a finding for every other and for what is odd about those that are.
-/// Throws Error::bad_data with all reasons where none is left.
+/// The levels that can be used, with findings for what is wrong with the others and weak in these.
+/// Throws Error::bad_data with all reasons where no level remains.
 std::vector<Measured> screened(std::vector<Measured> measured, const Test& test, bool fourier, Findings& findings);
 
 /// Whether the reference gyro shows the Earth's rate at the heading as large as the site says.

@@ -77,7 +77,7 @@ Plan plan_of_trial(const std::vector<Option>& options) {
   return plan;
 }
 
-/// What accelerometers beside the gyro would show, from the angles: f_X, f_Y, f_Z.
+/// Specific force of accelerometers beside the gyro, from the angles: f_X, f_Y, f_Z.
 std::vector<Channel> specific_force(const Plan& plan, const Recording& recording) {
   const Channel& arm = *find_channel(recording, "arm_angle");
   const Channel& table = *find_channel(recording, "table_angle");

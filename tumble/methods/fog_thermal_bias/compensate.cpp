@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/sampling_rate.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
@@ -20,14 +22,14 @@ struct Drift {
   Matrix covariance;
 };
 
-/// What the result file says that no identification can have written: edited or damaged.
+/// Faults of a result file that was edited or damaged: an identification does not write them.
 std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<Term>& terms) {
   std::vector<std::string> faults;
   for (const auto& parameter : estimate.parameters) {
     const auto term = std::ranges::find(terms, parameter.name, &Term::name);
     const bool score = parameter.name.starts_with("bias_sd_") || parameter.name == "turn_on_repeatability";
     if (term == terms.end() && !score)
-      faults.push_back(fmt::format("the result's parameter '{}' is no term of the thermal model", parameter.name));
+      faults.push_back(fmt::format("the result's parameter '{}' is not a term of the thermal model", parameter.name));
     if (term != terms.end() && Unit::parse(term->unit).dimension() != parameter.unit.dimension())
       faults.push_back(fmt::format("the result's parameter '{}' is in {}, but must be in {} or another unit of [{}]",
                                    parameter.name, parameter.unit.text(), term->unit,
@@ -37,7 +39,7 @@ std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<T
   }
   const Table* range = find_table(estimate, "calibrated_range");
   if (range == nullptr || range->rows.empty() || range->columns.size() != 6)
-    faults.push_back("the result has no table calibrated_range: it cannot be said where the compensation holds");
+    faults.push_back("the result has no table calibrated_range, which says where the compensation holds");
   for (const auto& option : find_method("fog_thermal_bias").options())
     if (!option.fallback.empty() && !estimate.provenance.settings.contains(option.name))
       faults.push_back(fmt::format("the result's provenance lacks the setting '{}'", option.name));
@@ -103,7 +105,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
     problems.push_back(
         "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
   if (gyro != nullptr && find_channel(recording, gyro->name + ".extrapolated") != nullptr)
-    problems.push_back("channel " + gyro->name + " is compensated already: it would be taken off twice");
+    problems.push_back("channel " + gyro->name + " is compensated already: its drift would be subtracted twice");
   if (!problems.empty()) {
     for (auto& problem : problems)
       problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
@@ -115,7 +117,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
   return out;
 }
 
-/// What compensation did to one power-up.
+/// Outcome of the compensation of one power-up.
 struct Outcome {
   double start_temperature = 0.0, sd_raw = 0.0, sd_compensated = 0.0;
   double outside = 0.0;  ///< share of the samples outside of the calibrated range
@@ -146,22 +148,28 @@ std::vector<bool> outside_of(const InRange& in_range, const Thermal& thermal, do
   return outside;
 }
 
-/// One finding for all runs, so that it is read.
+/// One finding for all runs.
 Finding extrapolation(const std::vector<Run>& runs, const std::vector<Outcome>& outcomes, const std::string& channel) {
   std::string where;
-  double worst = 0.0, first = 0.0;
+  Occurrences occurrences{.count = 0, .first = {}, .worst = {}};
+  double worst = 0.0, begin = 0.0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     if (outcomes[r].outside == 0.0) continue;
-    if (where.empty()) first = outcomes[r].first_outside;
+    const Place place(fmt::format("run {}", runs[r].number), outcomes[r].first_outside);
     where += (where.empty() ? "run " : ", ") + std::to_string(runs[r].number);
-    worst = std::max(worst, outcomes[r].outside);
+    if (occurrences.count++ == 0) {
+      occurrences.first = place;
+      begin = outcomes[r].first_outside;
+    }
+    if (outcomes[r].outside <= worst) continue;
+    worst = outcomes[r].outside;
+    occurrences.worst = place;
   }
-  return {
-      Finding::Severity::warning,
-      fmt::format("up to {:.2g} % of a run lies outside of the calibrated range (first at {:.6g} s): the compensation "
-                  "is extrapolated there and its stated uncertainty does not hold; channel {} marks the samples",
-                  100.0 * worst, first, channel),
-      where};
+  return {Finding::Severity::warning,
+          "outside_calibrated_range",
+          {{"share", worst, "%"}, {"begin", begin, "s"}, {"channel", channel}},
+          where,
+          occurrences};
 }
 
 double sd_of_averages(const std::vector<double>& values, std::size_t first, std::size_t last, std::size_t each) {
@@ -181,57 +189,60 @@ double sd_of_averages(const std::vector<double>& values, std::size_t first, std:
   return means.size() > 1 ? std::sqrt(squares / static_cast<double>(means.size() - 1)) : std::nan("");
 }
 
-}  // namespace
+/// The recording with the channels that compensation writes, as copies of the gyro's.
+struct Written {
+  const Channel& raw;
+  Channel& gyro;
+  Channel sd, outside;
 
-// NOLINTNEXTLINE(readability-function-size): 76 lines; to be split when it changes
-Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
-  const Settings settings = settings_of(estimate);
-  const Drift drift = drift_of(estimate, settings);
-  const Channels channels = channels_of(estimate, recording);
-  const InRange in_range(*find_table(estimate, "calibrated_range"));
+  Written(const Recording& from, Recording& to, std::size_t index)
+      : raw(from.channels[index]), gyro(to.channels[index]), sd(raw), outside(raw) {
+    sd.name = raw.name + ".compensation_sd";
+    outside.name = raw.name + ".extrapolated";
+    outside.kind = QuantityKind::other;
+    outside.unit = Unit{};
+  }
+};
 
-  Compensation out{recording, {}, {}};
-  const Channel& raw = recording.channels[channels.gyro];
-  Channel& gyro = out.recording.channels[channels.gyro];
-  Channel sd = raw, outside = raw;
-  sd.name = raw.name + ".compensation_sd";
-  outside.name = raw.name + ".extrapolated";
-  outside.kind = QuantityKind::other;
-  outside.unit = Unit{};
+/// Correction that all runs share.
+struct Correction {
+  const Settings& settings;
+  const Drift& drift;
+  const InRange& in_range;
+  double rate;  ///< [Hz] of the gyro's clock, so that lost samples do not change the averages
+};
 
-  const auto runs = runs_of({recording});
-  std::vector<Outcome> outcomes(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) {
-    const Thermal thermal =
-        thermal_of(channels.sensors, runs[r].begin, runs[r].end, settings, settings.number("sensor_lag"));
-    const std::size_t first = index_at(raw, runs[r].begin), last = index_at(raw, runs[r].end), n = drift.terms.size();
-    const double interval = settings.number("averaging");
-    const auto intervals_outside = outside_of(in_range, thermal, interval);
-    std::vector<double> phi(n);
-    for (std::size_t k = first; k < last; ++k) {
-      const Felt felt = felt_at(thermal, raw.time(k));
-      double predicted = 0.0, variance = 0.0;
-      for (std::size_t t = 0; t < n; ++t)
-        predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
-      for (std::size_t c = 0; c < n; ++c)
-        for (std::size_t t = 0; t < n; ++t) variance += phi[c] * phi[t] * drift.covariance(t, c);
-      outcomes[r].blank += std::isnan(predicted) && !std::isnan(gyro.values[k]);
-      gyro.values[k] -= predicted;
-      sd.values[k] = std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
-      const auto at = std::min(intervals_outside.size() - 1, static_cast<std::size_t>(felt.since_power_on / interval));
-      outside.values[k] = intervals_outside[at] ? 1.0 : 0.0;
-      if (outside.values[k] > 0.0 && outcomes[r].outside++ == 0.0) outcomes[r].first_outside = raw.time(k);
-    }
-    const auto each =
-        std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(settings.number("averaging") * mean_rate(raw))));
-    outcomes[r].start_temperature = thermal.start_temperature;
-    outcomes[r].sd_raw = sd_of_averages(raw.values, first, last, each);
-    outcomes[r].sd_compensated = sd_of_averages(gyro.values, first, last, each);
-    if (last > first) outcomes[r].outside /= static_cast<double>(last - first);
-  });
-  out.recording.channels.push_back(std::move(sd));
-  out.recording.channels.push_back(std::move(outside));
+Outcome compensate_run(const Correction& correction, const Sensors& sensors, const Run& run, Written& written) {
+  const auto& [settings, drift, in_range, rate] = correction;
+  const Thermal thermal = thermal_of(sensors, run.begin, run.end, settings, settings.number("sensor_lag"));
+  const Channel& raw = written.raw;
+  const std::size_t first = index_at(raw, run.begin), last = index_at(raw, run.end), n = drift.terms.size();
+  const double interval = settings.number("averaging");
+  const auto intervals_outside = outside_of(in_range, thermal, interval);
+  std::vector<double> phi(n);
+  Outcome out;
+  for (std::size_t k = first; k < last; ++k) {
+    const Felt felt = felt_at(thermal, raw.time(k));
+    double predicted = 0.0;
+    for (std::size_t t = 0; t < n; ++t) predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
+    const double variance = quadratic_form(phi, drift.covariance);
+    double& value = written.gyro.values[k];
+    out.blank += std::isnan(predicted) && !std::isnan(value);
+    value -= predicted;
+    written.sd.values[k] = std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
+    const auto at = std::min(intervals_outside.size() - 1, static_cast<std::size_t>(felt.since_power_on / interval));
+    written.outside.values[k] = intervals_outside[at] ? 1.0 : 0.0;
+    if (intervals_outside[at] && out.outside++ == 0.0) out.first_outside = raw.time(k);
+  }
+  const auto each = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(interval * rate)));
+  out.start_temperature = thermal.start_temperature;
+  out.sd_raw = sd_of_averages(raw.values, first, last, each);
+  out.sd_compensated = sd_of_averages(written.gyro.values, first, last, each);
+  if (last > first) out.outside /= static_cast<double>(last - first);
+  return out;
+}
 
+Table table_of(const std::vector<Run>& runs, const std::vector<Outcome>& outcomes) {
   const Unit one, rate = Unit::parse("deg/h");
   Table table{"compensation",
               "sd of the averages about their run's mean, before and after",
@@ -248,17 +259,33 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
     table.rows.push_back({static_cast<double>(runs[r].number), runs[r].label, o.start_temperature, o.sd_raw,
                           o.sd_compensated, o.sd_compensated / o.sd_raw, o.outside});
   }
+  return table;
+}
+
+}  // namespace
+
+Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
+  const Settings settings = settings_of(estimate);
+  const Drift drift = drift_of(estimate, settings);
+  const Channels channels = channels_of(estimate, recording);
+  const InRange in_range(*find_table(estimate, "calibrated_range"));
+  Compensation out{recording, {}, {}};
+  Written written(recording, out.recording, channels.gyro);
+  const Correction correction{settings, drift, in_range, sampling_rate(written.raw)};
+  const auto runs = runs_of({recording});
+  std::vector<Outcome> outcomes(runs.size());
+  parallel_for(runs.size(),
+               [&](std::size_t r) { outcomes[r] = compensate_run(correction, channels.sensors, runs[r], written); });
   std::size_t blank = 0;
   for (const auto& outcome : outcomes) blank += outcome.blank;
   if (blank > 0)
-    out.findings.push_back({Finding::Severity::warning,
-                            fmt::format("{} samples have no temperature within the smoothing window: they could not be "
-                                        "compensated and are left blank",
-                                        blank),
-                            raw.name});
+    out.findings.push_back(
+        {Finding::Severity::warning, "samples_without_temperature", {}, written.raw.name, {blank, {}, {}}});
   if (std::ranges::any_of(outcomes, [](const Outcome& o) { return o.outside > 0.0; }))
-    out.findings.push_back(extrapolation(runs, outcomes, out.recording.channels.back().name));
-  out.tables.push_back(std::move(table));
+    out.findings.push_back(extrapolation(runs, outcomes, written.outside.name));
+  out.recording.channels.push_back(std::move(written.sd));
+  out.recording.channels.push_back(std::move(written.outside));
+  out.tables.push_back(table_of(runs, outcomes));
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/smoothing.hpp"
 #include "tumble/reduce/stretches.hpp"
@@ -89,46 +90,65 @@ Role roles_of(const Evidence& evidence, const Recording& recording) {
   return role;
 }
 
-/// Means over intervals of `interval` [s] counted from power-on.
-// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
+/// Intervals of `length` [s] counted from `begin` [s].
+struct Intervals {
+  double begin, length;
+  std::size_t count;
+
+  /// Number of the interval that holds a time [s].
+  std::size_t of(double time) const { return static_cast<std::size_t>(std::max(0.0, (time - begin) / length + 1e-9)); }
+};
+
+/// Sums of the output over the intervals; returns the samples in each.
+std::vector<double> add_output(RunData& run, const Slice& gyro, const Intervals& intervals) {
+  std::vector<double> samples(intervals.count, 0.0);
+  for (std::size_t k = 0; k < gyro.time.size(); ++k) {
+    const std::size_t i = intervals.of(gyro.time[k]);
+    if (i >= intervals.count || std::isnan(gyro.value[k])) continue;
+    run.output[i] += gyro.value[k];
+    samples[i] += 1.0;
+  }
+  return samples;
+}
+
+/// Sums of temperatures and regressors over the intervals; returns the readings in each.
+std::vector<double> add_thermal(RunData& run, const Thermal& thermal, const std::vector<Term>& terms,
+                                const Intervals& intervals) {
+  std::vector<double> readings(intervals.count, 0.0);
+  for (std::size_t k = 0; k < thermal.time.size(); ++k) {
+    const std::size_t i = intervals.of(thermal.time[k]);
+    const Felt& now = thermal.felt[k];
+    if (i >= intervals.count || std::isnan(now.temperature) || std::isnan(now.temperature_gradient)) continue;
+    for (std::size_t t = 0; t < terms.size(); ++t) run.regressors(i, t) += terms[t].regressor(now);
+    run.felt[i].temperature += now.temperature;
+    run.felt[i].temperature_gradient += now.temperature_gradient;
+    run.felt[i].temperature_rate += now.temperature_rate;
+    readings[i] += 1.0;
+  }
+  return readings;
+}
+
+/// Means over intervals of `interval` [s] counted from power-on. `spacing` [s] of the gyro's clock: lost samples lessen
+/// the share of their interval.
 void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std::vector<Term>& terms, double begin,
-             double interval) {
+             double interval, double spacing) {
   const double last = gyro.time.empty() ? begin : gyro.time.back();
-  const double spacing =
-      gyro.time.size() > 1 ? (last - gyro.time.front()) / static_cast<double>(gyro.time.size() - 1) : interval;
-  const auto count = static_cast<std::size_t>(std::max(0.0, std::floor((last + spacing - begin) / interval + 1e-9)));
-  const auto place = [&](double time) {
-    return static_cast<std::size_t>(std::max(0.0, (time - begin) / interval + 1e-9));
-  };
+  const double full_intervals = std::floor((last + spacing - begin) / interval + 1e-9);
+  const Intervals intervals{begin, interval, static_cast<std::size_t>(std::max(0.0, full_intervals))};
+  const std::size_t count = intervals.count;
   run.time.resize(count);
   run.share.assign(count, 0.0);
   run.output.assign(count, 0.0);
   run.felt.assign(count, Felt{{}, {}, {}, 0, 0, 0, thermal.start_temperature, 0});
   run.regressors = Matrix(count, terms.size());
-  std::vector<double> measured(count, 0.0), felt(count, 0.0);
-  for (std::size_t k = 0; k < count; ++k) run.time[k] = (static_cast<double>(k) + 0.5) * interval;
-  for (std::size_t k = 0; k < gyro.time.size(); ++k) {
-    const std::size_t at = place(gyro.time[k]);
-    if (at >= count || std::isnan(gyro.value[k])) continue;
-    run.output[at] += gyro.value[k];
-    measured[at] += 1.0;
-  }
-  for (std::size_t k = 0; k < thermal.time.size(); ++k) {
-    const std::size_t at = place(thermal.time[k]);
-    const Felt& now = thermal.felt[k];
-    if (at >= count || std::isnan(now.temperature) || std::isnan(now.temperature_gradient)) continue;
-    for (std::size_t t = 0; t < terms.size(); ++t) run.regressors(at, t) += terms[t].regressor(now);
-    run.felt[at].temperature += now.temperature;
-    run.felt[at].temperature_gradient += now.temperature_gradient;
-    run.felt[at].temperature_rate += now.temperature_rate;
-    felt[at] += 1.0;
-  }
+  const auto samples = add_output(run, gyro, intervals), readings = add_thermal(run, thermal, terms, intervals);
   const double full = interval / spacing;
   for (std::size_t k = 0; k < count; ++k) {
-    const bool usable = measured[k] >= 0.5 * full && felt[k] > 0.0;
-    run.share[k] = usable ? std::min(1.0, measured[k] / full) : 0.0;
-    const double per = felt[k] > 0.0 ? 1.0 / felt[k] : 0.0;
-    run.output[k] = usable ? run.output[k] / measured[k] : 0.0;
+    run.time[k] = (static_cast<double>(k) + 0.5) * interval;
+    const bool usable = samples[k] >= 0.5 * full && readings[k] > 0.0;
+    run.share[k] = usable ? std::min(1.0, samples[k] / full) : 0.0;
+    const double per = readings[k] > 0.0 ? 1.0 / readings[k] : 0.0;
+    run.output[k] = usable ? run.output[k] / samples[k] : 0.0;
     run.felt[k].temperature *= per;
     run.felt[k].temperature_gradient *= per;
     run.felt[k].temperature_rate *= per;
@@ -136,7 +156,8 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
   }
 }
 
-RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag, double interval) {
+RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag, double interval,
+                double spacing) {
   const Settings& settings = evidence.plan.settings;
   const Role role = roles_of(evidence, evidence.recordings[run.recording]);
   const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
@@ -155,13 +176,12 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
     const auto& held = settings.integers("hold_out");
     out.held_out = std::ranges::find(held, run.number) != held.end();
   }
-  average(out, gyro, thermal, terms, begin, interval);
+  average(out, gyro, thermal, terms, begin, interval, spacing);
   if (out.time.empty())
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format(
-            "{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or leave the run out",
-            where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
+    throw Error(Error::Kind::bad_data,
+                fmt::format("{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or use "
+                            "hold_out for the run",
+                            where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
   return out;
 }
 
@@ -221,7 +241,12 @@ Felt felt_at(const Thermal& thermal, double time) {
 std::vector<RunData> run_data(const Evidence& evidence, const std::vector<Term>& terms, double lag, double interval) {
   const auto runs = runs_of(evidence.recordings);
   std::vector<RunData> out(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) { out[r] = data_of(evidence, runs[r], terms, lag, interval); });
+  std::vector<double> spacing;  // [s] of the gyro's clock in each recording
+  for (const Recording& recording : evidence.recordings)
+    spacing.push_back(1.0 / sampling_rate(require_channel(evidence, recording, "gyro")));
+  parallel_for(runs.size(), [&](std::size_t r) {
+    out[r] = data_of(evidence, runs[r], terms, lag, interval, spacing[runs[r].recording]);
+  });
   return out;
 }
 

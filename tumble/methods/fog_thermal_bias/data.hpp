@@ -24,7 +24,7 @@ struct Sensors {
 
 /// Smooths the readings between `begin` and `end` [s] and fills T, gradient, rate and start temperature.
 ///   T = mean of the sensors + lag dT/dt,  gradient = top - side + lag d(top - side)/dt,  rate = dT/dt + lag d2T/dt2
-/// Throws Error::bad_data when no temperature is left in the start window.
+/// Throws Error::bad_data where the start window holds no temperature.
 Thermal thermal_of(const Sensors& sensors, double begin, double end, const Settings& settings, double lag);
 
 /// One power-up, averaged over intervals: what is regressed.

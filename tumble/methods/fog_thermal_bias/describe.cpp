@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* noise_source = "output noise";
 
-/// Standard deviations before and after, with their uncertainty from leaving each run out (jackknife).
+/// Standard deviations before and after, with their uncertainty by the jackknife over the runs.
 void append_scores(Estimate& estimate, const Answer& answer) {
   const Unit unit = Unit::parse("deg/h");
   const Candidate& chosen = answer.candidates[answer.chosen];
@@ -66,10 +66,10 @@ void append_levels(Estimate& estimate, const Answer& answer, const Settings& set
     double sum = 0.0, count = 0.0;
     for (std::size_t k = 0; k < run.time.size(); ++k) {
       if (run.share[k] <= 0.0) continue;
-      double left = run.output[k];
+      double level = run.output[k];
       for (std::size_t c = 0; c < chosen.columns.size(); ++c)
-        left -= answer.fit.parameters[c] * run.regressors(k, chosen.columns[c]);
-      sum += left;
+        level -= answer.fit.parameters[c] * run.regressors(k, chosen.columns[c]);
+      sum += level;
       count += 1.0;
     }
     if (count == 0.0) continue;

@@ -43,36 +43,47 @@ double explained(const std::vector<RunData>& runs, const std::function<double(co
   return 1.0 - least_squares(design, y, {}, {}).chi_square / total;
 }
 
-void add_collinearity(Findings& findings, const std::vector<RunData>& runs, const Candidate& tried) {
+using Severity = Finding::Severity;
+
+void add_collinearity(Findings& findings, const std::vector<RunData>& runs, const Candidate& largest) {
   const auto from_start = [](const Felt& f) { return f.temperature - f.start_temperature; };
   const auto square = [=](const Felt& f) { return from_start(f) * from_start(f); };
   const auto gradient = [](const Felt& f) { return f.temperature_gradient; };
   const auto rate = [](const Felt& f) { return f.temperature_rate; };
-  if (tried.rate > 0) {
-    const double shared = explained(runs, rate, {from_start, square});
-    if (shared > 0.95)
-      findings.push_back(
-          {Finding::Severity::warning,
-           fmt::format("dT/dt is to {:.1f} % a function of T in these profiles, as in a single soak: A and C "
-                       "cannot be separated. Add runs with ramps in both directions at two rates or more, with "
-                       "a dwell and a reversal",
-                       100.0 * shared),
-           "temperature"});
-  }
-  if (tried.gradient > 0 && tried.rate > 0) {
-    const double shared = explained(runs, gradient, {rate, from_start});
-    if (shared > 0.95)
-      findings.push_back(
-          {Finding::Severity::warning,
-           fmt::format("the gradient is to {:.1f} % proportional to dT/dt and T, as in steady ramps: B and C "
-                       "cannot be separated. Add changes of the ramp rate, dwells and a reversal",
-                       100.0 * shared),
-           "temperature gradient"});
+  if (largest.rate == 0) return;
+  if (const double shared = explained(runs, rate, {from_start, square}); shared > 0.95)
+    findings.push_back({Severity::warning, "rate_follows_temperature", {{"shared", shared, "%"}}, "temperature"});
+  if (largest.gradient == 0) return;
+  if (const double shared = explained(runs, gradient, {rate, from_start}); shared > 0.95)
+    findings.push_back({Severity::warning, "gradient_follows_rate", {{"shared", shared, "%"}}, "temperature gradient"});
+}
+
+std::vector<FindingValue> orders(const Candidate& candidate) {
+  return {{"temperature", candidate.temperature}, {"gradient", candidate.gradient}, {"rate", candidate.rate}};
+}
+
+void add_orders(Findings& findings, const std::vector<Candidate>& candidates, std::size_t chosen) {
+  if (candidates.size() > 1)
+    findings.push_back({Severity::info, "orders_chosen", orders(candidates[chosen]), "models"});
+  for (const Candidate& candidate : candidates) {
+    if (candidate.unobservable.empty()) continue;
+    auto values = orders(candidate);
+    values.emplace_back("combination", candidate.unobservable);
+    findings.push_back({Severity::warning, "orders_not_determined", std::move(values), "models"});
   }
 }
 
-std::string orders_in_words(const Candidate& c) {
-  return fmt::format("T to power {}, gradient to {}, rate to {}", c.temperature, c.gradient, c.rate);
+/// Runs that the two-stage fit could not use; `not_used` counts the fitted runs.
+void add_not_used(Findings& findings, const std::vector<RunData>& runs, const std::vector<std::size_t>& not_used) {
+  if (not_used.empty()) return;
+  std::vector<int> numbers;
+  for (const RunData& run : runs)
+    if (!run.held_out) numbers.push_back(run.number);
+  findings.push_back({Severity::info,
+                      "run_alone_not_determined",
+                      {},
+                      "two_stage",
+                      {not_used.size(), fmt::format("run {}", numbers[not_used.front()]), {}}});
 }
 
 }  // namespace
@@ -121,9 +132,9 @@ Table runs_table(const std::vector<RunData>& runs, const Candidate& chosen, cons
                {"used", one}},
               {}};
   for (const auto& run : runs) {
-    const Residual raw = residual_of(run, {}, {}), left = residual_of(run, chosen.columns, fit.parameters);
+    const Residual raw = residual_of(run, {}, {}), compensated = residual_of(run, chosen.columns, fit.parameters);
     const double before = std::sqrt(raw.squares / std::max(1.0, raw.count - 1.0)),
-                 after = std::sqrt(left.squares / std::max(1.0, left.count - 1.0));
+                 after = std::sqrt(compensated.squares / std::max(1.0, compensated.count - 1.0));
     table.rows.push_back({static_cast<double>(run.number), run.label, run.start_temperature, run.start_output, before,
                           after, after / before, std::string(run.held_out ? "held out" : "fitted")});
   }
@@ -174,57 +185,23 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candi
   return {before, after};
 }
 
-// NOLINTNEXTLINE(readability-function-size): 49 lines; to be split when it changes
-Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candidate>& candidates, std::size_t chosen,
-                     const LinearFit& fit, const NoiseModel& noise, const Settings& settings,
-                     const std::vector<std::size_t>& not_used, const std::vector<Term>&) {
-  using Severity = Finding::Severity;
+Findings findings_of(const Answer& answer, const Settings& settings) {
   Findings findings;
-  const Candidate& picked = candidates[chosen];
-  if (candidates.size() > 1)
-    findings.push_back(
-        {Severity::info,
-         fmt::format("chosen on held-out runs: {} (the simplest model within one standard error of the best)",
-                     orders_in_words(picked)),
-         "models"});
-  for (const auto& candidate : candidates)
-    if (!candidate.unobservable.empty()) {
-      findings.push_back(
-          {Severity::warning,
-           fmt::format("{}: the data do not show {}", orders_in_words(candidate), candidate.unobservable), "models"});
-    }
-  add_collinearity(findings, runs, candidates.back());
+  const LinearFit& fit = answer.fit;
+  add_orders(findings, answer.candidates, answer.chosen);
+  add_collinearity(findings, answer.runs, answer.candidates.back());
   if (fit.condition > 30.0)
-    findings.push_back(
-        {fit.condition > 1e3 ? Severity::warning : Severity::info,
-         fmt::format(
-             "condition of the scaled design {:.3g}: single coefficients are strongly correlated; their sum, the "
-             "compensation, is better known than each",
-             fit.condition),
-         "fit"});
+    findings.push_back({fit.condition > 1e3 ? Severity::warning : Severity::info,
+                        "correlated_coefficients",
+                        {{"condition", fit.condition}},
+                        "fit"});
   const double misfit = fit.degrees_of_freedom > 0 ? fit.chi_square / fit.degrees_of_freedom : 1.0;
   if (misfit > 1.3)
-    findings.push_back(
-        {Severity::warning,
-         fmt::format(
-             "chi-square per degree of freedom is {:.2f}: the model leaves more than noise; the uncertainties are "
-             "enlarged by its square root",
-             misfit),
-         "fit"});
-  if (!not_used.empty())
-    findings.push_back(
-        {Severity::info,
-         fmt::format("{} runs do not determine the coefficients by themselves and were left out of the two-stage fit",
-                     not_used.size()),
-         "two_stage"});
-  if (settings.word("form") == "raw")
-    findings.push_back({Severity::warning,
-                        "form = \"raw\": powers of T in degC do not vanish at the start temperature; a bias that "
-                        "depends on T alone cannot be "
-                        "represented; use from_start",
-                        "form"});
-  if (!std::isfinite(noise.angle_random_walk))
-    findings.push_back({Severity::error, "the noise could not be determined", "fit"});
+    findings.push_back({Severity::warning, "misfit_widens_uncertainties", {{"reduced_chi_square", misfit}}, "fit"});
+  add_not_used(findings, answer.runs, answer.not_used);
+  if (settings.word("form") == "raw") findings.push_back({Severity::warning, "raw_powers_of_temperature", {}, "form"});
+  if (!std::isfinite(answer.noise.angle_random_walk))
+    findings.push_back({Severity::error, "noise_not_determined", {}, "fit"});
   return findings;
 }
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
-#include "tumble/methods/fog_thermal_bias/fit.hpp"
+#include "tumble/methods/fog_thermal_bias/solve.hpp"
 
 namespace tumble::fog_thermal_bias {
 
@@ -19,9 +19,7 @@ Table noise_table(const NoiseModel& noise);
 /// The averages before and after compensation, each run less its L_0, over time joined end to end.
 std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit);
 
-/// Weak spots: models the profile cannot tell apart, T against dT/dt, gradient against dT/dt, misfit, few runs.
-Findings findings_of(const std::vector<RunData>& runs, const std::vector<Candidate>& candidates, std::size_t chosen,
-                     const LinearFit& fit, const NoiseModel& noise, const Settings& settings,
-                     const std::vector<std::size_t>& not_used, const std::vector<Term>& terms);
+/// Weak spots: models that the profile cannot distinguish, T against dT/dt, gradient against dT/dt, misfit, few runs.
+Findings findings_of(const Answer& answer, const Settings& settings);
 
 }  // namespace tumble::fog_thermal_bias

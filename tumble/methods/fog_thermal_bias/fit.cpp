@@ -8,8 +8,7 @@
 #include <nlopt.hpp>
 #include <numeric>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -17,10 +16,6 @@
 
 namespace tumble::fog_thermal_bias {
 namespace {
-
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-using Index = Eigen::Index;
 
 /// [1 | columns | y], rows without data zero.
 Matrix block_of(const RunData& run, const std::vector<std::size_t>& columns) {
@@ -35,13 +30,11 @@ Matrix block_of(const RunData& run, const std::vector<std::size_t>& columns) {
   return block;
 }
 
-MatrixXd triangle_of(const MatrixXd& m) {
-  const Index c = m.cols();
-  const Eigen::HouseholderQR<MatrixXd> qr(m);
-  MatrixXd r = MatrixXd::Zero(c, c);
-  const Index rows = std::min(c, m.rows());
-  r.topRows(rows) = qr.matrixQR().topRows(rows).triangularView<Eigen::Upper>();
-  return r;
+/// R of the orthogonal factors, with rows of zeros where the matrix has fewer rows than columns.
+Matrix triangle_of(const Matrix& m) {
+  Matrix triangle(m.columns, m.columns);
+  set_block(triangle, 0, 0, upper_of(householder_qr(m)));
+  return triangle;
 }
 
 double longest_of(const std::vector<RunData>& runs, double interval) {
@@ -51,18 +44,16 @@ double longest_of(const std::vector<RunData>& runs, double interval) {
 }
 
 /// The columns `columns` and y of every triangle, one below the other.
-MatrixXd stacked(const Factors& factors, const std::vector<std::size_t>& columns) {
-  const auto q = static_cast<Index>(columns.size());
-  Index rows = 0;
-  for (const auto& t : factors.triangles) rows += static_cast<Index>(t.rows);
-  MatrixXd all(rows, q + 1);
-  Index at = 0;
-  for (const auto& t : factors.triangles) {
-    const auto r = map(t);
-    for (Index c = 0; c < q; ++c)
-      all.col(c).segment(at, r.rows()) = r.col(static_cast<Index>(columns[static_cast<std::size_t>(c)]));
-    all.col(q).segment(at, r.rows()) = r.col(r.cols() - 1);
-    at += r.rows();
+Matrix stacked_triangles(const Factors& factors, std::vector<std::size_t> columns) {
+  columns.push_back(0);
+  std::size_t rows = 0;
+  for (const Matrix& triangle : factors.triangles) rows += triangle.rows;
+  Matrix all(rows, columns.size());
+  std::size_t first = 0;
+  for (const Matrix& triangle : factors.triangles) {
+    columns.back() = triangle.columns - 1;
+    set_block(all, first, 0, chosen_columns(triangle, columns));
+    first += triangle.rows;
   }
   return all;
 }
@@ -79,11 +70,11 @@ Factors factorise(const std::vector<RunData>& runs, const std::vector<std::size_
   out.triangles.resize(fitted.size());
   std::vector<double> determinants(fitted.size());
   parallel_for(fitted.size(), [&](std::size_t r) {
-    Matrix block = block_of(*fitted[r], columns);
-    determinants[r] = whiten(block, fitted[r]->share);
-    const MatrixXd triangle = triangle_of(map(block));
+    Matrix white = block_of(*fitted[r], columns);
+    determinants[r] = whiten(white, fitted[r]->share);
+    const Matrix triangle = triangle_of(white);
     if (triangle(0, 0) != 0.0) determinants[r] += 2.0 * std::log(std::abs(triangle(0, 0)));
-    out.triangles[r] = plain(triangle.bottomRightCorner(triangle.rows() - 1, triangle.cols() - 1));
+    out.triangles[r] = block(triangle, 1, triangle.rows - 1, 1, triangle.columns - 1);
   });
   for (std::size_t r = 0; r < fitted.size(); ++r) {
     out.log_determinant += determinants[r];
@@ -104,7 +95,7 @@ Likelihood::Likelihood(const std::vector<RunData>& runs, std::vector<std::size_t
         count += 1.0;
       }
   if (count < 3.0 || !(squares > 0.0))
-    throw Error(Error::Kind::bad_data, "the gyro's output is constant or too short to tell its noise");
+    throw Error(Error::Kind::bad_data, "the gyro's output is constant or too short to determine its noise");
   white_ = std::sqrt(squares / count * interval);
 }
 
@@ -120,10 +111,10 @@ double Likelihood::operator()(const Point& x) const {
   const Factors factors = factorise(runs_, columns_, noise(x), interval_);
   std::vector<std::size_t> every(columns_.size());
   std::iota(every.begin(), every.end(), std::size_t{0});
-  const MatrixXd r = triangle_of(stacked(factors, every));
-  const Index q = r.cols() - 1;
+  const Matrix r = triangle_of(stacked_triangles(factors, every));
+  const std::size_t q = r.columns - 1;
   double value = factors.log_determinant + r(q, q) * r(q, q);
-  for (Index c = 0; c < q; ++c)
+  for (std::size_t c = 0; c < q; ++c)
     if (std::abs(r(c, c)) > 0.0) value += 2.0 * std::log(std::abs(r(c, c)));
   return value;
 }
@@ -133,7 +124,7 @@ Likelihood::Point Likelihood::most_likely() const {
   optimiser.set_min_objective(
       [](const Point& x, Point&, void* self) { return (*static_cast<const Likelihood*>(self))(x); },
       const_cast<Likelihood*>(this));
-  // The lower ends are as good as absent (1e-3 of the white level of one average and less).
+  // A term at its lower end is almost absent (1e-3 of the white level of one average and less).
   optimiser.set_lower_bounds({-7.0, -7.0, -7.0});
   optimiser.set_upper_bounds({2.0, 5.0, 5.0});
   optimiser.set_initial_step(1.0);
@@ -148,32 +139,30 @@ Likelihood::Point Likelihood::most_likely() const {
 std::vector<double> degrees_of_freedom(const Likelihood& likelihood, const Likelihood::Point& x,
                                        const std::function<std::vector<double>(const NoiseModel&)>& variances) {
   constexpr double step = 0.25;
-  const auto at = [&](int i, double a, int j, double b) {
+  const auto beside = [&](std::size_t i, double a, std::size_t j, double b) {
     auto y = x;
-    y[static_cast<std::size_t>(i)] += a * step;
-    y[static_cast<std::size_t>(j)] += b * step;
+    y[i] += a * step;
+    y[j] += b * step;
     return y;
   };
-  Eigen::Matrix3d hessian;
   const double centre = likelihood(x);
   const std::vector<double> here = variances(likelihood.noise(x));
-  MatrixXd gradient(static_cast<Index>(here.size()), 3);
-  for (int i = 0; i < 3; ++i) {
-    const auto up = variances(likelihood.noise(at(i, 1, i, 0))), down = variances(likelihood.noise(at(i, -1, i, 0)));
-    for (std::size_t k = 0; k < here.size(); ++k) gradient(static_cast<Index>(k), i) = (up[k] - down[k]) / (2.0 * step);
-    hessian(i, i) = (likelihood(at(i, 1, i, 0)) - 2.0 * centre + likelihood(at(i, -1, i, 0))) / (step * step);
-    for (int j = 0; j < i; ++j)
-      hessian(i, j) = hessian(j, i) = (likelihood(at(i, 1, j, 1)) - likelihood(at(i, 1, j, -1)) -
-                                       likelihood(at(i, -1, j, 1)) + likelihood(at(i, -1, j, -1))) /
+  Matrix gradient(here.size(), 3), hessian(3, 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto up = beside(i, 1, i, 0), down = beside(i, -1, i, 0);
+    const auto more = variances(likelihood.noise(up)), less = variances(likelihood.noise(down));
+    for (std::size_t k = 0; k < here.size(); ++k) gradient(k, i) = (more[k] - less[k]) / (2.0 * step);
+    // A term that is almost absent has a flat likelihood: its logarithm is not known beyond a factor e^2.
+    hessian(i, i) = (likelihood(up) - 2.0 * centre + likelihood(down)) / (step * step) + 2.0 / 4.0;
+    for (std::size_t j = 0; j < i; ++j)
+      hessian(i, j) = hessian(j, i) = (likelihood(beside(i, 1, j, 1)) - likelihood(beside(i, 1, j, -1)) -
+                                       likelihood(beside(i, -1, j, 1)) + likelihood(beside(i, -1, j, -1))) /
                                       (4.0 * step * step);
   }
-  // A term that is as good as absent has a flat likelihood: nothing is known of its logarithm beyond a factor e^2.
-  hessian.diagonal().array() += 2.0 / 4.0;
-  const Eigen::Matrix3d covariance = 2.0 * hessian.inverse();
+  const Matrix covariance = 2.0 * inverse(hessian);
   std::vector<double> degrees(here.size());
   for (std::size_t k = 0; k < here.size(); ++k) {
-    const double variance =
-        gradient.row(static_cast<Index>(k)) * covariance * gradient.row(static_cast<Index>(k)).transpose();
+    const double variance = quadratic_form(row(gradient, k), covariance);
     degrees[k] =
         variance > 0.0 ? std::max(1.0, 2.0 * here[k] * here[k] / variance) : std::numeric_limits<double>::infinity();
   }
@@ -182,13 +171,12 @@ std::vector<double> degrees_of_freedom(const Likelihood& likelihood, const Likel
 
 LinearFit joint(const Factors& factors, const std::vector<std::size_t>& columns,
                 const std::vector<std::string>& names) {
-  const MatrixXd r = triangle_of(stacked(factors, columns));
-  const Index q = r.cols() - 1;
+  const Matrix r = triangle_of(stacked_triangles(factors, columns));
+  const std::size_t q = r.columns - 1;
   LeastSquaresOptions options;
   options.known_sigma = true;
   options.names = names;
-  const VectorXd y = r.col(q).head(q);
-  const auto fit = least_squares(plain(r.topLeftCorner(q, q)), {y.data(), y.data() + q}, {}, options);
+  const auto fit = least_squares(block(r, 0, q, 0, q), block(r, 0, q, q, 1).values, {}, options);
   LinearFit out;
   out.parameters = fit.parameters;
   out.covariance = fit.covariance;
@@ -201,76 +189,99 @@ LinearFit joint(const Factors& factors, const std::vector<std::size_t>& columns,
   return out;
 }
 
-// NOLINTNEXTLINE(readability-function-size): 69 lines; to be split when it changes
-LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& columns, int powers,
-                    const std::vector<double>& start_difference, std::vector<std::size_t>& unused) {
-  // Stage one: columns come in groups of `powers`; within a run they are one column times a constant, so the first of
-  // each group stands for it.
-  const std::size_t groups = columns.size() / static_cast<std::size_t>(powers);
-  std::vector<std::size_t> first;
-  for (std::size_t g = 0; g < groups; ++g) first.push_back(columns[g * static_cast<std::size_t>(powers)]);
-  const auto q = static_cast<Index>(groups);
-  std::vector<VectorXd> coefficients;
-  std::vector<MatrixXd> covariances;
-  std::vector<double> starts;
+namespace {
+
+/// Stage one: the fits of the runs that determine the coefficients by themselves.
+struct RunFits {
+  std::vector<LinearFit> fits;
+  std::vector<double> starts;  ///< start temperature of each less the reference [K]
+};
+
+RunFits run_by_run(const Factors& factors, const std::vector<std::size_t>& columns,
+                   const std::vector<double>& start_difference, std::vector<std::size_t>& unused) {
+  RunFits out;
   for (std::size_t run = 0; run < factors.triangles.size(); ++run) {
-    Factors one;
-    one.triangles = {factors.triangles[run]};
-    one.rows = 1e300;  // the scale of a single run is not estimated
-    const LinearFit fit = joint(one, first, {});
+    Factors single;
+    single.triangles = {factors.triangles[run]};
+    single.rows = 1e300;  // the scale of a single run is not estimated
+    LinearFit fit = joint(single, columns, {});
     if (!fit.unobservable.empty()) {
       unused.push_back(run);
       continue;
     }
-    coefficients.emplace_back(Eigen::Map<const VectorXd>(fit.parameters.data(), q));
-    covariances.emplace_back(map(fit.covariance));
-    starts.push_back(start_difference[run]);
+    out.fits.push_back(std::move(fit));
+    out.starts.push_back(start_difference[run]);
   }
-  if (coefficients.size() < static_cast<std::size_t>(powers))
+  return out;
+}
+
+/// Stage two of one coefficient: its values in the runs as a polynomial of the start temperature.
+struct StartPolynomial {
+  Matrix of_values;  ///< d polynomial / d values [powers x runs]
+  std::vector<double> coefficients;
+  double chi_square = 0.0, condition = 1.0;
+};
+
+StartPolynomial over_start(const RunFits& runs, std::size_t coefficient, const Matrix& vandermonde) {
+  std::vector<double> weight, values;
+  for (const LinearFit& fit : runs.fits) {
+    weight.push_back(1.0 / std::sqrt(fit.covariance(coefficient, coefficient)));
+    values.push_back(fit.parameters[coefficient]);
+  }
+  const Matrix weighted = scaled_rows(weight, vandermonde);
+  StartPolynomial out;
+  out.of_values = solve(householder_qr(weighted), diagonal(weight));
+  out.coefficients = out.of_values * values;
+  const auto residual = scaled(weight, difference(values, vandermonde * out.coefficients));
+  out.chi_square = dot(residual, residual);
+  out.condition = condition(scaled_columns(weighted, inverses(column_norms(weighted))));
+  return out;
+}
+
+/// Covariance of the polynomials of all coefficients, one after the other.
+Matrix covariance_of(const RunFits& runs, const std::vector<StartPolynomial>& polynomials, std::size_t powers) {
+  Matrix covariance(polynomials.size() * powers, polynomials.size() * powers);
+  for (std::size_t i = 0; i < polynomials.size(); ++i)
+    for (std::size_t k = 0; k < polynomials.size(); ++k) {
+      std::vector<double> between;
+      for (const LinearFit& fit : runs.fits) between.push_back(fit.covariance(i, k));
+      set_block(covariance, i * powers, k * powers,
+                scaled_columns(polynomials[i].of_values, between) * transposed(polynomials[k].of_values));
+    }
+  return covariance;
+}
+
+}  // namespace
+
+LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& columns, std::size_t powers,
+                    const std::vector<double>& start_difference, std::vector<std::size_t>& unused) {
+  // Columns come in groups of `powers`; within a run they are one column times a constant: the first represents them.
+  std::vector<std::size_t> first;
+  for (std::size_t k = 0; k < columns.size(); k += powers) first.push_back(columns[k]);
+  const RunFits runs = run_by_run(factors, first, start_difference, unused);
+  if (runs.fits.size() < powers)
     throw Error(
         Error::Kind::bad_data,
         fmt::format("two_stage: {} runs determine the coefficients by themselves and {} are needed for a "
                     "polynomial of {} terms in the start temperature; use estimator = \"joint\" or add runs that "
                     "cross the temperature range",
-                    coefficients.size(), powers, powers));
-  // Stage two: P_i maps the runs' values of coefficient i to its polynomial in the start temperature.
-  const auto n = static_cast<Index>(coefficients.size());
-  MatrixXd vandermonde(n, powers);
-  for (Index r = 0; r < n; ++r)
-    for (Index j = 0; j < powers; ++j)
-      vandermonde(r, j) = std::pow(starts[static_cast<std::size_t>(r)], static_cast<double>(j));
-  std::vector<MatrixXd> maps;
+                    runs.fits.size(), powers, powers));
+  Matrix vandermonde(runs.starts.size(), powers);
+  for (std::size_t r = 0; r < vandermonde.rows; ++r)
+    for (std::size_t j = 0; j < powers; ++j) vandermonde(r, j) = std::pow(runs.starts[r], static_cast<double>(j));
   LinearFit out;
   out.condition = 1.0;
-  for (Index i = 0; i < q; ++i) {
-    VectorXd root(n), values(n);
-    for (Index r = 0; r < n; ++r) {
-      root[r] = 1.0 / std::sqrt(covariances[static_cast<std::size_t>(r)](i, i));
-      values[r] = coefficients[static_cast<std::size_t>(r)][i];
-    }
-    const MatrixXd weighted = root.asDiagonal() * vandermonde;
-    const Eigen::ColPivHouseholderQR<MatrixXd> qr(weighted);
-    maps.emplace_back(qr.solve(MatrixXd(root.asDiagonal())));
-    const VectorXd b = maps.back() * values;
-    out.parameters.insert(out.parameters.end(), b.data(), b.data() + b.size());
-    const VectorXd left = root.asDiagonal() * (values - vandermonde * b);
-    out.chi_square += left.squaredNorm();
-    const VectorXd singular =
-        (weighted * weighted.colwise().norm().cwiseInverse().asDiagonal()).jacobiSvd().singularValues();
-    out.condition = std::max(out.condition, singular[0] / singular[singular.size() - 1]);
+  std::vector<StartPolynomial> polynomials;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    polynomials.push_back(over_start(runs, i, vandermonde));
+    const StartPolynomial& latest = polynomials.back();
+    out.parameters.insert(out.parameters.end(), latest.coefficients.begin(), latest.coefficients.end());
+    out.chi_square += latest.chi_square;
+    out.condition = std::max(out.condition, latest.condition);
   }
-  MatrixXd covariance(q * powers, q * powers);
-  for (Index i = 0; i < q; ++i)
-    for (Index k = 0; k < q; ++k) {
-      VectorXd between(n);
-      for (Index r = 0; r < n; ++r) between[r] = covariances[static_cast<std::size_t>(r)](i, k);
-      covariance.block(i * powers, k * powers, powers, powers) =
-          maps[static_cast<std::size_t>(i)] * between.asDiagonal() * maps[static_cast<std::size_t>(k)].transpose();
-    }
-  out.degrees_of_freedom = static_cast<double>((n - powers) * q);
+  out.degrees_of_freedom = static_cast<double>((runs.fits.size() - powers) * first.size());
   if (out.degrees_of_freedom > 0.0) out.inflation = std::max(1.0, out.chi_square / out.degrees_of_freedom);
-  covariance *= out.inflation;
-  out.covariance = plain(covariance);
+  out.covariance = out.inflation * covariance_of(runs, polynomials, powers);
   return out;
 }
 
@@ -280,16 +291,45 @@ Residual residual_of(const RunData& run, const std::vector<std::size_t>& columns
   const double level = run.start_output;
   for (std::size_t k = 0; k < run.time.size(); ++k) {
     if (run.share[k] <= 0.0) continue;
-    double left = run.output[k] - level;
-    for (std::size_t c = 0; c < columns.size(); ++c) left -= parameters[c] * run.regressors(k, columns[c]);
-    sum += left;
-    squares += left * left;
+    double residual = run.output[k] - level;
+    for (std::size_t c = 0; c < columns.size(); ++c) residual -= parameters[c] * run.regressors(k, columns[c]);
+    sum += residual;
+    squares += residual * residual;
     count += 1.0;
   }
   return {count > 0.0 ? std::max(0.0, squares - sum * sum / count) : 0.0, count};
 }
 
-// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
+namespace {
+
+/// Fits of the stacked triangles without the rows of one run: the normal equations of all less its own, in columns of
+/// unit length.
+class LeaveOneOut {
+ public:
+  LeaveOneOut(const Factors& factors, const std::vector<std::size_t>& positions)
+      : all_(stacked_triangles(factors, positions)), q_(positions.size()) {
+    const Matrix design = block(all_, 0, all_.rows, 0, q_);
+    scale_ = inverses(column_norms(design), 1e-300);
+    design_ = scaled_columns(design, scale_);
+    normal_ = normal_equations(design_, {}, column(all_, q_));
+  }
+
+  /// Parameters without the rows `first` to `first + rows`.
+  std::vector<double> without(std::size_t first, std::size_t rows) const {
+    const Matrix own = block(design_, first, rows, 0, q_);
+    const auto right = transposed_product(own, column(all_, q_).subspan(first, rows));
+    return scaled(scale_, solve_symmetric(normal_.matrix - gram(own), difference(normal_.right, right)));
+  }
+
+ private:
+  Matrix all_, design_;
+  std::size_t q_;
+  std::vector<double> scale_;
+  NormalEquations normal_;
+};
+
+}  // namespace
+
 void score(Candidate& candidate, const Factors& factors, const std::vector<std::size_t>& factorised,
            const std::vector<RunData>& runs, const std::vector<std::string>& names) {
   std::vector<std::size_t> positions;
@@ -304,27 +344,15 @@ void score(Candidate& candidate, const Factors& factors, const std::vector<std::
   const double k = static_cast<double>(positions.size()) + factors.runs + 1.0;
   candidate.aicc =
       factors.rows * std::log(fit.chi_square / factors.rows) + 2.0 * k + 2.0 * k * (k + 1.0) / (factors.rows - k - 1.0);
-
-  // Leave one run out: the others' normal equations are the whole minus its own, in columns of unit norm.
-  const auto q = static_cast<Index>(positions.size());
-  const MatrixXd all = stacked(factors, positions);
-  const VectorXd scale = all.leftCols(q).colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const MatrixXd scaled = all.leftCols(q) * scale.asDiagonal();
-  const MatrixXd normal = scaled.transpose() * scaled;
-  const VectorXd right = scaled.transpose() * all.col(q);
+  const LeaveOneOut others(factors, positions);
   Residual inside, outside;
-  Index at = 0;
-  std::size_t fitted = 0;
+  std::size_t first = 0, fitted = 0;
   for (const auto& run : runs) {
     if (run.held_out) continue;
-    const Index rows = static_cast<Index>(factors.triangles[fitted++].rows);
-    const auto own = scaled.middleRows(at, rows);
-    const VectorXd b =
-        scale.asDiagonal() *
-        (normal - own.transpose() * own).ldlt().solve(right - own.transpose() * all.col(q).segment(at, rows));
-    at += rows;
+    const std::size_t rows = factors.triangles[fitted++].rows;
     const Residual in = residual_of(run, candidate.columns, fit.parameters);
-    const Residual out = residual_of(run, candidate.columns, {b.data(), b.data() + b.size()});
+    const Residual out = residual_of(run, candidate.columns, others.without(first, rows));
+    first += rows;
     inside.squares += in.squares;
     outside.squares += out.squares;
     candidate.held_out_squares.push_back(out.squares);
@@ -343,7 +371,7 @@ std::size_t choose(const std::vector<Candidate>& candidates) {
   if (best == candidates.size())
     throw Error(
         Error::Kind::bad_data,
-        "the recordings determine none of the models; not seen: " + candidates.front().unobservable +
+        "the recordings do not determine any of the models; they do not show " + candidates.front().unobservable +
             ". Add runs that cross the temperature range in both directions, at two ramp rates, with dwells, from "
             "at least as many start temperatures as the polynomial has terms");
   std::size_t chosen = best;

@@ -16,15 +16,15 @@ struct Candidate {
 
   // filled by score()
   double sd = 0.0;                       ///< of the compensated averages about their run means, in sample [rad/s]
-  double sd_held_out = 0.0;              ///< the same, every run predicted from the others
+  double sd_held_out = 0.0;              ///< with every run predicted from the others [rad/s]
   std::vector<double> held_out_squares;  ///< sum of squares of each fitted run, predicted from the others
   double aicc = 0.0;
   double condition = 0.0;
-  std::string unobservable;  ///< the combination the data do not show, in words; empty: all is seen
+  std::string unobservable;  ///< combination of parameters that the data do not show; empty: they show all
 };
 
-/// The whitened runs as small triangles: QR of [1 | columns | y] run by run (the intercept's row taken off, so every
-/// run has its own free level), all a linear fit of any subset of the columns needs.
+/// The whitened runs as small triangles: QR of [1 | columns | y] run by run (without the intercept's row, so that
+/// every run has its own free level): sufficient for a linear fit of any subset of the columns.
 struct Factors {
   std::vector<Matrix> triangles;  ///< one a fitted run, (q+1) x (q+1), last column y
   double rows = 0.0;              ///< averages with data
@@ -73,7 +73,7 @@ LinearFit joint(const Factors& factors, const std::vector<std::size_t>& columns,
 /// power 0, then each coefficient as a polynomial of the start temperature, weighted with its variance in each run.
 /// Given: start_difference, start temperature of each run less the reference [K]. `unused` returns the runs whose
 /// profile does not determine the coefficients by itself.
-LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& columns, int powers,
+LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& columns, std::size_t powers,
                     const std::vector<double>& start_difference, std::vector<std::size_t>& unused);
 
 /// Fills the scores of a candidate: in-sample sd, leave-one-run-out sd, AICc, condition.
@@ -84,7 +84,7 @@ void score(Candidate& candidate, const Factors& factors, const std::vector<std::
 /// Throws Error::bad_data when the data determine none.
 std::size_t choose(const std::vector<Candidate>& candidates);
 
-/// Sum of squares about the run's mean of what is left after `columns` times `parameters`, and how many averages.
+/// Sum of squares about the run's mean of what remains after `columns` times `parameters`, and number of averages.
 struct Residual {
   double squares = 0.0, count = 0.0;  ///< [(rad/s)^2], [1]
 };

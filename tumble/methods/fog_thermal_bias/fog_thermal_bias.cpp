@@ -15,7 +15,7 @@
 // (top minus side sensor), T_0 start temperature; A_i, B_j, C_k coefficients of T, DT and dT/dt, each a cubic in T_0:
 //   L - L_0 = sum A_i (T - T_0)^i + sum B_j DT^j + sum C_k (dT/dt)^k                 (5.1)
 //   a_i(T_0) = A_i0 + A_i1 T_0 + A_i2 T_0^2 + A_i3 T_0^3                             (5.3)
-// Every run has a free level instead of L_0, whose noise would else go into the coefficients.
+// Every run has a free level instead of L_0, so that the noise of L_0 does not enter the coefficients.
 
 namespace tumble::fog_thermal_bias {
 namespace {
@@ -28,67 +28,57 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   return {
-      {"estimator",
-       Type::word,
-       "1",
-       "joint",
-       {"joint", "two_stage"},
-       "one fit of all runs, or the source's fit of each run and then of the coefficients over start temperature"},
-      {"order", Type::word, "1", "auto", {"auto", "1", "2", "3", "4"}, "highest power of T; auto: by held-out runs"},
-      {"gradient_order", Type::word, "1", "auto", {"auto", "0", "1", "2"}, "highest power of the gradient"},
-      {"rate_order", Type::word, "1", "auto", {"auto", "0", "1", "2"}, "highest power of dT/dt"},
-      {"form",
-       Type::word,
-       "1",
-       "from_start",
-       {"from_start", "raw"},
-       "powers of T - T_0, or of T in degC as the source writes"},
-      {"start_temperature_power",
-       Type::integer,
-       "1",
-       "3",
-       {},
-       "highest power of the start temperature in (5.3), 0 to 3"},
-      {"start_temperature_reference",
-       Type::quantity,
-       "degC",
-       "20 degC",
-       {},
-       "T_0 enters (5.3) as its difference from this"},
-      {"start_window", Type::quantity, "s", "120 s", {}, "time after power-on whose means are L_0 and T_0"},
-      {"startup_time", Type::quantity, "s", "", {}, "time constant of a start-up transient to be fitted; absent: none"},
-      {"averaging", Type::quantity, "s", "100 s", {}, "length of the averages that are fitted and scored"},
-      {"smoothing", Type::quantity, "s", "30 s", {}, "window of the local quadratic that smooths and differentiates T"},
-      {"sensor_lag", Type::quantity, "s", "0 s", {}, "lag of the temperature sensors, taken out"},
-      {"sensor_lag_sd", Type::quantity, "s", "0 s", {}, "its standard uncertainty"},
-      {"hold_out", Type::integers, "1", "", {}, "runs kept out of the fit; they are only scored"}};
+      word("estimator", {"joint", "two_stage"})
+          .otherwise("joint")
+          .says("one fit of all runs, or the source's fit of each run and then of the coefficients over start "
+                "temperature"),
+      word("order", {"auto", "1", "2", "3", "4"}).otherwise("auto").says("highest power of T; auto: by held-out runs"),
+      word("gradient_order", {"auto", "0", "1", "2"}).otherwise("auto").says("highest power of the gradient"),
+      word("rate_order", {"auto", "0", "1", "2"}).otherwise("auto").says("highest power of dT/dt"),
+      word("form", {"from_start", "raw"})
+          .otherwise("from_start")
+          .says("powers of T - T_0, or of T in degC as the source writes"),
+      integer("start_temperature_power")
+          .between(0, 3)
+          .otherwise("3")
+          .says("highest power of the start temperature in (5.3)"),
+      quantity("start_temperature_reference", "degC")
+          .otherwise("20 degC")
+          .says("temperature that is subtracted from T_0 in (5.3)"),
+      quantity("start_window", "s")
+          .above(0)
+          .otherwise("120 s")
+          .says("time after power-on over which L_0 and T_0 are averaged"),
+      quantity("startup_time", "s")
+          .above(0)
+          .at_most(36000)
+          .says("time constant of a start-up transient, which is fitted with the drift; a longer one cannot be "
+                "distinguished from a level; absent: no transient"),
+      quantity("averaging", "s").above(0).otherwise("100 s").says("length of the averages that are fitted and scored"),
+      quantity("smoothing", "s")
+          .above(0)
+          .at_most(1800)
+          .otherwise("30 s")
+          .says("window of the local quadratic that smooths and differentiates T; a longer one hides the ramps"),
+      quantity("sensor_lag", "s")
+          .between(0, 600)
+          .otherwise("0 s")
+          .says("lag of the temperature sensors, which is corrected"),
+      quantity("sensor_lag_sd", "s").between(0, 600).otherwise("0 s").says("standard uncertainty of sensor_lag"),
+      integers("hold_out").says("runs that are not fitted, only scored; absent: all runs are fitted")};
 }
 
 void refuse_impossible(const Evidence& evidence) {
   const Settings& settings = evidence.plan.settings;
   std::vector<std::string> problems;
-  const int power = settings.integer("start_temperature_power");
-  if (power < 0 || power > 3) problems.push_back("start_temperature_power must lie between 0 and 3");
   if (settings.word("estimator") == "two_stage" && settings.has("startup_time"))
-    problems.push_back("estimator = \"two_stage\" has no start-up transient: leave startup_time out or use \"joint\"");
-  for (const char* name : {"averaging", "smoothing", "start_window"})
-    if (!(settings.number(name) > 0.0)) problems.push_back(fmt::format("{} must be positive", name));
-  if (settings.has("startup_time") && !(settings.number("startup_time") > 0.0))
-    problems.push_back("startup_time must be positive");
-  for (const char* name : {"sensor_lag", "sensor_lag_sd"})
-    if (!(settings.number(name) >= 0.0 && settings.number(name) <= 600.0))
-      problems.push_back(fmt::format("{} must lie between 0 s and 600 s", name));
+    problems.push_back("estimator = \"two_stage\" has no start-up transient: remove startup_time or use \"joint\"");
   if (settings.number("averaging") < 2.0 * settings.number("smoothing"))
     problems.push_back(
         fmt::format("averaging = {:.6g} s must be at least twice smoothing = {:.6g} s: in shorter averages the "
                     "noise of the temperature sensors pulls the coefficients towards zero",
                     settings.number("averaging"), settings.number("smoothing")));
-  if (settings.number("smoothing") > 1800.0)
-    problems.push_back("smoothing must not exceed 30 min: it would hide the ramps");
-  if (settings.has("startup_time") && settings.number("startup_time") > 36000.0)
-    problems.push_back("startup_time must not exceed 10 h: such a transient cannot be told from a level");
   const auto runs = runs_of(evidence.recordings);
   if (settings.has("hold_out"))
     for (const int held : settings.integers("hold_out"))
@@ -111,8 +101,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
                      runs_table(answer.runs, answer.candidates[answer.chosen], answer.fit), noise_table(answer.noise),
                      calibrated_range(answer.runs)};
   estimate.curves = residual_curves(answer.runs, answer.candidates[answer.chosen], answer.fit);
-  estimate.findings = findings_of(answer.runs, answer.candidates, answer.chosen, answer.fit, answer.noise, settings,
-                                  answer.not_used, terms);
+  estimate.findings = findings_of(answer, settings);
   report(progress, 1.0, "done");
   return estimate;
 }

@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/sim/simulate.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -43,7 +47,7 @@ TEST(FogThermalBias, RecoversTheTruthWithoutNoise) {
   const Estimate estimate = method().identify(trial.evidence, {});
   for (const auto& [name, truth] : trial.truth) {
     if (name == "turn_on_repeatability" || name.starts_with("bias_")) continue;
-    // What is left is the local quadratic over +-5 s where the air changes its rate: the slope there is wrong by up to
+    // The remainder is the local quadratic over +-5 s where the air changes its rate: the slope there is wrong by up to
     // half the change for 10 s of 10 000 s. One part in 1000 bounds it.
     EXPECT_NEAR(find_parameter(estimate, name)->value / truth, 1.0, 1e-3) << name;
   }
@@ -111,7 +115,7 @@ TEST(FogThermalBias, SaysThatASingleSoakCannotSeparateTemperatureFromItsRate) {
   trial.evidence.recordings = {simulate(plan, 8, {})};
   const Estimate estimate = method().identify(trial.evidence, {});
   EXPECT_TRUE(std::ranges::any_of(estimate.findings, [](const Finding& finding) {
-    return finding.message.find("ramps in both directions") != std::string::npos;
+    return finding.code == "rate_follows_temperature" && std::get<double>(finding.values[0].value) > 0.95;
   }));
 }
 
@@ -137,15 +141,14 @@ TEST(FogThermalBias, RefusesRunsShorterThanAnAverage) {
 TEST(FogThermalBias, RefusesOptionsThatCannotBeMeantAllAtOnce) {
   Trial trial = method().trial(1);
   Settings& settings = trial.evidence.plan.settings;
-  set(settings, "averaging", 20.0, "s");
-  set(settings, "sensor_lag", -1.0, "s");
+  set(settings, "averaging", 20.0, "s");  // smoothing is 30 s
   settings.set_integers("hold_out", {99});
   try {
     method().identify(trial.evidence, {});
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind, Error::Kind::bad_input);
-    EXPECT_EQ(error.problems.size(), 3u);
+    EXPECT_EQ(error.problems.size(), 2u);
   }
 }
 
@@ -205,7 +208,64 @@ TEST(FogThermalBias, LeavesBlankWhatHasNoTemperature) {
   const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
   EXPECT_TRUE(std::isnan(find_channel(out.recording, "gyro")->values[250]));
   EXPECT_FALSE(std::isnan(find_channel(out.recording, "gyro")->values[350]));
-  EXPECT_FALSE(out.findings.empty());
+  const Finding* blank = finding_of(out.findings, "samples_without_temperature");
+  ASSERT_NE(blank, nullptr);
+  EXPECT_EQ(blank->where, "gyro");
+  EXPECT_GE(blank->occurrences.count, 90u);  // of 100, without those near enough to a reading
+}
+
+/// The samples whose index in the channel `lost` does not name, with their stamps.
+Channel without(const Channel& channel, const std::function<bool(std::size_t)>& lost) {
+  Channel out = channel;
+  std::vector<double> stamps;
+  out.values.clear();
+  for (std::size_t k = 0; k < channel.values.size(); ++k) {
+    if (lost(k)) continue;
+    stamps.push_back(channel.time(k));
+    out.values.push_back(channel.values[k]);
+  }
+  out.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(stamps))};
+  return out;
+}
+
+/// Number of a sample of a channel within its run.
+std::function<std::size_t(std::size_t)> within_run(const Recording& recording, const Channel& channel) {
+  std::vector<std::size_t> begins;
+  for (const auto& run : runs_of({recording})) begins.push_back(index_at(channel, run.begin));
+  return [begins](std::size_t k) { return k - *(std::ranges::upper_bound(begins, k) - 1); };
+}
+
+// An average of 100 s holds 20 samples of the clock of 0.2 Hz: one period of this output, whose averages are zero. By
+// the mean rate without every second stretch of 1000 s, 0.1 Hz, they would be of half periods: 0.64 deg/h.
+TEST(FogThermalBias, LostSamplesDoNotChangeTheAveragesOfCompensation) {
+  const Trial trial = method().trial(1);
+  Recording recording = trial.evidence.recordings[0];
+  Channel& gyro = recording.channels[0];
+  ASSERT_EQ(gyro.name, "gyro");
+  ASSERT_EQ(gyro.timeline.rate, 0.2);
+  const auto number = within_run(recording, gyro);
+  for (std::size_t k = 0; k < gyro.values.size(); ++k)
+    gyro.values[k] = si(1.0, "deg/h") * std::sin(two_pi * static_cast<double>(number(k)) / 20.0);
+  gyro = without(gyro, [&](std::size_t k) { return number(k) / 200 % 2 == 1; });
+  const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
+  for (const auto& row : out.tables.at(0).rows) EXPECT_LT(std::get<double>(row[3]), si(1e-9, "deg/h"));
+}
+
+// The share of an interval is of the samples that its clock of 0.2 Hz gives, also where half of the record is lost.
+TEST(FogThermalBias, LostSamplesLessenTheShareOfTheirInterval) {
+  Trial trial = method().trial(1);
+  Recording& recording = trial.evidence.recordings[0];
+  const auto number = within_run(recording, recording.channels[0]);
+  recording.channels[0] = without(recording.channels[0], [&](std::size_t k) {
+    const std::size_t of_interval = number(k) % 20, interval = number(k) / 20;
+    return interval == 3 ? of_interval < 8 : interval == 5 ? of_interval < 12 : interval > 20 && interval % 2 == 0;
+  });
+  const auto constants = fog_thermal_bias::constants_of(trial.evidence.plan.settings);
+  const auto terms = find_model("fiber_optic_gyro").outputs(constants)[0].terms;
+  const auto runs = fog_thermal_bias::run_data(trial.evidence, terms, 0.0, 100.0);
+  EXPECT_NEAR(runs[0].share[2], 1.0, 1e-6);
+  EXPECT_NEAR(runs[0].share[3], 0.6, 1e-6);
+  EXPECT_EQ(runs[0].share[5], 0.0);  // less than half
 }
 
 TEST(FogThermalBias, FlagsSamplesOutsideOfTheCalibratedRange) {
@@ -216,6 +276,7 @@ TEST(FogThermalBias, FlagsSamplesOutsideOfTheCalibratedRange) {
   const Recording recording = simulate(hot.evidence.plan, 2, {});
   const Compensation out = method().compensate(with_provenance(trial), recording, nullptr);
   ASSERT_EQ(out.findings.size(), 1u);
+  EXPECT_EQ(out.findings[0].code, "outside_calibrated_range");
   const Channel& flag = *find_channel(out.recording, "gyro.extrapolated");
   const auto outside = std::ranges::count(flag.values, 1.0);
   EXPECT_GT(outside, 0);

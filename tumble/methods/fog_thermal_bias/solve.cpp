@@ -64,7 +64,7 @@ double averages_in(const std::vector<RunData>& runs) {
   return count;
 }
 
-/// Whether T moves within the runs by more than no sensor can tell.
+/// Whether T changes within a run by more than 1 mK, which no sensor resolves.
 bool temperature_varies(const std::vector<RunData>& runs) {
   return std::ranges::any_of(runs, [](const RunData& run) {
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
@@ -120,9 +120,10 @@ void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) 
   if (!(highest > lowest))
     throw Error(Error::Kind::bad_data, "the gyro's output is constant: nothing can be identified from it");
   if (!temperature_varies(runs))
-    throw Error(Error::Kind::bad_data,
-                "the temperature does not vary within any run: no coefficient can be seen; add runs that change the "
-                "temperature, or use static_bias");
+    throw Error(
+        Error::Kind::bad_data,
+        "the temperature does not vary within any run: no coefficient can be determined; add runs that change the "
+        "temperature, or use static_bias");
 }
 
 std::vector<std::string> names_of(const std::vector<Term>& terms) {
@@ -151,7 +152,8 @@ LinearFit fit_chosen(Answer& answer, const Factors& factors, const std::vector<s
   std::vector<double> starts;
   for (const auto& run : answer.runs)
     if (!run.held_out) starts.push_back(run.start_temperature - settings.number("start_temperature_reference"));
-  return two_stage(factors, positions, settings.integer("start_temperature_power") + 1, starts, answer.not_used);
+  return two_stage(factors, positions, static_cast<std::size_t>(settings.integer("start_temperature_power") + 1),
+                   starts, answer.not_used);
 }
 
 }  // namespace
@@ -168,7 +170,7 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   });
   answer.candidates = candidates_of(settings, terms, gradient_seen);
   const auto factorised = union_of(answer.candidates);
-  // The noise is slow: a few thousand averages tell it as well as all, and its terms hold at any interval.
+  // The noise is slow: a few thousand averages determine it as well as all, and its terms hold at any interval.
   const double coarse = interval * std::ceil(averages_in(answer.runs) / 5000.0);
   const auto coarse_runs = coarse > interval ? run_data(evidence, terms, lag, coarse) : std::vector<RunData>{};
   const auto& noise_runs = coarse > interval ? coarse_runs : answer.runs;

@@ -15,7 +15,7 @@ struct Answer {
   NoiseModel noise;
   LinearFit fit;
   std::vector<double> degrees_of_freedom;  ///< of each parameter's variance
-  std::vector<std::size_t> not_used;       ///< two_stage: runs that say nothing by themselves
+  std::vector<std::size_t> not_used;       ///< two_stage: fitted runs that do not determine the coefficients alone
 };
 
 /// Averages the runs, finds their noise, chooses the orders on held-out runs and fits the chosen model, the sensors'

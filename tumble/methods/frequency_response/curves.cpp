@@ -15,7 +15,7 @@ struct Deviation {
   double sd = 0.0, half_width = 0.0;  ///< of 95 %
 };
 
-/// Of a parameter; zeros where there is none of that name (the gain that the others are relative to).
+/// Deviation of a parameter; zeros where there is none of that name (the gain to which the others are relative).
 Deviation deviation_of(const Estimate& estimate, const std::string& name) {
   const Parameter* parameter = find_parameter(estimate, name);
   if (parameter == nullptr) return {};

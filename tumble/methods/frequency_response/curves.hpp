@@ -6,7 +6,7 @@
 
 namespace tumble::frequency_response {
 
-/// Gain and phase at every frequency, with how they were found.
+/// Gain and phase at every frequency, with their origin.
 Table bode_table(const std::vector<Point>& points, const Measured& measured, const Data& data,
                  const Estimate& estimate);
 /// Gain and phase over frequency with their 95 % bands, and the response that was fitted (null: none).

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "tumble/units/error.hpp"
 
@@ -48,52 +49,60 @@ Dimension quotient(Dimension a, const Dimension& b) {
   return a;
 }
 
-double window_of(const Settings& settings, const char* name, const Channel& channel, bool default_interval) {
+/// The rate of the clock: a pause of the recording does not change it, as it changes the mean rate.
+Signal signal_of(const Channel& channel) {
+  if (channel.timeline.uniform()) return {&channel, channel.timeline.rate, {}};
+  Clock clock = clock_of(channel);
+  return {&channel, clock.rate > 0.0 ? clock.rate : mean_rate(channel), std::move(clock.gaps)};
+}
+
+double window_of(const Settings& settings, const char* name, double rate, bool default_interval) {
   if (settings.has(name)) return settings.number(name);
-  return default_interval ? 1.0 / mean_rate(channel) : 0.0;
+  return default_interval ? 1.0 / rate : 0.0;
 }
 
-/// From the stamp to the instant that a sample stands for.
-double instant_of(const Settings& settings, double window, const Channel& channel) {
+/// From the stamp to the instant of the sample.
+double instant_of(const Settings& settings, double window, double rate) {
   if (window > 0.0) return 0.5 * window;
-  return settings.word("stamps") == "begin" ? 0.5 / mean_rate(channel) : 0.0;
+  return settings.word("stamps") == "begin" ? 0.5 / rate : 0.0;
 }
 
-Scaling scaling_of(const Settings& settings, const Channel& output, const Channel& reference, bool from_rig,
-                   Findings& findings) {
+/// Output for one unit of the reference, as set; it must have this dimension.
+double scale_factor_of(const Settings& settings, const Dimension& dimension) {
+  const std::string& text = settings.word("scale_factor");
+  const Quantity scale = parse_quantity(text);
+  if (!(scale.unit.dimension() == dimension))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("scale_factor = \"{}\" is {}, but the output over the reference is {}", text,
+                            name(scale.unit.dimension()), name(dimension)));
+  const double value = scale.unit.to_si(scale.value);
+  if (!(std::abs(value) > 0.0) || !std::isfinite(value))
+    throw Error(Error::Kind::bad_input, "scale_factor must be finite and not zero");
+  return value;
+}
+
+Scaling scaling_of(const Settings& settings, const Signal& output, const Signal& reference, bool from_rig) {
   Scaling s;
-  Dimension out = output.unit.dimension(), in = reference.unit.dimension();
-  const bool both_angles = output.kind == QuantityKind::angle && reference.kind == QuantityKind::angle;
-  const bool increments = accumulates(output.kind) && !both_angles;
+  const QuantityKind output_kind = output.channel->kind, reference_kind = reference.channel->kind;
+  Dimension out = output.channel->unit.dimension(), in = reference.channel->unit.dimension();
+  const bool both_angles = output_kind == QuantityKind::angle && reference_kind == QuantityKind::angle;
+  const bool increments = accumulates(output_kind) && !both_angles;
   if (increments) {
-    s.output *= mean_rate(output);
+    s.output *= output.rate;
     out = per_second(out);
   }
-  if (reference.kind == QuantityKind::angle && !both_angles) {
+  if (reference_kind == QuantityKind::angle && !both_angles) {
     s.differentiate = true;
     in = per_second(in);
   }
-  if (settings.has("scale_factor")) {
-    const Quantity scale = parse_quantity(settings.word("scale_factor"));
-    if (!(scale.unit.dimension() == quotient(out, in)))
-      throw Error(Error::Kind::bad_input,
-                  fmt::format("scale_factor = \"{}\" is {}, but the output over the reference is {}",
-                              settings.word("scale_factor"), name(scale.unit.dimension()), name(quotient(out, in))));
-    const double value = scale.unit.to_si(scale.value);
-    if (!(std::abs(value) > 0.0) || !std::isfinite(value))
-      throw Error(Error::Kind::bad_input, "scale_factor must not be zero");
-    s.output /= value;
-  } else if (!(out == in)) {
-    s.relative = true;
-    findings.push_back({Finding::Severity::info,
-                        "the output and the reference are of unlike kinds and no scale_factor is set: gains are "
-                        "relative to the one at the lowest frequency",
-                        output.name});
-  }
-  s.output_window = window_of(settings, "averaging", output, increments || from_rig);
-  s.reference_window = window_of(settings, "reference_averaging", reference, false);
-  s.output_shift = instant_of(settings, s.output_window, output) - settings.number("clock_offset");
-  s.reference_shift = from_rig ? 0.0 : instant_of(settings, s.reference_window, reference);
+  if (settings.has("scale_factor"))
+    s.output /= scale_factor_of(settings, quotient(out, in));
+  else
+    s.relative = !(out == in);
+  s.output_window = window_of(settings, "averaging", output.rate, increments || from_rig);
+  s.reference_window = window_of(settings, "reference_averaging", reference.rate, false);
+  s.output_shift = instant_of(settings, s.output_window, output.rate) - settings.number("clock_offset");
+  s.reference_shift = from_rig ? 0.0 : instant_of(settings, s.reference_window, reference.rate);
   return s;
 }
 
@@ -104,7 +113,7 @@ std::optional<Motion> oscillation(const Segment* segment) {
   return {};
 }
 
-/// The stamps half a step later: from the beginning of what is averaged to its middle.
+/// The stamps half a step later: from the beginning of the average to its middle.
 void to_the_middle(double step, Timeline& timeline) {
   if (timeline.uniform()) {
     timeline.start += 0.5 * step;
@@ -115,35 +124,37 @@ void to_the_middle(double step, Timeline& timeline) {
   timeline.stamps = std::make_shared<const std::vector<double>>(std::move(stamps));
 }
 
-/// What the plan's rig made the input axis feel, at the middle of every sample of the output.
-Channel reference_from_rig(const Evidence& evidence, const Recording& recording, const Channel& output,
+/// Motion along the input axis by the plan's rig, in the middle of every sample of the output.
+Channel reference_from_rig(const Evidence& evidence, const Recording& recording, const Signal& signal,
                            const PlanError* error) {
+  const Channel& output = *signal.channel;
   const bool rate = output.kind == QuantityKind::angular_rate || output.kind == QuantityKind::angle;
   if (!rate && output.kind != QuantityKind::specific_force && output.kind != QuantityKind::velocity)
     throw Error(
         Error::Kind::bad_data,
-        fmt::format("no reference is recorded, and {} does not say whether '{}' shows a rate or a force: record "
-                    "a reference channel",
-                    output.unit.text(), output.name));
+        fmt::format(
+            "no reference is recorded, and the unit {} does not determine whether '{}' is a rate or a force: record "
+            "a reference channel",
+            output.unit.text(), output.name));
   Channel made{"reference",
                rate ? QuantityKind::angular_rate : QuantityKind::specific_force,
                Unit::parse(rate ? "deg/s" : "m/s^2"),
                output.timeline,
                {}};
   made.values.assign(output.values.size(), std::nan(""));
-  const double step = 1.0 / mean_rate(output);
+  const double step = 1.0 / signal.rate;
   const auto power_ups = power_ups_of(evidence.plan, 1.0 / step);
   for (const Run& run : runs_of({recording})) {
     const auto power_up =
-        std::ranges::find_if(power_ups, [&](const PowerUp& one) { return one.rig.segments.front().run == run.number; });
+        std::ranges::find_if(power_ups, [&](const PowerUp& p) { return p.rig.segments.front().run == run.number; });
     if (power_up == power_ups.end()) continue;
-    const Reference told =
+    const Reference motion =
         error == nullptr ? power_up->reference : reference_with(*power_up, *error, [](std::size_t) { return true; });
     const double begin = std::isfinite(run.begin) ? run.begin : output.time(0);
     const SampleRange range = samples_between(output, begin, run.end);
     Felt felt;
     for (std::size_t i = range.begin; i < range.end; ++i) {
-      told.felt(output.time(i) - begin + 0.5 * step, step, std::span(&felt, 1));
+      motion.felt(output.time(i) - begin + 0.5 * step, step, std::span(&felt, 1));
       made.values[i] = rate ? felt.rate.x : felt.specific_force.x;
     }
   }
@@ -151,15 +162,55 @@ Channel reference_from_rig(const Evidence& evidence, const Recording& recording,
   return made;
 }
 
-void add_parts(const std::vector<MarkedSegment>& marks, const Recording& recording, const Channel& output,
-               const Channel& reference, Data& data) {
+void add_parts(const std::vector<MarkedSegment>& marks, const Recording& recording, const Signal& output,
+               const Signal& reference, Data& data) {
   constexpr double forever = std::numeric_limits<double>::infinity();
-  if (marks.empty()) data.parts.push_back({recording.origin.file, &output, &reference, -forever, forever, {}});
+  if (marks.empty()) data.parts.push_back({recording.origin.file, output, reference, -forever, forever, {}});
   for (const auto& marked : marks) {
     const auto motion = oscillation(marked.planned);
-    if (marked.planned != nullptr && !motion) continue;  // the plan says that nothing oscillates here
-    data.parts.push_back({marked.label, &output, &reference, marked.begin, marked.end, motion});
+    if (marked.planned != nullptr && !motion) continue;  // the plan has no oscillation here
+    data.parts.push_back({marked.label, output, reference, marked.begin, marked.end, motion});
   }
+}
+
+/// Recorded, else by the plan's rig.
+const Channel& reference_of(const Evidence& evidence, const Recording& recording, const Channel* recorded,
+                            const Signal& output, const PlanError* error, Data& data) {
+  if (recorded != nullptr) return *recorded;
+  if (evidence.plan.rig_kind.empty() || evidence.plan.schedule.empty())
+    throw Error(Error::Kind::bad_data,
+                "there is no channel 'reference' to compare the output with: record one (and name it with "
+                "[channels] reference = \"...\"), or give a plan whose [rig] and [[schedule]] describe the motion");
+  data.from_rig = true;
+  return data.made.emplace_back(reference_from_rig(evidence, recording, output, error));
+}
+
+void add_recording(const Evidence& evidence, const Recording& recording, const std::vector<MarkedSegment>& marks,
+                   const PlanError* error, Data& data) {
+  const bool first = data.output_name.empty();
+  const Channel* recorded = channel_for(evidence, recording, "reference");
+  const Channel& output = output_of(evidence, recording, recorded);
+  if (output.values.size() < 16)
+    throw Error(Error::Kind::bad_data, fmt::format("'{}' has {} samples: too few for a frequency response", output.name,
+                                                   output.values.size()));
+  const Signal of_output = signal_of(output);
+  const Channel& reference = reference_of(evidence, recording, recorded, of_output, error, data);
+  const Signal of_reference = signal_of(reference);
+  require_finite(output);
+  require_finite(reference);
+  const Scaling scaling = scaling_of(evidence.plan.settings, of_output, of_reference, data.from_rig);
+  if (first) {
+    data.scaling = scaling;
+    data.output_name = output.name;
+    data.reference_unit = reference.unit;
+    data.output_unit = output.unit;
+    if (scaling.relative) data.findings.push_back({Finding::Severity::info, "gains_relative", {}, output.name});
+  } else if (!(output.unit.dimension() == data.output_unit.dimension())) {
+    throw Error(Error::Kind::bad_data,
+                fmt::format("the recordings hold different kinds of output: '{}' in {} and '{}' in {}",
+                            data.output_name, data.output_unit.text(), output.name, output.unit.text()));
+  }
+  add_parts(marks, recording, of_output, of_reference, data);
 }
 
 }  // namespace
@@ -169,59 +220,33 @@ std::vector<PlanError> errors_of_rig(const Evidence& evidence) {
   return rig_errors({power_ups_of(evidence.plan, 1.0)});
 }
 
-// NOLINTNEXTLINE(readability-function-size): 41 lines; to be split when it changes
 Data data_of(const Evidence& evidence, const PlanError* error) {
-  Data data;
   if (evidence.recordings.empty())
     throw Error(Error::Kind::bad_data, "frequency_response needs at least one recording");
+  Data data;
   const auto marks = marked_segments(evidence);
-  bool first = true;
-  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
-    const Recording& recording = evidence.recordings[r];
-    const Channel* reference = channel_for(evidence, recording, "reference");
-    const Channel& output = output_of(evidence, recording, reference);
-    if (output.values.size() < 16)
-      throw Error(Error::Kind::bad_data, fmt::format("'{}' has {} samples: too few for a frequency response",
-                                                     output.name, output.values.size()));
-    if (reference == nullptr) {
-      if (evidence.plan.rig_kind.empty() || evidence.plan.schedule.empty())
-        throw Error(Error::Kind::bad_data,
-                    "there is no channel 'reference' to hold the output against: record one (and name it with "
-                    "[channels] reference = \"...\"), or give a plan whose [rig] and [[schedule]] say how it moved");
-      data.made.push_back(reference_from_rig(evidence, recording, output, error));
-      reference = &data.made.back();
-      data.from_rig = true;
-    }
-    require_finite(output);
-    require_finite(*reference);
-    Findings unused;
-    const Scaling scaling =
-        scaling_of(evidence.plan.settings, output, *reference, data.from_rig, first ? data.findings : unused);
-    if (first) {
-      data.scaling = scaling;
-      data.output_name = output.name;
-      data.reference_unit = reference->unit;
-      data.output_unit = output.unit;
-    } else if (!(output.unit.dimension() == data.output_unit.dimension())) {
-      throw Error(Error::Kind::bad_data,
-                  fmt::format("the recordings hold unlike outputs: '{}' in {} and '{}' in {}", data.output_name,
-                              data.output_unit.text(), output.name, output.unit.text()));
-    }
-    first = false;
-    add_parts(marks[r], recording, output, *reference, data);
-  }
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r)
+    add_recording(evidence, evidence.recordings[r], marks[r], error, data);
   return data;
 }
 
-Samples samples_of(const Channel& channel, double begin, double end, double shift) {
+Samples samples_of(const Signal& signal, double begin, double end, double shift) {
   Samples s;
-  s.rate = mean_rate(channel);
+  s.rate = signal.rate;
+  const Channel& channel = *signal.channel;
   const SampleRange range = samples_between(channel, begin, end);
+  auto gap = std::ranges::lower_bound(signal.gaps, range.begin, {}, &Clock::Gap::after);
   for (std::size_t i = range.begin; i < range.end; ++i) {
     s.time.push_back(channel.time(i) + shift);
     s.value.push_back(channel.values[i]);
-    s.missing += std::isnan(channel.values[i]) ? 1 : 0;
+    if (gap == signal.gaps.end() || gap->after != i || i + 1 == range.end) continue;
+    for (std::size_t k = 1; k <= gap->lost; ++k) {
+      s.time.push_back(channel.time(i) + shift + static_cast<double>(k) / signal.rate);
+      s.value.push_back(std::nan(""));
+    }
+    ++gap;
   }
+  s.missing = static_cast<std::size_t>(std::ranges::count_if(s.value, [](double v) { return std::isnan(v); }));
   return s;
 }
 

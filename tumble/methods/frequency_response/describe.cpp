@@ -54,12 +54,7 @@ void add_second_order(const LoopFit& fit, const Measured& m, Builder& builder) {
   const auto by_zeta = through({0.0, 0.0, 0.0, 1.0}, fit.gain);
   const double sd = noise_sd(by_natural, m), zeta_sd = noise_sd(by_zeta, m);
   if (sd > 0.25 * natural || zeta_sd > 0.5 * zeta) {
-    builder.estimate.findings.push_back(
-        {Severity::info,
-         fmt::format("a second-order response fits, but the frequencies do not reach far enough for its natural "
-                     "frequency (about {:.3g} Hz)",
-                     natural),
-         ""});
+    builder.estimate.findings.push_back({Severity::info, "natural_frequency_too_far", {{"natural", natural, "Hz"}}});
     return;
   }
   builder.add("natural_frequency", "f_n", "Hz", natural, by_natural, "undamped natural frequency of the second order");
@@ -76,18 +71,12 @@ void add_crossing(const Measured& m, Builder& builder) {
   const Crossing crossing = crossing_of(m.frequency, m.log_gain);
   if (!crossing.found) {
     builder.estimate.findings.push_back(
-        {Severity::warning,
-         fmt::format("no bandwidth: the gain does not fall by 3 dB up to {:.4g} Hz; go higher", m.frequency.back()),
-         ""});
+        {Severity::warning, "bandwidth_not_reached", {{"highest", m.frequency.back(), "Hz"}}});
     return;
   }
   if (crossing.frequency < 2.0 * m.frequency.front()) {
     builder.estimate.findings.push_back(
-        {Severity::warning,
-         fmt::format("no bandwidth: the gain falls by 3 dB within an octave of {:.4g} Hz, the lowest frequency used, "
-                     "whose gain is then not that at rest; go lower, or mend what was left out",
-                     m.frequency.front()),
-         ""});
+        {Severity::warning, "bandwidth_without_gain_at_rest", {{"lowest", m.frequency.front(), "Hz"}}});
     return;
   }
   std::vector<double> gradient(2 * m.frequency.size(), 0.0);
@@ -104,40 +93,36 @@ void add_crossing(const Measured& m, Builder& builder) {
               crossing.interpolation_sd);
 }
 
+/// The bandwidth of a fitted loop with poles.
+void add_bandwidth(const LoopFit& fit, const Measured& m, Builder& builder) {
+  const Derived bandwidth = bandwidth_of(fit);
+  if (bandwidth.value <= m.frequency.back())
+    builder.add("bandwidth", "f_3dB", "Hz", bandwidth.value, through(bandwidth.gradient, fit.gain),
+                fmt::format("where the gain is 3 dB below that at rest; {} with delay", name(fit.kind)));
+  else
+    builder.estimate.findings.push_back(
+        {Severity::warning,
+         "bandwidth_beyond_frequencies",
+         {{"highest", m.frequency.back(), "Hz"},
+          {"model", Phrase{fit.kind == LoopKind::first_order ? "first_order" : "second_order"}},
+          {"bandwidth", bandwidth.value, "Hz"}}});
+}
+
 void add_loop(const LoopFit* fit, const Measured& m, Builder& builder) {
   if (fit == nullptr) {
     add_crossing(m, builder);
-    if (m.frequency.size() > 2)
-      builder.estimate.findings.push_back({Severity::info,
-                                           "neither a delay nor a first or second order with delay fits within the "
-                                           "uncertainties: no natural frequency, any bandwidth is between the points",
-                                           ""});
+    if (m.frequency.size() > 2) builder.estimate.findings.push_back({Severity::info, "no_loop_fits", {}});
     return;
   }
-  if (fit->kind == LoopKind::delay) {
+  const bool has_poles = fit->kind != LoopKind::delay;
+  if (has_poles)
+    add_bandwidth(*fit, m, builder);
+  else
     builder.estimate.findings.push_back(
-        {Severity::warning,
-         fmt::format("no bandwidth: up to {:.4g} Hz the response is a constant gain and a delay; go higher",
-                     m.frequency.back()),
-         ""});
-  } else {
-    const Derived bandwidth = bandwidth_of(*fit);
-    if (bandwidth.value <= m.frequency.back()) {
-      builder.add("bandwidth", "f_3dB", "Hz", bandwidth.value, through(bandwidth.gradient, fit->gain),
-                  fmt::format("where the gain is 3 dB below that at rest; {} with delay", name(fit->kind)));
-    } else {
-      builder.estimate.findings.push_back(
-          {Severity::warning,
-           fmt::format("no bandwidth: the gain does not fall by 3 dB up to {:.4g} Hz (the {} that fits would at about "
-                       "{:.3g} Hz); go higher",
-                       m.frequency.back(), name(fit->kind), bandwidth.value),
-           ""});
-    }
-  }
+        {Severity::warning, "bandwidth_of_delay", {{"highest", m.frequency.back(), "Hz"}}});
   if (fit->kind == LoopKind::second_order) add_second_order(*fit, m, builder);
   builder.add("delay", "tau", "ms", fit->theta[1], through({0.0, 1.0}, fit->gain),
-              fmt::format("delay besides the {}",
-                          fit->kind == LoopKind::delay ? "constant gain" : std::string(name(fit->kind))));
+              fmt::format("delay in addition to the {}", has_poles ? name(fit->kind) : "constant gain"));
 }
 
 void add_points(const std::vector<Point>& points, const Measured& m, bool relative, Builder& builder) {
@@ -216,11 +201,8 @@ Point mean_of(const std::vector<Point>& repeats, Findings& findings) {
   }
   const double dof = 2.0 * static_cast<double>(repeats.size() - 1), wider = std::max(1.0, chi / dof);
   if (chi > chi_square_quantile(0.999, dof)) {
-    findings.push_back({Severity::warning,
-                        fmt::format("{} measurements at {:.6g} Hz differ by more than their noise: the uncertainty is "
-                                    "that of their scatter",
-                                    repeats.size(), mean.nominal),
-                        ""});
+    findings.push_back(
+        {Severity::warning, "repeats_differ", {{"measurements", repeats.size()}, {"frequency", mean.nominal, "Hz"}}});
     mean.output_dof = dof;
   }
   mean.output_gain_variance = mean.output_phase_variance = wider * output / (weights * weights);
@@ -231,27 +213,27 @@ Point mean_of(const std::vector<Point>& repeats, Findings& findings) {
 }  // namespace
 
 std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
-  // Tones that three digits do not tell apart get more.
+  // Different tones with equal labels of three digits get five.
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
     if (points[i].nominal == points[i + 1].nominal && points[i + 1].frequency > 1.001 * points[i].frequency)
       for (Point* p : {&points[i], &points[i + 1]}) p->nominal = std::stod(fmt::format("{:.4e}", p->frequency));
-  std::vector<Point> found;
+  std::vector<Point> means;
   for (std::size_t i = 0; i < points.size();) {
     std::size_t end = i + 1;
     while (end < points.size() && points[end].nominal == points[i].nominal) ++end;
-    found.push_back(
+    means.push_back(
         mean_of({points.begin() + static_cast<std::ptrdiff_t>(i), points.begin() + static_cast<std::ptrdiff_t>(end)},
                 findings));
     i = end;
   }
-  return found;
+  return means;
 }
 
 Measured measured_of(const std::vector<Point>& points) {
   Measured m;
   double inverse = 0.0;
   for (const Point& p : points) {
-    // The phase goes on as it went between the two points before: a delay turns it without end.
+    // The phase continues as between the two points before: a delay turns it without end.
     double expected = 0.0;
     const std::size_t n = m.frequency.size();
     if (n == 1) expected = m.phase[0] * (m.phase[0] < 0.0 ? p.frequency / m.frequency[0] : 1.0);

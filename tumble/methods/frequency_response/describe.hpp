@@ -13,12 +13,12 @@ struct Source {
   std::vector<double> degrees_of_freedom;  ///< m; empty: infinite
 };
 
-/// Points at one nominal frequency made one, ascending; repeats that differ by more than their noise widen it.
+/// One point for each nominal frequency, ascending; repeats that differ by more than their noise widen its uncertainty.
 std::vector<Point> combined(std::vector<Point> points, Findings& findings);
 
 Measured measured_of(const std::vector<Point>& points);
 
-/// Everything but the findings of the points themselves.
+/// Parameters, budget, tables and curves, with findings on the response but not on the points.
 Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources);
 
 }  // namespace tumble::frequency_response

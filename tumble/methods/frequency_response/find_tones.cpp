@@ -41,23 +41,23 @@ Blocks blocks_of(const Samples& reference) {
   return b;
 }
 
-/// Runs of three blocks or more at one frequency, first and last block left off where the frequency changes.
+/// Runs of three blocks or more at one frequency, without the first and last block where the frequency changes.
 std::vector<std::pair<double, double>> steady_parts(const Blocks& b, std::size_t& covered) {
-  std::vector<std::pair<double, double>> found;
+  std::vector<std::pair<double, double>> parts;
   covered = 0;
   for (std::size_t first = 0, k = 1; k <= b.frequency.size(); ++k) {
-    const bool same = k < b.frequency.size() && b.frequency[k] > 0.0 &&
-                      std::abs(b.frequency[k] - b.frequency[first]) < std::max(0.3 / b.length, 2e-3 * b.frequency[k]);
-    if (same) continue;
+    const bool steady = k < b.frequency.size() && b.frequency[k] > 0.0 &&
+                        std::abs(b.frequency[k] - b.frequency[first]) < std::max(0.3 / b.length, 2e-3 * b.frequency[k]);
+    if (steady) continue;
     if (k - first >= 3 && b.frequency[first] > 0.0) {
       covered += k - first;
       const double from = static_cast<double>(first + (first > 0 ? 1 : 0)) * b.length;
       const double to = static_cast<double>(k - (k < b.frequency.size() ? 1 : 0)) * b.length;
-      found.emplace_back(b.begin + from, b.begin + to);
+      parts.emplace_back(b.begin + from, b.begin + to);
     }
     first = k;
   }
-  return found;
+  return parts;
 }
 
 bool is_sweep(const Blocks& b) {
@@ -79,9 +79,9 @@ bool is_tone(const Samples& reference) {
   }
 }
 
-/// A part of which the plan says nothing: one tone, several after one another, or a sweep.
+/// A part without a plan: one tone, several tones in succession, or a sweep.
 void explore(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
-  const Samples reference = samples_of(*part.reference, part.begin, part.end, scaling.reference_shift);
+  const Samples reference = samples_of(part.reference, part.begin, part.end, scaling.reference_shift);
   if (reference.time.size() < 32 || is_tone(reference)) {
     add_tone(part, part.begin, part.end, scaling, settings, points);
     return;
@@ -94,10 +94,7 @@ void explore(const Part& part, const Scaling& scaling, const Settings& settings,
   } else if (is_sweep(b)) {
     add_sweep(part, scaling, settings, points);
   } else {
-    points.findings.push_back({Finding::Severity::error,
-                               "left out: the reference is neither one tone, nor tones after one another, nor a sweep; "
-                               "say in the plan's [[schedule]] what it does, or mark the segments",
-                               part.label});
+    points.findings.push_back({Finding::Severity::error, "unknown_excitation", {}, part.label});
   }
 }
 
@@ -116,7 +113,7 @@ Points points_of(const Data& data, const Settings& settings, const Progress& pro
       add_tone(part, part.begin, part.end, data.scaling, settings, points);
     }
   }
-  std::stable_sort(points.found.begin(), points.found.end(),
+  std::stable_sort(points.usable.begin(), points.usable.end(),
                    [](const Point& a, const Point& b) { return a.frequency < b.frequency; });
   return points;
 }

@@ -1,11 +1,10 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/frequency_response/trial.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -21,67 +20,47 @@ std::vector<Role> roles() {
   return {{"output", "", false,
            "the instrument under test, in any unit; without it 'gyro', 'accelerometer' or the only such channel"},
           {"reference", "", false,
-           "what it was made to feel: reference accelerometer, rate or angle of a table (an angle is differentiated); "
-           "without it the motion that the plan's rig was told to make"}};
+           "the motion that the instrument feels: reference accelerometer, rate or angle of a table (an angle is "
+           "differentiated); without it, the motion commanded to the plan's rig"}};
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   return {
-      {"scale_factor",
-       Type::text,
-       "1",
-       "",
-       {},
-       "output for one unit of the reference where they differ in kind, for example \"1000 pulse/(m/s)\" or \"0.1 "
-       "V/g\"; absent: gains relative to the lowest frequency"},
-      {"averaging",
-       Type::quantity,
-       "s",
-       "",
-       {},
-       "time over which a sample of the output is the mean, from its stamp on; absent: one sampling interval for "
-       "counts and increments, else 0 s"},
-      {"reference_averaging", Type::quantity, "s", "", {}, "the same of the reference; absent: 0 s"},
-      {"stamps",
-       Type::word,
-       "1",
-       "instant",
-       {"instant", "begin"},
-       "a sample that is no mean is the value at its stamp, or in the middle of the interval that begins there, as "
-       "`tumble simulate` writes it"},
-      {"clock_offset", Type::quantity, "s", "0 s", {}, "time by which stamps of the output are late"},
-      {"clock_offset_sd", Type::quantity, "s", "0 s", {}, "its standard uncertainty"},
-      {"reference_gain_sd", Type::quantity, "%", "0 %", {}, "standard uncertainty of the reference's scale"},
-      {"reference_maximum", Type::quantity, "Hz", "", {}, "highest frequency at which the reference is calibrated"},
-      {"settling",
-       Type::quantity,
-       "s",
-       "",
-       {},
-       "left out where a tone begins; absent: a tenth of the segment, at least two cycles"},
-      {"points_per_decade", Type::integer, "1", "10", {}, "frequencies at which a sweep is looked at, 3 to 60"},
-  };
-}
-
-void refuse_impossible(const Settings& settings) {
-  std::vector<std::string> problems;
-  for (const char* name : {"averaging", "reference_averaging", "clock_offset_sd", "reference_gain_sd", "settling"})
-    if (settings.has(name) && !(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
-      problems.push_back(fmt::format("{} must not be negative", name));
-  if (settings.has("reference_maximum") && !(settings.number("reference_maximum") > 0.0))
-    problems.push_back("reference_maximum must be positive");
-  if (!std::isfinite(settings.number("clock_offset"))) problems.push_back("clock_offset must be finite");
-  const int per_decade = settings.integer("points_per_decade");
-  if (per_decade < 3 || per_decade > 60) problems.push_back("points_per_decade must lie between 3 and 60");
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+      text("scale_factor")
+          .says("output for one unit of the reference where they differ in kind, for example \"1000 pulse/(m/s)\" or "
+                "\"0.1 V/g\"; absent: gains relative to the lowest frequency"),
+      quantity("averaging", "s")
+          .at_least(0)
+          .says("time over which a sample of the output is the mean, from its stamp on; absent: one sampling "
+                "interval for counts and increments, else 0 s"),
+      quantity("reference_averaging", "s")
+          .at_least(0)
+          .says("time over which a sample of the reference is the mean, from its stamp on; absent: 0 s"),
+      word("stamps", {"instant", "begin"})
+          .otherwise("instant")
+          .says("time of a sample that is not a mean: its stamp, or the middle of the interval that begins there, "
+                "as `tumble simulate` writes it"),
+      quantity("clock_offset", "s").otherwise("0 s").says("time by which stamps of the output are late"),
+      quantity("clock_offset_sd", "s").at_least(0).otherwise("0 s").says("standard uncertainty of clock_offset"),
+      quantity("reference_gain_sd", "%")
+          .at_least(0)
+          .otherwise("0 %")
+          .says("standard uncertainty of the reference's scale"),
+      quantity("reference_maximum", "Hz").above(0).says("highest frequency at which the reference is calibrated"),
+      quantity("settling", "s")
+          .at_least(0)
+          .says("time to skip where a tone begins; absent: a tenth of the segment, at least two cycles"),
+      integer("points_per_decade")
+          .between(3, 60)
+          .otherwise("10")
+          .says("frequencies in a decade at which a sweep is evaluated")};
 }
 
 void require_points(const Points& points) {
-  if (!points.found.empty()) return;
+  if (!points.usable.empty()) return;
   auto problems = errors_among(points.findings);
   if (problems.empty())
-    problems.push_back("no segment of the schedule oscillates: frequency_response needs sine or sweep segments");
+    problems.emplace_back("no segment of the schedule oscillates: frequency_response needs sine or sweep segments");
   throw Error(Error::Kind::bad_data, problems);
 }
 
@@ -97,7 +76,7 @@ Source noise_source(const std::string& name, const std::vector<Point>& points, b
   return source;
 }
 
-/// What is common to all frequencies: scale of the reference, clock.
+/// Errors that all frequencies share: scale of the reference, clock.
 void add_common(const std::vector<Point>& points, const Settings& settings, bool relative,
                 std::vector<Source>& sources) {
   const std::size_t n = points.size();
@@ -115,14 +94,14 @@ void add_common(const std::vector<Point>& points, const Settings& settings, bool
   }
 }
 
-/// Each error of the rig, by moving it one standard deviation and measuring again against the reference it then gives.
+/// Each error of the rig: move it by one standard deviation, and measure again with the reference that it then gives.
 void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::vector<Source>& sources) {
   const Measured nominal = measured_of(points);
   const std::size_t n = points.size();
   for (const auto& error : errors_of_rig(evidence)) {
     Findings unused;
     const Points moved = points_of(data_of(evidence, &error), evidence.plan.settings, {});
-    const auto others = combined(moved.found, unused);
+    const auto others = combined(moved.usable, unused);
     if (others.size() != n) continue;
     const Measured there = measured_of(others);
     const bool each = error.error.each_segment;
@@ -140,29 +119,21 @@ void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::ve
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
-  refuse_impossible(settings);
   const Data data = data_of(evidence, nullptr);
   Points points = points_of(data, settings, progress);
   require_points(points);
   Findings findings = data.findings;
   findings.insert(findings.end(), points.findings.begin(), points.findings.end());
-  const auto found = combined(std::move(points.found), findings);
-  std::vector<Source> sources{noise_source("output noise", found, true)};
+  const auto means = combined(std::move(points.usable), findings);
+  std::vector<Source> sources{noise_source("output noise", means, true)};
   if (data.from_rig)
-    add_rig(evidence, found, sources);
-  else if (std::ranges::any_of(found, [](const Point& p) { return p.reference_gain_variance > 0.0; }))
-    sources.push_back(noise_source("reference noise", found, false));
-  add_common(found, settings, data.scaling.relative, sources);
-  Estimate estimate = describe(found, data, sources);
-  estimate.method = "frequency_response";
-  estimate.title = evidence.plan.title;
-  if (data.from_rig)
-    findings.push_back({Finding::Severity::info,
-                        "no reference is recorded: the output is held against the motion the rig was told to make",
-                        ""});
-  estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
+    add_rig(evidence, means, sources);
+  else if (std::ranges::any_of(means, [](const Point& p) { return p.reference_gain_variance > 0.0; }))
+    sources.push_back(noise_source("reference noise", means, false));
+  add_common(means, settings, data.scaling.relative, sources);
+  if (data.from_rig) findings.push_back({Finding::Severity::info, "reference_from_rig", {}});
   report(progress, 1.0, "done");
-  return estimate;
+  return finished(describe(means, data, sources), "frequency_response", evidence.plan.title, findings);
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }

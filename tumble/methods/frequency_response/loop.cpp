@@ -5,7 +5,7 @@
 #include <complex>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -13,13 +13,14 @@ namespace tumble::frequency_response {
 namespace {
 
 using Complex = std::complex<double>;
+using Vector = std::vector<double>;
 /// A response without noise keeps finite weights: rounding of ln H.
 constexpr double least_variance = 1e-18;
 
 std::size_t parameters(LoopKind kind) { return 2 + static_cast<std::size_t>(kind); }
 
 /// ln H and its derivatives by theta.
-Complex log_response(LoopKind kind, const Eigen::VectorXd& theta, double f, Complex* derivative) {
+Complex log_response(LoopKind kind, const Vector& theta, double f, Complex* derivative) {
   const Complex i(0.0, 1.0);
   Complex value = theta[0] - i * two_pi * f * theta[1];
   derivative[0] = 1.0;
@@ -38,23 +39,21 @@ Complex log_response(LoopKind kind, const Eigen::VectorXd& theta, double f, Comp
 }
 
 struct Equations {
-  Eigen::MatrixXd jacobian;  // weighted
-  Eigen::VectorXd residual;  // weighted
+  Matrix jacobian;  // weighted
+  Vector residual;  // weighted
 };
 
-Equations linearise(const Measured& m, LoopKind kind, const Eigen::VectorXd& theta) {
-  const auto n = static_cast<Eigen::Index>(m.frequency.size());
-  const Eigen::Index p = theta.size();
-  Equations e{Eigen::MatrixXd(2 * n, p), Eigen::VectorXd(2 * n)};
+Equations linearise(const Measured& m, LoopKind kind, const Vector& theta) {
+  const std::size_t n = m.frequency.size();
+  Equations e{Matrix(2 * n, theta.size()), Vector(2 * n)};
   Complex derivative[4];
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const auto at = static_cast<std::size_t>(k);
-    const Complex value = log_response(kind, theta, m.frequency[at], derivative);
-    const double gain_weight = 1.0 / std::sqrt(std::max(m.log_gain_variance[at], least_variance));
-    const double phase_weight = 1.0 / std::sqrt(std::max(m.phase_variance[at], least_variance));
-    e.residual[k] = gain_weight * (m.log_gain[at] - value.real());
-    e.residual[n + k] = phase_weight * (m.phase[at] - value.imag());
-    for (Eigen::Index j = 0; j < p; ++j) {
+  for (std::size_t k = 0; k < n; ++k) {
+    const Complex value = log_response(kind, theta, m.frequency[k], derivative);
+    const double gain_weight = 1.0 / std::sqrt(std::max(m.log_gain_variance[k], least_variance));
+    const double phase_weight = 1.0 / std::sqrt(std::max(m.phase_variance[k], least_variance));
+    e.residual[k] = gain_weight * (m.log_gain[k] - value.real());
+    e.residual[n + k] = phase_weight * (m.phase[k] - value.imag());
+    for (std::size_t j = 0; j < theta.size(); ++j) {
       e.jacobian(k, j) = gain_weight * derivative[j].real();
       e.jacobian(n + k, j) = phase_weight * derivative[j].imag();
     }
@@ -62,40 +61,61 @@ Equations linearise(const Measured& m, LoopKind kind, const Eigen::VectorXd& the
   return e;
 }
 
-double cost(const Measured& m, LoopKind kind, const Eigen::VectorXd& theta) {
+double cost(const Measured& m, LoopKind kind, const Vector& theta) {
   if (kind == LoopKind::second_order && !(theta[3] > 1e-4 && theta[3] < 50.0))
     return std::numeric_limits<double>::infinity();
-  return linearise(m, kind, theta).residual.squaredNorm();
+  const Vector residual = linearise(m, kind, theta).residual;
+  return dot(residual, residual);
 }
 
-/// K and tau enter linearly: the best for given poles.
-void fill_linear(const Measured& m, LoopKind kind, Eigen::VectorXd& theta) {
-  theta.head(2).setZero();
+/// K and tau are linear parameters: their best values for given poles.
+void fill_linear(const Measured& m, LoopKind kind, Vector& theta) {
+  theta[0] = theta[1] = 0.0;
   const Equations e = linearise(m, kind, theta);
-  theta.head(2) = e.jacobian.leftCols(2).colPivHouseholderQr().solve(e.residual);
+  const Vector linear = solve(block(e.jacobian, 0, e.jacobian.rows, 0, 2), e.residual);
+  std::ranges::copy(linear, theta.begin());
 }
 
-Eigen::VectorXd best_start(const Measured& m, LoopKind kind) {
-  const auto p = static_cast<Eigen::Index>(parameters(kind));
-  Eigen::VectorXd best = Eigen::VectorXd::Zero(p);
+Vector best_start(const Measured& m, LoopKind kind) {
+  Vector best(parameters(kind), 0.0);
   if (kind == LoopKind::delay) return best;
   double least = std::numeric_limits<double>::infinity();
   const double low = 0.3 * m.frequency.front(), high = 10.0 * m.frequency.back();
   for (double f = low; f <= high; f *= 1.25) {
     for (const double zeta : {0.05, 0.15, 0.3, 0.5, 0.7, 1.0, 2.0}) {
-      Eigen::VectorXd theta = Eigen::VectorXd::Zero(p);
+      Vector theta(parameters(kind), 0.0);
       theta[2] = std::log(f);
       if (kind == LoopKind::second_order) theta[3] = zeta;
       fill_linear(m, kind, theta);
-      const double now = cost(m, kind, theta);
-      if (now < least) {
-        least = now;
+      const double current = cost(m, kind, theta);
+      if (current < least) {
+        least = current;
         best = theta;
       }
       if (kind == LoopKind::first_order) break;
     }
   }
   return best;
+}
+
+/// Gauss-Newton steps, halved where they raise the cost, until they or the gain by them are at rounding. Returns
+/// whether they come to that.
+bool refine(const Measured& m, LoopKind kind, Vector& theta) {
+  double least = cost(m, kind, theta);
+  for (int round = 0; round < 100; ++round) {
+    const Equations e = linearise(m, kind, theta);
+    const Vector lengths = column_norms(e.jacobian), weights = inverses(lengths, 1e-300);
+    const Vector scaled_step = solve(scaled_columns(e.jacobian, weights), e.residual);
+    const Vector step = scaled(weights, scaled_step);
+    double share = 1.0;
+    while (share > 1e-6 && !(cost(m, kind, scaled_sum(theta, share, step)) <= least)) share *= 0.5;
+    if (share <= 1e-6) return true;
+    theta = scaled_sum(theta, share, step);
+    const double reached = cost(m, kind, theta);
+    if (reached == least || share * norm(scaled_step) < 1e-7) return true;
+    least = reached;
+  }
+  return false;
 }
 
 double value_at(const LoopFit& fit, Derived (*of)(const LoopFit&), std::size_t j, double change) {
@@ -142,36 +162,20 @@ LoopFit fit_loop(const Measured& m, LoopKind kind) {
   LoopFit fit;
   fit.kind = kind;
   if (2 * n < p + 2) return fit;
-  Eigen::VectorXd theta = best_start(m, kind);
-  if (kind == LoopKind::delay) fill_linear(m, kind, theta);
-  double now = cost(m, kind, theta);
-  for (int round = 0; round < 100 && !fit.converged; ++round) {
-    const Equations e = linearise(m, kind, theta);
-    const Eigen::VectorXd scale = e.jacobian.colwise().norm().cwiseMax(1e-300);
-    const Eigen::VectorXd step =
-        (e.jacobian * scale.cwiseInverse().asDiagonal()).colPivHouseholderQr().solve(e.residual).cwiseQuotient(scale);
-    double shorter = 1.0;
-    while (shorter > 1e-6 && !(cost(m, kind, theta + shorter * step) <= now)) shorter *= 0.5;
-    fit.converged = shorter <= 1e-6 || (step.cwiseProduct(scale) * shorter).norm() < 1e-7;
-    if (shorter <= 1e-6) break;
-    theta += shorter * step;
-    now = cost(m, kind, theta);
-  }
-  const Equations e = linearise(m, kind, theta);
-  fit.theta.assign(theta.data(), theta.data() + p);
-  fit.chi_square = e.residual.squaredNorm();
+  fit.theta = best_start(m, kind);
+  if (kind == LoopKind::delay) fill_linear(m, kind, fit.theta);
+  fit.converged = refine(m, kind, fit.theta);
+  const Equations e = linearise(m, kind, fit.theta);
+  fit.chi_square = dot(e.residual, e.residual);
   fit.degrees_of_freedom = static_cast<double>(2 * n - p);
   const double k = static_cast<double>(p);
   fit.aicc = fit.chi_square + 2.0 * k + 2.0 * k * (k + 1.0) / std::max(1.0, static_cast<double>(2 * n) - k - 1.0);
   fit.accepted = fit.converged && fit.chi_square < chi_square_quantile(0.9999, fit.degrees_of_freedom);
-  const Eigen::MatrixXd pseudo = e.jacobian.completeOrthogonalDecomposition().pseudoInverse();
-  fit.gain = Matrix(p, 2 * n);
-  for (std::size_t j = 0; j < p; ++j)
-    for (std::size_t i = 0; i < 2 * n; ++i) {
-      const double variance = i < n ? m.log_gain_variance[i] : m.phase_variance[i - n];
-      fit.gain(j, i) = pseudo(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) /
-                       std::sqrt(std::max(variance, least_variance));
-    }
+  fit.gain = pseudo_inverse(e.jacobian);
+  for (std::size_t i = 0; i < 2 * n; ++i) {
+    const double variance = i < n ? m.log_gain_variance[i] : m.phase_variance[i - n];
+    for (double& gain : column(fit.gain, i)) gain /= std::sqrt(std::max(variance, least_variance));
+  }
   return fit;
 }
 

@@ -31,7 +31,7 @@ struct LoopFit {
 };
 
 /// Weighted least squares in ln gain and phase, by Gauss-Newton from a grid of starts. Not converged where there are
-/// fewer points than parameters or the data ask for a pole at zero or infinity.
+/// fewer points than parameters or the data want a pole at zero or infinity.
 LoopFit fit_loop(const Measured& measured, LoopKind kind);
 
 /// The -3 dB frequency of the fit, against its own gain at rest [Hz], with gradient over theta.

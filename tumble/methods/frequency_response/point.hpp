@@ -2,6 +2,7 @@
 
 #include <complex>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,11 @@ namespace tumble::frequency_response {
 /// The response at one frequency: output over reference.
 struct Point {
   double frequency = 0.0;         ///< [Hz] as found
-  double nominal = 0.0;           ///< [Hz] as the plan says, or as found to three digits: names the parameters
+  double nominal = 0.0;           ///< [Hz] by the plan, else as found, to three digits: names the parameters
   std::complex<double> response;  ///< corrected for windows, increments and clock
   double output_gain_variance = 0.0, output_phase_variance = 0.0, output_dof = 1.0;           ///< of ln H
   double reference_gain_variance = 0.0, reference_phase_variance = 0.0, reference_dof = 1.0;  ///< of ln H
-  double counting_variance = 0.0;  ///< of ln gain and phase: counts that repeat with the tone hide their rounding
+  double counting_variance = 0.0;  ///< of ln gain and phase, see vibration::rounding_log_variance
   double coherence = 0.0;
   double amplitude = 0.0;            ///< of the reference [SI]
   double cycles = 0.0;               ///< in the samples used; 0: from a sweep
@@ -27,7 +28,7 @@ struct Point {
 };
 
 struct Points {
-  std::vector<Point> found;
+  std::vector<Point> usable;  ///< by frequency
   Findings findings;
 };
 
@@ -40,14 +41,12 @@ void add_tone(const Part& part, double begin, double end, const Scaling& scaling
 /// One sweep.
 void add_sweep(const Part& part, const Scaling& scaling, const Settings& settings, Points& points);
 
-/// What is wrong with measuring at this frequency with these windows and rates; empty: nothing. `time` [s] measured.
-std::string objection(double frequency, double time, double output_rate, const Scaling& scaling,
-                      const Settings& settings);
+/// Why output and reference cannot be measured at this frequency [Hz]; none: they can. `span` [s] measured, `where` the
+/// place of the finding.
+std::optional<Finding> objection(double frequency, double span, double output_rate, const Scaling& scaling,
+                                 const Settings& settings, const std::string& where);
 
-/// sin(pi x)/(pi x) [1]
-double sinc(double x);
-/// A ratio [output per input] without what sampling did at this frequency [Hz]: windows, increments, derivative, clock.
-/// `shift`: the phase of the windows is removed as well (not where the stamps were moved to the middle of the windows).
+/// A ratio [output per input] without the effect of sampling at this frequency [Hz]: windows, increments, derivative.
 std::complex<double> corrected(std::complex<double> ratio, double frequency, const Scaling& scaling);
 
 }  // namespace tumble::frequency_response

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/math/regression/local_polynomial.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/units/constants.hpp"
@@ -15,34 +17,32 @@ namespace {
 
 using Severity = Finding::Severity;
 
-/// Frequencies at which a sweep is looked at: the preferred numbers R10 for ten a decade.
+/// Frequencies at which a sweep is evaluated: the preferred numbers R10 for ten in a decade.
 std::vector<double> frequencies_between(double low, double high, int per_decade) {
   static const double r10[]{1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0};
-  std::vector<double> found;
+  std::vector<double> frequencies;
   const int first = static_cast<int>(std::floor(std::log10(low))) * per_decade;
   for (int k = first; k < first + 20 * per_decade; ++k) {
     const int within = ((k % per_decade) + per_decade) % per_decade;
     double f = std::stod(fmt::format("{:.2e}", std::pow(10.0, static_cast<double>(k) / per_decade)));
     if (per_decade == 10) f = std::stod(fmt::format("{}e{}", r10[within], (k - within) / per_decade));
     if (f > high) break;
-    if (f >= low) found.push_back(f);
+    if (f >= low) frequencies.push_back(f);
   }
-  return found;
+  return frequencies;
 }
 
-void require_even(const Channel& channel, const Samples& samples) {
+/// Why a channel cannot be transformed; none: it can.
+std::optional<Finding> fault_of(const Signal& signal, const Samples& samples, const std::string& where) {
+  const Channel& channel = *signal.channel;
   if (samples.missing > 0)
-    throw Error(Error::Kind::bad_data,
-                fmt::format("'{}' lacks {}: a sweep must be whole; record it again, or use tones", channel.name,
-                            say_count(samples.missing, "sample")));
-  if (channel.timeline.uniform()) return;
-  const Clock clock = clock_of(channel);
-  if (!clock.even)
-    throw Error(Error::Kind::bad_data,
-                fmt::format("'{}' is not evenly sampled ({}): a sweep must be; use tones", channel.name, clock.reason));
+    return Finding{
+        Severity::error, "sweep_incomplete", {{"channel", channel.name}, {"missing", samples.missing}}, where};
+  if (channel.timeline.uniform() || clock_of(channel).even) return {};
+  return Finding{Severity::error, "sweep_not_even", {{"channel", channel.name}}, where};
 }
 
-/// Numbers of samples that span the same time and that a Fourier transform likes.
+/// Numbers of samples that span one time and suit a Fourier transform; zeros where there are none.
 std::pair<std::size_t, std::size_t> lengths(std::size_t output, double output_rate, std::size_t reference,
                                             double reference_rate) {
   const double ratio = reference_rate / output_rate;
@@ -55,13 +55,10 @@ std::pair<std::size_t, std::size_t> lengths(std::size_t output, double output_ra
     if (n == 0) break;
     return {n, static_cast<std::size_t>(std::llround(static_cast<double>(n) * ratio))};
   }
-  throw Error(Error::Kind::bad_data,
-              fmt::format("a sweep sampled at {:.9g} Hz and {:.9g} Hz has no time that is a whole number of both "
-                          "samples: record both at one rate",
-                          output_rate, reference_rate));
+  return {0, 0};
 }
 
-/// Drops what one channel has before the other begins.
+/// Removes the samples that one channel has before the other begins.
 void begin_together(Samples& a, Samples& b) {
   const double begin = std::max(a.time.front(), b.time.front());
   for (Samples* s : {&a, &b}) {
@@ -83,20 +80,18 @@ Range range_of(const Part& part, const Samples& reference, double output_rate, c
     range.low = std::max(low, std::min(part.motion->frequency, part.motion->to_frequency));
     range.high = std::min(high, std::max(part.motion->frequency, part.motion->to_frequency));
   }
-  const auto limit = [&](double to, const std::string& why) {
+  const auto limit = [&](double to, const Phrase& reason) {
     if (range.high <= to) return;
     points.findings.push_back({Severity::warning,
-                               fmt::format("the sweep goes to {:.4g} Hz, used to {:.4g} Hz: {}", range.high, to, why),
+                               "sweep_limited",
+                               {{"highest", range.high, "Hz"}, {"limit", to, "Hz"}, {"reason", reason}},
                                part.label});
     range.high = to;
   };
-  limit(0.45 * output_rate, fmt::format("what lies above half of the sampling rate {:.6g} Hz is aliased onto the rest; "
-                                        "use tones there",
-                                        output_rate));
-  limit(0.45 * reference.rate, "the sampling rate of the reference");
-  if (settings.has("reference_maximum"))
-    limit(settings.number("reference_maximum"), "the range of the reference (reference_maximum)");
-  if (scaling.output_window > 0.0) limit(0.95 / scaling.output_window, "the first null of the averaging");
+  limit(0.45 * output_rate, Phrase{"sweep_is_aliased"});
+  limit(0.45 * reference.rate, Phrase{"sweep_exceeds_reference_rate"});
+  if (settings.has("reference_maximum")) limit(settings.number("reference_maximum"), Phrase{"sweep_exceeds_reference"});
+  if (scaling.output_window > 0.0) limit(0.95 / scaling.output_window, Phrase{"sweep_exceeds_null"});
   return range;
 }
 
@@ -112,17 +107,35 @@ Point point_of(const BandResponse& band, double late, const Scaling& scaling, co
   return p;
 }
 
-void measure(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
-  Samples output = samples_of(*part.output, part.begin, part.end, scaling.output_shift);
-  Samples reference = samples_of(*part.reference, part.begin, part.end, scaling.reference_shift);
-  require_even(*part.output, output);
-  require_even(*part.reference, reference);
-  if (output.time.size() < 64 || reference.time.size() < 64)
-    throw Error(Error::Kind::bad_data, "fewer than 64 samples of output and reference: too few for a sweep");
+/// Output and reference over one time, ready for a Fourier transform; none, with a finding, where they are not.
+bool prepare(const Part& part, Samples& output, Samples& reference, Findings& findings) {
+  for (const auto& fault : {fault_of(part.output, output, part.label), fault_of(part.reference, reference, part.label)})
+    if (fault) {
+      findings.push_back(*fault);
+      return false;
+    }
+  if (output.time.size() < 64 || reference.time.size() < 64) {
+    findings.push_back({Severity::error, "too_few_samples_for_sweep", {}, part.label});
+    return false;
+  }
   begin_together(output, reference);
   const auto [n, m] = lengths(output.value.size(), output.rate, reference.value.size(), reference.rate);
+  if (n == 0) {
+    findings.push_back({Severity::error,
+                        "sweep_rates_do_not_match",
+                        {{"output", output.rate, "Hz"}, {"reference", reference.rate, "Hz"}},
+                        part.label});
+    return false;
+  }
   output.value.resize(n);
   reference.value.resize(m);
+  return true;
+}
+
+void measure(const Part& part, const Scaling& scaling, const Settings& settings, Points& points) {
+  Samples output = samples_of(part.output, part.begin, part.end, scaling.output_shift);
+  Samples reference = samples_of(part.reference, part.begin, part.end, scaling.reference_shift);
+  if (!prepare(part, output, reference, points.findings)) return;
   const Range range = range_of(part, reference, output.rate, scaling, settings, points);
   const int per_decade = settings.integer("points_per_decade");
   const auto frequencies = frequencies_between(range.low * 1.02, range.high / 1.02, per_decade);
@@ -137,21 +150,17 @@ void measure(const Part& part, const Scaling& scaling, const Settings& settings,
       continue;
     }
     least = std::min(least, band.coherence);
-    points.found.push_back(point_of(band, late, scaling, part.label));
+    points.usable.push_back(point_of(band, late, scaling, part.label));
   }
   if (!weak.empty())
     points.findings.push_back(
         {Severity::warning,
-         fmt::format("{} of {} frequencies of the sweep left out (first {:.4g} Hz): too few lines "
-                     "or the output does not rise above its noise; sweep more slowly",
-                     weak.size(), frequencies.size(), weak.front()),
+         "sweep_frequencies_skipped",
+         {{"skipped", weak.size()}, {"frequencies", frequencies.size()}, {"lowest", weak.front(), "Hz"}},
          part.label});
   if (least < 0.99)
-    points.findings.push_back({Severity::warning,
-                               fmt::format("coherence falls to {:.3f}: as far as this is noise of the reference, gains "
-                                           "are low by up to {:.2g} %",
-                                           least, 100.0 * (1.0 - least)),
-                               part.label});
+    points.findings.push_back(
+        {Severity::warning, "low_coherence", {{"coherence", least}, {"loss", 1.0 - least, "%"}}, part.label});
 }
 
 }  // namespace
@@ -161,7 +170,7 @@ void add_sweep(const Part& part, const Scaling& scaling, const Settings& setting
     measure(part, scaling, settings, points);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    points.findings.push_back({Severity::error, fmt::format("left out: {}", error.what()), part.label});
+    points.findings.push_back({Severity::error, "segment_not_measurable", {{"reason", error.what()}}, part.label});
   }
 }
 

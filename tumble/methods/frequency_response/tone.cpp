@@ -1,11 +1,10 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
+#include "tumble/reduce/vibration/windows.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -13,75 +12,75 @@ namespace tumble::frequency_response {
 namespace {
 
 using Severity = Finding::Severity;
+using vibration::sinc;
 
-/// Samples of both channels over the time they share, without the first `settling` [s].
+/// Samples of both channels over the time that they share.
 struct Pair {
   Samples output, reference;
 };
 
-void keep_between(Samples& s, double begin, double end) {
-  Samples kept;
-  kept.rate = s.rate;
+void cut(Samples& s, double begin, double end) {
+  Samples inner;
+  inner.rate = s.rate;
   for (std::size_t i = 0; i < s.time.size(); ++i) {
     if (s.time[i] < begin || s.time[i] > end) continue;
-    kept.time.push_back(s.time[i]);
-    kept.value.push_back(s.value[i]);
-    kept.missing += std::isnan(s.value[i]) ? 1 : 0;
+    inner.time.push_back(s.time[i]);
+    inner.value.push_back(s.value[i]);
+    inner.missing += std::isnan(s.value[i]) ? 1 : 0;
   }
-  s = std::move(kept);
+  s = std::move(inner);
 }
 
 Pair pair_of(const Part& part, double begin, double end, const Scaling& scaling) {
-  return {samples_of(*part.output, begin, end, scaling.output_shift),
-          samples_of(*part.reference, begin, end, scaling.reference_shift)};
+  return {samples_of(part.output, begin, end, scaling.output_shift),
+          samples_of(part.reference, begin, end, scaling.reference_shift)};
 }
 
-void cut(Pair& pair, double frequency, const Settings& settings) {
+/// Cuts both channels to the time that they share, without settling. A finding where too little remains.
+std::optional<Finding> settle(Pair& pair, double frequency, const Settings& settings, const std::string& where) {
   const double begin = std::max(pair.output.time.front(), pair.reference.time.front());
   const double end = std::min(pair.output.time.back(), pair.reference.time.back());
-  if (!(end > begin))
-    throw Error(Error::Kind::bad_data,
-                "the averages of output and reference have no time in common in this segment: lengthen the segment, or "
-                "shorten averaging or reference_averaging");
+  if (!(end > begin)) return Finding{Severity::error, "no_time_in_common", {}, where};
   const double wait = settings.has("settling")
                           ? settings.number("settling")
                           : std::min(0.5 * (end - begin), std::max(0.1 * (end - begin), 2.0 / frequency));
-  for (Samples* s : {&pair.output, &pair.reference}) keep_between(*s, begin + wait, end);
-  if (pair.output.time.size() < 12 || pair.reference.time.size() < 12)
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("{} of {} are left behind the settling time of {}: lengthen the segment or set settling",
-                    say_seconds(std::max(0.0, end - begin - wait)), say_seconds(end - begin), say_seconds(wait)));
+  for (Samples* s : {&pair.output, &pair.reference}) cut(*s, begin + wait, end);
+  if (pair.output.time.size() >= 12 && pair.reference.time.size() >= 12) return {};
+  return Finding{
+      Severity::error,
+      "too_short_after_settling",
+      {{"remaining", std::max(0.0, end - begin - wait), "s"}, {"length", end - begin, "s"}, {"settling", wait, "s"}},
+      where};
 }
 
-/// Harmonics that can be told from the fundamental: those below half of the sampling rate.
+/// Harmonics that are distinct from the fundamental: those below half of the sampling rate.
 int harmonics_of(double frequency, double rate) {
   return 3.0 * frequency < 0.48 * rate ? 3 : 2.0 * frequency < 0.48 * rate ? 2 : 1;
 }
 
 /// Where the search for the reference's frequency begins: its own strongest line, unfolded to the plan's frequency.
 double start_frequency(const Part& part, const Samples& reference, Findings& findings) {
-  const double seen = strongest_frequency(reference.value, reference.rate);
-  if (!part.motion || part.motion->kind != Motion::Kind::sine) return seen;
+  const double strongest = strongest_frequency(reference.value, reference.rate);
+  if (!part.motion || part.motion->kind != Motion::Kind::sine) return strongest;
   const double planned = part.motion->frequency, span = reference.time.back() - reference.time.front();
-  double best = seen;
+  double best = strongest;
   if (planned > 0.5 * reference.rate) {
     const double k = std::round(planned / reference.rate) * reference.rate;
-    best = planned < k ? k - seen : k + seen;
+    best = planned < k ? k - strongest : k + strongest;
     findings.push_back({Severity::warning,
-                        fmt::format("the reference is sampled at {:.6g} Hz: {:.6g} Hz is aliased in it and taken from "
-                                    "the plan",
-                                    reference.rate, planned),
+                        "reference_aliased",
+                        {{"rate", reference.rate, "Hz"}, {"planned", planned, "Hz"}},
                         part.label});
   }
   if (std::abs(best - planned) > std::max(0.02 * planned, 2.0 / span))
     findings.push_back({Severity::warning,
-                        fmt::format("the plan says {:.6g} Hz, the reference oscillates at {:.6g} Hz", planned, best),
+                        "frequency_differs_from_plan",
+                        {{"planned", planned, "Hz"}, {"measured", best, "Hz"}, {"rate", reference.rate, "Hz"}},
                         part.label});
   return best;
 }
 
-/// Flat tops: the same extreme three times running, again and again, and a third harmonic to match.
+/// Flat tops: one extreme in three samples in succession, again and again, and a third harmonic to match.
 bool clipped(const Samples& s, const SineFit& fit) {
   if (fit.line.size() < 3 || std::abs(fit.line[2]) < 0.005 * std::abs(fit.line[0])) return false;
   double low = INFINITY, high = -INFINITY;
@@ -96,20 +95,28 @@ bool clipped(const Samples& s, const SineFit& fit) {
   return flat >= 3;
 }
 
-SineFit fit_reference(const Part& part, const Pair& pair, double start, Findings& findings) {
+/// The tone of the reference; none, with a finding, where it cannot be used.
+std::optional<SineFit> fit_reference(const Part& part, const Pair& pair, double start, Findings& findings) {
   const Samples& s = pair.reference;
   SineFit fit = fit_sine(s.time, s.value, start,
                          {.harmonics = harmonics_of(start, s.rate), .fit_frequency = true, .rate = s.rate});
-  if (fit.residual_rms > 0.35 * std::abs(fit.line[0]))
-    throw Error(Error::Kind::bad_data,
-                fmt::format("the reference is not one tone: beside {:.6g} Hz there is {:.0f} % of its amplitude",
-                            fit.frequency, 100.0 * fit.residual_rms / std::abs(fit.line[0])));
-  if (fit.log_gain_variance() > 0.01) throw Error(Error::Kind::bad_data, "the reference does not rise above its noise");
-  if (fit.frequency_sd * fit.span > 0.02)
+  const double amplitude = std::abs(fit.line[0]);
+  if (fit.residual_rms > 0.35 * amplitude) {
+    findings.push_back({Severity::error,
+                        "reference_not_one_tone",
+                        {{"frequency", fit.frequency, "Hz"}, {"residual", fit.residual_rms / amplitude, "%"}},
+                        part.label});
+    return {};
+  }
+  if (fit.log_gain_variance() > 0.01) {
+    findings.push_back({Severity::error, "reference_below_noise", {}, part.label});
+    return {};
+  }
+  const double cycles = fit.frequency_sd * fit.span;
+  if (cycles > 0.02)
     findings.push_back({Severity::warning,
-                        fmt::format("the frequency is uncertain by {:.2g} of a cycle over the time measured: the gain "
-                                    "may be low by {:.2g} %",
-                                    fit.frequency_sd * fit.span, 100.0 * (1.0 - sinc(fit.frequency_sd * fit.span))),
+                        "frequency_uncertain",
+                        {{"cycles", cycles}, {"loss", 1.0 - sinc(cycles), "%"}},
                         part.label});
   return fit;
 }
@@ -122,19 +129,15 @@ SineFit fit_output(const Part& part, const Samples& s, const SineFit& reference,
   if (fit.log_gain_variance() > 0.0025) return fit;
   how.fit_frequency = true;
   const SineFit free = fit_sine(s.time, s.value, f, how);
-  const double off = free.frequency - f;
-  if (std::abs(off) * fit.span < 0.02 || std::abs(off) < 5.0 * std::hypot(free.frequency_sd, reference.frequency_sd))
+  const double difference = std::abs(free.frequency - f);
+  if (difference * fit.span < 0.02 || difference < 5.0 * std::hypot(free.frequency_sd, reference.frequency_sd))
     return fit;
   findings.push_back({Severity::warning,
-                      fmt::format("output and reference differ in frequency by {:.3g} ppm, {:.2g} of a cycle over the "
-                                  "time measured: their clocks disagree; each is fitted at its own, the phase is that "
-                                  "in the middle",
-                                  1e6 * off / f, std::abs(off) * fit.span),
+                      "clocks_disagree",
+                      {{"difference", (free.frequency - f) / f, "ppm"}, {"cycles", difference * fit.span}},
                       part.label});
   return free;
 }
-
-double three_digits(double f) { return std::stod(fmt::format("{:.2e}", f)); }
 
 double distortion_of(const SineFit& fit) {
   if (fit.line.size() < 2) return std::nan("");
@@ -143,30 +146,18 @@ double distortion_of(const SineFit& fit) {
   return std::sqrt(power / std::norm(fit.line[0]));
 }
 
-/// Samples after which a tone meets the sampling instants again, to less than one spacing of them over the record.
-double raster(double frequency, double rate, double samples) {
-  for (double p = 1.0; p < 0.25 * samples; ++p) {
-    const double turns = p * frequency / rate;
-    if (std::abs(turns - std::round(turns)) * samples < 1.0) return p;
-  }
-  return samples;
-}
-
-/// Rounding to whole pulses is that of the running total, 1/12 pulse^2, differenced: 4 sin^2(pi f/f_s) of it at f. On a
-/// raster of P instants it repeats with the tone, does not show in the residuals, and only P of it are independent:
-///   var = (2/P) (1/12) 4 sin^2(pi f/f_s)                    (3.14)
+/// Variance of ln gain by the rounding to whole pulses, (3.14).
 double counting_variance(const Part& part, const SineFit& output, double rate) {
-  if (part.output->kind != QuantityKind::count) return 0.0;
-  const double p = raster(output.frequency, rate, static_cast<double>(output.samples));
-  if (p >= 0.25 * static_cast<double>(output.samples)) return 0.0;
-  return 2.0 / (3.0 * p) * std::pow(std::sin(pi * output.frequency / rate), 2) / std::norm(output.line[0]);
+  if (part.output.channel->kind != QuantityKind::count) return 0.0;
+  return vibration::rounding_log_variance(std::abs(output.line[0]), output.frequency / rate, 0.0,
+                                          static_cast<double>(output.samples));
 }
 
 Point point_of(const Part& part, const SineFit& output, const SineFit& reference, const Scaling& scaling, double rate) {
   Point p;
   p.frequency = reference.frequency;
   p.nominal = part.motion && part.motion->kind == Motion::Kind::sine ? part.motion->frequency
-                                                                     : three_digits(reference.frequency);
+                                                                     : vibration::three_digits(reference.frequency);
   const double turns = reference.frequency * (output.centre - reference.centre);
   p.response = corrected(output.line[0] / (reference.line[0] * std::polar(1.0, two_pi * std::fmod(turns, 1.0))),
                          p.frequency, scaling);
@@ -187,41 +178,49 @@ Point point_of(const Part& part, const SineFit& output, const SineFit& reference
   return p;
 }
 
+/// Why the fitted output cannot be used; none: it can.
+std::optional<Finding> fault_of(const Part& part, const Samples& samples, const SineFit& output, double frequency) {
+  const double amplitude = std::abs(output.line[0]);
+  if (!(amplitude > 0.0) || output.log_gain_variance() > 0.04)
+    return Finding{Severity::error, "tone_below_noise", {{"frequency", frequency, "Hz"}}, part.label};
+  if (clipped(samples, output))
+    return Finding{Severity::error,
+                   "tone_clipped",
+                   {{"frequency", frequency, "Hz"}, {"harmonics", std::abs(output.line[2]) / amplitude, "%"}},
+                   part.label};
+  return {};
+}
+
 void measure(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
              Points& points) {
+  Findings& findings = points.findings;
+  const auto unusable = [&](std::optional<Finding> fault) {
+    if (fault) findings.push_back(*fault);
+    return fault.has_value();
+  };
   Pair pair = pair_of(part, begin, end, scaling);
-  if (pair.output.time.size() < 16 || pair.reference.time.size() < 16)
-    throw Error(Error::Kind::bad_data, "fewer than 16 samples of output and reference");
-  const double start = start_frequency(part, pair.reference, points.findings);
-  cut(pair, start, settings);
-  const SineFit reference = fit_reference(part, pair, start, points.findings);
-  const std::string why = objection(reference.frequency, pair.output.time.back() - pair.output.time.front(),
-                                    pair.output.rate, scaling, settings);
-  if (!why.empty()) throw Error(Error::Kind::bad_data, why);
-  const SineFit output = fit_output(part, pair.output, reference, points.findings);
-  if (!(std::abs(output.line[0]) > 0.0) || output.log_gain_variance() > 0.04)
-    throw Error(Error::Kind::bad_data,
-                fmt::format("at {:.6g} Hz the output does not rise above its noise: measure longer or with more "
-                            "amplitude",
-                            reference.frequency));
-  if (clipped(pair.output, output))
-    throw Error(Error::Kind::bad_data,
-                fmt::format("at {:.6g} Hz the output is clipped: its extremes repeat and the "
-                            "third harmonic is {:.2g} %; use less amplitude",
-                            reference.frequency, 100.0 * std::abs(output.line[2] / output.line[0])));
-  points.found.push_back(point_of(part, output, reference, scaling, pair.output.rate));
-  const Point& p = points.found.back();
-  if (p.aliased_to > 0.0)
-    points.findings.push_back({Severity::info,
-                               fmt::format("{:.6g} Hz is above half of the sampling rate {:.6g} Hz and shows at {:.6g} "
-                                           "Hz: fitted at its true frequency",
-                                           p.frequency, pair.output.rate, p.aliased_to),
-                               part.label});
+  if (pair.output.time.size() < 16 || pair.reference.time.size() < 16) {
+    findings.push_back({Severity::error, "too_few_samples_for_tone", {}, part.label});
+    return;
+  }
+  const double start = start_frequency(part, pair.reference, findings);
+  if (unusable(settle(pair, start, settings, part.label))) return;
+  const auto reference = fit_reference(part, pair, start, findings);
+  if (!reference) return;
+  const double f = reference->frequency, rate = pair.output.rate;
+  if (unusable(objection(f, pair.output.time.back() - pair.output.time.front(), rate, scaling, settings, part.label)))
+    return;
+  const SineFit output = fit_output(part, pair.output, *reference, findings);
+  if (unusable(fault_of(part, pair.output, output, f))) return;
+  points.usable.push_back(point_of(part, output, *reference, scaling, rate));
+  if (const double image = points.usable.back().aliased_to; image > 0.0)
+    findings.push_back({Severity::info,
+                        "tone_aliased",
+                        {{"frequency", f, "Hz"}, {"rate", rate, "Hz"}, {"image", image, "Hz"}},
+                        part.label});
 }
 
 }  // namespace
-
-double sinc(double x) { return x == 0.0 ? 1.0 : std::sin(pi * x) / (pi * x); }
 
 std::complex<double> corrected(std::complex<double> ratio, double frequency, const Scaling& scaling) {
   ratio *= scaling.output * sinc(frequency * scaling.reference_window) / sinc(frequency * scaling.output_window);
@@ -229,24 +228,16 @@ std::complex<double> corrected(std::complex<double> ratio, double frequency, con
   return ratio;
 }
 
-std::string objection(double frequency, double time, double output_rate, const Scaling& scaling,
-                      const Settings& settings) {
-  const double turns = frequency * scaling.output_window;
-  if (std::round(turns) > 0.0 && std::abs(turns - std::round(turns)) < 0.05)
-    return fmt::format(
-        "{:.6g} Hz lies within 5 % of a null of the mean over {}: move it by a tenth, or shorten the "
-        "averaging",
-        frequency, say_seconds(scaling.output_window));
-  const double half = 0.5 * output_rate, off = frequency - half * std::round(frequency / half);
-  if (std::round(frequency / half) > 0.0 && std::abs(off) * time < 1.5)
-    return fmt::format(
-        "{:.6g} Hz is a multiple of half of the sampling rate {:.6g} Hz to within {:.2g} Hz: sine and "
-        "cosine cannot be told apart; move it by more than {:.2g} Hz, for example to {:.6g} Hz",
-        frequency, output_rate, std::abs(off), 1.5 / time, frequency - 3.0 / time - off);
+std::optional<Finding> objection(double frequency, double span, double output_rate, const Scaling& scaling,
+                                 const Settings& settings, const std::string& where) {
+  if (auto hidden = vibration::hidden_tone(frequency, scaling.output_window, 1.0 / output_rate, span, where))
+    return hidden;
   if (settings.has("reference_maximum") && frequency > settings.number("reference_maximum"))
-    return fmt::format("{:.6g} Hz is above the range of the reference (reference_maximum = {:.6g} Hz)", frequency,
-                       settings.number("reference_maximum"));
-  return "";
+    return Finding{Severity::error,
+                   "tone_beyond_reference",
+                   {{"frequency", frequency, "Hz"}, {"maximum", settings.number("reference_maximum"), "Hz"}},
+                   where};
+  return {};
 }
 
 void add_tone(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
@@ -255,7 +246,7 @@ void add_tone(const Part& part, double begin, double end, const Scaling& scaling
     measure(part, begin, end, scaling, settings, points);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
-    points.findings.push_back({Severity::error, fmt::format("left out: {}", error.what()), part.label});
+    points.findings.push_back({Severity::error, "segment_not_measurable", {{"reason", error.what()}}, part.label});
   }
 }
 

@@ -5,7 +5,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/noise_model.hpp"
-#include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::frequency_response {
@@ -30,7 +30,7 @@ const std::vector<Tone> tones{{2.0, 4.0, 6.0},   {4.0, 6.0, 5.0},   {8.0, 8.0, 4
 constexpr double output_rate = 250.0, reference_rate = 400.0, window = 2e-3;
 constexpr double clock_sd = 20e-6, gain_sd = 1e-3;
 
-/// Continuous tone `k` of the whole test in one channel: its line in complex amplitude, added as samples.
+/// Adds the samples of a tone to a channel. Given: line, its complex amplitude.
 void add(Channel& channel, const Tone& tone, double begin, double late, std::complex<double> line) {
   const auto first = static_cast<std::size_t>(std::ceil(begin * channel.timeline.rate));
   const auto last = static_cast<std::size_t>(std::ceil((begin + tone.duration) * channel.timeline.rate));
@@ -70,7 +70,8 @@ Recording recording_of(const Truth& truth, const Plan& plan, const RandomStream&
     const double f = 1.0003 * tone.frequency;
     recording.marks.push_back({plan.schedule[k].label, begin, 1});
     // The mean over a window is the value in its middle times sinc.
-    add(output, tone, begin, late, tone.amplitude * truth.at(f) * sinc(f * window) * std::polar(1.0, pi * f * window));
+    add(output, tone, begin, late,
+        tone.amplitude * truth.at(f) * vibration::sinc(f * window) * std::polar(1.0, pi * f * window));
     add(reference, tone, begin, 0.0, tone.amplitude * wrong);
     begin += tone.duration;
   }

@@ -52,20 +52,20 @@ bool turns(const Schedule& schedule, const std::string& axis) {
 }
 
 std::string turning_axis(const Plan& plan) {
-  std::vector<std::string> axes, known;
+  std::vector<std::string> axes, angles;
   for (const auto& axis : find_rig(plan.rig_kind).axes()) {
     if (!is_angle(axis)) continue;
-    known.push_back(axis.name);
+    angles.push_back(axis.name);
     if (turns(plan.schedule, axis.name)) axes.push_back(axis.name);
   }
   if (axes.size() == 1) return axes.front();
-  const std::string what = axes.empty() ? "the schedule turns no axis: north shows where one and the same gyro looks "
-                                          "into different directions"
+  const std::string what = axes.empty() ? "the schedule turns no axis: the method finds north where one gyro points "
+                                          "into several directions"
                                         : fmt::format("the schedule turns {}", fmt::join(axes, " and "));
   throw Error(Error::Kind::bad_input,
-              fmt::format("{}; north finding needs one axis of the rig, vertical, that is put to index angles or turns "
+              fmt::format("{}; north finding needs one axis of the rig, vertical, that goes to index angles or turns "
                           "(axes of {}: {})",
-                          what, plan.rig_kind, fmt::join(known, ", ")));
+                          what, plan.rig_kind, fmt::join(angles, ", ")));
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ Index index_of(const Plan& plan) {
   if (n.z < 2.0 * std::sin(1.0) * (1.0 - 1e-9) || (base * Vector3{0.0, 0.0, 1.0}).z < 0.5)
     throw Error(Error::Kind::bad_input,
                 fmt::format("axis '{}' must be vertical, upwards (up to 60 deg of tilt), and turn the instrument about "
-                            "its own z axis: that is how index angles are counted. Correct [rig] or the mounting",
+                            "its own z axis: the method counts index angles so. Correct [rig] or the mounting",
                             axis));
   return {axis, base};
 }

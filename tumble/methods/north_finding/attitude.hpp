@@ -5,7 +5,7 @@
 #include "tumble/methods/north_finding/model.hpp"
 #include "tumble/reduce/stretches.hpp"
 
-/// Where the body stands, as the rig says it with its errors and whatever world it stands in: the azimuth of the rig is
+/// Attitude of the body by the rig, with the errors of the rig and in a given world: the azimuth of the rig is
 /// what is looked for.
 namespace tumble::north_finding {
 

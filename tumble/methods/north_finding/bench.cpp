@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tumble/core/attempt.hpp"
-#include "tumble/core/clock.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/sim/power_up.hpp"
@@ -38,7 +38,7 @@ linear::Problem problem_of(Channel channel, const Recorded& recorded, const Sett
   return problem;
 }
 
-/// In which of `count` equal parts of the stretch a block lies: whole revolutions.
+/// Number of the revolution, among equal parts of the stretch, in which a block lies.
 std::size_t revolution_of(const Stretch& stretch, std::size_t per_block, std::size_t block, double rate) {
   const double turns = std::abs(rate) * stretch.duration() / two_pi;
   const auto parts = std::clamp(static_cast<std::size_t>(turns), std::size_t{1}, most_revolutions);
@@ -46,7 +46,7 @@ std::size_t revolution_of(const Stretch& stretch, std::size_t per_block, std::si
   return std::min(parts - 1, block * parts / blocks);
 }
 
-/// Rows, places and which block belongs to which, from the attitudes of the rig without errors.
+/// Rows, positions and which block belongs to which, from the attitudes of the rig without errors.
 class Reader {
  public:
   Reader(const Rotation& base, Signal& signal) : base_(base), signal_(signal) {
@@ -68,19 +68,19 @@ class Reader {
  private:
   const Attitude& attitude(std::size_t g) const { return attitudes_[signal_.evidence.test.stretches[g].power_up]; }
 
-  void open_place(std::size_t g, double begin, double length) {
+  void open_position(std::size_t g, double begin, double length) {
     const auto& stretch = signal_.evidence.test.stretches[g];
     const auto& power_up = signal_.evidence.test.power_ups[stretch.power_up];
     const View view = attitude(g).at(begin + (stretch.steady ? 0.5 * length : 0.0), base_);
-    signal_.places.push_back({stretch.label,
-                              stretch.run,
-                              stretch.steady,
-                              angle_of(view),
-                              view.spin.z,
-                              {stretch.start, power_up.offset + begin, length}});
+    signal_.positions.push_back({stretch.label,
+                                 stretch.run,
+                                 stretch.steady,
+                                 angle_of(view),
+                                 view.spin.z,
+                                 {stretch.start, power_up.offset + begin, length}});
   }
 
-  void set_place(std::size_t g, double middle, Row& row) const {
+  void set_position(std::size_t g, double middle, Row& row) const {
     row.power_up = signal_.evidence.test.stretches[g].power_up;
     row.run = signal_.evidence.test.stretches[g].run;
     row.start = signal_.evidence.test.stretches[g].start;
@@ -91,8 +91,8 @@ class Reader {
     const auto& blocks = signal_.blocks;
     const auto& stretch = signal_.evidence.test.stretches[g];
     const double length = stretch.duration();
-    open_place(g, stretch.first, length);
-    Row row{.channel = signal_.channel, .place = signal_.places.size() - 1};
+    open_position(g, stretch.first, length);
+    Row row{.channel = signal_.channel, .position = signal_.positions.size() - 1};
     for (std::size_t b = first; b < end; ++b) {
       const double w = blocks.weights[b];
       row.seconds += w;
@@ -103,7 +103,7 @@ class Reader {
     row.time = row.time / row.seconds + signal_.evidence.test.power_ups[stretch.power_up].offset;
     row.output /= row.seconds;
     row.rounding_sd = rounding.empty() ? 0.0 : rounding[first];
-    set_place(g, stretch.first + 0.5 * length, row);
+    set_position(g, stretch.first + 0.5 * length, row);
     row.views = {attitude(g).at(row.at, base_)};
     signal_.rows.push_back(std::move(row));
   }
@@ -121,19 +121,19 @@ class Reader {
       if (std::abs(blocks.weights[b] - length) > 1e-6 * length) continue;  // where samples are missing it is no mean
       const double from = stretch.first + static_cast<double>(begin) * stretch.step;
       if (const std::size_t part = revolution_of(stretch, per_block, blocks.block[b], rate); part != last) {
-        open_place(g, from, 0.0);
+        open_position(g, from, 0.0);
         last = part;
       }
-      auto& place = signal_.places.back();
-      place.interval.length =
-          signal_.evidence.test.power_ups[stretch.power_up].offset + from + length - place.interval.begin;
-      Row row{.channel = signal_.channel, .place = signal_.places.size() - 1, .seconds = length};
+      auto& position = signal_.positions.back();
+      position.interval.length =
+          signal_.evidence.test.power_ups[stretch.power_up].offset + from + length - position.interval.begin;
+      Row row{.channel = signal_.channel, .position = signal_.positions.size() - 1, .seconds = length};
       row.time = blocks.time[b] + signal_.evidence.test.power_ups[stretch.power_up].offset;
       row.output = blocks.output.empty() ? NAN : blocks.output[b];
       row.reading_sd = signal_.problem.pulse * std::sqrt(pulses::reading_variance) / length;
       row.follows = b == next;
       next = b + 1;
-      set_place(g, from + 0.5 * length, row);
+      set_position(g, from + 0.5 * length, row);
       for (std::size_t k = 0; k < nodes.size(); ++k) {
         row.views.push_back(attitude(g).at(from + nodes[k] * length, base_));
         row.views.back().weight = node_weights[k];
@@ -159,8 +159,8 @@ void read_rows(const Rotation& base, Signal& signal) {
 void set_middle(Bench& bench) {
   double first = 0.0, last = 0.0;
   bool any = false;
-  for (const auto& place : bench.signals.front().places) {
-    const double begin = place.interval.begin, end = begin + place.interval.length;
+  for (const auto& position : bench.signals.front().positions) {
+    const double begin = position.interval.begin, end = begin + position.interval.length;
     first = any ? std::min(first, begin) : begin;
     last = any ? std::max(last, end) : end;
     any = true;
@@ -202,33 +202,16 @@ Bench assembled(const From& from, const Plan& plan, const Records& records) {
   return bench;
 }
 
-double rate_of(const tumble::Channel& channel) {
-  if (channel.timeline.uniform()) return channel.timeline.rate;
-  const double rate = clock_of(channel).rate;
-  return rate > 0.0 ? rate : mean_rate(channel);
-}
-
-void check_settings(const Plan& plan) {
-  std::vector<std::string> problems;
-  if (plan.settings.number("settling") < 0.0) problems.push_back("[settings] settling must not be negative");
-  if (!(plan.settings.number("averaging") > 0.0)) problems.push_back("[settings] averaging must be above zero");
-  for (const auto& option : instrument_options())
-    if (option.type == Option::Type::quantity && plan.settings.has(option.name) &&
-        plan.settings.number(option.name) < 0.0)
-      problems.push_back(fmt::format("[settings] {} must not be negative", option.name));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-}
-
-/// What the model of a channel of the plan records, in the simulation.
+/// Output that the model of a channel of the plan records, in the simulation.
 Recorded recorded_by(const Plan& plan, Channel channel) {
   const auto choice = plan.channels.find(role_of(channel));
   const std::string name = choice == plan.channels.end() ? role_of(channel) : choice->second.front().channel;
-  for (const auto& one : participants_of(plan)) {
-    const auto outputs = one.model.outputs(one.truth);
+  for (const auto& instrument : participants_of(plan)) {
+    const auto outputs = instrument.model.outputs(instrument.truth);
     for (std::size_t k = 0; k < outputs.size(); ++k) {
-      if (one.prefix + outputs[k].channel != name) continue;
-      if (!one.model.record) return recorded_as(channel, Unit::parse(outputs[k].unit), plan.sample_rate);
-      const auto recorded = one.model.record(one.truth, k, 1.0 / plan.sample_rate, RandomStream(0));
+      if (instrument.prefix + outputs[k].channel != name) continue;
+      if (!instrument.model.record) return recorded_as(channel, Unit::parse(outputs[k].unit), plan.sample_rate);
+      const auto recorded = instrument.model.record(instrument.truth, k, 1.0 / plan.sample_rate, RandomStream(0));
       return recorded_as(channel, Unit::parse(recorded.unit), plan.sample_rate);
     }
   }
@@ -238,20 +221,18 @@ Recorded recorded_by(const Plan& plan, Channel channel) {
 }  // namespace
 
 Bench bench_of(const Evidence& evidence) {
-  check_settings(evidence.plan);
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "north_finding needs at least one recording");
   Records records;
   for (const Channel channel : {gyro, accelerometer_x, accelerometer_y}) {
     const auto& first = evidence.recordings.front();
-    const auto* found = channel == gyro ? &require_channel(evidence, first, role_of(channel))
-                                        : channel_for(evidence, first, role_of(channel));
-    if (found) records[channel] = recorded_as(channel, found->unit, rate_of(*found));
+    const auto* source = channel == gyro ? &require_channel(evidence, first, role_of(channel))
+                                         : channel_for(evidence, first, role_of(channel));
+    if (source) records[channel] = recorded_as(channel, source->unit, sampling_rate(*source));
   }
   return assembled(evidence, evidence.plan, records);
 }
 
 Bench bench_of(const Plan& plan) {
-  check_settings(plan);
   Records records;
   for (const Channel channel : {gyro, accelerometer_x, accelerometer_y}) records[channel] = recorded_by(plan, channel);
   if (!records[gyro].present)
@@ -266,6 +247,12 @@ const Signal* signal_of(const Bench& bench, Channel channel) {
   for (const auto& signal : bench.signals)
     if (signal.channel == channel) return &signal;
   return nullptr;
+}
+
+std::vector<double> outputs_of(const Signal& signal) {
+  std::vector<double> outputs;
+  for (const auto& row : signal.rows) outputs.push_back(row.output);
+  return outputs;
 }
 
 }  // namespace tumble::north_finding

@@ -11,8 +11,8 @@
 
 namespace tumble::north_finding {
 
-/// A stay at an index angle, or a revolution of a table that turns: what shares one draw of slow noise.
-struct Place {
+/// A stay at an index angle, or a revolution of a table that turns: its rows share one draw of slow noise.
+struct Position {
   std::string label;
   int run = 1;
   bool steady = true;
@@ -27,9 +27,9 @@ struct Signal {
   linear::Problem problem;
   linear::Evidences evidence = {};
   linear::Rows blocks = {};              ///< averages, as they are read
-  std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is left out
-  std::vector<Place> places = {};
-  std::vector<Row> rows = {};  ///< a stay is one row, of a turn every block is one
+  std::vector<std::size_t> row_of = {};  ///< of each block, index of its row in `rows`, or npos where it is not used
+  std::vector<Position> positions = {};
+  std::vector<Row> rows = {};  ///< a stay is a row, each block of a turn is a row
 };
 
 /// The test, as read.
@@ -50,8 +50,10 @@ Bench bench_of(const Evidence& evidence);
 Bench bench_of(const Plan& plan);
 
 const Signal* signal_of(const Bench& bench, Channel channel);
+/// Outputs of the rows [rows] [SI of the channel, counts per second].
+std::vector<double> outputs_of(const Signal& signal);
 
-/// What an error of the rig does to the middle of a row.
+/// Attitude at the middle of a row without and with an error of the rig.
 struct Move {
   std::size_t row = 0;
   View before, after;
@@ -63,8 +65,8 @@ struct Disturbance {
   std::vector<std::vector<Move>> moves;
 };
 
-/// All errors of the rigs. Those that turn the base as a whole are left out as far as the base is what is looked for:
-/// about the vertical always, about x and y where roll and pitch are found.
-std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, bool roll_found);
+/// All errors of the rigs. Those that turn the base as a whole are excluded as far as the test estimates the attitude
+/// of the base: about the vertical always, about x and y where roll and pitch are estimated.
+std::vector<Disturbance> disturbances_of(const Bench& bench, bool estimates_pitch, bool estimates_roll);
 
 }  // namespace tumble::north_finding

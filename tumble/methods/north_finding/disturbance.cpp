@@ -25,10 +25,10 @@ bool same(const View& a, const View& b) {
 /// The rows that the error moves.
 void move_rows(const Bench& bench, const ErrorDraw& draw, std::size_t power_up, std::vector<std::vector<Move>>& moves) {
   const auto& base = bench.index.base_from_level;
-  const auto& one = bench.signals.front().evidence.test.power_ups[power_up];
-  const Matrix errors =
-      error_values(one, draw.error, [&](std::size_t segment) { return !draw.only || draw.only->segment == segment; });
-  const Attitude nominal(one, {}), disturbed(one, errors);
+  const auto& conducted = bench.signals.front().evidence.test.power_ups[power_up];
+  const Matrix errors = error_values(conducted, draw.error,
+                                     [&](std::size_t segment) { return !draw.only || draw.only->segment == segment; });
+  const Attitude nominal(conducted, {}), disturbed(conducted, errors);
   for (std::size_t c = 0; c < bench.signals.size(); ++c)
     for (std::size_t r = 0; r < bench.signals[c].rows.size(); ++r) {
       const Row& row = bench.signals[c].rows[r];
@@ -38,8 +38,8 @@ void move_rows(const Bench& bench, const ErrorDraw& draw, std::size_t power_up, 
     }
 }
 
-/// What turns the base as a whole is part of what is looked for.
-void take_out_base(const std::vector<bool>& found, std::size_t rows, Disturbance& out) {
+/// Remove the turn of the base as a whole, as far as its attitude is estimated.
+void remove_turn_of_base(const std::vector<bool>& estimated, std::size_t rows, Disturbance& out) {
   std::vector<Vector3> turns;
   double largest = 0.0;
   for (const auto& moves : out.moves)
@@ -50,39 +50,39 @@ void take_out_base(const std::vector<bool>& found, std::size_t rows, Disturbance
   if (turns.size() != rows || largest < 1e-13) return;
   for (const auto& turn : turns)
     if (norm(turn - turns.front()) > 1e-5 * largest + 1e-13) return;
-  const Vector3 left{found[0] ? 0.0 : turns.front().x, found[1] ? 0.0 : turns.front().y, 0.0};
-  const bool any = norm(left) > 1e-9 * largest;
+  const Vector3 remaining{estimated[0] ? 0.0 : turns.front().x, estimated[1] ? 0.0 : turns.front().y, 0.0};
+  const bool any = norm(remaining) > 1e-9 * largest;
   for (auto& moves : out.moves) {
     if (!any) moves.clear();
     for (auto& move : moves) {
       move.after = move.before;
-      move.after.turn = move.before.turn * small_rotation(left);
+      move.after.turn = move.before.turn * small_rotation(remaining);
     }
   }
 }
 
 }  // namespace
 
-std::vector<Disturbance> disturbances_of(const Bench& bench, bool pitch_found, bool roll_found) {
+std::vector<Disturbance> disturbances_of(const Bench& bench, bool estimates_pitch, bool estimates_roll) {
   std::vector<const ConductedTest*> channels;
   for (const auto& signal : bench.signals) channels.push_back(&signal.evidence.test);
   const auto draws = draws_of(channels);
   std::size_t rows = 0;
   for (const auto& signal : bench.signals) rows += signal.rows.size();
-  std::vector<Disturbance> found(draws.size());
+  std::vector<Disturbance> disturbances(draws.size());
   parallel_for(draws.size(), [&](std::size_t k) {
     const ErrorDraw& draw = draws[k];
-    found[k] = {draw.error.error.name, std::vector<std::vector<Move>>(bench.signals.size())};
+    disturbances[k] = {draw.error.error.name, std::vector<std::vector<Move>>(bench.signals.size())};
     const auto& power_ups = bench.signals.front().evidence.test.power_ups;
     for (std::size_t u = 0; u < power_ups.size(); ++u)
       if (draw.only ? draw.only->power_up == u : power_ups[u].plan_number == draw.error.plan)
-        move_rows(bench, draw, u, found[k].moves);
-    if (!draw.only) take_out_base({roll_found, pitch_found}, rows, found[k]);
+        move_rows(bench, draw, u, disturbances[k].moves);
+    if (!draw.only) remove_turn_of_base({estimates_roll, estimates_pitch}, rows, disturbances[k]);
   });
-  std::erase_if(found, [](const Disturbance& one) {
-    return std::ranges::all_of(one.moves, [](const auto& moves) { return moves.empty(); });
+  std::erase_if(disturbances, [](const Disturbance& disturbance) {
+    return std::ranges::all_of(disturbance.moves, [](const auto& moves) { return moves.empty(); });
   });
-  return found;
+  return disturbances;
 }
 
 }  // namespace tumble::north_finding

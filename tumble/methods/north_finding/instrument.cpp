@@ -8,12 +8,11 @@
 #include <optional>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
 namespace {
-
-using Type = Option::Type;
 
 bool like(const Unit& unit, const char* other) { return unit.dimension() == Unit::parse(other).dimension(); }
 
@@ -63,7 +62,7 @@ void set_scale(const Plan& plan, const Records& records, Channel channel, const 
     add_prior(instrument, source, scale_of(channel), plan.settings.number(sd) * value);
 }
 
-/// Where a quantity stands in the result of a calibration.
+/// The parameter of a calibration that gives a quantity.
 struct Name {
   Quantity quantity;
   Channel channel;
@@ -83,7 +82,7 @@ constexpr Name names[] = {{gyro_scale, gyro, "gyro.scale_factor"},
 
 bool is_scale(Quantity quantity) { return quantity == gyro_scale || quantity == x_scale || quantity == y_scale; }
 
-/// What of the calibration is used, and where it stands there.
+/// The quantities that the calibration gives, and the indices of their parameters in it.
 struct Used {
   std::vector<Quantity> quantities;
   std::vector<std::size_t> index;
@@ -142,55 +141,43 @@ Recorded recorded_as(Channel channel, const Unit& unit, double rate) {
 
 void forget(Instrument& instrument, Quantity quantity) {
   for (auto& prior : instrument.priors) {
-    std::vector<std::size_t> kept;
+    std::vector<std::size_t> others;
     for (std::size_t k = 0; k < prior.of.size(); ++k)
-      if (prior.of[k] != quantity) kept.push_back(k);
-    Prior rest{prior.source, {}, Matrix(kept.size(), kept.size())};
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      rest.of.push_back(prior.of[kept[i]]);
-      for (std::size_t j = 0; j < kept.size(); ++j) rest.covariance(i, j) = prior.covariance(kept[i], kept[j]);
-    }
-    prior = std::move(rest);
+      if (prior.of[k] != quantity) others.push_back(k);
+    prior.covariance = chosen_columns(chosen_rows(prior.covariance, others), others);
+    std::erase(prior.of, quantity);
   }
   std::erase_if(instrument.priors, [](const Prior& prior) { return prior.of.empty(); });
 }
 
 std::vector<Option> instrument_options() {
-  return {
-      {"gyro_scale_factor",
-       Type::text,
-       "1",
-       "",
-       {},
-       "K of counts, a current or a voltage: \"0.44233 pulse/arcsec\", \"2 mV/(deg/h)\"; absent, and without "
-       "calibration: found with the azimuth"},
-      {"gyro_scale_factor_sd", Type::quantity, "ppm", "0 ppm", {}, "standard uncertainty of the nominal scale factor"},
-      {"gyro_misalignment_sd",
-       Type::quantity,
-       "arcsec",
-       "0 arcsec",
-       {},
-       "standard uncertainty of gamma_y and of gamma_z, where no calibration says them"},
-      {"accelerometer_scale_factor",
-       Type::text,
-       "1",
-       "",
-       {},
-       "K of the accelerometers: \"2000 pulse/(m/s)\", \"100 mV/g\""},
-      {"accelerometer_scale_factor_sd", Type::quantity, "ppm", "0 ppm", {}, "standard uncertainty of each"},
-      {"accelerometer_bias_sd",
-       Type::quantity,
-       "ug",
-       "",
-       {},
-       "standard uncertainty of each bias; used only where the positions do not show it"},
-      {"accelerometer_misalignment_sd",
-       Type::quantity,
-       "arcsec",
-       "0 arcsec",
-       {},
-       "standard uncertainty of each misalignment"},
-      {"latitude_sd", Type::quantity, "arcsec", "1 arcsec", {}, "standard uncertainty of the plan's latitude"}};
+  return {text("gyro_scale_factor")
+              .says("K of the gyro where it gives counts, a current or a voltage: \"0.44233 pulse/arcsec\", \"2 "
+                    "mV/(deg/h)\"; absent, and without calibration: estimated with the azimuth"),
+          quantity("gyro_scale_factor_sd", "ppm")
+              .at_least(0)
+              .otherwise("0 ppm")
+              .says("standard uncertainty of the nominal scale factor of the gyro"),
+          quantity("gyro_misalignment_sd", "arcsec")
+              .at_least(0)
+              .otherwise("0 arcsec")
+              .says("standard uncertainty of gamma_y and of gamma_z, where no calibration gives them"),
+          text("accelerometer_scale_factor").says("K of the accelerometers: \"2000 pulse/(m/s)\", \"100 mV/g\""),
+          quantity("accelerometer_scale_factor_sd", "ppm")
+              .at_least(0)
+              .otherwise("0 ppm")
+              .says("standard uncertainty of the scale factor of each accelerometer"),
+          quantity("accelerometer_bias_sd", "ug")
+              .at_least(0)
+              .says("standard uncertainty of each bias; used only where the positions do not show the bias"),
+          quantity("accelerometer_misalignment_sd", "arcsec")
+              .at_least(0)
+              .otherwise("0 arcsec")
+              .says("standard uncertainty of each misalignment of an accelerometer"),
+          quantity("latitude_sd", "arcsec")
+              .at_least(0)
+              .otherwise("1 arcsec")
+              .says("standard uncertainty of the latitude of the plan")};
 }
 
 Instrument nominal_instrument(const Plan& plan, const Records& records) {
@@ -229,16 +216,12 @@ Instrument identified_instrument(const Plan& plan, const Records& records) {
   if (used.quantities.empty() && problems.empty()) {
     std::vector<std::string> wanted;
     for (const auto& name : names) wanted.emplace_back(name.name);
-    problems.push_back(
-        fmt::format("the calibration {} ({}) holds none of the parameters that north finding can use: {}",
-                    plan.calibration.file, result.method, fmt::join(wanted, ", ")));
+    problems.push_back(fmt::format("the calibration {} ({}) has none of the parameters that north finding can use: {}",
+                                   plan.calibration.file, result.method, fmt::join(wanted, ", ")));
   }
   refuse(problems);
-  const std::size_t n = used.index.size();
-  Prior prior{"calibration", used.quantities, Matrix(n, n)};
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j) prior.covariance(i, j) = result.covariance(used.index[i], used.index[j]);
-  out.priors.push_back(std::move(prior));
+  out.priors.push_back(
+      {"calibration", used.quantities, chosen_columns(chosen_rows(result.covariance, used.index), used.index)});
   return out;
 }
 

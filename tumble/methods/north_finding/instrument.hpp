@@ -18,13 +18,12 @@ struct Prior {
   Matrix covariance;  ///< [SI]
 };
 
-/// What is known of the instrument.
+/// Prior knowledge of the instrument.
 struct Instrument {
   State state{};                             ///< tilt and azimuth 0
-  std::array<bool, channels> scale_known{};  ///< else it is found with the azimuth
+  std::array<bool, channels> scale_known{};  ///< else it is estimated with the azimuth
   std::array<bool, channels> bias_known{};   ///< of accelerometers: used where the positions cannot show it
   std::vector<Prior> priors;
-  Findings findings;
 };
 
 /// How a channel is recorded.
@@ -43,14 +42,14 @@ Recorded recorded_as(Channel channel, const Unit& unit, double rate);
 /// Settings that say what is known of the instrument.
 std::vector<Option> instrument_options();
 
-/// Takes the quantity out of what is known beforehand.
+/// Remove the quantity from the priors.
 void forget(Instrument& instrument, Quantity quantity);
 
 /// As the settings have it: nominal scale factors, no misalignment, with the uncertainties stated.
 Instrument nominal_instrument(const Plan& plan, const Records& records);
 
-/// What the calibration says in place of the nominal values, with its covariance. Throws Error::bad_input where it
-/// holds nothing of the kind or in another unit.
+/// Values of the calibration in place of the nominal ones, with their covariance. Throws Error::bad_input where it has
+/// none of them, or one in another unit.
 Instrument identified_instrument(const Plan& plan, const Records& records);
 
 }  // namespace tumble::north_finding

@@ -37,7 +37,7 @@ Slopes slopes_at(const State& s) {
       {axes * Vector3{-north.y, north.x, 0.0}, {}}, {by_pitch * north, by_pitch * up}, {by_roll * north, by_roll * up}};
 }
 
-/// What the channel is sensitive to along the body's axes.
+/// Sensitivity of the channel along the axes of the body [1].
 Vector3 sensitivity(const State& s, Channel channel) {
   if (channel == gyro) return {1.0, s[gyro_y], s[gyro_z]};
   return channel == accelerometer_x ? Vector3{1.0, s[x_y], s[x_z]} : Vector3{s[y_x], 1.0, s[y_z]};
@@ -71,6 +71,16 @@ const char* role_of(Channel channel) {
 Directions directions_of(double azimuth, double pitch, double roll) {
   const Axes axes = axes_of(pitch, roll);
   return {axes * north_at(azimuth), axes * up};
+}
+
+std::pair<double, double> sensitivity_in_base(const Row& row) {
+  double x = 0.0, y = 0.0;
+  for (const auto& view : row.views) {
+    const Vector3 axis = row.channel == accelerometer_y ? view.turn.y : view.turn.x;
+    x += view.weight * axis.x;
+    y += view.weight * axis.y;
+  }
+  return {x, y};
 }
 
 double output_of(const State& s, const Row& row, const std::vector<View>& views) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/math/rotation.hpp"
@@ -43,6 +45,10 @@ enum Quantity : std::size_t {
 };
 using State = std::array<double, quantities>;
 
+inline bool contains(const std::vector<Quantity>& some, Quantity quantity) {
+  return std::ranges::find(some, quantity) != some.end();
+}
+
 constexpr Quantity scale_of(Channel channel) {
   return channel == gyro ? gyro_scale : channel == accelerometer_x ? x_scale : y_scale;
 }
@@ -51,7 +57,7 @@ constexpr Quantity bias_of(Channel channel) {
 }
 const char* role_of(Channel channel);
 
-/// North and up seen in the base.
+/// North and up in the axes of the base.
 struct Directions {
   Vector3 north, up;
 };
@@ -62,7 +68,7 @@ struct Directions {
 ///   u_b = [sin p, cos p sin r, cos p cos r]
 Directions directions_of(double azimuth, double pitch, double roll);
 
-/// Where the body stands in the base and how it turns there, at one instant or over a short time.
+/// Attitude and turn of the body in the base, at one instant or over a short time.
 struct View {
   double weight = 1.0;
   Rotation turn;  ///< R, body from base
@@ -73,13 +79,13 @@ struct View {
 /// A mean of one channel.
 struct Row {
   Channel channel = gyro;
-  std::size_t place = 0;         ///< in which stretch or revolution of its channel
+  std::size_t position = 0;      ///< in which stretch or revolution of its channel
   double seconds = 0.0;          ///< of samples
   double time = 0.0;             ///< [s] from t_0
   double output = 0.0;           ///< [SI of the channel, counts per second]; NaN where predicted
   std::vector<View> views = {};  ///< whose weights add up to 1
   double rounding_sd = 0.0;      ///< to whole pulses, of the mean of a stay
-  double reading_sd = 0.0;       ///< of a turn: what rounding does to the readings at its two ends
+  double reading_sd = 0.0;       ///< of a turn: rounding of the readings at its two ends
   bool follows = false;          ///< begins with the reading with which the row before ends
   std::size_t power_up = 0;      ///< in the evidence
   int run = 1;
@@ -87,9 +93,11 @@ struct Row {
   double at = 0.0;        ///< [s] the middle, in the power-up
 };
 
-/// What the channel should show [SI of the channel, counts per second].
+/// Sensitivity of the row to a unit field along x and y of the base [1].
+std::pair<double, double> sensitivity_in_base(const Row& row);
+/// Output of the channel by the model [SI of the channel, counts per second].
 double output_of(const State& state, const Row& row);
-/// What the channel should show [SI of the channel, counts per second] with other views.
+/// Output of the channel by the model [SI of the channel, counts per second] with other views.
 double output_of(const State& state, const Row& row, const std::vector<View>& views);
 /// Its derivatives [quantities].
 std::array<double, quantities> slopes_of(const State& state, const Row& row);

@@ -2,28 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
 namespace {
-
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-/// What a unit field along x and y of the base gives.
-std::pair<double, double> seen_of(const Row& row) {
-  double x = 0.0, y = 0.0;
-  for (const auto& view : row.views) {
-    const Vector3 axis = row.channel == accelerometer_y ? view.turn.y : view.turn.x;
-    x += view.weight * axis.x;
-    y += view.weight * axis.y;
-  }
-  return {x, y};
-}
 
 double spin_of(const Row& row) {
   double sum = 0.0;
@@ -41,50 +27,44 @@ bool several_spins(const Signal& signal) {
   return high - low > 1e-6;
 }
 
-std::vector<std::vector<double>> columns_of(const Signal& signal, const Shown& shown, bool drift) {
-  std::vector<std::vector<double>> columns(shown.both ? 2 : shown.none ? 0 : 1);
-  std::vector<double> ones, times, spins;
-  for (const auto& row : signal.rows) {
-    const auto [x, y] = seen_of(row);
-    if (shown.both) {
-      columns[0].push_back(x);
-      columns[1].push_back(y);
-    } else if (!shown.none) {
-      columns[0].push_back(std::cos(shown.along) * x + std::sin(shown.along) * y);
-    }
-    ones.push_back(1.0);
-    times.push_back(row.time);
-    spins.push_back(spin_of(row));
+/// Columns of the straight model: the field along x and y of the base, 1, of a gyro t and the turn of the table; each
+/// as far as the signal shows it [rows x columns].
+Matrix design_of(const Signal& signal, const Shown& shown, bool drift) {
+  const bool is_gyro = signal.channel == gyro, spins = is_gyro && several_spins(signal);
+  const std::size_t fields = shown.both ? 2 : shown.none ? 0 : 1;
+  Matrix design(signal.rows.size(), fields + 1 + (is_gyro && drift ? 1 : 0) + (spins ? 1 : 0));
+  for (std::size_t i = 0; i < signal.rows.size(); ++i) {
+    const Row& row = signal.rows[i];
+    const auto [x, y] = sensitivity_in_base(row);
+    std::size_t j = 0;
+    if (shown.both) design(i, j++) = x, design(i, j++) = y;
+    if (fields == 1) design(i, j++) = std::cos(shown.along) * x + std::sin(shown.along) * y;
+    design(i, j++) = 1.0;
+    if (is_gyro && drift) design(i, j++) = row.time;
+    if (spins) design(i, j) = spin_of(row);
   }
-  columns.push_back(ones);
-  if (signal.channel != gyro) return columns;
-  if (drift) columns.push_back(times);
-  if (several_spins(signal)) columns.push_back(spins);
-  return columns;
+  return design;
 }
 
-MatrixXd matrix_of(const std::vector<std::vector<double>>& columns) {
-  MatrixXd out(at(columns.front().size()), at(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j)
-    for (std::size_t i = 0; i < columns[j].size(); ++i) out(at(i), at(j)) = columns[j][i];
-  return out;
-}
-
-/// What is left of `x` beyond the columns of `basis`.
-MatrixXd beyond(const MatrixXd& basis, const MatrixXd& x) {
-  const MatrixXd scaled = basis * basis.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
-  return x - scaled * scaled.colPivHouseholderQr().solve(x);
+/// Part of the columns of `x` that is orthogonal to those of `basis`.
+Matrix beyond(const Matrix& basis, Matrix x) {
+  const Matrix scaled = scaled_columns(basis, inverses(column_norms(basis), 1e-300));
+  for (std::size_t j = 0; j < x.columns; ++j) {
+    const auto b = column(x, j);
+    std::ranges::copy(difference(b, scaled * qr_fit(scaled, b).x), b.begin());
+  }
+  return x;
 }
 
 std::vector<linear::Interval> intervals_of(const Signal& signal) {
   std::vector<linear::Interval> out;
-  for (const auto& place : signal.places) out.push_back(place.interval);
+  for (const auto& position : signal.positions) out.push_back(position.interval);
   return out;
 }
 
 double step_of(const Signal& signal) { return signal.evidence.test.stretches.front().step; }
 
-/// What the settings say of the bias instability of a signal, as its output shows it; 0: nothing.
+/// Bias instability of a signal by the settings [SI of the channel]; 0: not stated.
 double stated_for(const Bench& bench, const Signal& signal, const State& state) {
   std::vector<std::string> problems;
   const double stated = linear::stated_bias_instability(bench.plan->settings,
@@ -95,7 +75,6 @@ double stated_for(const Bench& bench, const Signal& signal, const State& state) 
 
 /// Blocks as the mixed model takes them.
 MixedData blocks_of(const Signal& signal, const Shown& shown, bool drift) {
-  const auto columns = columns_of(signal, shown, drift);
   MixedData data;
   std::vector<std::size_t> rows;
   for (std::size_t b = 0; b < signal.row_of.size(); ++b) {
@@ -103,11 +82,9 @@ MixedData blocks_of(const Signal& signal, const Shown& shown, bool drift) {
     rows.push_back(signal.row_of[b]);
     data.observations.push_back(signal.blocks.output[b]);
     data.weights.push_back(signal.blocks.weights[b]);
-    data.segment.push_back(signal.rows[rows.back()].place);
+    data.segment.push_back(signal.rows[rows.back()].position);
   }
-  data.design = Matrix(rows.size(), columns.size());
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    for (std::size_t j = 0; j < columns.size(); ++j) data.design(i, j) = columns[j][rows[i]];
+  data.design = chosen_rows(design_of(signal, shown, drift), rows);
   return data;
 }
 
@@ -120,9 +97,10 @@ std::vector<double> on_blocks(const Signal& signal, const std::vector<double>& o
 
 void add_effects(const Signal& signal, std::size_t number, const State& state,
                  const std::vector<Disturbance>& disturbances, MixedData& data) {
-  for (const auto& one : disturbances) {
-    if (one.moves[number].empty()) continue;
-    data.effects.push_back({one.source, on_blocks(signal, effect_of(signal, one.moves[number], state)), false});
+  for (const auto& disturbance : disturbances) {
+    const auto& moves = disturbance.moves[number];
+    if (moves.empty()) continue;
+    data.effects.push_back({disturbance.source, on_blocks(signal, effect_of(signal, moves, state)), false});
   }
   KnownEffect rounding{"counting", {}, true};
   for (const std::size_t row : signal.row_of)
@@ -130,8 +108,8 @@ void add_effects(const Signal& signal, std::size_t number, const State& state,
   if (signal.problem.pulse > 0.0) data.effects.push_back(std::move(rounding));
 }
 
-/// Rounding to whole pulses is part of the scatter of a turn's blocks, but cancels from block to block. No less is left
-/// than twice what the scatter is known to.
+/// Rounding to whole pulses is part of the scatter of a turn's blocks, but cancels from block to block. At least
+/// twice the uncertainty of the scatter remains.
 double without_rounding(const Signal& signal, double white) {
   double rounding = 0.0, blocks = 0.0;
   for (const std::size_t row : signal.row_of) {
@@ -144,67 +122,46 @@ double without_rounding(const Signal& signal, double white) {
   return std::max(white - rounding / blocks, std::min(1.0, 2.0 * std::sqrt(2.0 / blocks)) * white);
 }
 
-double place_sd(const std::vector<SlowNoise>& slow) {
-  double sum = 0.0;
-  for (const auto& one : slow) {
-    if (one.source != linear::drift_source) continue;
-    for (std::size_t g = 0; g < one.kernel.rows; ++g)
-      sum += one.variance * one.kernel(g, g) / static_cast<double>(one.kernel.rows);
-  }
-  return std::sqrt(sum);
-}
-
 }  // namespace
 
 Shown shown_by(const Signal& signal) {
-  Shown shown;
-  MatrixXd field(at(signal.rows.size()), 2);
-  std::vector<double> times;
-  for (std::size_t i = 0; i < signal.rows.size(); ++i) {
-    std::tie(field(at(i), 0), field(at(i), 1)) = seen_of(signal.rows[i]);
-    times.push_back(signal.rows[i].time);
+  const std::size_t n = signal.rows.size(), constants = several_spins(signal) && signal.channel == gyro ? 2 : 1;
+  Matrix field(n, 2), basis(n, constants, 1.0), times(n, 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::tie(field(i, 0), field(i, 1)) = sensitivity_in_base(signal.rows[i]);
+    if (constants == 2) basis(i, 1) = spin_of(signal.rows[i]);
+    times(i, 0) = signal.rows[i].time;
   }
-  const auto n = static_cast<double>(signal.rows.size());
-  MatrixXd rest = MatrixXd::Ones(field.rows(), several_spins(signal) && signal.channel == gyro ? 2 : 1);
-  if (rest.cols() == 2)
-    for (std::size_t i = 0; i < signal.rows.size(); ++i) rest(at(i), 1) = spin_of(signal.rows[i]);
-  const auto strength = [&](const MatrixXd& basis) {
-    const MatrixXd left = beyond(basis, field);
-    return Eigen::SelfAdjointEigenSolver<MatrixXd>(left.transpose() * left / n);
+  const auto strength = [&](const Matrix& other) {
+    return eigen_symmetric((1.0 / static_cast<double>(n)) * gram(beyond(other, field)));
   };
   constexpr double least = 1e-6;  // squared: a thousandth of a full turn's share
-  const auto solver = strength(rest);
-  shown.none = solver.eigenvalues()[1] < least;
-  shown.both = solver.eigenvalues()[0] > least;
-  shown.along = std::atan2(solver.eigenvectors()(1, 1), solver.eigenvectors()(0, 1));
-  MatrixXd with_time(field.rows(), rest.cols() + 1);
-  with_time.leftCols(rest.cols()) = rest;
-  for (std::size_t i = 0; i < times.size(); ++i) with_time(at(i), rest.cols()) = times[i];
-  const double own = beyond(rest, with_time.rightCols(1)).norm();
-  const auto eigenvalues = strength(with_time).eigenvalues();
-  shown.drift = own > 0.0 && (shown.both ? eigenvalues[0] : eigenvalues[1]) > 1e-3;
+  const auto eigen = strength(basis);
+  Shown shown;
+  shown.none = eigen.values[1] < least;
+  shown.both = eigen.values[0] > least;
+  shown.along = std::atan2(eigen.vectors(1, 1), eigen.vectors(0, 1));
+  const bool time_varies = norm(beyond(basis, times).values) > 0.0;
+  const auto with_time = strength(beside(basis, times)).values;
+  shown.drift = time_varies && (shown.both ? with_time[0] : with_time[1]) > 1e-3;
   return shown;
 }
 
 Harmonics harmonics_of(const Signal& signal, const std::vector<double>& outputs, const Shown& shown, bool drift) {
-  const MatrixXd x = matrix_of(columns_of(signal, shown, drift));
-  VectorXd weight(x.rows()), y(x.rows());
-  for (Eigen::Index i = 0; i < x.rows(); ++i) {
-    weight[i] = std::sqrt(signal.rows[static_cast<std::size_t>(i)].seconds);
-    y[i] = outputs[static_cast<std::size_t>(i)];
-  }
-  const VectorXd size = (weight.asDiagonal() * x).colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const MatrixXd white = weight.asDiagonal() * x * size.asDiagonal();
-  const VectorXd b = size.cwiseProduct(white.colPivHouseholderQr().solve(weight.cwiseProduct(y)));
-  const VectorXd left = y - x * b;
+  const Matrix x = design_of(signal, shown, drift);
+  std::vector<double> weight;
+  for (const auto& row : signal.rows) weight.push_back(std::sqrt(row.seconds));
+  const Matrix weighted = scaled_rows(weight, x);
+  const auto size = inverses(column_norms(weighted), 1e-300);
+  const Matrix white = scaled_columns(weighted, size);
+  const auto b = scaled(size, qr_fit(white, scaled(weight, outputs)).x);
   Harmonics out;
   const std::size_t fields = shown.both ? 2 : shown.none ? 0 : 1;
   if (fields > 0) out.x = b[0];
   if (fields > 1) out.y = b[1];
-  out.offset = b[at(fields)];
-  out.residuals.assign(left.data(), left.data() + left.size());
-  const VectorXd s = white.jacobiSvd().singularValues();
-  out.condition = s[0] / s[s.size() - 1];
+  out.offset = b[fields];
+  out.residuals = difference(outputs, x * b);
+  out.condition = condition(white);
   return out;
 }
 
@@ -225,7 +182,7 @@ Noise noise_of(const Bench& bench, std::size_t number, const State& state, const
   Noise noise;
   const double stated = stated_for(bench, signal, state);
   noise.slow_known = stated > 0.0;
-  noise.slow_shown = signal.places.size() > data.design.columns;
+  noise.slow_shown = signal.positions.size() > data.design.columns;
   data.slow = linear::unknown_slow_noise(intervals_of(signal), data.design.columns, step_of(signal), stated);
   if (!noise.slow_shown) std::erase_if(data.slow, [](const SlowNoise& slow) { return !slow.known; });
   const MixedFit fit = fit_mixed_model(data);
@@ -234,7 +191,6 @@ Noise noise_of(const Bench& bench, std::size_t number, const State& state, const
   noise.component_covariance = fit.component_covariance;
   noise.slow = data.slow;
   for (std::size_t c = 0; c < noise.slow.size(); ++c) noise.slow[c].variance = fit.slow_variance[c];
-  noise.place_sd = place_sd(noise.slow);
   return noise;
 }
 
@@ -246,17 +202,16 @@ Noise expected_noise(const Bench& bench, std::size_t number, const State& state)
   Noise noise;
   noise.slow_known = true;
   const double k = state[scale_of(signal.channel)];
-  for (const auto& one : participants_of(plan))
-    for (const auto& output : one.model.outputs(one.truth)) {
-      if (one.prefix + output.channel != name) continue;
-      NoiseModel model = noise_of(one.truth, output.noise_prefix);
+  for (const auto& instrument : participants_of(plan))
+    for (const auto& output : instrument.model.outputs(instrument.truth)) {
+      if (instrument.prefix + output.channel != name) continue;
+      const Settings& truth = instrument.truth;
+      const NoiseModel model = noise_of(truth, output.noise_prefix);
       noise.white = noise.scatter = k * k * model.angle_random_walk * model.angle_random_walk;
-      noise.slow =
-          linear::known_slow_noise(intervals_of(signal), model,
-                                   one.truth.number(output.noise_prefix + "turn_on_repeatability"), step_of(signal));
+      noise.slow = linear::known_slow_noise(
+          intervals_of(signal), model, truth.number(output.noise_prefix + "turn_on_repeatability"), step_of(signal));
       for (auto& slow : noise.slow) slow.variance *= k * k;
     }
-  noise.place_sd = place_sd(noise.slow);
   return noise;
 }
 

@@ -11,19 +11,18 @@ namespace tumble::north_finding {
 /// Noise of one signal.
 struct Noise {
   double white = 0.0;           ///< s^2 [SI of the channel, squared, times s]
-  double scatter = 0.0;         ///< the same of the rows as they scatter: of a turn with the rounding to whole pulses
-  std::vector<SlowNoise> slow;  ///< of its places, with their variances
+  double scatter = 0.0;         ///< as white, by the scatter of the rows: of a turn with the rounding to whole pulses
+  std::vector<SlowNoise> slow;  ///< of its positions, with their variances
   bool slow_known = false;      ///< from the settings or the plan's truth, at least in part
-  bool slow_shown = true;       ///< false: too few places to show it
+  bool slow_shown = true;       ///< false: too few positions to show it
   Matrix component_covariance;  ///< of (s^2, variances of `slow`); empty where they are known
-  double place_sd = 0.0;        ///< [SI of the channel] by which places differ beyond the model and white noise
 };
 
-/// What of the circle the index angles of a signal show.
+/// Directions of the circle that the index angles of a signal show.
 struct Shown {
   bool none = true, both = false;  ///< directions in the base: none, one or both
   double along = 0.0;              ///< [rad] the one direction, from the base's x towards its y
-  bool drift = false;              ///< a linear drift can be told apart as well
+  bool drift = false;              ///< a linear drift can be distinguished as well
 };
 Shown shown_by(const Signal& signal);
 
@@ -38,10 +37,10 @@ struct Harmonics {
 /// Given: outputs [unit of the output], one a row. `drift`: t is one of the columns.
 Harmonics harmonics_of(const Signal& signal, const std::vector<double>& outputs, const Shown& shown, bool drift);
 
-/// Found from the scatter within and between places, at `state` and with the rig's errors.
+/// Estimated from the scatter within and between positions, at `state` and with the errors of the rig.
 Noise noise_of(const Bench& bench, std::size_t signal, const State& state, const std::vector<Disturbance>& disturbances,
                bool drift);
-/// As the plan's truth has it.
+/// Noise that the truth of the plan states.
 Noise expected_noise(const Bench& bench, std::size_t signal, const State& state);
 
 /// Change of the rows of a signal by a disturbance [SI of the channel].

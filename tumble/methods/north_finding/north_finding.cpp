@@ -6,7 +6,6 @@
 #include "tumble/methods/north_finding/trial.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/table/recorded_angles.hpp"
-#include "tumble/units/error.hpp"
 
 // Symbols: i index angle, counter-clockwise seen from above; W_k rate at index angle k; A azimuth, w_ie Earth's rate,
 // phi latitude.
@@ -25,53 +24,40 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   std::vector<Option> all = instrument_options();
   const std::vector<Option> more{
       linear::bias_instability_option("deg/h", "gyro_"),
       linear::bias_instability_option("ug", "accelerometer_"),
-      {"drift",
-       Type::word,
-       "1",
-       "auto",
-       {"auto", "yes", "no"},
-       "whether a linear drift of the bias is part of the model; auto: where six places or more show it apart from the "
-       "azimuth"},
-      {"azimuth_about", Type::quantity, "deg", "", {}, "rough azimuth: tells the two answers of two positions apart"},
-      {"reference_azimuth",
-       Type::quantity,
-       "deg",
-       "",
-       {},
-       "the azimuth as known otherwise: errors are shown against it"},
-      {"angle_tolerance",
-       Type::quantity,
-       "deg",
-       "0.1 deg",
-       {},
-       "by which a recorded angle may differ from the plan without a warning"},
-      {"settling", Type::quantity, "s", "2 s", {}, "time dropped in each segment after the rig has settled"},
-      {"averaging",
-       Type::quantity,
-       "s",
-       "10 s",
-       {},
-       "length of the averages whose scatter gives the noise; of a table that turns at most a tenth of a turn"}};
+      word("drift", {"auto", "yes", "no"})
+          .otherwise("auto")
+          .says("whether a linear drift of the bias is part of the model; auto: where six or more positions "
+                "distinguish it "
+                "from the azimuth"),
+      quantity("azimuth_about", "deg")
+          .says("rough azimuth, which selects one of the two solutions that two positions have"),
+      quantity("reference_azimuth", "deg").says("azimuth known from elsewhere, from which the errors are calculated"),
+      quantity("angle_tolerance", "deg")
+          .above(0)
+          .otherwise("0.1 deg")
+          .says("difference between a recorded angle and the plan that is accepted without a warning"),
+      quantity("settling", "s")
+          .at_least(0)
+          .otherwise("2 s")
+          .says("time that is skipped in each segment after the rig has settled"),
+      quantity("averaging", "s")
+          .above(0)
+          .otherwise("10 s")
+          .says(
+              "length of the averages whose scatter gives the noise; at most a tenth of a turn where the table turns")};
   all.insert(all.end(), more.begin(), more.end());
   return all;
-}
-
-bool has(const std::vector<Quantity>& free, Quantity quantity) {
-  for (const Quantity one : free)
-    if (one == quantity) return true;
-  return false;
 }
 
 Reduction reduced(const Bench& bench, Instrument instrument, bool predicted) {
   Reduction out{std::move(instrument), {}, {}, {}};
   out.setup = (predicted ? set_up_prediction : set_up)(bench, out.instrument);
-  if (has(out.setup.free, gyro_z)) forget(out.instrument, gyro_z);  // the turns show it
-  const auto errors = disturbances_of(bench, has(out.setup.free, pitch), has(out.setup.free, roll));
+  if (contains(out.setup.free, gyro_z)) forget(out.instrument, gyro_z);  // the turns show it
+  const auto errors = disturbances_of(bench, contains(out.setup.free, pitch), contains(out.setup.free, roll));
   for (std::size_t c = 0; c < bench.signals.size(); ++c)
     out.noise.push_back(predicted ? expected_noise(bench, c, out.setup.start)
                                   : noise_of(bench, c, out.setup.start, errors, out.setup.drift));
@@ -88,8 +74,8 @@ Estimate answer(const Bench& bench, bool predicted) {
   return described(bench, identified, &nominal, predicted);
 }
 
-/// Where the table went elsewhere than the plan says it also came to rest at another time: a second look at the
-/// readings then knows when.
+/// Recorded angles. A table that went to another angle than the plan says came to rest at another time as well: the
+/// readings are then evaluated a second time, with the angles of the first.
 table::RecordedAngles recorded_angles(const Evidence& evidence, double settling, double tolerance) {
   auto first = table::with_recorded_angles(evidence, settling, tolerance);
   if (std::ranges::none_of(first.stands, [&](const table::Stand& stand) {
@@ -105,7 +91,6 @@ table::RecordedAngles recorded_angles(const Evidence& evidence, double settling,
 Estimate identify(const Evidence& evidence, const Progress&) {
   const auto& settings = evidence.plan.settings;
   const double tolerance = settings.number("angle_tolerance");
-  if (!(tolerance > 0.0)) throw Error(Error::Kind::bad_input, "[settings] angle_tolerance must be above zero");
   const auto angles = recorded_angles(evidence, settings.number("settling"), tolerance);
   Estimate estimate = answer(bench_of(angles.evidence), false);
   estimate.findings.insert(estimate.findings.end(), angles.findings.begin(), angles.findings.end());

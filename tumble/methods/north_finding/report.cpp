@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -13,7 +12,7 @@
 namespace tumble::north_finding {
 namespace {
 
-/// How a quantity is shown.
+/// Name, unit and description of a quantity in the result.
 struct Face {
   std::string name, symbol, unit, description;
 };
@@ -72,7 +71,7 @@ Table budget_of(const Estimate& estimate) {
   return table;
 }
 
-/// Means over the rows of each place of the gyro, as rates.
+/// Means over the rows of each position of the gyro, as rates.
 Table positions_of(const Bench& bench, const Reduction& reduction, bool predicted) {
   const Signal& signal = bench.signals.front();
   const State& state = reduction.solution.state;
@@ -83,10 +82,10 @@ Table positions_of(const Bench& bench, const Reduction& reduction, bool predicte
       {"f_x", Unit::parse("mg")}, {"predicted", rate}, {"noise_sd", rate}};
   if (!predicted) table.columns.insert(table.columns.end(), {{"measured", rate}, {"residual", rate}});
   std::size_t r = 0;
-  for (std::size_t p = 0; p < signal.places.size(); ++p) {
-    const auto& place = signal.places[p];
+  for (std::size_t p = 0; p < signal.positions.size(); ++p) {
+    const auto& position = signal.positions[p];
     double seconds = 0.0, measured = 0.0, modelled = 0.0, force = 0.0;
-    for (; r < signal.rows.size() && signal.rows[r].place == p; ++r) {
+    for (; r < signal.rows.size() && signal.rows[r].position == p; ++r) {
       const Row& row = signal.rows[r];
       Row along = row;
       along.channel = accelerometer_x;
@@ -99,9 +98,9 @@ Table positions_of(const Bench& bench, const Reduction& reduction, bool predicte
       force += row.seconds * output_of(plain, along);
     }
     if (!(seconds > 0.0)) continue;
-    std::vector<Table::Cell> cells{place.label,
-                                   static_cast<double>(place.run),
-                                   wrapped(place.angle),
+    std::vector<Table::Cell> cells{position.label,
+                                   static_cast<double>(position.run),
+                                   wrapped(position.angle),
                                    seconds,
                                    force / seconds,
                                    modelled / seconds,
@@ -129,18 +128,16 @@ Table methods_of(const Bench& bench, const Reduction& reduction) {
   return table;
 }
 
-double azimuth_sd(const Reduction& reduction) { return std::sqrt(reduction.solution.covariance(0, 0)); }
-
 Table before_after(const Bench& bench, const Reduction& reduction, const Reduction& nominal) {
   const auto& settings = bench.plan->settings;
-  const bool known = settings.has("reference_azimuth");
+  const bool has_reference = settings.has("reference_azimuth");
   Table table{"before_after", "the same test with the nominal instrument and with the identified one", {}, {}};
   table.columns = {{"instrument", Unit()}, {"azimuth", degrees()}, {"sd", arcsec()}, {"gamma_y", arcsec()}};
-  if (known) table.columns.push_back({"error", arcsec()});
-  const auto add = [&](const char* name, const Reduction& one) {
-    const double value = one.solution.state[azimuth];
-    table.rows.push_back({std::string(name), wrapped(value), azimuth_sd(one), one.solution.state[gyro_y]});
-    if (known) table.rows.back().emplace_back(apart(value, settings.number("reference_azimuth")));
+  if (has_reference) table.columns.push_back({"error", arcsec()});
+  const auto add = [&](const char* name, const Reduction& some) {
+    const double value = some.solution.state[azimuth], sd = std::sqrt(some.solution.covariance(0, 0));
+    table.rows.push_back({std::string(name), wrapped(value), sd, some.solution.state[gyro_y]});
+    if (has_reference) table.rows.back().emplace_back(apart(value, settings.number("reference_azimuth")));
   };
   add("nominal", nominal);
   add("identified", reduction);
@@ -156,26 +153,13 @@ double wrapped(double angle) {
   return inside < 0.0 ? inside + two_pi : inside;
 }
 
-std::string scheme_of(const Bench& bench) {
-  const auto& places = bench.signals.front().places;
-  const bool turns = std::ranges::any_of(places, [](const Place& place) { return !place.steady; });
-  const bool stays = std::ranges::any_of(places, [](const Place& place) { return place.steady; });
-  if (turns) return stays ? "stays and turning" : "continuous turning";
-  std::set<long> angles;
-  constexpr long cells = 10 * 360;  // of a tenth of a degree
-  for (const auto& place : places) angles.insert(std::lround(wrapped(place.angle) / two_pi * cells) % cells);
-  const char* words[] = {"no", "one", "two", "three", "four"};
-  const std::string count = angles.size() < 5 ? words[angles.size()] : std::to_string(angles.size());
-  return fmt::format("{} positions, {} stays", count, places.size());
-}
-
 ClosedForms closed_forms(const Bench& bench, const Reduction& reduction) {
   const Signal& signal = bench.signals.front();
   const State& s = reduction.solution.state;
   std::vector<double> outputs;
   for (const auto& row : signal.rows) outputs.push_back(std::isnan(row.output) ? output_of(s, row) : row.output);
-  const auto found = harmonics_of(signal, outputs, reduction.setup.shown, reduction.setup.drift);
-  const double x = found.x / s[gyro_scale], y = found.y / s[gyro_scale];
+  const auto h = harmonics_of(signal, outputs, reduction.setup.shown, reduction.setup.drift);
+  const double x = h.x / s[gyro_scale], y = h.y / s[gyro_scale];
   const Vector3 up = directions_of(0.0, s[pitch], s[roll]).up;
   const double vertical = earth_rate * std::sin(s[latitude]);
   return {std::atan2(y, x) + s[gyro_y], std::atan2(y - vertical * up.y, x - vertical * up.x) + s[gyro_y],
@@ -187,8 +171,7 @@ Estimate described(const Bench& bench, const Reduction& reduction, const Reducti
   estimate.method = "north_finding";
   add_parameters(bench, reduction.solution, estimate);
   estimate.findings = bench.findings;
-  for (const auto& more :
-       {reduction.instrument.findings, reduction.setup.findings, findings_of(bench, reduction, predicted)})
+  for (const auto& more : {reduction.setup.findings, findings_of(bench, reduction, predicted)})
     estimate.findings.insert(estimate.findings.end(), more.begin(), more.end());
   estimate.tables.push_back(budget_of(estimate));
   if (nominal) estimate.tables.push_back(before_after(bench, reduction, *nominal));

@@ -5,7 +5,7 @@
 
 namespace tumble::north_finding {
 
-/// One reduction: what was known of the instrument, and what came out.
+/// One reduction: what was known of the instrument, and the result.
 struct Reduction {
   Instrument instrument;
   Setup setup;
@@ -26,9 +26,6 @@ Estimate described(const Bench& bench, const Reduction& reduction, const Reducti
 
 /// How the test may mislead, and what would mend it.
 Findings findings_of(const Bench& bench, const Reduction& reduction, bool predicted);
-
-/// "four positions", "continuous turning"
-std::string scheme_of(const Bench& bench);
 
 /// An angle [rad] brought to between 0 and 2 pi.
 double wrapped(double angle);

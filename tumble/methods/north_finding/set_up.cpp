@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/regression/mixed_model.hpp"
@@ -12,63 +13,49 @@
 namespace tumble::north_finding {
 namespace {
 
-constexpr std::size_t least_places_for_drift = 6;
-
-std::vector<double> outputs_of(const Signal& signal) {
-  std::vector<double> out;
-  for (const auto& row : signal.rows) out.push_back(row.output);
-  return out;
-}
+constexpr std::size_t least_positions_for_drift = 6;
 
 /// Which of (u_x, u_y, b_x, b_y) the accelerometers show.
 struct Level {
   bool pitch = false, roll = false;
-  std::vector<Quantity> biases;  ///< found with the tilt
+  std::vector<Quantity> biases;  ///< estimated with the tilt
 };
 
-// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
-Level level_of(const Bench& bench, const Instrument& instrument, Findings& findings) {
-  std::vector<const Signal*> signals;
+/// Derivatives of the rows of these signals by u_x, u_y and a bias each [rows x 2 + signals].
+Matrix tilt_design(const std::vector<const Signal*>& signals) {
   std::size_t rows = 0;
-  for (const auto& signal : bench.signals)
-    if (signal.channel != gyro) {
-      signals.push_back(&signal);
-      rows += signal.rows.size();
-    }
-  Level level;
-  if (signals.empty()) return level;
-  const std::size_t columns = 2 + signals.size();
-  Matrix design(rows, columns);
+  for (const auto* signal : signals) rows += signal->rows.size();
+  Matrix design(rows, 2 + signals.size());
   std::size_t i = 0;
   for (std::size_t s = 0; s < signals.size(); ++s)
     for (const auto& row : signals[s]->rows) {
-      for (const auto& view : row.views) {
-        const Vector3 axis = row.channel == accelerometer_y ? view.turn.y : view.turn.x;
-        design(i, 0) += view.weight * axis.x;
-        design(i, 1) += view.weight * axis.y;
-      }
+      std::tie(design(i, 0), design(i, 1)) = sensitivity_in_base(row);
       design(i++, 2 + s) = 1.0;
     }
+  return design;
+}
+
+Level level_of(const Bench& bench, const Instrument& instrument, Findings& findings) {
+  std::vector<const Signal*> signals;
+  for (const auto& signal : bench.signals)
+    if (signal.channel != gyro) signals.push_back(&signal);
+  if (signals.empty()) return {};
+  const Matrix design = tilt_design(signals);
   std::vector<std::size_t> preference;
-  for (std::size_t k = 2; k < columns; ++k) preference.push_back(k);
+  for (std::size_t k = 2; k < design.columns; ++k) preference.push_back(k);
   preference.push_back(1);
-  const auto dropped =
-      unobservable_columns(design, std::vector<double>(rows, 1.0), std::vector<double>(columns, 1.0), preference, 1e3);
-  const auto kept = [&](std::size_t column) {
-    return std::ranges::none_of(dropped, [&](const Dropped& one) { return one.column == column; });
+  const auto dropped = unobservable_columns(design, std::vector<double>(design.rows, 1.0),
+                                            std::vector<double>(design.columns, 1.0), preference, 1e3);
+  const auto observable = [&](std::size_t column) {
+    return std::ranges::find(dropped, column, &Dropped::column) == dropped.end();
   };
-  level.pitch = kept(0);
-  level.roll = kept(1);
+  Level level{observable(0), observable(1), {}};
   for (std::size_t s = 0; s < signals.size(); ++s) {
     const Channel channel = signals[s]->channel;
-    if (kept(2 + s))
+    if (observable(2 + s))
       level.biases.push_back(bias_of(channel));
     else if (!instrument.bias_known[channel])
-      findings.push_back({Finding::Severity::warning,
-                          fmt::format("the positions do not show the bias of {}: it is taken as zero, without "
-                                      "uncertainty; state accelerometer_bias_sd, or add the position opposite",
-                                      role_of(channel)),
-                          ""});
+      findings.push_back({Finding::Severity::warning, "bias_taken_as_zero", {}, role_of(channel)});
   }
   return level;
 }
@@ -78,9 +65,9 @@ bool drift_wanted(const Bench& bench, const Shown& shown) {
   if (word == "no") return false;
   if (word == "yes" && !shown.drift)
     throw Error(Error::Kind::bad_data,
-                "[settings] drift = \"yes\", but in this order the index angles do not show a drift apart from the "
-                "azimuth: go through the positions forwards and back");
-  return shown.drift && (word == "yes" || bench.signals.front().places.size() >= least_places_for_drift);
+                "[settings] drift = \"yes\", but this order of the index angles cannot distinguish a drift from the "
+                "azimuth: visit the positions forwards and back");
+  return shown.drift && (word == "yes" || bench.signals.front().positions.size() >= least_positions_for_drift);
 }
 
 void refuse_unshown(const Bench& bench, const Instrument& instrument, const Shown& shown) {
@@ -88,9 +75,9 @@ void refuse_unshown(const Bench& bench, const Instrument& instrument, const Show
   const auto& signal = bench.signals.front();
   if (shown.none)
     problems.push_back(
-        fmt::format("all {} use the same index angle: nothing tells the Earth's rate from the bias; "
+        fmt::format("all {} use the same index angle: they cannot distinguish the Earth's rate from the bias; "
                     "turn the table to angles 90 or 180 deg apart",
-                    signal.places.size() == 1 ? "samples" : "positions"));
+                    signal.positions.size() == 1 ? "samples" : "positions"));
   else if (!shown.both && !instrument.scale_known[gyro])
     problems.push_back(
         "index angles 180 deg apart alone give the azimuth from the size of the rate, which needs the gyro's scale "
@@ -113,16 +100,12 @@ void choose_free(const Bench& bench, const Instrument& instrument, Setup& setup)
   if (setup.drift) setup.free.push_back(gyro_drift);
   if (!instrument.scale_known[gyro]) setup.free.push_back(gyro_scale);
   double low = INFINITY, high = -INFINITY;
-  for (const auto& place : bench.signals.front().places) {
-    low = std::min(low, place.rate);
-    high = std::max(high, place.rate);
+  for (const auto& position : bench.signals.front().positions) {
+    low = std::min(low, position.rate);
+    high = std::max(high, position.rate);
   }
   if (high - low > 1e-6) setup.free.push_back(gyro_z);
   setup.free.insert(setup.free.end(), level.biases.begin(), level.biases.end());
-}
-
-bool is_free(const Setup& setup, Quantity quantity) {
-  return std::ranges::find(setup.free, quantity) != setup.free.end();
 }
 
 /// Tilt of the rig as the plan has it.
@@ -142,9 +125,9 @@ void start_tilt(const Bench& bench, Setup& setup) {
     const Shown shown = shown_by(signal);
     const double unit = setup.start[scale_of(signal.channel)] * setup.start[gravity_here];
     if (!shown.both) continue;
-    const auto found = harmonics_of(signal, outputs_of(signal), shown, false);
-    x += found.x / unit;
-    y += found.y / unit;
+    const auto tilt = harmonics_of(signal, outputs_of(signal), shown, false);
+    x += tilt.x / unit;
+    y += tilt.y / unit;
     count += 1.0;
   }
   if (count == 0.0) return;
@@ -161,33 +144,34 @@ void start_tilt(const Bench& bench, Setup& setup) {
 
 void start_azimuth(const Bench& bench, const Instrument& instrument, Setup& setup) {
   const Signal& signal = bench.signals.front();
-  const auto found = harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift);
+  const auto rates = harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift);
   const Vector3 up = directions_of(0.0, setup.start[pitch], setup.start[roll]).up;
   const double horizontal = earth_rate * std::cos(setup.start[latitude]);
   State& s = setup.start;
   if (setup.shown.both && !instrument.scale_known[gyro]) {
-    const double size = std::hypot(found.x, found.y);
+    const double size = std::hypot(rates.x, rates.y);
     if (!(size > 0.0)) throw Error(Error::Kind::bad_data, "the gyro shows no rate that changes with the index angle");
     s[gyro_scale] = size / horizontal;
   }
   const double k = s[gyro_scale];
   if (setup.shown.both) {
-    s[azimuth] = exact_azimuth(found.x / k, found.y / k, up.x, up.y, s[latitude]) + s[gyro_y];
+    s[azimuth] = exact_azimuth(rates.x / k, rates.y / k, up.x, up.y, s[latitude]) + s[gyro_y];
   } else {
     // (2.11): the rate along the one direction, less what tilt gives of the vertical rate
     const double tilt = std::cos(setup.shown.along) * up.x + std::sin(setup.shown.along) * up.y;
-    const double c = (found.x / k - earth_rate * std::sin(s[latitude]) * tilt) / horizontal;
+    const double c = (rates.x / k - earth_rate * std::sin(s[latitude]) * tilt) / horizontal;
     const double off = std::acos(std::clamp(c, -1.0, 1.0));
-    const double one = setup.shown.along + off, other = setup.shown.along - off;
+    double near = setup.shown.along + off, other = setup.shown.along - off;
     const auto& settings = bench.plan->settings;
     const auto apart = [&](double a) {
       return settings.has("azimuth_about") ? std::abs(std::remainder(a - settings.number("azimuth_about"), two_pi))
                                            : std::abs(std::remainder(a, two_pi));
     };
-    s[azimuth] = apart(one) <= apart(other) ? one : other;
-    setup.other_azimuth = apart(one) <= apart(other) ? other : one;
+    if (apart(other) < apart(near)) std::swap(near, other);
+    s[azimuth] = near;
+    setup.other_azimuth = other;
   }
-  s[gyro_bias] = found.offset / k;
+  s[gyro_bias] = rates.offset / k;
 }
 
 Setup begin(const Bench& bench, const Instrument& instrument) {
@@ -205,7 +189,7 @@ Setup begin(const Bench& bench, const Instrument& instrument) {
 
 Setup set_up(const Bench& bench, const Instrument& instrument) {
   Setup setup = begin(bench, instrument);
-  if (is_free(setup, pitch) && is_free(setup, roll)) start_tilt(bench, setup);
+  if (contains(setup.free, pitch) && contains(setup.free, roll)) start_tilt(bench, setup);
   start_azimuth(bench, instrument, setup);
   return setup;
 }

@@ -3,238 +3,233 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::north_finding {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Effects of one source, each by one standard deviation of its own.
 struct Source {
   std::string name;
-  MatrixXd columns;
+  Matrix columns;  ///< [rows x effects]
 };
 
 /// All rows of all signals at one state.
 struct System {
-  VectorXd residual;
-  MatrixXd slopes;   ///< by all quantities
-  VectorXd white;    ///< variance of each row by white noise
-  VectorXd scatter;  ///< and by what rounding adds in a turn: what rows are weighted by
+  std::vector<double> residual;
+  Matrix slopes;                ///< by all quantities
+  std::vector<double> white;    ///< variance of each row by white noise
+  std::vector<double> scatter;  ///< and by what rounding adds in a turn: what rows are weighted by
   std::vector<Source> sources;
 };
 
-std::vector<Index> firsts_of(const Bench& bench) {
-  std::vector<Index> firsts{0};
-  for (const auto& signal : bench.signals) firsts.push_back(firsts.back() + at(signal.rows.size()));
+/// First row of each signal among all, and the number of all.
+std::vector<std::size_t> firsts_of(const Bench& bench) {
+  std::vector<std::size_t> firsts{0};
+  for (const auto& signal : bench.signals) firsts.push_back(firsts.back() + signal.rows.size());
   return firsts;
 }
 
-void add_noise(const Bench& bench, const std::vector<Noise>& noise, const std::vector<Index>& firsts, System& system) {
+/// A matrix whose square is this covariance [n x n], its columns those of a source.
+Matrix root_of(const Matrix& covariance) {
+  const auto eigen = eigen_symmetric(covariance);
+  std::vector<double> sd;
+  for (const double variance : eigen.values) sd.push_back(std::sqrt(std::max(variance, 0.0)));
+  return scaled_columns(eigen.vectors, sd);
+}
+
+void add_noise(const Bench& bench, const std::vector<Noise>& noise, const std::vector<std::size_t>& firsts,
+               System& system) {
   for (std::size_t c = 0; c < bench.signals.size(); ++c) {
     const auto& signal = bench.signals[c];
     const std::string of = bench.signals.size() > 1 ? std::string(" of ") + signal.problem.role : "";
     for (const auto& slow : noise[c].slow) {
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(slow.variance * map(slow.kernel));
-      const VectorXd sd = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-      Source source{slow.source + of, MatrixXd::Zero(firsts.back(), sd.size())};
+      const Matrix root = root_of(slow.variance * slow.kernel);
+      Source source{slow.source + of, Matrix(firsts.back(), root.columns)};
       for (std::size_t r = 0; r < signal.rows.size(); ++r)
-        source.columns.row(firsts[c] + at(r)) =
-            solver.eigenvectors().row(at(signal.rows[r].place)).cwiseProduct(sd.transpose());
-      if (source.columns.cwiseAbs().maxCoeff() > 0.0) system.sources.push_back(std::move(source));
+        for (std::size_t k = 0; k < root.columns; ++k)
+          source.columns(firsts[c] + r, k) = root(signal.rows[r].position, k);
+      if (std::ranges::any_of(source.columns.values, [](double v) { return v != 0.0; }))
+        system.sources.push_back(std::move(source));
     }
     if (!(signal.problem.pulse > 0.0)) continue;
-    Source source{"counting" + of, MatrixXd::Zero(firsts.back(), at(signal.rows.size()))};
-    for (std::size_t r = 0; r < signal.rows.size(); ++r)
-      source.columns(firsts[c] + at(r), at(r)) = signal.rows[r].rounding_sd;
+    Source source{"counting" + of, Matrix(firsts.back(), signal.rows.size())};
+    for (std::size_t r = 0; r < signal.rows.size(); ++r) source.columns(firsts[c] + r, r) = signal.rows[r].rounding_sd;
     system.sources.push_back(std::move(source));
   }
 }
 
-void add_rig(const Bench& bench, const State& state, const std::vector<Disturbance>& disturbances,
-             const std::vector<Index>& firsts, System& system) {
-  for (const auto& one : disturbances) {
-    Source source{one.source, MatrixXd::Zero(firsts.back(), 1)};
+void add_rig(const Bench& bench, const State& state, const std::vector<Disturbance>& disturbances, System& system) {
+  for (const auto& disturbance : disturbances) {
+    std::vector<double> shift;
     for (std::size_t c = 0; c < bench.signals.size(); ++c) {
-      const auto shift = effect_of(bench.signals[c], one.moves[c], state);
-      for (std::size_t r = 0; r < shift.size(); ++r) source.columns(firsts[c] + at(r), 0) = shift[r];
+      const auto effect = effect_of(bench.signals[c], disturbance.moves[c], state);
+      shift.insert(shift.end(), effect.begin(), effect.end());
     }
-    system.sources.push_back(std::move(source));
+    system.sources.push_back({disturbance.source, as_column(shift)});
   }
 }
 
 void add_priors(const Instrument& instrument, System& system) {
   for (const auto& prior : instrument.priors) {
-    MatrixXd of(system.slopes.rows(), at(prior.of.size()));
-    for (std::size_t k = 0; k < prior.of.size(); ++k) of.col(at(k)) = system.slopes.col(at(prior.of[k]));
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(map(prior.covariance));
-    const VectorXd sd = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-    system.sources.push_back({prior.source, of * solver.eigenvectors() * sd.asDiagonal()});
+    const std::vector<std::size_t> of(prior.of.begin(), prior.of.end());
+    system.sources.push_back({prior.source, chosen_columns(system.slopes, of) * root_of(prior.covariance)});
   }
 }
 
 System system_at(const Bench& bench, const State& state, const std::vector<Noise>& noise,
                  const std::vector<Disturbance>& disturbances, const Instrument& instrument, bool predicted) {
   const auto firsts = firsts_of(bench);
-  System system{VectorXd::Zero(firsts.back()),
-                MatrixXd(firsts.back(), at(quantities)),
-                VectorXd(firsts.back()),
-                VectorXd(firsts.back()),
-                {}};
+  const std::size_t n = firsts.back();
+  const std::vector<double> zeros(n, 0.0);
+  System system{zeros, Matrix(n, quantities), zeros, zeros, {}};
   for (std::size_t c = 0; c < bench.signals.size(); ++c)
     for (std::size_t r = 0; r < bench.signals[c].rows.size(); ++r) {
       const Row& row = bench.signals[c].rows[r];
-      const Index i = firsts[c] + at(r);
+      const std::size_t i = firsts[c] + r;
       if (!predicted) system.residual[i] = row.output - output_of(state, row);
       const auto slopes = slopes_of(state, row);
-      for (std::size_t k = 0; k < quantities; ++k) system.slopes(i, at(k)) = slopes[k];
+      for (std::size_t k = 0; k < quantities; ++k) system.slopes(i, k) = slopes[k];
       system.white[i] = noise[c].white / row.seconds;
       system.scatter[i] = noise[c].scatter / row.seconds;
     }
   add_noise(bench, noise, firsts, system);
-  add_rig(bench, state, disturbances, firsts, system);
+  add_rig(bench, state, disturbances, system);
   add_priors(instrument, system);
   return system;
 }
 
 /// Standard deviations that rows are divided by: of the white noise, but never less than a trace of all that moves the
 /// row or of its rounding.
-VectorXd weights_of(const System& system) {
-  VectorXd total = system.scatter;
-  for (const auto& source : system.sources) total += source.columns.rowwise().squaredNorm();
-  VectorXd out(total.size());
-  for (Index i = 0; i < total.size(); ++i) {
-    const double size = system.slopes.row(i).cwiseAbs().maxCoeff() * 1e-18;
-    out[i] = std::sqrt(std::max({system.scatter[i], 1e-10 * total[i], size * size, 1e-300}));
+std::vector<double> deviations_of(const System& system) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < system.scatter.size(); ++i) {
+    double total = system.scatter[i], size = 0.0;
+    for (const auto& source : system.sources)
+      for (std::size_t j = 0; j < source.columns.columns; ++j) total += std::pow(source.columns(i, j), 2);
+    for (std::size_t k = 0; k < quantities; ++k) size = std::max(size, 1e-18 * std::abs(system.slopes(i, k)));
+    out.push_back(std::sqrt(std::max({system.scatter[i], 1e-10 * total, size * size, 1e-300})));
   }
   return out;
 }
 
 /// The linear estimator: free quantities from rows.
 struct Estimator {
-  MatrixXd gain;
+  Matrix gain;  ///< [free x rows]
   double chi_square = 0.0, condition = 0.0;
 };
 
+/// Rows and effects of the whitened system: the effects first, so that what the free quantities show beyond them comes
+/// last and is solved for first.
+///
+///   [ W E   W X ]   W = diag(weight), E effects of the sources, X slopes by the free quantities
+///   [  1     0  ]
+Matrix whitened(const System& system, const std::vector<Quantity>& free, const std::vector<double>& weight) {
+  Matrix effects;
+  for (const auto& source : system.sources) effects = beside(effects, source.columns);
+  const std::size_t n = weight.size(), m = effects.columns, p = free.size();
+  Matrix out(n + m, m + p);
+  if (m > 0) set_block(out, 0, 0, scaled_rows(weight, effects));
+  set_block(out, 0, m,
+            scaled_rows(weight, chosen_columns(system.slopes, std::vector<std::size_t>(free.begin(), free.end()))));
+  for (std::size_t j = 0; j < m; ++j) out(n + j, j) = 1.0;
+  return out;
+}
+
 Estimator estimator_of(const System& system, const std::vector<Quantity>& free) {
-  Index effects = 0;
-  for (const auto& source : system.sources) effects += source.columns.cols();
-  const Index n = system.residual.size(), p = at(free.size());
-  const VectorXd weight = weights_of(system).cwiseInverse();
-  MatrixXd a = MatrixXd::Zero(n + effects, p + effects);
-  for (Index k = 0; k < p; ++k)
-    a.col(k).head(n) = weight.cwiseProduct(system.slopes.col(at(free[static_cast<std::size_t>(k)])));
-  Index j = p;
-  for (const auto& source : system.sources) {
-    a.block(0, j, n, source.columns.cols()) = weight.asDiagonal() * source.columns;
-    j += source.columns.cols();
-  }
-  a.block(n, p, effects, effects).setIdentity();
-  // the effects first: what is left of the free quantities beyond them comes last and is solved for first
-  MatrixXd ordered(a.rows(), a.cols());
-  ordered << a.rightCols(effects), a.leftCols(p);
-  const VectorXd size = ordered.colwise().norm().cwiseMax(1e-300);
-  ordered = ordered * size.cwiseInverse().asDiagonal();
-  const Eigen::HouseholderQR<MatrixXd> qr(ordered);
-  const MatrixXd r = qr.matrixQR().bottomRightCorner(a.rows() - effects, p).topRows(p).triangularView<Eigen::Upper>();
-  MatrixXd last = MatrixXd::Zero(a.rows(), p);
-  last.block(effects, 0, p, p).setIdentity();
-  const MatrixXd q = qr.householderQ() * last;  // the columns of Q that belong to the free quantities
-  const VectorXd s = r.jacobiSvd().singularValues();
+  const auto weight = inverses(deviations_of(system));
+  const Matrix a = whitened(system, free, weight);
+  const std::size_t n = weight.size(), p = free.size(), effects = a.columns - p;
+  const auto size = inverses(column_norms(a), 1e-300);
+  const auto qr = householder_qr(scaled_columns(a, size));
+  const Matrix r = block(upper_of(qr), effects, p, effects, p);
+  Matrix last(a.rows, p);
+  set_block(last, effects, 0, identity(p));
+  const Matrix q = q_product(qr, last);  // the columns of Q that belong to the free quantities
   Estimator out;
-  out.condition = s[p - 1] > 0.0 ? s[0] / s[p - 1] : std::numeric_limits<double>::infinity();
-  out.gain = size.tail(p).cwiseInverse().asDiagonal() *
-             r.triangularView<Eigen::Upper>().solve(q.topRows(n).transpose()) * weight.asDiagonal();
-  VectorXd y = VectorXd::Zero(a.rows());
-  y.head(n) = weight.cwiseProduct(system.residual);
-  const VectorXd turned = qr.householderQ().transpose() * y;
-  out.chi_square = turned.tail(a.rows() - a.cols()).squaredNorm();
+  out.condition = condition(r);
+  out.gain =
+      scaled_rows(std::span(size).last(p), scaled_columns(solve_upper(r, transposed(block(q, 0, n, 0, p))), weight));
+  auto y = scaled(weight, system.residual);
+  y.resize(a.rows, 0.0);
+  const auto turned = q_transposed_product(qr, y);
+  const auto rest = std::span(turned).subspan(a.columns);
+  out.chi_square = dot(rest, rest);
   return out;
 }
 
 void check_gain(const Estimator& estimator) {
-  if (!estimator.gain.allFinite() || !(estimator.condition < 1e10))
+  if (!std::ranges::all_of(estimator.gain.values, [](double v) { return std::isfinite(v); }) ||
+      !(estimator.condition < 1e10))
     throw Error(Error::Kind::bad_data,
                 "the index angles do not show the azimuth: near this heading the rate does not change with it (two "
                 "positions near north and south), or angles are missing; add positions 90 deg apart");
 }
 
-/// Welch and Satterthwaite: nu = 2 v^2/Var(v), the variance of v from that of the components found.
-double freedom_of(const Bench& bench, const std::vector<Noise>& noise, const std::vector<Index>& firsts,
-                  const VectorXd& gain, double v) {
+/// Welch and Satterthwaite: nu = 2 v^2/Var(v), the variance of v from that of the estimated components.
+double freedom_of(const Bench& bench, const std::vector<Noise>& noise, const std::vector<std::size_t>& firsts,
+                  const std::vector<double>& gain, double v) {
   double of_v = 0.0;
   for (std::size_t c = 0; c < bench.signals.size(); ++c) {
     if (noise[c].component_covariance.empty()) continue;
     const auto& signal = bench.signals[c];
-    VectorXd gradient = VectorXd::Zero(at(noise[c].component_covariance.rows));
-    VectorXd by_place = VectorXd::Zero(at(signal.places.size()));
+    std::vector<double> gradient(noise[c].component_covariance.rows, 0.0), by_position(signal.positions.size(), 0.0);
     for (std::size_t r = 0; r < signal.rows.size(); ++r) {
-      const double g = gain[firsts[c] + at(r)];
+      const double g = gain[firsts[c] + r];
       gradient[0] += g * g / signal.rows[r].seconds;
-      by_place[at(signal.rows[r].place)] += g;
+      by_position[signal.rows[r].position] += g;
     }
-    for (Index k = 1; k < gradient.size(); ++k)
-      gradient[k] = by_place.dot(map(noise[c].slow[static_cast<std::size_t>(k - 1)].kernel) * by_place);
-    of_v += gradient.dot(map(noise[c].component_covariance) * gradient);
+    for (std::size_t k = 1; k < gradient.size(); ++k)
+      gradient[k] = quadratic_form(by_position, noise[c].slow[k - 1].kernel);
+    of_v += quadratic_form(gradient, noise[c].component_covariance);
   }
   return of_v > 0.0 ? std::max(1.0, 2.0 * v * v / of_v) : std::numeric_limits<double>::infinity();
 }
 
-/// What rounding to whole pulses gives where a table turns: neighbours share a reading.
-MatrixXd counted_turns(const Bench& bench, const std::vector<Index>& firsts, const MatrixXd& gain) {
-  MatrixXd covariance = MatrixXd::Zero(gain.rows(), gain.rows());
-  VectorXd end = VectorXd::Zero(gain.rows());  // of the reading after the row before
-  const auto close = [&](const VectorXd& reading) { covariance += reading * reading.transpose(); };
+/// Covariance by rounding to whole pulses where a table turns: neighbours share a reading.
+Matrix counted_turns(const Bench& bench, const std::vector<std::size_t>& firsts, const Matrix& gain) {
+  Matrix covariance(gain.rows, gain.rows);
+  std::vector<double> end(gain.rows, 0.0);  // of the reading after the row before
   for (std::size_t c = 0; c < bench.signals.size(); ++c)
     for (std::size_t r = 0; r < bench.signals[c].rows.size(); ++r) {
       const Row& row = bench.signals[c].rows[r];
-      const VectorXd now = row.reading_sd * gain.col(firsts[c] + at(r));
+      const auto now = scaled(row.reading_sd, column(gain, firsts[c] + r));
       if (!row.follows) {
-        close(end);
-        end.setZero();
+        add_square(covariance, 1.0, end);
+        std::ranges::fill(end, 0.0);
       }
-      close(end - now);
+      add_square(covariance, 1.0, difference(end, now));
       end = now;
     }
-  close(end);
+  add_square(covariance, 1.0, end);
   return covariance;
 }
 
 void fill(const Bench& bench, const std::vector<Noise>& noise, const System& system, const Estimator& estimator,
           Solution& out) {
-  const auto& g = estimator.gain;
-  const auto add = [&](const std::string& name, const MatrixXd& covariance) {
+  const Matrix& g = estimator.gain;
+  out.covariance = Matrix(g.rows, g.rows);
+  const auto add = [&](const std::string& name, const Matrix& covariance) {
     auto line = std::ranges::find(out.sources, name, &SourceCovariance::source);
-    if (line == out.sources.end()) line = out.sources.insert(line, {name, Matrix(out.free.size(), out.free.size())});
-    line->covariance = plain(map(line->covariance) + covariance);
+    if (line == out.sources.end()) line = out.sources.insert(line, {name, Matrix(g.rows, g.rows)});
+    line->covariance += covariance;
+    out.covariance += covariance;
   };
   const auto firsts = firsts_of(bench);
   for (std::size_t c = 0; c < bench.signals.size(); ++c) {
-    const auto of = g.middleCols(firsts[c], firsts[c + 1] - firsts[c]);
+    const std::size_t rows = bench.signals[c].rows.size();
     add(bench.signals.size() > 1 ? "output noise of " + bench.signals[c].problem.role : "output noise",
-        of * system.white.segment(firsts[c], of.cols()).asDiagonal() * of.transpose());
+        sandwich(block(g, 0, g.rows, firsts[c], rows), std::span(system.white).subspan(firsts[c], rows)));
   }
-  for (const auto& source : system.sources) {
-    const MatrixXd moved = g * source.columns;
-    add(source.name, moved * moved.transpose());
-  }
-  if (const MatrixXd turns = counted_turns(bench, firsts, g); turns.trace() > 0.0) add("counting of turns", turns);
-  MatrixXd total = MatrixXd::Zero(g.rows(), g.rows());
-  for (const auto& source : out.sources) total += map(source.covariance);
-  out.covariance = plain(total);
-  for (Index k = 0; k < g.rows(); ++k)
-    out.degrees_of_freedom.push_back(freedom_of(bench, noise, firsts, g.row(k), total(k, k)));
-  out.gain = plain(g);
-  out.residuals.assign(system.residual.data(), system.residual.data() + system.residual.size());
-  for (Index i = 0; i < system.white.size(); ++i) out.sd.push_back(std::sqrt(system.white[i]));
-  out.fit = {static_cast<std::size_t>(g.cols()), static_cast<double>(g.cols() - g.rows()), estimator.chi_square,
-             estimator.condition};
+  for (const auto& source : system.sources) add(source.name, gram(transposed(g * source.columns)));
+  if (const Matrix turns = counted_turns(bench, firsts, g); trace(turns) > 0.0) add("counting of turns", turns);
+  for (std::size_t k = 0; k < g.rows; ++k)
+    out.degrees_of_freedom.push_back(freedom_of(bench, noise, firsts, row(g, k), out.covariance(k, k)));
+  out.gain = g;
+  out.fit = {g.columns, static_cast<double>(g.columns - g.rows), estimator.chi_square, estimator.condition};
 }
 
 }  // namespace
@@ -249,14 +244,14 @@ Solution solve(const Bench& bench, const Instrument& instrument, const Setup& se
     const System system = system_at(bench, out.state, noise, disturbances, instrument, predicted);
     const Estimator estimator = estimator_of(system, setup.free);
     check_gain(estimator);
-    const VectorXd change = estimator.gain * system.residual;
+    const auto change = estimator.gain * system.residual;
     const double turn = std::abs(change[0]);
     if (predicted || (step >= least && turn < 1e-13) || step == most) {
       fill(bench, noise, system, estimator, out);
       return out;
     }
     const double share = std::min(1.0, 0.5 / std::max(turn, 1e-300));
-    for (std::size_t k = 0; k < setup.free.size(); ++k) out.state[setup.free[k]] += share * change[at(k)];
+    for (std::size_t k = 0; k < setup.free.size(); ++k) out.state[setup.free[k]] += share * change[k];
   }
 }
 

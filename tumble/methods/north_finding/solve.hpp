@@ -8,7 +8,7 @@
 
 namespace tumble::north_finding {
 
-/// What the test is to give, and around what.
+/// Quantities that the test estimates, and the state around which.
 struct Setup {
   State start{};
   std::vector<Quantity> free;  ///< azimuth first
@@ -18,9 +18,9 @@ struct Setup {
   Findings findings;
 };
 
-/// From the closed forms. Throws Error::bad_data where the azimuth cannot be told.
+/// From the closed forms. Throws Error::bad_data where the test does not show the azimuth.
 Setup set_up(const Bench& bench, const Instrument& instrument);
-/// The set-up where nothing is measured yet: around the attitude that the rig has.
+/// The set-up of a prediction: around the attitude that the rig has.
 Setup set_up_prediction(const Bench& bench, const Instrument& instrument);
 
 struct Solution {
@@ -29,14 +29,12 @@ struct Solution {
   Matrix covariance;
   std::vector<SourceCovariance> sources;
   std::vector<double> degrees_of_freedom;
-  Matrix gain;                    ///< free quantities by rows, the signals' rows one after the other
-  std::vector<double> residuals;  ///< [SI of the channel]
-  std::vector<double> sd;         ///< of the rows: white noise alone
+  Matrix gain;  ///< free quantities by rows, the rows of the signals one after the other
   Fit fit;
 };
 
-/// Generalised least squares of all channels together, the noise white within places and slow between them, the rig's
-/// errors and what is known beforehand as random effects common to the channels; Gauss-Newton about `start`.
+/// Generalised least squares of all channels together, the noise white within positions and slow between them, the
+/// rig's errors and what is known beforehand as random effects common to the channels; Gauss-Newton about `start`.
 Solution solve(const Bench& bench, const Instrument& instrument, const Setup& setup, const std::vector<Noise>& noise,
                const std::vector<Disturbance>& disturbances, bool predicted);
 

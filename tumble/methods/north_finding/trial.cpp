@@ -38,7 +38,7 @@ constexpr True parts[] = {{"gyro.misalignment_y", "arcsec", "gyro_x_misalignment
                           {"accelerometer_y.misalignment_x", "arcsec", "accelerometer_y_misalignment_x", -70.0, 20.0},
                           {"accelerometer_y.misalignment_z", "arcsec", "accelerometer_y_misalignment_z", 50.0, 10.0}};
 
-/// As another test found the instrument: off its truth by what the covariance says.
+/// A calibration by another test: its errors are drawn from its covariance.
 std::shared_ptr<const Estimate> calibration(std::uint64_t seed) {
   auto result = std::make_shared<Estimate>();
   const RandomStream random = RandomStream(seed).split("calibration");
@@ -83,7 +83,7 @@ Trial trial(std::uint64_t seed) {
   Trial trial{{plan, {simulate(plan, seed, {})}, {}}, {}};
   // Without the encoder the index angles are as uncertain as the table goes to them.
   std::erase_if(trial.evidence.recordings[0].channels,
-                [](const tumble::Channel& one) { return one.name == "table_angle"; });
+                [](const tumble::Channel& output) { return output.name == "table_angle"; });
   // At index 0 the x of the rate table is level, 90 deg to the right of where the axis leans: y points down.
   trial.truth = {{"azimuth", si(37.0, "deg")}, {"pitch", 0.0}, {"roll", si(-3.0, "deg")}};
   return trial;

@@ -1,7 +1,5 @@
 #include "tumble/methods/polar_axis_tumble/harmonics.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +10,7 @@
 namespace tumble::polar_axis_tumble {
 namespace {
 
-/// One sense of the output axis: what it and the plane of I and S feel [m/s^2].
+/// One sense of the output axis: specific force along it and in the plane of I and S [m/s^2].
 struct Sense {
   double along = 0.0, across = 0.0;
   std::size_t segments = 0;
@@ -30,11 +28,11 @@ std::vector<Sense> senses_of(const linear::Solution& solution) {
   for (const auto& segment : solution.segments) {
     const Vector3 f = segment.felt.specific_force;
     if (!segment.steady) continue;
-    auto found = std::ranges::find_if(senses, [&](const Sense& sense) { return sense.along * f.y > 0.0; });
-    if (found == senses.end()) found = senses.insert(found, Sense{});
-    const double n = static_cast<double>(found->segments++);
-    found->along += (f.y - found->along) / (n + 1.0);
-    found->across += (std::hypot(f.x, f.z) - found->across) / (n + 1.0);
+    auto sense = std::ranges::find_if(senses, [&](const Sense& s) { return s.along * f.y > 0.0; });
+    if (sense == senses.end()) sense = senses.insert(sense, Sense{});
+    const double n = static_cast<double>(sense->segments++);
+    sense->along += (f.y - sense->along) / (n + 1.0);
+    sense->across += (std::hypot(f.x, f.z) - sense->across) / (n + 1.0);
   }
   return senses;
 }
@@ -56,7 +54,7 @@ double shape(std::size_t harmonic, double angle) {
   }
 }
 
-/// How much of each harmonic every column has: its projection at eight angles, exact up to the third harmonic.
+/// Share of each harmonic in every column: its projection at eight angles, exact up to the third harmonic.
 Matrix projections(const linear::Solution& solution, const Sense& sense) {
   Matrix out(names.size(), solution.columns.size());
   for (int k = 0; k < 8; ++k) {
@@ -68,11 +66,6 @@ Matrix projections(const linear::Solution& solution, const Sense& sense) {
     }
   }
   return out;
-}
-
-/// Replaces covariance and budget by those of the rows of `l`.
-void transform(const linear::Solution& solution, const Matrix& l, Estimate& estimate) {
-  settle(estimate, carried(l, lines_of(solution.fit.sources)));
 }
 
 void add_curves(const linear::Solution& solution, const Sense& sense, const std::string& which, Estimate& estimate) {
@@ -107,11 +100,7 @@ void warn_of_another_axis(const linear::Solution& solution, Estimate& estimate) 
   }
   if (worst > 0.003 * earth)
     estimate.findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("the axis is {:.2g} deg from the Earth's in some position: the harmonics are those of the fitted "
-                     "model about the Earth's axis",
-                     std::atan2(worst, earth) / degree),
-         ""});
+        {Finding::Severity::warning, "axis_not_the_earths", {{"angle", std::atan2(worst, earth), "deg"}}});
 }
 
 }  // namespace
@@ -147,7 +136,7 @@ void add_harmonics(const linear::Solution& solution, Estimate& estimate) {
     }
     add_curves(solution, senses[s], which, estimate);
   }
-  transform(solution, l, estimate);
+  settle(estimate, carried(l, lines_of(solution.fit.sources)));
   warn_of_another_axis(solution, estimate);
 }
 

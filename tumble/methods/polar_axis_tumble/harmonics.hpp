@@ -5,7 +5,7 @@
 
 namespace tumble::polar_axis_tumble {
 
-/// Parameters that stand for more than themselves get the name of what they are: "D_SS_minus_D_II", "D_F_sum".
+/// Names of parameters that hold others too: "D_SS_minus_D_II", "D_F_sum".
 void name_combinations(const linear::Solution& solution, Estimate& estimate);
 
 /// With O along the axis, f_I = F sin th and f_S = F cos th, the drift is

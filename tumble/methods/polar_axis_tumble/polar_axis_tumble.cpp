@@ -1,50 +1,29 @@
 #include <fmt/format.h>
 
-#include "tumble/methods/method.hpp"
+#include "tumble/methods/linear_method.hpp"
 #include "tumble/methods/polar_axis_tumble/harmonics.hpp"
-#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::polar_axis_tumble {
 namespace {
 
-using linear::Problem;
+std::vector<Option> options() { return sdof_gyro_support::options("5 s", "10 s"); }
 
-std::vector<Role> roles() { return {sdof_gyro_support::gyro_role()}; }
-
-std::vector<Option> options() {
-  auto options = sdof_gyro_support::reading_options();
-  for (auto& option : linear::options("5 s", "10 s")) options.push_back(std::move(option));
-  options.push_back(linear::bias_instability_option("deg/h"));
-  return options;
-}
-
-Problem problem_of(const Settings& settings, const Channel* channel) {
-  Problem problem;
-  sdof_gyro_support::set_reading(settings, channel, problem);
-  linear::set_options(settings, problem);
-  problem.columns =
-      sdof_gyro_support::terms({"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"});
+linear::Problem problem_of(const Settings& settings, const Channel* channel) {
+  auto problem = sdof_gyro_support::problem_of(settings, channel);
+  problem.columns = sdof_gyro_support::terms(sdof_gyro_support::drift_terms());
   problem.leave_out_first = {"D_OO", "D_II", "D_IO", "D_OS", "D_O"};
   problem.advice = {"distinguish_polar_axis"};
   return problem;
 }
 
-Estimate finished(const linear::Solution& solution) {
+Estimate finished(const linear::Solution& solution, const Settings&) {
   Estimate estimate = linear::answer_of(solution, "polar_axis_tumble", "deg/h", {"I", "O", "S"});
   name_combinations(solution, estimate);
   add_harmonics(solution, estimate);
   sdof_gyro_support::add_repeats(solution, estimate);
   return estimate;
-}
-
-Estimate identify(const Evidence& evidence, const Progress&) {
-  return finished(linear::identify(evidence, problem_of(evidence.plan.settings, sdof_gyro_support::channel(evidence))));
-}
-
-Estimate predict(const Plan& plan) {
-  return finished(linear::predict(plan, problem_of(plan.settings, nullptr), linear::truth_of(plan, "gyro")));
 }
 
 /// Sixteen angles in a mixed order about the Earth's axis, with O along it and against it.
@@ -69,17 +48,13 @@ Trial trial(std::uint64_t seed) {
 
 }  // namespace
 
-extern const Method polar_axis_tumble{
+extern const Method polar_axis_tumble = linear_method<sdof_gyro_support::roles, problem_of, finished>({
     .name = "polar_axis_tumble",
     .summary = "drift of a single-degree-of-freedom gyro turned about the Earth's axis: harmonics and what they give",
     .source =
         "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 32-33, about the polar axis",
-    .needs_plan = true,
-    .roles = roles,
     .options = options,
-    .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
-    .predict = predict};
+});
 
 }  // namespace tumble::polar_axis_tumble

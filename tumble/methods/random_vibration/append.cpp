@@ -8,7 +8,7 @@
 namespace tumble::random_vibration {
 namespace {
 
-/// Key of what the vibrations of a test share; no other result has it, so it goes in the end.
+/// Key of the errors that the vibrations of a test share; no other result has it, so it is removed in the end.
 constexpr const char* this_test = "this test";
 
 /// One source: a covariance of all statistics, and the degrees of freedom each part of its diagonal is known with.
@@ -18,15 +18,15 @@ struct Source {
   std::vector<double> freedom;
 };
 
-/// The density at zero, joined with what is expected of it as far as the two agree: the expectation has the noise at
-/// rest behind it, and a vibration without reference hides its own density at zero beneath the motion.
+/// The density at zero, combined with the expected one as far as the two agree: the expectation rests on the noise at
+/// rest, and a vibration without reference hides its own density at zero beneath the motion.
 DensityAtZero joined(DensityAtZero density, double expected, double freedom) {
   if (expected < 0.0) return density;
-  const double of_expected = 2.0 * expected * expected / std::max(1.0, freedom), of_found = density.covariance(0, 0);
-  if (density.white - expected > 2.5 * std::sqrt(of_found + of_expected)) return density;
-  // It is a model (no K_3, no noise that the vibration raises), not to be trusted as far as its own evidence goes.
+  const double of_expected = 2.0 * expected * expected / std::max(1.0, freedom), of_density = density.covariance(0, 0);
+  if (density.white - expected > 2.5 * std::sqrt(of_density + of_expected)) return density;
+  // It is a model (no K_3, no noise that the vibration raises), less reliable than its own evidence suggests.
   freedom = std::min(freedom, 8.0);
-  const double own = of_found > 0.0 ? 2.0 * density.white * density.white / of_found : 0.0;
+  const double own = of_density > 0.0 ? 2.0 * density.white * density.white / of_density : 0.0;
   const double all = own + freedom;
   density.white = std::max(expected, (own * density.white + freedom * expected) / all);
   density.covariance(0, 0) = 2.0 * density.white * density.white / all;
@@ -51,10 +51,10 @@ Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics
   std::vector<double> sd;
   for (std::size_t k = 0; k < index.size(); ++k) {
     const Statistic& s = statistics[index[k]];
-    const auto found = variance_of_sum(joined(run.density[k], s.expected_white, s.expected_freedom),
-                                       s.faded ? exposure.weights : even);
-    sd.push_back(std::sqrt(found.variance));
-    source.freedom[index[k]] = found.degrees_of_freedom;
+    const auto sum = variance_of_sum(joined(run.density[k], s.expected_white, s.expected_freedom),
+                                     s.faded ? exposure.weights : even);
+    sd.push_back(std::sqrt(sum.variance));
+    source.freedom[index[k]] = sum.degrees_of_freedom;
   }
   for (std::size_t k = 0; k < index.size(); ++k)
     for (std::size_t l = 0; l < index.size(); ++l)
@@ -62,8 +62,8 @@ Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics
   return source;
 }
 
-/// Of ranges: what the ranges of the blocks scatter by. The greatest of many has the scale of the greatest of few
-/// (Gumbel), but for the slow approach of normal numbers to it, which `shrinking` is for.
+/// Covariance of ranges: the scatter of the ranges of the blocks. The greatest of many has the scale of the greatest of
+/// few (Gumbel), except for the slow approach of normal numbers to it, which `shrinking` corrects.
 void add_ranges(const std::vector<Statistic>& statistics, Source& source) {
   std::vector<double> mean(statistics.size(), 0.0);
   for (std::size_t i = 0; i < statistics.size(); ++i)
@@ -109,7 +109,7 @@ Source of_units(const std::string& name, const std::vector<Statistic>& statistic
   return source;
 }
 
-/// Errors that all vibrations of a test have in common, of relative size `sd`: one, or one a unit.
+/// Errors that all vibrations of a test share, of relative size `sd`: one, or one for each unit.
 ErrorLine in_common(const char* name, const std::vector<Statistic>& statistics, std::size_t errors,
                     const std::function<double(const Statistic&, std::size_t error)>& shift) {
   ErrorLine line{name, Matrix(statistics.size(), errors), this_test, std::vector<double>(statistics.size(), 1e6)};

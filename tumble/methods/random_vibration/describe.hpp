@@ -6,15 +6,15 @@
 
 namespace tumble::random_vibration {
 
-/// Table `units`: one row a unit and vibration.
+/// Table `units`: one row for each unit and vibration.
 Table units_table(const std::vector<Exposure>& exposures, const vibration::Data& data, const std::vector<Type>& types,
                   const Estimate& estimate);
 
 /// e_j of each unit: all windows, or of many the lowest and highest of each stretch.
 std::vector<Curve> error_curves(const Exposure& exposure, const vibration::Data& data);
 
-/// What is odd in one vibration, and what the numbers do not say of themselves.
+/// Findings on faults of one vibration, and on the meaning of its numbers.
 /// `estimate` holds the parameters of the vibration.
-void look_at(const Exposure& exposure, const vibration::Data& data, const Estimate& estimate, Findings& findings);
+void report_faults(const Exposure& exposure, const vibration::Data& data, const Estimate& estimate, Findings& findings);
 
 }  // namespace tumble::random_vibration

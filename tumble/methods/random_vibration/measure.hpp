@@ -11,13 +11,13 @@
 
 namespace tumble::random_vibration {
 
-/// What the unit shows at rest, carried to the middle of the vibration.
+/// Output of the unit at rest, interpolated to the middle of the vibration.
 struct Rest {
   double value = 0.0, slope = 0.0;  ///< [m/s^2], [m/s^2/s]
   double variance = 0.0, degrees_of_freedom = 1.0;
   double white = 0.0;                ///< density at zero of one window [(m/s^2)^2]
   double white_freedom = 1.0;        ///< degrees of freedom of it
-  double slow_variance = 0.0;        ///< what slow noise adds to the difference between vibration and rest
+  double slow_variance = 0.0;        ///< of slow noise in the difference between vibration and rest
   double before = 0.0, after = 0.0;  ///< means [m/s^2]; NaN: none
   bool both_sides = false;
 };
@@ -26,15 +26,15 @@ struct Rest {
 struct Measured {
   std::size_t unit = 0, series = 0;
   Rest rest;
-  std::vector<double> error;    ///< e_j, specific force less that at rest; NaN: missed
-  std::vector<double> own;      ///< e_j less what the reference explains; empty: no reference over the windows
+  std::vector<double> error;    ///< e_j, specific force less that at rest; NaN: missing
+  std::vector<double> own;      ///< e_j less the fit of the reference; empty: no reference over the windows
   double mean = 0.0;            ///< of windows that fade in and out
   double plain_mean = 0.0;      ///< docs/equations (3.7)
   double sd = 0.0;              ///< docs/equations (3.7)
   double own_sd = 0.0;          ///< of `own`
   double reference_gain = 0.0;  ///< of the unit against the reference
   double lowest = 0.0, highest = 0.0;
-  std::size_t windows = 0;  ///< not missed
+  std::size_t windows = 0;  ///< not missing
   double per_force = 1.0;   ///< pulses of one window for one m/s^2; 1 where nothing is counted
 };
 
@@ -45,15 +45,15 @@ struct Exposure {
   double window = 0.0, interval = 0.0, begin = 0.0, end = 0.0;  ///< [s]
   double rms = 0.0;                                             ///< of the vibration [m/s^2], by the plan or measured
   double rms_sd = 0.0;                                          ///< relative
-  double level_sd = 0.0;  ///< relative, of the vibration about what the plan asks for
-  double gain_sd = 0.0;   ///< relative, of the reference's gain
+  double level_sd = 0.0;                                        ///< relative, of the vibration about the plan
+  double gain_sd = 0.0;                                         ///< relative, of the reference's gain
   bool from_reference = false;
   std::vector<double> reference;  ///< [m/s^2] of each window, the first unit's; empty: none
-  std::vector<double> weights;    ///< that fade in and out, of sum 1, on all windows
+  std::vector<double> weights;    ///< of all windows, that fade in and out; their sum is 1
   std::vector<Measured> units;
 };
 
-/// Every random vibration of the data. Throws Error::bad_data, bad_input with all that is missing.
+/// Every random vibration of the data. Throws Error::bad_data, bad_input with everything that is missing.
 std::vector<Exposure> exposures_of(const Evidence& evidence, const vibration::Data& data, Findings& findings);
 
 /// Highest less lowest error of each of `blocks` equal parts [m/s^2].

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "tumble/core/budget.hpp"
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
 
 namespace tumble::random_vibration {
@@ -28,34 +28,31 @@ Rectified rectified(const std::vector<Exposure>& exposures, const vibration::Dat
   return out;
 }
 
-/// K_2, K_3 = G times the rectifications: least squares with their variances.
-Eigen::MatrixXd weights_of(const Rectified& r, const Estimate& estimate) {
-  const auto n = static_cast<Eigen::Index>(r.index.size());
-  Eigen::MatrixXd design(n, 2), weighted(n, 2);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    design.row(i) << 1.0, 3.0 * r.a_0[k];
-    weighted.row(i) = design.row(i) / estimate.covariance(r.index[k], r.index[k]);
+/// G [2 x n]: K_2, K_3 = G times the rectifications, by least squares with their variances.
+Matrix weights_of(const Rectified& r, const Estimate& estimate) {
+  Matrix design(r.index.size(), 2);
+  std::vector<double> weights;
+  for (std::size_t i = 0; i < r.index.size(); ++i) {
+    design(i, 0) = 1.0;
+    design(i, 1) = 3.0 * r.a_0[i];
+    weights.push_back(1.0 / estimate.covariance(r.index[i], r.index[i]));
   }
-  return (weighted.transpose() * design).ldlt().solve(weighted.transpose());
+  return solve_symmetric(gram(design, weights), transposed(scaled_rows(weights, design)));
 }
 
 /// Rows of the budget for the linear combinations G of the rectifications.
-void append_combinations(const Eigen::MatrixXd& g, const Rectified& r, Estimate& estimate) {
+void append_combinations(const Matrix& g, const Rectified& r, Estimate& estimate) {
   const std::size_t old = estimate.parameters.size();
-  const auto combinations = static_cast<std::size_t>(g.rows());
   for (auto& line : estimate.budget) {
-    Matrix longer(old + combinations, line.factor.columns);
+    Matrix longer(old + g.rows, line.factor.columns);
     for (std::size_t c = 0; c < longer.columns; ++c) {
       for (std::size_t i = 0; i < old; ++i) longer(i, c) = line.factor(i, c);
-      for (std::size_t row = 0; row < combinations; ++row)
-        for (std::size_t k = 0; k < r.index.size(); ++k)
-          longer(old + row, c) +=
-              g(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(k)) * line.factor(r.index[k], c);
+      for (std::size_t j = 0; j < g.rows; ++j)
+        for (std::size_t k = 0; k < r.index.size(); ++k) longer(old + j, c) += g(j, k) * line.factor(r.index[k], c);
     }
     line.factor = std::move(longer);
   }
-  estimate.covariance = covariance_of(estimate.budget, old + combinations);
+  estimate.covariance = covariance_of(estimate.budget, old + g.rows);
 }
 
 }  // namespace
@@ -66,7 +63,7 @@ void append_orders(const std::vector<Exposure>& exposures, const vibration::Data
     if (r.index.size() < 2) continue;
     const auto [low, high] = std::ranges::minmax(r.a_0);
     if (high - low < si(1.0, "g")) continue;
-    const Eigen::MatrixXd g = weights_of(r, estimate);
+    const Matrix g = weights_of(r, estimate);
     append_combinations(g, r, estimate);
     Parameter second{data.units[unit].prefix + "second_order_coefficient", "K_2", Unit::parse("ug/g^2"), 0.0,
                      "of the rectifications in positions of different a_0"},
@@ -74,8 +71,8 @@ void append_orders(const std::vector<Exposure>& exposures, const vibration::Data
               "of the rectifications in positions of different a_0"};
     for (std::size_t k = 0; k < r.index.size(); ++k) {
       const Parameter& p = estimate.parameters[r.index[k]];
-      second.value += g(0, static_cast<Eigen::Index>(k)) * p.value;
-      third.value += g(1, static_cast<Eigen::Index>(k)) * p.value;
+      second.value += g(0, k) * p.value;
+      third.value += g(1, k) * p.value;
       second.degrees_of_freedom = third.degrees_of_freedom = std::min(second.degrees_of_freedom, p.degrees_of_freedom);
     }
     estimate.parameters.push_back(std::move(second));

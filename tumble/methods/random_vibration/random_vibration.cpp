@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "tumble/methods/method.hpp"
@@ -7,6 +5,7 @@
 #include "tumble/methods/random_vibration/measure.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
 #include "tumble/methods/random_vibration/trial.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/error.hpp"
 
@@ -19,12 +18,13 @@ namespace tumble::random_vibration {
 namespace {
 
 std::vector<Role> roles() {
-  return {{"accelerometer", "", true,
-           "the units under test, side by side on the fixture: pulses per window, or a current, voltage or specific "
-           "force",
-           true},
-          {"reference", "g", false,
-           "reference accelerometer, without gravity: recorded as the mean over each window it is taken off"}};
+  return {
+      {"accelerometer", "", true,
+       "the units under test, side by side on the fixture: pulses per window, or a current, voltage or specific "
+       "force",
+       true},
+      {"reference", "g", false,
+       "reference accelerometer, without gravity: subtracted from the units where it is the mean over each window"}};
 }
 
 std::vector<Option> options() {
@@ -62,13 +62,11 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const vibration::Data data = vibration::data_of(evidence);
   const auto types = types_of(settings.has("types") ? settings.word("types") : "", data.units);
   Estimate estimate;
-  estimate.method = "random_vibration";
-  estimate.title = evidence.plan.title;
   estimate.findings = data.findings;
   const auto exposures = exposures_of(evidence, data, estimate.findings);
   for (const Exposure& exposure : exposures) {
     append(exposure, data, statistics_of(exposure, data, types, estimate.findings), estimate);
-    look_at(exposure, data, estimate, estimate.findings);
+    report_faults(exposure, data, estimate, estimate.findings);
     for (auto& curve : error_curves(exposure, data)) estimate.curves.push_back(std::move(curve));
     for (const auto& unit : exposure.units) estimate.fit.observations += unit.windows;
   }
@@ -78,7 +76,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.fit.chi_square = std::nan("");  // nothing is fitted to the windows
   estimate.tables.push_back(units_table(exposures, data, types, estimate));
   report(progress, 1.0, "done");
-  return estimate;
+  return finished(std::move(estimate), "random_vibration", evidence.plan.title, {});
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }

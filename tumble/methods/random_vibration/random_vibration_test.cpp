@@ -54,7 +54,7 @@ TEST(RandomVibration, RectificationBySimulation) {
   double sum = 0.0, squares = 0.0;
   for (const double v : a) {
     const double x = 1.0 + rms * v, y = 20e-6 * (x * x - 1.0) + 0.5e-6 * (x * x * x - 1.0);
-    // What is odd in v has no mean: taken out, else it is nearly all of the scatter.
+    // The part that is odd in v has no mean: it is subtracted, else it is nearly all of the scatter.
     const double even = y - (2.0 * 20e-6 + 3.0 * 0.5e-6) * rms * v - 0.5e-6 * std::pow(rms * v, 3);
     sum += even;
     squares += even * even;
@@ -125,7 +125,7 @@ TEST(RandomVibration, CommonVibrationCancelsInTheRatio) {
   EXPECT_NEAR(value(e, "accelerometer_over_Q1.sd_ratio"), 1.0, 1e-3);
   const auto ratio = value(e, "accelerometer_over_Q1.mean_ratio");
   EXPECT_LT(ratio, 0.6);
-  EXPECT_TRUE(says(e.findings, "the standard deviation is of the motion"));
+  EXPECT_NE(finding_of(e.findings, "spread_is_motion_beside_instants"), nullptr);
 }
 
 TEST(RandomVibration, UnitsAreGroupedIntoTypes) {
@@ -161,43 +161,45 @@ Evidence with_reference(const char* how, int steps) {
   return evidence;
 }
 
-// What is left is the unit's own 3 mg and the reference's 1 mg, of 2.8 g: 1 % of it the rectified a^2 and what the
+// The residual is the unit's own 3 mg and the reference's 1 mg, of 2.8 g: 1 % of it the rectified a^2 and what the
 // steps of the simulation, 100 a window, do to 2 kHz.
 TEST(RandomVibration, ReferenceOverTheWindowsShowsTheUnitsOwnError) {
   const Estimate e = identified(with_reference("mean", 200));
   EXPECT_GT(value(e, "pulse_error_sd"), si(2.5, "g"));
   EXPECT_NEAR(value(e, "pulse_error_sd_own"), si(std::hypot(3.0, 1.0), "mg"), si(0.6, "mg"));
-  EXPECT_TRUE(says(e.findings, "is motion that the reference shows as well"));
+  EXPECT_GT(value_of(e.findings, "motion_in_reference", "share"), 0.99);
 }
 
 // An instant tells the level, with all of the band, but not the mean over the window.
-TEST(RandomVibration, ReferenceOfInstantsTellsTheLevel) {
+TEST(RandomVibration, ReferenceOfInstantsShowsTheLevel) {
   Evidence evidence = with_reference("instant", 25);
   EXPECT_EQ(find_parameter(identified(evidence), "pulse_error_sd_own"), nullptr);
   evidence.plan.settings.set_word("level_from", "reference");
   const Estimate e = identified(evidence);
   const double truth = trial(1).truth[3].second;
   EXPECT_NEAR(value(e, "vibration_rectification"), truth, 4.0 * sd(e, "vibration_rectification"));
-  EXPECT_TRUE(says(e.findings, "by the reference"));
+  EXPECT_NE(finding_of(e.findings, "level_by_reference"), nullptr);
   evidence.plan.settings.set_number("level", si(15.5, "g"), Unit::parse("g"));
   EXPECT_NE(refusal(find_method("random_vibration"), evidence).find("exclude each other"), std::string::npos);
   evidence.plan.settings.set_word("level_from", "plan");
-  EXPECT_TRUE(says(identified(evidence).findings, "by the setting level"));
+  const Findings findings = identified(evidence).findings;
+  EXPECT_NEAR(value_of(findings, "level_differs_from_reference", "level"), si(15.5, "g"), 1e-9);
+  EXPECT_TRUE(says(findings, "by the setting level"));
 }
 
-TEST(RandomVibration, ClippingIsSaidAndWhatToDo) {
+TEST(RandomVibration, ClippingIsReported) {
   Evidence evidence = trial(1).evidence;
   evidence.plan.settings.set_number("range", si(30.0, "g"), Unit::parse("g"));
-  EXPECT_TRUE(says(identified(evidence).findings, "vibrate at a lower level or use a unit of wider range"));
+  EXPECT_LT(value_of(identified(evidence).findings, "unit_clips", "shift"), 0.0);
   evidence.plan.settings.set_number("range", si(90.0, "g"), Unit::parse("g"));
-  EXPECT_FALSE(says(identified(evidence).findings, "clips"));
+  EXPECT_EQ(finding_of(identified(evidence).findings, "unit_clips"), nullptr);
 }
 
 TEST(RandomVibration, RestOnOneSideOnlyAndNone) {
   Evidence evidence = trial(1).evidence;
   evidence.plan.schedule[2].axes["shake"] = evidence.plan.schedule[1].axes["shake"];
   const Estimate e = identified(evidence);  // "after" is taken for a second vibration
-  EXPECT_TRUE(says(e.findings, "at rest only before the vibration"));
+  EXPECT_NE(finding_of(e.findings, "rest_only_before"), nullptr);
   EXPECT_NE(find_parameter(e, "random.accelerometer.pulse_error_mean"), nullptr);
   evidence.plan.schedule[0].axes["shake"] = evidence.plan.schedule[1].axes["shake"];
   const std::string words = refusal(find_method("random_vibration"), evidence);
@@ -231,12 +233,12 @@ TEST(RandomVibration, TwoPositionsSplitTheOrders) {
   }
 }
 
-TEST(RandomVibration, KnocksAreSaid) {
+TEST(RandomVibration, KnocksAreReported) {
   Evidence evidence = trial(1).evidence;
   auto& values = evidence.recordings[0].channels[0].values;
   values[8000] += 400.0;
   values[9000] -= 400.0;
-  EXPECT_TRUE(says(identified(evidence).findings, "knocks, a loose unit or lost pulses"));
+  EXPECT_NE(finding_of(identified(evidence).findings, "peaks_too_high"), nullptr);
 }
 
 }  // namespace

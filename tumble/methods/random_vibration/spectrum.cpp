@@ -26,7 +26,7 @@ double window_variance(const SpectralDensity& psd, double window) {
       const double s = vibration::sinc(f * window);
       return psd.density[i] * std::pow(f / low, slope) * s * s;
     };
-    // Simpson's rule, 100 steps to a lobe of the window and to a doubling of the frequency at the least.
+    // Simpson's rule, at least 100 steps for a lobe of the window and for a doubling of the frequency.
     const double steps = std::max({200.0, 100.0 * (high - low) * window, 100.0 * (high - low) / low});
     const auto n = 2 * static_cast<std::size_t>(std::min(5e5, steps));
     const double h = (high - low) / static_cast<double>(n);

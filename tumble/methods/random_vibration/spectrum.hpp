@@ -2,7 +2,7 @@
 
 #include "tumble/math/shaped_noise.hpp"
 
-/// What the density of a random vibration says before a sample is taken. All of one-sided densities, Gaussian motion.
+/// Predictions from the density of a random vibration, for one-sided densities and Gaussian motion.
 namespace tumble::random_vibration {
 
 /// Variance of the means over windows of H [s]: INT S sinc^2(f H) df, docs/equations (3.13). Accuracy 1e-6.
@@ -23,7 +23,7 @@ struct Extreme {
 /// Given: n [1], need not be whole.
 Extreme greatest_of(double n);
 
-/// What a unit that shows no more than +-range makes of a normal specific force of mean a_0 and standard deviation rms.
+/// Effect of a unit that shows no more than +-range on a normal specific force of mean a_0 and standard deviation rms.
 struct Clipping {
   double share = 0.0;  ///< of the time
   double shift = 0.0;  ///< of the mean [as a_0]

@@ -28,7 +28,7 @@ std::vector<double> squares_of(const std::vector<double>& values, double mean, d
   return out;
 }
 
-/// Density at zero that the noise at rest and the unit's own rectification of a Gaussian vibration let expect.
+/// Density at zero by the noise at rest and the unit's own rectification of a Gaussian vibration.
 double expected_white(const Exposure& exposure, const Measured& unit) {
   const double rectification = unit.mean / (exposure.rms * exposure.rms);
   return unit.rest.white + rectification * rectification * density_of_square(exposure.psd) / exposure.interval;
@@ -60,7 +60,7 @@ void add_scaled(std::vector<double>& sum, const std::vector<double>& values, dou
   for (std::size_t j = 0; j < sum.size(); ++j) sum[j] += factor * values[j];
 }
 
-/// The influences and derivatives of `part`, times a factor; the value and what is expected stay.
+/// Adds the influences and derivatives of `part`, times a factor; value and expected density do not change.
 void add_scaled(Statistic& sum, const Statistic& part, double factor) {
   if (!part.influence.empty()) add_scaled(sum.influence, part.influence, factor);
   if (!part.ranges.empty()) add_scaled(sum.ranges, part.ranges, factor);
@@ -96,8 +96,8 @@ Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
   const double square = exposure.rms * exposure.rms;
   Statistic s = times(mean, 1.0 / square);
   if (exposure.from_reference) {
-    // The level is the reference's: that the shaker misses the plan's drops out, and what chance makes of the
-    // reference's variance is in the ratio.
+    // The level is the reference's: an error of the shaker cancels, and the sampling error of the reference's variance
+    // is in the ratio.
     s.gain = s.level;
     s.level = 0.0;
     const double variance = [&] {
@@ -113,7 +113,7 @@ Statistic rectification_of(const Exposure& exposure, const Statistic& mean) {
   return s;
 }
 
-/// Of the whole recording of one unit, in its pulses.
+/// Statistics of one unit over the vibration, in its pulses.
 void append_unit(const Exposure& exposure, const Data& data, const Measured& unit, std::vector<Statistic>& out) {
   const auto& under_test = data.units[unit.unit];
   const std::string prefix = exposure.prefix + under_test.prefix;
@@ -138,7 +138,7 @@ void append_unit(const Exposure& exposure, const Data& data, const Measured& uni
     own = times(own, unit.per_force);
     if (under_test.pulse > 0.0) own.scale.clear();
     name(own, prefix + "pulse_error_sd_own", "s_own", shown,
-         "standard deviation less what the reference explains: the unit and its counter");
+         "standard deviation after subtracting the reference: the unit and its counter");
     out.push_back(std::move(own));
   }
   Statistic rectification = rectification_of(exposure, t.mean);
@@ -177,7 +177,7 @@ Statistic ratio_of(const Statistic& over, const Statistic& under) {
   return out;
 }
 
-/// Noise at rest of the ratio of two means: what both rectify of the common vibration cancels.
+/// Noise at rest of the ratio of two means: the rectification of the common vibration cancels.
 double white_of_ratio(const Exposure& exposure, const std::vector<std::size_t>& over,
                       const std::vector<std::size_t>& under, double ratio, double mean_under) {
   const auto mean_white = [&](const std::vector<std::size_t>& members) {
@@ -196,8 +196,8 @@ std::vector<std::size_t> members_of(const Exposure& exposure, const Type& type) 
   return out;
 }
 
-/// Whether the mean can stand below a ratio: at least four standard uncertainties from zero.
-bool carries_a_ratio(const Exposure& exposure, const Statistic& mean, const std::vector<std::size_t>& members) {
+/// Whether the mean can be a divisor: it is at least four standard uncertainties from zero.
+bool can_divide(const Exposure& exposure, const Statistic& mean, const std::vector<std::size_t>& members) {
   double variance = 0.0;
   for (const std::size_t m : members) {
     const Measured& unit = exposure.units[m];
@@ -227,7 +227,7 @@ void append_ratios(const Exposure& exposure, const std::vector<Type>& types, std
   for (std::size_t k = 1; k < of_type.size(); ++k) {
     const std::string prefix = exposure.prefix + names[0] + "_over_" + names[k] + ".";
     const std::string what = fmt::format(" of {} over {}, in g, the vibration in common", names[0], names[k]);
-    if (carries_a_ratio(exposure, of_type[k].mean, members[k])) {
+    if (can_divide(exposure, of_type[k].mean, members[k])) {
       Statistic mean = ratio_of(of_type[0].mean, of_type[k].mean);
       mean.expected_white =
           white_of_ratio(exposure, members[0], members[k], mean.parameter.value, of_type[k].mean.parameter.value);
@@ -235,10 +235,10 @@ void append_ratios(const Exposure& exposure, const std::vector<Type>& types, std
       name(mean, prefix + "mean_ratio", "r_mean", "1", "means of the pulse error" + what);
       out.push_back(std::move(mean));
     } else {
-      findings.push_back(
-          {Severity::info,
-           fmt::format("no {}mean_ratio: the mean of {} is too near zero to stand below a ratio", prefix, names[k]),
-           exposure.label});
+      findings.push_back({Severity::info,
+                          "no_mean_ratio",
+                          {{"parameter", prefix + "mean_ratio"}, {"type", names[k]}},
+                          exposure.label});
     }
     Statistic sd = ratio_of(of_type[0].sd, of_type[k].sd), range = ratio_of(of_type[0].range, of_type[k].range);
     name(sd, prefix + "sd_ratio", "r_s", "1", "standard deviations of the pulse error" + what);

@@ -19,17 +19,17 @@ struct Type {
 /// Throws Error::bad_input that lists names not recorded, units named twice and what cannot be read.
 std::vector<Type> types_of(const std::string& text, const std::vector<vibration::UnitUnderTest>& units);
 
-/// A number taken from the vibration, and how it hangs on everything uncertain.
+/// A number taken from the vibration, and how it depends on everything uncertain.
 struct Statistic {
   Parameter parameter;
-  /// Change of the value by each window, but for a constant: the value is off by the (faded) mean of it. Empty: the
+  /// Change of the value by each window, except for a constant: its (faded) mean is the error of the value. Empty: the
   /// value is a range, see `ranges`.
   std::vector<double> influence;
-  bool faded = false;             ///< mean of windows that fade in and out; else all count alike
-  double expected_white = -1.0;   ///< density of `influence` at zero that rest and rectification let expect; < 0: none
-  double expected_freedom = 1.0;  ///< degrees of freedom of it
-  std::vector<double> ranges;     ///< highest less lowest of each block
-  double shrinking = 1.0;         ///< sd of the range of all windows over that of a block
+  bool faded = false;                   ///< mean of windows that fade in and out; else all have equal weight
+  double expected_white = -1.0;         ///< density of `influence` at zero by rest and rectification; < 0: none
+  double expected_freedom = 1.0;        ///< degrees of freedom of it
+  std::vector<double> ranges;           ///< highest less lowest of each block
+  double shrinking = 1.0;               ///< sd of the range of all windows over that of a block
   std::map<std::size_t, double> rest;   ///< by unit: derivative by the mean at rest
   double level = 0.0;                   ///< derivative by the logarithm of the vibration's amplitude over the plan's
   double gain = 0.0;                    ///< derivative by the logarithm of the reference's gain
@@ -40,8 +40,8 @@ struct Statistic {
 std::vector<Statistic> statistics_of(const Exposure& exposure, const vibration::Data& data,
                                      const std::vector<Type>& types, Findings& findings);
 
-/// Parameters, covariance and budget of statistics of one vibration, appended. What all vibrations of a test have in
-/// common (level, gain of the reference, scale factors) gives the covariance with those of earlier vibrations.
+/// Parameters, covariance and budget of statistics of one vibration, appended. Errors that all vibrations of a test
+/// share (level, gain of the reference, scale factors) give the covariance with those of earlier vibrations.
 void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
             Estimate& estimate);
 
@@ -49,7 +49,7 @@ void append(const Exposure& exposure, const vibration::Data& data, std::vector<S
 /// K_2 + 3 K_3 a_0 in each.
 void append_orders(const std::vector<Exposure>& exposures, const vibration::Data& data, Estimate& estimate);
 
-/// What vibrations share within the test is no key to other results.
+/// Errors that vibrations share within the test have no key for other results.
 void forget_shared(Estimate& estimate);
 
 }  // namespace tumble::random_vibration

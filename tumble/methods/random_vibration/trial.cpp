@@ -38,7 +38,7 @@ Settings truth_of(const Kind& unit, Settings truth) {
   return truth;
 }
 
-/// The point at 20.8 Hz is there to make the edge at 20 Hz steep: it is smoothed over a quarter of the least distance.
+/// The point at 20.8 Hz makes the edge at 20 Hz steep: it is smoothed over a quarter of the least distance.
 SpectralDensity density() {
   const double s = si(0.1, "g^2/Hz");
   return {{20.0, 20.8, 2000.0}, {s, s, s}};
@@ -50,7 +50,7 @@ Plan plan_of(const std::vector<Option>& options) {
   plan.settings.set_number("scale_factor_sd", 1e-4, Unit::parse("%"));
   plan.settings.set_number("settling", settling, Unit::parse("s"));
   const auto psd = density();
-  // A level known to 0.1 %: with more, it alone would be what the intervals of the mean are made of.
+  // A level known to 0.1 %: a larger uncertainty would dominate the intervals of the mean.
   plan.rig.set_number("amplitude_sd", 1e-3, Unit::parse("%"));
   plan.schedule = {
       {"before", at_rest, 1, {{"shake", Motion{}}}},
@@ -64,8 +64,8 @@ Plan plan_of(const std::vector<Option>& options) {
   return plan;
 }
 
-/// Variance of the simulated windows: sums of steps at their middles, not integrals, for which sinc(f H) over
-/// sinc(f H/steps) stands.
+/// Variance of the simulated windows: sums of steps at their middles, not integrals, so that the gain is sinc(f H) over
+/// sinc(f H/steps).
 double variance_of_windows(const SpectralDensity& psd) {
   constexpr int points = 200000;
   const double low = psd.frequency.front(), step = (psd.frequency.back() - low) / points;

@@ -17,7 +17,7 @@ namespace {
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::Kind::bad_data, why); }
 
 constexpr const char* no_dead_band =
-    "no dead band is seen: the beats are proportional to the rates; add rates nearer to it, or say that the dither was "
+    "the beats are proportional to the rates and show no dead band; add rates nearer to it, or say that the dither was "
     "on (dither = \"on\")";
 
 bool any_undithered(const Sweep& sweep) {
@@ -167,13 +167,13 @@ DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options) {
     if (round < choosing) choose(sweep, options, locked, band);
     refuse_too_few(sweep, band.rows, locked, band.bias);
     band.fit = fit_mixed_model(linearised(sweep, options, locked, band, beats));
-    const auto& found = band.fit.parameters;
+    const auto& fitted = band.fit.parameters;
     const double scale = locked ? band.lock_in_rate : 1e-3;
-    const double moved = std::abs(found[0] * band.scale_factor - 1.0) + std::abs(found[1] - band.bias) / scale +
-                         (locked ? std::abs(found[2] - band.lock_in_rate) / scale : 0.0);
-    band.scale_factor = 1.0 / found[0];
-    band.bias = found[1];
-    if (locked) band.lock_in_rate = std::abs(found[2]);
+    const double moved = std::abs(fitted[0] * band.scale_factor - 1.0) + std::abs(fitted[1] - band.bias) / scale +
+                         (locked ? std::abs(fitted[2] - band.lock_in_rate) / scale : 0.0);
+    band.scale_factor = 1.0 / fitted[0];
+    band.bias = fitted[1];
+    if (locked) band.lock_in_rate = std::abs(fitted[2]);
     if (!std::isfinite(moved) || !(band.scale_factor > 0.0))
       refuse("the beats of the sweep do not follow f^2 = K^2 (W^2 - W_L^2)");
     if (moved < 1e-10) break;

@@ -9,7 +9,7 @@
 namespace tumble::rlg_lock_in {
 
 struct DeadBandOptions {
-  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are left out
+  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are not used
   int edges = 1;         ///< counts a fringe
 };
 
@@ -18,7 +18,7 @@ struct DeadBand {
   double scale_factor = 0.0;         ///< K [fringe/rad]
   double bias = 0.0;                 ///< b [rad/s]
   double lock_in_rate = 0.0;         ///< W_L [rad/s]; 0 where all points are dithered
-  MixedFit fit;                      ///< of (1/K, b, W_L), W_L left out where all points are dithered
+  MixedFit fit;                      ///< of (1/K, b, W_L), without W_L where all points are dithered
   std::vector<bool> used;            ///< a point each
   std::vector<std::string> why_not;  ///< a point each
   std::vector<double> residual;      ///< nominal less fitted rate [rad/s], a point each; NaN in the dead band
@@ -30,7 +30,7 @@ struct DeadBand {
 ///   w = sign(f) sqrt((f/K)^2 + W_L^2) - b                                                            from (4.23)
 ///
 /// is the rate at which the gyro beats at f. The residuals are those of the rate: noise of the rate weighs alike at
-/// every point, and that of the count less and less toward the dead band, where the beat no longer tells the rate.
+/// every point, and that of the count less and less toward the dead band, where the beat no longer shows the rate.
 /// A point counts as outside by its nominal rate, |w + b| > (1 + margin) W_L: were it chosen by its beat, those pushed
 /// out by noise would stay and those pushed in would not.
 ///

@@ -30,18 +30,18 @@ BeatWalk beat_walk(const Sweep& sweep) {
   const auto points = usable(sweep);
   if (points.empty())
     throw Error(Error::Kind::bad_data,
-                "no segment with the dither on has 64 samples or more: its noise cannot be seen");
+                "no segment with the dither on has 64 samples or more: the random walk is not observable");
   BeatWalk walk;
-  bool seen = false;
+  bool significant = false;
   double edf = 0.0;
   for (const Point* point : points) {
     std::vector<AllanObservation> observations;
-    for (const auto& one : overlapping_allan(point->beats, 1.0 / point->sample_step, {}))
-      observations.push_back({one.factor, one.deviation * one.deviation, one.count});
-    if (std::ranges::any_of(observations, [](const auto& one) { return !(one.variance > 0.0); }))
+    for (const auto& allan : overlapping_allan(point->beats, 1.0 / point->sample_step, {}))
+      observations.push_back({allan.factor, allan.deviation * allan.deviation, allan.count});
+    if (std::ranges::any_of(observations, [](const auto& allan) { return !(allan.variance > 0.0); }))
       throw Error(Error::Kind::bad_data,
-                  fmt::format("segment '{}': the counts do not change, as in the dead band without dither: no random "
-                              "walk can be seen; say in which segments the dither runs (dither = \"off\" or "
+                  fmt::format("segment '{}': the counts do not change, as in the dead band without dither: the random "
+                              "walk is not observable; say in which segments the dither runs (dither = \"off\" or "
                               "\"by_label\")",
                               point->label));
     const auto fit = fit_allan(thinned(observations), point->beats.size(), {});
@@ -51,7 +51,7 @@ BeatWalk beat_walk(const Sweep& sweep) {
     walk.observations += fit.residual.size();
     walk.upper_limit += weight * white->upper_limit * step;
     if (!white->kept) continue;
-    seen = true;
+    significant = true;
     walk.squared += weight * white->squared * step;
     walk.variance += std::pow(weight * white->squared_sd * step, 2);
     edf = white->degrees_of_freedom;
@@ -59,7 +59,8 @@ BeatWalk beat_walk(const Sweep& sweep) {
   walk.squared /= walk.seconds;
   walk.variance /= walk.seconds * walk.seconds;
   walk.upper_limit /= walk.seconds;
-  if (seen) walk.degrees_of_freedom = points.size() == 1 ? edf : 2.0 * walk.squared * walk.squared / walk.variance;
+  if (significant)
+    walk.degrees_of_freedom = points.size() == 1 ? edf : 2.0 * walk.squared * walk.squared / walk.variance;
   return walk;
 }
 

@@ -6,16 +6,16 @@ namespace tumble::rlg_lock_in {
 
 /// White noise of the beat in the segments with dither.
 struct BeatWalk {
-  double squared = 0.0;             ///< (K N)^2 [fringe^2/s]; 0: not seen
+  double squared = 0.0;             ///< (K N)^2 [fringe^2/s]; 0: not significant
   double variance = 0.0;            ///< of `squared`
   double degrees_of_freedom = 0.0;  ///< of its root
-  double upper_limit = 0.0;         ///< of `squared`, 95 %, where it is not seen
+  double upper_limit = 0.0;         ///< of `squared`, 95 %, where it is not significant
   double seconds = 0.0;             ///< of all segments used
   std::size_t observations = 0;     ///< Allan variances fitted
 };
 
 /// From the Allan variances of each dithered segment, those at rest where there are such (the rate of a table is not
-/// even); the count's quantisation, flicker and random walk of the rate are told apart by their slopes.
+/// even); the slopes distinguish the quantisation of the count, flicker and random walk of the rate.
 ///
 /// Throws  Error::bad_data where no dithered segment has 64 samples
 BeatWalk beat_walk(const Sweep& sweep);

@@ -1,7 +1,5 @@
 #include "tumble/methods/rlg_lock_in/report.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +21,7 @@ double dof_of(const MixedFit& fit, std::size_t index) {
   return degrees_of_freedom(fit, unit);
 }
 
-/// Where the fit's (1/K, b, W_L) went, and their factor: d parameter/d fitted.
+/// Indices of the parameters that (1/K, b, W_L) of the fit became, and factors d parameter/d fitted.
 struct Placed {
   std::vector<std::size_t> at;
   std::vector<double> factor;
@@ -43,7 +41,7 @@ Placed add_band(const DeadBand& band, Estimate& estimate) {
     placed.factor[2] = 1.0;
   }
   placed.at[0] = add({"scale_factor", "K", Unit::parse("pulse/arcsec"), band.scale_factor,
-                      "fringes an angle, whatever the edges counted", dof_of(band.fit, 0)},
+                      "fringes for an angle, for any number of edges that are counted", dof_of(band.fit, 0)},
                      estimate);
   placed.factor[0] = -band.scale_factor * band.scale_factor;
   placed.at[1] = add({"bias", "b", Unit::parse("deg/h"), band.bias,
@@ -65,7 +63,7 @@ struct Walk {
   double value = 0.0, variance = 0.0, dof = 0.0;
 };
 
-/// The walk's own chance, and where W_L follows from it the dither's rate.
+/// Noise of the random walk, and the uncertainty of the dither rate where W_L follows from both.
 void put_walk(const Walk& walk, std::size_t at, const std::optional<std::size_t>& derived, double gain,
               double dither_rate_sd, std::size_t parameters, std::vector<ErrorLine>& lines) {
   Matrix noise(parameters, 1), dither(parameters, 1);
@@ -80,17 +78,12 @@ void put_walk(const Walk& walk, std::size_t at, const std::optional<std::size_t>
 
 std::optional<Walk> walk_of(const BeatWalk& beat, double scale_factor, double other, Findings& findings) {
   const double squared = beat.squared / (scale_factor * scale_factor) - other * other;
-  const Unit unit = Unit::parse("deg/sqrt(h)");
   if (beat.squared > 0.0 && squared > 0.0)
     return Walk{std::sqrt(squared), beat.variance / std::pow(scale_factor, 4) / (4.0 * squared),
                 beat.degrees_of_freedom};
-  findings.push_back(
-      {Severity::warning,
-       fmt::format("no random walk of lock-in is seen under the count's steps{}; below {:.2g} {} (95 %). A "
-                   "longer record at rest shows it",
-                   beat.squared > 0.0 ? " and the other noise" : "",
-                   unit.from_si(std::sqrt(beat.upper_limit) / scale_factor), unit.text()),
-       ""});
+  findings.push_back({Severity::warning,
+                      beat.squared > 0.0 ? "random_walk_below_other_noise" : "random_walk_below_counting",
+                      {{"limit", std::sqrt(beat.upper_limit) / scale_factor, "deg/sqrt(h)"}}});
   return std::nullopt;
 }
 
@@ -100,17 +93,16 @@ void compare(const Walk& walk, const LockIn& lock, double lock_sd, const Setting
   const double relative = std::sqrt(walk.variance / (walk.value * walk.value) + std::pow(lock_sd / lock.rate, 2) +
                                     std::pow(0.5 * settings.number("dither_rate_sd"), 2));
   const bool agrees = std::abs(ratio - 1.0) < 3.0 * ratio * relative;
-  findings.push_back(
-      {agrees ? Severity::info : Severity::warning,
-       fmt::format("the random walk is {:.3f} +- {:.3f} of W_L/sqrt(2 pi K W_A){}", ratio, ratio * relative,
-                   agrees ? "" : ": the dither's noise may be too small, or W_L has changed"),
-       ""});
+  findings.push_back({agrees ? Severity::info : Severity::warning,
+                      agrees ? "random_walk_agrees_with_lock_in" : "random_walk_differs_from_lock_in",
+                      {{"ratio", ratio}, {"sd", ratio * relative}}});
 }
 
 }  // namespace
 
 Estimate estimate_of(const Answer& answer, const Settings& settings) {
   Estimate estimate;
+  estimate.method = "rlg_lock_in";
   estimate.findings = answer.findings;
   const double K = answer.band ? answer.band->scale_factor : settings.number("scale_factor");
   const bool locked = answer.band && answer.band->lock_in_rate > 0.0;

@@ -8,7 +8,7 @@
 
 namespace tumble::rlg_lock_in {
 
-/// What the parts of the test gave.
+/// Results of the parts of the test.
 struct Answer {
   std::optional<DeadBand> band;
   std::optional<BeatWalk> walk;

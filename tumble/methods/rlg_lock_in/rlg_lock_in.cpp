@@ -1,9 +1,6 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
@@ -15,6 +12,7 @@
 
 namespace tumble::rlg_lock_in {
 namespace {
+
 using Severity = Finding::Severity;
 
 std::vector<Role> roles() {
@@ -22,36 +20,36 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   return {
-      {"dither",
-       Type::word,
-       "1",
-       "off",
-       {"off", "on", "by_label"},
-       "in which segments the dither runs: none, all, or those whose label begins with \"dither\""},
-      {"edges", Type::integer, "1", "1", {}, "counts a fringe: 1, 2 or 4"},
-      {"settling", Type::quantity, "s", "1 s", {}, "time dropped in each segment after the rig has settled"},
-      {"edge_margin", Type::quantity, "%", "5 %", {}, "of W_L: rates nearer to the edge of the dead band are left out"},
-      {"scale_factor", Type::quantity, "pulse/arcsec", "", {}, "K in fringes, where no rates of the test show it"},
-      {"dither_rate", Type::quantity, "deg/s", "", {}, "W_A, to compare the random walk with (4.27)"},
-      {"dither_rate_sd", Type::quantity, "%", "1 %", {}, "its relative standard uncertainty"},
-      {"other_random_walk", Type::quantity, "deg/sqrt(h)", "0 deg/sqrt(h)", {}, "white noise that is not of lock-in"},
+      word("dither", {"off", "on", "by_label"})
+          .otherwise("off")
+          .says("segments in which the dither runs: none, all, or those whose label begins with \"dither\""),
+      integer("edges").between(1, 4).otherwise("1").says("counts a fringe: 1, 2 or 4"),
+      quantity("settling", "s")
+          .at_least(0)
+          .otherwise("1 s")
+          .says("time that is skipped in each segment after the rig has settled"),
+      quantity("edge_margin", "%")
+          .above(0)
+          .otherwise("5 %")
+          .says("share of W_L; the fit does not use rates nearer to the edge of the dead band than this"),
+      quantity("scale_factor", "pulse/arcsec").above(0).says("K in fringes, where no rates of the test show it"),
+      quantity("dither_rate", "deg/s").above(0).says("W_A, to compare the random walk with (4.27)"),
+      quantity("dither_rate_sd", "%")
+          .at_least(0)
+          .otherwise("1 %")
+          .says("relative standard uncertainty of the dither rate"),
+      quantity("other_random_walk", "deg/sqrt(h)")
+          .at_least(0)
+          .otherwise("0 deg/sqrt(h)")
+          .says("white noise that is not due to lock-in"),
   };
 }
 
-void refuse(const Settings& settings) {
-  std::vector<std::string> problems;
-  const int edges = settings.integer("edges");
-  if (edges != 1 && edges != 2 && edges != 4)
-    problems.push_back(fmt::format("[settings] edges = {}, but a fringe gives 1, 2 or 4 counts", edges));
-  if (!(settings.number("edge_margin") > 0.0)) problems.push_back("[settings] edge_margin must be above zero");
-  for (const char* name : {"settling", "dither_rate_sd", "other_random_walk"})
-    if (settings.number(name) < 0.0) problems.push_back(fmt::format("[settings] {} must not be negative", name));
-  for (const char* name : {"scale_factor", "dither_rate"})
-    if (settings.has(name) && !(settings.number(name) > 0.0))
-      problems.push_back(fmt::format("[settings] {} must be above zero", name));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+/// A range cannot say this.
+void refuse_three_edges(const Settings& settings) {
+  if (settings.integer("edges") == 3)
+    throw Error(Error::Kind::bad_input, "[settings] edges = 3, but a fringe gives 1, 2 or 4 counts");
 }
 
 DeadBandOptions dead_band_options(const Settings& settings) {
@@ -62,28 +60,26 @@ bool any(const Sweep& sweep, bool dithered) {
   return std::ranges::any_of(sweep.points, [&](const Point& point) { return point.dithered == dithered; });
 }
 
-/// Beats where the counter should stand still: the dither was on, or the lock-in rate is not one number.
+/// Beats in the dead band: the dither was on, or the lock-in rate is not constant. Rates at its edge.
 void append_findings(const Sweep& sweep, const DeadBand& band, int edges, Findings& findings) {
-  std::size_t edge = 0;
+  Occurrences beats{0, {}, {}};
+  double worst = 0.0;
   for (std::size_t i = 0; i < sweep.points.size(); ++i) {
     const Point& point = sweep.points[i];
-    edge += band.why_not[i] == "at the edge" ? 1 : 0;
-    if (band.why_not[i] == "in the dead band" && std::abs(point.beat) * point.duration > 2.0 + 2.0 / edges)
-      findings.push_back({Severity::warning,
-                          fmt::format("{:.1f} fringes where the dead band should hold the count: was the dither on, or "
-                                      "the rate not even?",
-                                      point.beat * point.duration),
-                          point.label});
+    const double fringes = point.beat * point.duration;
+    if (band.why_not[i] != "in the dead band" || !(std::abs(fringes) > 2.0 + 2.0 / edges)) continue;
+    if (beats.count++ == 0) beats.first = point.label;
+    if (std::abs(fringes) > std::abs(worst)) beats.worst = point.label, worst = fringes;
   }
-  if (edge > 0)
-    findings.push_back(
-        {Severity::info, say_count(edge, "rate") + " at the edge of the dead band left out (edge_margin)", ""});
+  if (beats.count > 0) findings.push_back({Severity::warning, "beat_in_dead_band", {{"fringes", worst}}, "", beats});
+  if (const auto rates = std::ranges::count(band.why_not, "at the edge"); rates > 0)
+    findings.push_back({Severity::info, "rates_at_edge_of_dead_band", {{"rates", rates}}});
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "lock-in");
   const Settings& settings = evidence.plan.settings;
-  refuse(settings);
+  refuse_three_edges(settings);
   const Sweep sweep = sweep_of(evidence);
   Answer answer;
   answer.findings = sweep.findings;
@@ -95,17 +91,13 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (any(sweep, true)) answer.walk = beat_walk(sweep);
   Estimate estimate = estimate_of(answer, settings);
   if (answer.band) append_curves(sweep, *answer.band, estimate);
-  estimate.method = "rlg_lock_in";
-  estimate.title = evidence.plan.title;
-  estimate.instrument_model = evidence.plan.instrument_model;
-  estimate.instrument_serial = evidence.plan.instrument_serial;
   report(progress, 1.0, "lock-in");
   return estimate;
 }
 
 /// The dead band alone: how well the random walk will be known depends on the length of the record.
 Estimate predict(const Plan& plan) {
-  refuse(plan.settings);
+  refuse_three_edges(plan.settings);
   if (plan.instrument_model != "ring_laser_gyro" || plan.truth.texts().empty())
     throw Error(Error::Kind::bad_input,
                 "to predict, the plan needs [instrument] model = \"ring_laser_gyro\" and [truth]");
@@ -121,7 +113,8 @@ Estimate predict(const Plan& plan) {
 
 extern const Method rlg_lock_in{
     .name = "rlg_lock_in",
-    .summary = "ring laser gyro: lock-in rate and scale factor from a slow rate sweep, random walk left by dither",
+    .summary =
+        "ring laser gyro: lock-in rate and scale factor from a slow rate sweep, random walk that remains with dither",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 54-56",
     .needs_plan = true,
     .roles = roles,

@@ -7,6 +7,7 @@
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/trial.hpp"
+#include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -117,8 +118,10 @@ TEST(RlgLockIn, WithDitherInAllSegments) {
 
 TEST(RlgLockIn, SaysHowTheRandomWalkCompares) {
   const Estimate estimate = method().identify(trial(3).evidence, {});
-  const auto said = [&](const Finding& f) { return f.message.find("of W_L/sqrt(2 pi K W_A)") != std::string::npos; };
-  EXPECT_EQ(std::ranges::count_if(estimate.findings, said), 1);
+  const auto compared = [](const Finding& finding) {
+    return finding.code == "random_walk_agrees_with_lock_in" || finding.code == "random_walk_differs_from_lock_in";
+  };
+  EXPECT_EQ(std::ranges::count_if(estimate.findings, compared), 1);
   const Table* sweep = find_table(estimate, "sweep");
   ASSERT_NE(sweep, nullptr);
   EXPECT_EQ(sweep->rows.size(), 25u);
@@ -147,18 +150,28 @@ TEST(RlgLockIn, SaysThatTheDitherWasNotOn) {
   }
 }
 
-TEST(RlgLockIn, RefusesAllOddSettingsAtOnce) {
+TEST(RlgLockIn, CountsInTheDeadBandAreNamed) {
+  Evidence evidence = trial(1).evidence;
+  auto& recording = evidence.recordings[0];
+  const auto& mark = recording.marks.front();  // 0.4 W_L, in the dead band
+  for (std::size_t i = 50; i < 150; ++i) recording.channels[0].values[i] += 1.0;
+  const Estimate estimate = method().identify(evidence, {});
+  const Finding* finding = finding_of(estimate.findings, "beat_in_dead_band");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->occurrences.count, 1u);
+  EXPECT_EQ(finding->occurrences.worst.label, mark.label);
+  // 4 edges a fringe; a count at each end
+  EXPECT_NEAR(value_of(estimate.findings, "beat_in_dead_band", "fringes"), 100.0 / 4.0, 1.0);
+}
+
+TEST(RlgLockIn, SettingsOutsideTheirRangeAreRefused) {
+  std::vector<std::string> problems;
+  resolve(method().options(), {{"edges", "5", ""}, {"edge_margin", "0 %", ""}, {"dither_rate", "-1 deg/s", ""}}, "",
+          problems);
+  EXPECT_EQ(problems.size(), 3u);
   Evidence evidence = trial(1).evidence;
   evidence.plan.settings.set_integer("edges", 3);
-  evidence.plan.settings.set_number("edge_margin", 0.0, Unit::parse("%"));
-  evidence.plan.settings.set_number("dither_rate", -1.0, Unit::parse("deg/s"));
-  try {
-    method().identify(evidence, {});
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind, Error::Kind::bad_input);
-    EXPECT_EQ(error.problems.size(), 3u);
-  }
+  EXPECT_THROW(method().identify(evidence, {}), Error);
 }
 
 }  // namespace

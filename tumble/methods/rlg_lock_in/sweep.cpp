@@ -14,7 +14,7 @@ linear::Problem problem_of(const Settings& settings) {
   problem.role = "gyro";
   problem.input = [](const Felt& felt) { return felt.rate.x; };
   problem.settling = settings.number("settling");
-  problem.averaging = 1e9;  // a segment is one count, a turning tilted axis apart
+  problem.averaging = 1e9;  // a segment is one count, except where a tilted axis turns
   return problem;
 }
 
@@ -27,11 +27,11 @@ bool turns(const Segment& segment) {
   return std::ranges::any_of(segment.axes, [](const auto& axis) { return axis.second.kind != Motion::Kind::hold; });
 }
 
-/// The rows of one stretch, put together by their weights.
-Point point_of(const linear::Evidences& found, std::size_t stretch, const linear::Rows& rows) {
-  const auto& from = found.test.stretches[stretch];
+/// The weighted mean of the rows of one stretch.
+Point point_of(const linear::Evidences& evidence, std::size_t stretch, const linear::Rows& rows) {
+  const auto& from = evidence.test.stretches[stretch];
   Point point{.label = from.label, .run = from.run, .sample_step = from.step};
-  point.moving = turns(found.test.power_ups[from.power_up].rig.segments[from.segment]);
+  point.moving = turns(evidence.test.power_ups[from.power_up].rig.segments[from.segment]);
   double squares = 0.0, counted = 0.0;
   for (std::size_t i = 0; i < rows.segment.size(); ++i) {
     if (rows.segment[i] != stretch) continue;
@@ -48,13 +48,13 @@ Point point_of(const linear::Evidences& found, std::size_t stretch, const linear
   return point;
 }
 
-Sweep assemble(const linear::Evidences& found, const linear::Problem& problem, const Settings& settings) {
-  const auto rows = linear::rows_of(found, problem);
-  const auto effects = linear::effects_of(found, problem, rows, {});
+Sweep assemble(const linear::Evidences& evidence, const linear::Problem& problem, const Settings& settings) {
+  const auto rows = linear::rows_of(evidence, problem);
+  const auto effects = linear::effects_of(evidence, problem, rows, {});
   Sweep sweep;
-  sweep.findings = found.test.findings;
-  for (std::size_t g = 0; g < found.test.stretches.size(); ++g) {
-    Point point = point_of(found, g, rows);
+  sweep.findings = evidence.test.findings;
+  for (std::size_t g = 0; g < evidence.test.stretches.size(); ++g) {
+    Point point = point_of(evidence, g, rows);
     point.dithered = has_dither(settings, point.label);
     for (const auto& effect : effects) {
       double change = 0.0;

@@ -7,7 +7,7 @@
 
 namespace tumble::rlg_lock_in {
 
-/// One segment of the test: what the rig turned at and what was counted.
+/// One segment of the test: rate of the rig and beat of the gyro.
 struct Point {
   std::string label;
   int run = 1;
@@ -37,7 +37,7 @@ struct Sweep {
 /// Throws  Error::bad_data, bad_input with what the plan or the recordings lack
 Sweep sweep_of(const Evidence& evidence);
 
-/// The segments of a planned one: no beats.
+/// The segments of a planned test: no beats.
 Sweep sweep_of(const Plan& plan);
 
 }  // namespace tumble::rlg_lock_in

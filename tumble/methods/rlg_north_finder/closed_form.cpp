@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/rlg_north_finder/solve.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -18,7 +19,9 @@ double mean_of(const std::vector<double>& values, const std::vector<std::size_t>
 }
 
 /// Counts of a rotation, as the total of its segment.
-double total(const Turning& one, const std::vector<double>& means) { return means[one.segment] * one.seconds; }
+double total(const Turning& turning, const std::vector<double>& means) {
+  return means[turning.segment] * turning.seconds;
+}
 
 /// (N+ - N-)/(2 Theta)
 double per_angle(const Path& path, int axis, const std::vector<double>& means) {
@@ -91,7 +94,7 @@ Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<
   const double d = (f_x(x.down[2].back()) - f_x(x.down[2].front())) / gravity;
   tilts.rho_y = 0.5 * (s - d);
   tilts.eta = tilts.rho_x - 0.5 * (s + d);
-  // what moves single positions; two of them or more enter each tilt with one half
+  // errors of single positions; two of them or more enter each tilt with one half
   double squares = std::pow(stated("repeatability_sd"), 2) + std::pow(stated("wobble_once_sd"), 2) +
                    std::pow(stated("wobble_twice_sd"), 2);
   squares += std::pow(drift / gravity, 2);
@@ -140,20 +143,11 @@ std::vector<double> by_segment(const linear::Work& work, const std::vector<doubl
   return sums;
 }
 
-/// Covariance that shifts of the means give the parameters: one source.
-void add_shift(const Matrix& jacobian, const std::vector<double>& shift, Matrix& covariance) {
-  std::vector<double> moved(jacobian.rows, 0.0);
-  for (std::size_t p = 0; p < moved.size(); ++p)
-    for (std::size_t m = 0; m < shift.size(); ++m) moved[p] += jacobian(p, m) * shift[m];
-  for (std::size_t p = 0; p < moved.size(); ++p)
-    for (std::size_t q = 0; q < moved.size(); ++q) covariance(p, q) += moved[p] * moved[q];
-}
-
 class Sources {
  public:
   Matrix& operator[](const std::string& name) {
-    for (auto& one : list)
-      if (one.source == name) return one.covariance;
+    for (auto& line : list)
+      if (line.source == name) return line.covariance;
     list.push_back({name, Matrix(outputs * per_output, outputs * per_output)});
     return list.back().covariance;
   }
@@ -163,22 +157,13 @@ class Sources {
 /// Noise and drift of one output.
 void add_noise(const linear::Work& work, std::size_t first, const Matrix& jacobian, Sources& sources) {
   const auto& segments = work.solution.segments;
-  Matrix& white = sources[work.data.white];
-  for (std::size_t g = 0; g < segments.size(); ++g) {
-    std::vector<double> shift(jacobian.columns, 0.0);
-    shift[first + g] = segments[g].sd;
-    add_shift(jacobian, shift, white);
-  }
-  for (std::size_t c = 0; c < work.data.slow.size(); ++c) {
-    Matrix& slow = sources[work.data.slow[c].source];
-    const double variance = work.solution.fit.slow_variance[c];
-    const Matrix& kernel = work.data.slow[c].kernel;
-    for (std::size_t p = 0; p < jacobian.rows; ++p)
-      for (std::size_t q = 0; q < jacobian.rows; ++q)
-        for (std::size_t a = 0; a < kernel.rows; ++a)
-          for (std::size_t b = 0; b < kernel.rows; ++b)
-            slow(p, q) += variance * jacobian(p, first + a) * kernel(a, b) * jacobian(q, first + b);
-  }
+  const Matrix of_means = block(jacobian, 0, jacobian.rows, first, segments.size());
+  std::vector<double> variances;
+  for (const auto& segment : segments) variances.push_back(segment.sd * segment.sd);
+  sources[work.data.white] += sandwich(of_means, variances);
+  for (std::size_t c = 0; c < work.data.slow.size(); ++c)
+    sources[work.data.slow[c].source] +=
+        work.solution.fit.slow_variance[c] * sandwich(of_means, work.data.slow[c].kernel);
 }
 
 /// The errors of the table, by draw: one moves all outputs.
@@ -197,7 +182,7 @@ void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& j
         shift[first[i] + g] += means[g];
       }
     }
-  for (const auto& [key, shift] : shifts) add_shift(jacobian, shift, sources[key.first]);
+  for (const auto& [key, shift] : shifts) add_square(sources[key.first], 1.0, jacobian * shift);
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ double& shown_y(Felt& felt) { return felt.specific_force.y; }
 std::vector<Term> terms_of(Which output) {
   std::vector<Term> all;
   for (std::size_t i = 1; i < per_output; ++i) {
-    const Wanted& one = wanted()[output * per_output + i];
-    all.push_back({one.name, one.symbol, one.unit, one.description, one.regressor});
+    const Wanted& term = wanted()[output * per_output + i];
+    all.push_back({term.name, term.symbol, term.unit, term.description, term.regressor});
   }
   return all;
 }

@@ -5,7 +5,7 @@
 
 namespace tumble::rlg_north_finder {
 
-/// Table `regressors`: what the test covered of each term.
+/// Table `regressors`: the range of each term in the test.
 Table covered(const linear::JointSolution& solution);
 
 /// Counts become the angular rate about x and the specific forces along x and y. The gyro's misalignments need rate_y

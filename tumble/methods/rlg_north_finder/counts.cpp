@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tumble/core/marks.hpp"
-#include "tumble/core/say.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/stretches.hpp"
@@ -29,18 +29,18 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
   std::size_t next = 0;
   for (const auto& recording : evidence.recordings) {
     const Channel& channel = require_channel(evidence, recording, role_of(output));
-    const double step = 1.0 / mean_rate(channel);
+    const double step = 1.0 / sampling_rate(channel);
     for (std::size_t m = 0; m < recording.marks.size(); ++m) {
       const Mark& mark = recording.marks[m];
-      const auto found =
+      const auto segment =
           std::find_if(segments.begin() + static_cast<std::ptrdiff_t>(next), segments.end(),
-                       [&](const auto& segment) { return segment.label == mark.label && segment.run == mark.run; });
-      if (found == segments.end()) continue;
-      next = static_cast<std::size_t>(found - segments.begin()) + 1;
-      if (!found->steady) continue;
-      Counts stay{mark.label, found->predicted * found->duration, step, {}};
-      const auto size = static_cast<std::size_t>(std::llround(found->duration / step));
-      // what was used lies at the end of the segment
+                       [&](const auto& some) { return some.label == mark.label && some.run == mark.run; });
+      if (segment == segments.end()) continue;
+      next = static_cast<std::size_t>(segment - segments.begin()) + 1;
+      if (!segment->steady) continue;
+      Counts stay{mark.label, segment->predicted * segment->duration, step, {}};
+      const auto size = static_cast<std::size_t>(std::llround(segment->duration / step));
+      // the samples that were used lie at the end of the segment
       const std::size_t end = samples_between(channel, mark.begin, end_of_mark(recording, m) - 1e-6 * step).end;
       for (std::size_t i = end - std::min(size, end); i < end; ++i)
         if (!std::isnan(channel.values[i])) stay.values.push_back(channel.values[i] * step);
@@ -50,29 +50,30 @@ std::vector<Counts> stays_of(const Evidence& evidence, std::span<const linear::S
   return stays;
 }
 
+/// "'2', '4'"
+std::string listed(const std::vector<std::string>& labels) { return fmt::format("'{}'", fmt::join(labels, "', '")); }
+
 /// Counts that do not move where the Earth's rate demands pulses.
-void lock_in(const std::vector<Counts>& stays, Findings& findings) {
+void find_lock_in(const std::vector<Counts>& stays, Findings& findings) {
   constexpr double enough = 20.0;  // pulses
-  std::vector<std::string> labels;
+  std::vector<std::string> silent, demanding;
   for (const auto& stay : stays) {
-    const bool still = std::ranges::all_of(stay.values, [](double v) { return v == 0.0; });
-    if (still && std::abs(stay.expected) > enough) labels.push_back("'" + stay.label + "'");
+    if (!std::ranges::all_of(stay.values, [](double v) { return v == 0.0; })) continue;
+    silent.push_back(stay.label);
+    if (std::abs(stay.expected) > enough) demanding.push_back(stay.label);
   }
-  std::size_t silent = 0;
-  for (const auto& stay : stays) silent += std::ranges::all_of(stay.values, [](double v) { return v == 0.0; }) ? 1 : 0;
-  if (!labels.empty() || (silent > 1 && 2 * silent >= stays.size()))
-    findings.push_back(
-        {Severity::error,
-         fmt::format("the gyro counts nothing in {}, where the Earth's rate demands pulses: it is locked "
-                     "in; switch on the dither, or see that it is random enough (rlg_lock_in)",
-                     labels.empty() ? fmt::format("{} of {} stays", silent, stays.size())
-                                    : fmt::format("{}", fmt::join(labels, ", "))),
-         ""});
+  if (demanding.empty() && (silent.size() < 2 || 2 * silent.size() < stays.size())) return;
+  const auto& labels = demanding.empty() ? silent : demanding;
+  findings.push_back({Severity::error,
+                      "gyro_locked_in",
+                      {{"stays", listed(labels)}},
+                      "",
+                      {labels.size(), labels.front(), labels.front()}});
 }
 
-/// Each reading of the counter off by a part of its own makes neighbouring counts unlike: half the variance of the
-/// counts is then minus their covariance.
-void cut_dither(const std::vector<Counts>& stays, double scale, Findings& findings) {
+/// Readings with errors of their own make neighbouring counts differ: the covariance of neighbours is then minus half
+/// the variance of the counts.
+void find_cut_dither(const std::vector<Counts>& stays, double scale, Findings& findings) {
   double product = 0.0, square = 0.0, count = 0.0, shortest = INFINITY;
   for (const auto& stay : stays) {
     double mean = 0.0;
@@ -89,11 +90,8 @@ void cut_dither(const std::vector<Counts>& stays, double scale, Findings& findin
   const double amplitude = std::sqrt(2.0 * reading) / std::abs(scale);
   findings.push_back(
       {Severity::warning,
-       fmt::format("within the stays the angle swings by some {}, as the dither does: a stay that does not hold whole "
-                   "periods of it is off by up to {} over {}; strip the dither, count from zero crossing to zero "
-                   "crossing, or stay longer",
-                   say_difference(amplitude, Unit::parse("arcsec")),
-                   say_difference(2.0 * amplitude / shortest, Unit::parse("deg/h")), say_seconds(shortest)),
+       "dither_cut_off",
+       {{"amplitude", amplitude, "arcsec"}, {"shift", 2.0 * amplitude / shortest, "deg/h"}, {"stay", shortest, "s"}},
        role_of(gyro)});
 }
 
@@ -110,8 +108,8 @@ double scatter_of(const Counts& stay) {
   return std::sqrt(0.5 * squares / static_cast<double>(stay.values.size() - 1));
 }
 
-/// The second half of a stay against the first, beside what the other stays do.
-void not_at_rest(const std::vector<Counts>& stays, Which output, Findings& findings) {
+/// Stays whose second half differs from the first far more than in the other stays.
+void find_unrest(const std::vector<Counts>& stays, Which output, Findings& findings) {
   std::vector<double> off, sizes;
   for (const auto& stay : stays) {
     const std::size_t half = stay.values.size() / 2;
@@ -126,14 +124,17 @@ void not_at_rest(const std::vector<Counts>& stays, Which output, Findings& findi
   std::ranges::sort(sizes);
   const double usual = std::max(1.0, sizes[sizes.size() / 2]);
   std::vector<std::string> labels;
-  for (std::size_t s = 0; s < stays.size(); ++s)
-    if (off[s] > 8.0 * usual) labels.push_back("'" + stays[s].label + "'");
-  if (!labels.empty())
-    findings.push_back({Severity::error,
-                        fmt::format("the table did not come to rest in {}: the counts of the second half of the stay "
-                                    "are not those of the first; let it settle longer (settling), or repeat these",
-                                    fmt::join(labels, ", ")),
-                        role_of(output)});
+  Occurrences often{0, {}, {}};
+  double worst = 0.0;
+  for (std::size_t s = 0; s < stays.size(); ++s) {
+    if (!(off[s] > 8.0 * usual)) continue;
+    labels.push_back(stays[s].label);
+    if (off[s] > worst) worst = off[s], often.worst = stays[s].label;
+  }
+  if (labels.empty()) return;
+  often.count = labels.size();
+  often.first = labels.front();
+  findings.push_back({Severity::error, "counts_not_at_rest", {{"stays", listed(labels)}}, role_of(output), often});
 }
 
 }  // namespace
@@ -143,10 +144,10 @@ Findings count_faults(const Evidence& evidence, const Summaries& segments, const
   for (const Which output : {gyro, accelerometer_x, accelerometer_y}) {
     const auto stays = stays_of(evidence, segments[output], output);
     if (output == gyro) {
-      lock_in(stays, findings);
-      cut_dither(stays, estimate.parameters[0].value, findings);
+      find_lock_in(stays, findings);
+      find_cut_dither(stays, estimate.parameters[0].value, findings);
     }
-    not_at_rest(stays, output, findings);
+    find_unrest(stays, output, findings);
   }
   return findings;
 }

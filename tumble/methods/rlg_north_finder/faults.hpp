@@ -5,11 +5,11 @@
 #include "tumble/methods/rlg_north_finder/closed_form.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 
-/// What can be wrong with such a test, by name.
+/// Faults of such a test, by name.
 namespace tumble::rlg_north_finder {
 
-/// Positions in another order, turns the other way, accelerometers exchanged or reversed: what the accelerometers show
-/// against what the plan says, stay by stay; which of these, by what the gyro shows of the Earth's rate there.
+/// Positions in another order, turns the other way, accelerometers exchanged or reversed: the accelerometers against
+/// the plan, stay by stay; the Earth's rate in the gyro distinguishes these cases.
 Findings order_faults(const Summaries& segments);
 
 /// Rotations: the number of turns and their sense by what the gyro shows of the Earth's rate at rest, forward against

@@ -9,25 +9,23 @@
 namespace tumble::rlg_north_finder {
 namespace {
 
-using Severity = Finding::Severity;
-
-/// What stands upright at a stay, as an accelerometer pair sees it.
+/// Axis that is upright at a stay, as an accelerometer pair shows it.
 enum class Upright { x_up, x_down, y_up, y_down, z };
 
-const char* name(Upright state) {
+Phrase phrase_of(Upright state) {
   switch (state) {
     case Upright::x_up:
-      return "x up";
+      return Phrase{"x_up"};
     case Upright::x_down:
-      return "x down";
+      return Phrase{"x_down"};
     case Upright::y_up:
-      return "y up";
+      return Phrase{"y_up"};
     case Upright::y_down:
-      return "y down";
+      return Phrase{"y_down"};
     case Upright::z:
-      return "z up or down";
+      break;
   }
-  return "";
+  return Phrase{"z_up_or_down"};
 }
 
 Upright state_of(double x, double y) {
@@ -41,7 +39,7 @@ Upright state_of(double x, double y) {
 struct Stay {
   std::string label;
   Upright planned = Upright::z;
-  double x = 0.0, y = 0.0;  ///< outputs over their greatest, middle taken off
+  double x = 0.0, y = 0.0;  ///< outputs less their middle, over their greatest
 };
 
 /// Outputs of one accelerometer from -1 to 1.
@@ -69,7 +67,7 @@ std::vector<Stay> stays_of(const Summaries& segments) {
   return stays;
 }
 
-/// One way in which accelerometers can be read.
+/// A way to read the accelerometers.
 struct Reading {
   int x_sign, y_sign;
   bool exchanged;
@@ -88,8 +86,8 @@ std::vector<std::size_t> unlike(const std::vector<Stay>& stays, const Reading& r
 const Reading readings[] = {{1, 1, false}, {-1, 1, false}, {1, -1, false}, {-1, -1, false},
                             {1, 1, true},  {-1, 1, true},  {1, -1, true},  {-1, -1, true}};
 
-/// What the gyro says of the stays with x up and down, and of those with y up and down: 1 as planned, -1 the other way
-/// round, 0 it does not say.
+/// Sense of the stays with x up and down, and of those with y up and down, by the gyro: 1 as planned, -1 the other way
+/// round, 0 the gyro does not show it.
 struct ByGyro {
   int x = 0, y = 0;
 };
@@ -98,8 +96,8 @@ struct ByGyro {
 double scale_of(std::span<const linear::SegmentSummary> segments, const Path& path) {
   double sum = 0.0;
   int count = 0;
-  for (const auto& one : path.rotations)
-    if (one.axis == 0) sum += segments[one.segment].measured / segments[one.segment].felt.rate.x, ++count;
+  for (const auto& turning : path.rotations)
+    if (turning.axis == 0) sum += segments[turning.segment].measured / segments[turning.segment].felt.rate.x, ++count;
   return count > 0 ? sum / count : 0.0;
 }
 
@@ -124,100 +122,68 @@ ByGyro by_gyro(std::span<const linear::SegmentSummary> segments) {
   return {sense_of(segments, path, 0, scale), sense_of(segments, path, 1, scale)};
 }
 
-std::string meaning_of_exchange(const Reading& reading) {
-  const std::string what = "accelerometer_x and accelerometer_y are exchanged";
-  if (reading.x_sign > 0 && reading.y_sign > 0) return what + ": name the other channel for each in [channels]";
-  return what + (reading.y_sign > 0   ? ", and the first is reversed"
-                 : reading.x_sign > 0 ? ", and the second is reversed"
-                                      : ", and both are reversed");
+Phrase meaning_of_exchange(const Reading& reading) {
+  if (reading.x_sign > 0 && reading.y_sign > 0) return Phrase{"accelerometers_exchanged"};
+  if (reading.y_sign > 0) return Phrase{"accelerometers_exchanged_first_reversed"};
+  return reading.x_sign > 0 ? Phrase{"accelerometers_exchanged_second_reversed"}
+                            : Phrase{"accelerometers_exchanged_both_reversed"};
 }
 
-/// Reversed outputs and positions taken the other way round look alike to the accelerometers; the gyro tells them
-/// apart. An axis that turns the other way throughout reverses the scale factor of the gyro too, so that the other pair
-/// of stays is the one that does not fit it.
+/// Reversed outputs and positions taken in the other sense look alike to the accelerometers; the gyro distinguishes
+/// them. An axis that turns in the other sense throughout reverses the scale factor of the gyro too, so that the other
+/// pair of stays is the one that does not fit it.
 struct Meaning {
   int x_sign, y_sign;
-  ByGyro gyro;  ///< 0, 0: it does not say
-  const char* text;
+  ByGyro gyro;  ///< 0, 0: it does not show any
+  Phrase phrase;
 };
 
-const Meaning meanings[] = {
-    {-1, 1, {1, 1}, "the sign of accelerometer_x is inverted, the gyro fits the plan: reverse its counts"},
-    {-1,
-     1,
-     {-1, 1},
-     "x up and x down (positions 2 and 4) are exchanged, the gyro shows it too: put the plan into the "
-     "order that was gone through"},
-    {-1,
-     1,
-     {-1, -1},
-     "the first turn and those about z went the other way, the gyro shows it too: let the plan have "
-     "the angles that were gone to"},
-    {-1, 1, {0, 0}, "the sign of accelerometer_x is inverted, or x up and x down (positions 2 and 4) are exchanged"},
-    {1, -1, {1, 1}, "the sign of accelerometer_y is inverted, the gyro fits the plan: reverse its counts"},
-    {1,
-     -1,
-     {1, -1},
-     "the turns about z went the other way, so that y up and y down (positions 3 and 5) are exchanged, "
-     "the gyro shows it too: let the plan's inner angles be the ones that were gone to"},
-    {1,
-     -1,
-     {-1, 1},
-     "the inner axis turns the other way than the plan or its recorded angle says, the gyro shows it "
-     "too: reverse its angles"},
-    {1,
-     -1,
-     {0, 0},
-     "the turns about z went the other way, so that y up and y down (positions 3 and 5) are exchanged, "
-     "or the sign of accelerometer_y is inverted: let the plan's inner angles be the ones that were gone "
-     "to, or reverse the counts"},
-    {-1, -1, {1, 1}, "the signs of both accelerometers are inverted, the gyro fits the plan: reverse their counts"},
-    {-1,
-     -1,
-     {-1, 1},
-     "the first turn went the other way, so that x up and x down (positions 2 and 4) and y up and y "
-     "down (3 and 5) are exchanged, the gyro shows it too: let the plan's outer angle be +90 deg there"},
-    {-1,
-     -1,
-     {-1, -1},
-     "x up and x down (positions 2 and 4) are exchanged and y up and y down (3 and 5), the gyro shows "
-     "it too: put the plan into the order that was gone through"},
-    {-1,
-     -1,
-     {1, -1},
-     "the outer axis turns the other way than the plan or its recorded angle says, the gyro shows it "
-     "too: reverse its angles"},
-    {-1,
-     -1,
-     {0, 0},
-     "the first turn went the other way, so that x up and x down (positions 2 and 4) and y up and y "
-     "down (3 and 5) are exchanged, or the signs of both accelerometers are inverted: let the plan's "
-     "outer angle be +90 deg there, or reverse the counts"}};
+/// Meanings of these signs, the one for a gyro that shows nothing last.
+const std::vector<Meaning>& meanings() {
+  static const std::vector<Meaning> all{{-1, 1, {1, 1}, Phrase{"x_reversed"}},
+                                        {-1, 1, {-1, 1}, Phrase{"x_positions_exchanged"}},
+                                        {-1, 1, {-1, -1}, Phrase{"first_turn_and_turns_about_z_reversed"}},
+                                        {-1, 1, {0, 0}, Phrase{"x_reversed_or_x_positions_exchanged"}},
+                                        {1, -1, {1, 1}, Phrase{"y_reversed"}},
+                                        {1, -1, {1, -1}, Phrase{"turns_about_z_reversed"}},
+                                        {1, -1, {-1, 1}, Phrase{"inner_axis_reversed"}},
+                                        {1, -1, {0, 0}, Phrase{"turns_about_z_or_y_reversed"}},
+                                        {-1, -1, {1, 1}, Phrase{"x_and_y_reversed"}},
+                                        {-1, -1, {-1, 1}, Phrase{"first_turn_reversed"}},
+                                        {-1, -1, {-1, -1}, Phrase{"x_and_y_positions_exchanged"}},
+                                        {-1, -1, {1, -1}, Phrase{"outer_axis_reversed"}},
+                                        {-1, -1, {0, 0}, Phrase{"first_turn_or_x_and_y_reversed"}}};
+  return all;
+}
 
-std::string meaning_of(const Reading& reading, const ByGyro& gyro) {
+Phrase meaning_of(const Reading& reading, const ByGyro& gyro) {
   if (reading.exchanged) return meaning_of_exchange(reading);
   const Meaning* unknown = nullptr;
-  for (const auto& one : meanings) {
-    if (one.x_sign != reading.x_sign || one.y_sign != reading.y_sign) continue;
-    if (one.gyro.x == gyro.x && one.gyro.y == gyro.y) return one.text;
-    unknown = &one;  // the last of each
-    if (one.gyro.x == 0) break;
+  for (const auto& meaning : meanings()) {
+    if (meaning.x_sign != reading.x_sign || meaning.y_sign != reading.y_sign) continue;
+    if (meaning.gyro.x == gyro.x && meaning.gyro.y == gyro.y) return meaning.phrase;
+    unknown = &meaning;
   }
-  return unknown->text;
+  return unknown->phrase;
 }
 
-std::string label_of(const std::vector<Stay>& stays, std::size_t s) {
-  return fmt::format("'{}' shows {} instead of {}", stays[s].label, name(state_of(stays[s].x, stays[s].y)),
-                     name(stays[s].planned));
-}
+Upright shown_by(const Stay& stay) { return state_of(stay.x, stay.y); }
 
-/// Two stays that each show what the other should.
-std::string exchange_of(const std::vector<Stay>& stays, const std::vector<std::size_t>& off) {
-  if (off.size() != 2) return "";
-  const Stay &a = stays[off[0]], &b = stays[off[1]];
-  if (state_of(a.x, a.y) != b.planned || state_of(b.x, b.y) != a.planned) return "";
-  return fmt::format(": '{}' and '{}' look exchanged; the plan fits with these two in the other order", a.label,
-                     b.label);
+/// The stays that show another axis upright than planned; two that show each what the other should.
+Finding wrong_positions(const std::vector<Stay>& stays, const std::vector<std::size_t>& off) {
+  const Stay& first = stays[off.front()];
+  if (const Stay& last = stays[off.back()];
+      off.size() == 2 && shown_by(first) == last.planned && shown_by(last) == first.planned)
+    return {Finding::Severity::error, "positions_look_exchanged", {{"position", first.label}, {"other", last.label}}};
+  std::vector<std::string> labels;
+  for (const std::size_t s : off) labels.push_back(stays[s].label);
+  return {Finding::Severity::error,
+          "positions_not_as_planned",
+          {{"positions", fmt::format("'{}'", fmt::join(labels, "', '"))},
+           {"shown", phrase_of(shown_by(first))},
+           {"planned", phrase_of(first.planned)}},
+          "",
+          {off.size(), first.label, {}}};
 }
 
 }  // namespace
@@ -226,22 +192,12 @@ Findings order_faults(const Summaries& segments) {
   const auto stays = stays_of(segments);
   const auto as_planned = unlike(stays, readings[0]);
   if (as_planned.empty()) return {};
-  for (const auto& reading : readings) {
-    if (!unlike(stays, reading).empty()) continue;
-    const std::string meaning = meaning_of(reading, by_gyro(segments[gyro]));
-    const bool inverted = meaning.find("inverted") != std::string::npos;
-    return {{Severity::error,
-             fmt::format("the accelerometers do not fit the plan: {}{}", meaning,
-                         inverted ? " (specific force reads +1 g upwards, gravity pulls down)" : ""),
-             ""}};
-  }
-  std::vector<std::string> all;
-  for (const std::size_t s : as_planned) all.push_back(label_of(stays, s));
-  return {{Severity::error,
-           fmt::format("the positions were taken in another order than the plan says, or a channel is not what it is "
-                       "called: {}{}",
-                       fmt::join(all, ", "), exchange_of(stays, as_planned)),
-           ""}};
+  for (const auto& reading : readings)
+    if (unlike(stays, reading).empty())
+      return {{Finding::Severity::error,
+               "accelerometers_do_not_fit_plan",
+               {{"meaning", meaning_of(reading, by_gyro(segments[gyro]))}}}};
+  return {wrong_positions(stays, as_planned)};
 }
 
 }  // namespace tumble::rlg_north_finder

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_north_finder {
@@ -61,27 +61,25 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
-  return {{"estimator",
-           Type::word,
-           "1",
-           "least_squares",
-           {"least_squares", "closed_form"},
-           "all positions and rotations together with the errors of the table, or the formulas (2.1)-(2.7)"},
-          {"settling", Type::quantity, "s", "5 s", {}, "time dropped in each stay after the table has settled"},
-          {"averaging", Type::quantity, "s", "10 s", {}, "length of the averages that show the noise in a stay"},
-          {"angle_tolerance",
-           Type::quantity,
-           "deg",
-           "0.1 deg",
-           {},
-           "by which a recorded angle may differ from the plan without a warning"},
-          {"dither_frequency",
-           Type::quantity,
-           "Hz",
-           "",
-           {},
-           "of the gyro's dither: rotations near its multiples over the scale factor are named; absent: not looked at"},
+  return {word("estimator", {"least_squares", "closed_form"})
+              .otherwise("least_squares")
+              .says("all positions and rotations together with the errors of the table, or the formulas (2.1)-(2.7)"),
+          quantity("settling", "s")
+              .at_least(0)
+              .otherwise("5 s")
+              .says("time that is skipped in each stay after the table has settled"),
+          quantity("averaging", "s")
+              .above(0)
+              .otherwise("10 s")
+              .says("length of the averages that show the noise in a stay"),
+          quantity("angle_tolerance", "deg")
+              .above(0)
+              .otherwise("0.1 deg")
+              .says("difference between a recorded angle and the plan that is accepted without a warning"),
+          quantity("dither_frequency", "Hz")
+              .above(0)
+              .says("frequency of the dither of the gyro: a finding names rotations near its multiples over the scale "
+                    "factor; absent: not checked"),
           linear::bias_instability_option("deg/h", gyro_prefix),
           linear::bias_instability_option("ug", accelerometer_prefix)};
 }
@@ -89,11 +87,6 @@ std::vector<Option> options() {
 std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
   std::array<linear::Problem, outputs> problems;
   std::vector<std::string> wrong;
-  const double settling = plan.settings.number("settling"), averaging = plan.settings.number("averaging");
-  if (settling < 0.0) wrong.push_back("[settings] settling must not be negative");
-  if (!(averaging > 0.0)) wrong.push_back("[settings] averaging must be above zero");
-  if (!(plan.settings.number("angle_tolerance") > 0.0))
-    wrong.push_back("[settings] angle_tolerance must be above zero");
   const double gyro_instability = linear::stated_bias_instability(plan.settings, gyro_prefix, wrong);
   const double other_instability = linear::stated_bias_instability(plan.settings, accelerometer_prefix, wrong);
   if (!wrong.empty()) throw Error(Error::Kind::bad_input, wrong);
@@ -101,18 +94,18 @@ std::array<linear::Problem, outputs> problems_of(const Plan& plan) {
     linear::Problem& problem = problems[output];
     problem.role = role_of(output);
     problem.pulse = 1.0;
-    problem.settling = settling;
-    problem.averaging = averaging;
+    problem.settling = plan.settings.number("settling");
+    problem.averaging = plan.settings.number("averaging");
     problem.whole_moves = output == gyro;
     problem.rests_only = output != gyro;
     problem.bias_instability = output == gyro ? gyro_instability : other_instability;
     problem.stated_by = std::string(output == gyro ? gyro_prefix : accelerometer_prefix) + "bias_instability";
     problem.stated_per = wanted()[output * per_output].name;  // the scale factor
     problem.advice = {output == gyro ? "distinguish_gyro_by_path" : "distinguish_accelerometer_by_path"};
-    for (const auto& one_wanted : wanted())
-      if (one_wanted.output == output)
-        problem.columns.push_back({one_wanted.name, one_wanted.symbol, one_wanted.coefficient_unit,
-                                   one_wanted.description, one_wanted.regressor});
+    for (const auto& parameter : wanted())
+      if (parameter.output == output)
+        problem.columns.push_back(
+            {parameter.name, parameter.symbol, parameter.coefficient_unit, parameter.description, parameter.regressor});
   }
   return problems;
 }
@@ -123,7 +116,7 @@ double per_second(const Channel& channel) {
     throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: rlg_north_finder needs counts (pulse, or "
                                                    "pulse/s)",
                                                    channel.name, channel.unit.text()));
-  return channel.values.empty() ? 0.0 : channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate;
+  return sampling_rate(channel);
 }
 
 namespace {
@@ -147,8 +140,8 @@ Prepared prepared(const Evidence& evidence) {
   std::vector<std::string> problems;
   for (auto& recording : counted.recordings)
     for (const Which output : {gyro, accelerometer_x, accelerometer_y}) try {
-        const Channel& found = require_channel(evidence, recording, role_of(output));
-        Channel& channel = recording.channels[static_cast<std::size_t>(&found - recording.channels.data())];
+        const Channel& source = require_channel(evidence, recording, role_of(output));
+        Channel& channel = recording.channels[static_cast<std::size_t>(&source - recording.channels.data())];
         make_rate(recording.origin.file.empty() ? "" : recording.origin.file + ": ", channel, problems);
         for (const double v : channel.values)
           if (std::isinf(v)) {

@@ -6,10 +6,10 @@
 
 #include "tumble/reduce/linear/linear.hpp"
 
-/// Which segment of the test is which position and rotation of the path, by what the plan says was felt there.
+/// Positions and rotations of the path among the segments of the test, by the specific force and the rate of the plan.
 namespace tumble::rlg_north_finder {
 
-/// A rotation about a body axis, used whole.
+/// A rotation about a body axis, all of its segment.
 struct Turning {
   std::size_t segment = 0;  ///< in the output's segments
   int axis = 0;             ///< body x, y, z
@@ -27,10 +27,10 @@ struct Path {
 
 Path path_of(const std::vector<linear::SegmentSummary>& segments);
 
-/// What the path lacks and what cannot be had without it, one message each; empty: nothing.
-std::vector<std::string> missing(const Path& path);
+/// Positions and rotations that the path lacks, and the parameters that the formulas cannot determine without them.
+Findings missing(const Path& path, Finding::Severity severity);
 
-/// Rotations of the plan that are not whole turns, forward and reverse that differ.
-std::vector<std::string> not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments);
+/// Rotations of the plan that are not whole turns; numbers of turns, forward and reverse, that differ: errors.
+Findings not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments);
 
 }  // namespace tumble::rlg_north_finder

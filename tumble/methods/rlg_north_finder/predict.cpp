@@ -23,7 +23,7 @@ double pulses_per_unit(const Participant& instrument, std::size_t output) {
   return sum / static_cast<double>(samples);
 }
 
-/// What an output indicates, noise apart.
+/// Indication of an output without noise.
 double indicated(const Participant& instrument, const Output& output, Vector3 rate, Vector3 force) {
   Felt felt;
   felt.rate = instrument.own_from_first * rate;
@@ -46,17 +46,17 @@ linear::Truth truth_of(const Participant& instrument, std::size_t number, Which 
   };
   const int own = which == accelerometer_y ? 1 : 0;
   linear::Truth truth;
-  for (const auto& one : wanted()) {
-    if (one.output != which) continue;
-    const std::string name = one.name;
+  for (const auto& parameter : wanted()) {
+    if (parameter.output != which) continue;
+    const std::string name = parameter.name;
     const int i = name.ends_with("_x") ? 0 : name.ends_with("_y") ? 1 : name.ends_with("_z") ? 2 : own;
     truth.coefficients[name] = pulses * (name.ends_with(".bias") ? 0.5 * (at(own, 1.0) + at(own, -1.0))
                                                                  : (at(i, 1.0) - at(i, -1.0)) / (2.0 * size));
   }
   NoiseModel noise = noise_of(instrument.truth, output.noise_prefix);
-  for (double* one : {&noise.quantization_noise, &noise.angle_random_walk, &noise.bias_instability,
-                      &noise.rate_random_walk, &noise.rate_ramp, &noise.markov_sd})
-    *one *= std::abs(pulses);
+  for (double* density : {&noise.quantization_noise, &noise.angle_random_walk, &noise.bias_instability,
+                          &noise.rate_random_walk, &noise.rate_ramp, &noise.markov_sd})
+    *density *= std::abs(pulses);
   truth.noise = noise;
   truth.turn_on_sd = std::abs(pulses) * instrument.truth.number(output.noise_prefix + "turn_on_repeatability");
   return truth;

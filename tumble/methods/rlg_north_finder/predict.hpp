@@ -6,7 +6,7 @@
 
 namespace tumble::rlg_north_finder {
 
-/// What the plan's truths say of each output as the problems see it, in pulses a second: slopes and offset of what the
+/// Truths of the plan for each output of the problems, in pulses a second: slopes and offset of what the
 /// instrument indicates about rest, times the pulses it counts for it.
 ///
 /// Throws Error::bad_input where no instrument of the plan plays a role, or does not count.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/rigs/rig.hpp"
 
 namespace tumble::rlg_north_finder {
@@ -24,15 +23,32 @@ std::vector<std::string> axes_of(const Plan& plan) {
 
 const linear::SegmentSummary* find(std::span<const linear::SegmentSummary> segments,
                                    const linear::SegmentSummary& like) {
-  for (const auto& one : segments)
-    if (one.label == like.label && one.run == like.run && std::abs(one.begin - like.begin) < 1.0 + like.duration)
-      return &one;
+  for (const auto& segment : segments)
+    if (segment.label == like.label && segment.run == like.run &&
+        std::abs(segment.begin - like.begin) < 1.0 + like.duration)
+      return &segment;
   return nullptr;
 }
 
-/// What the rig states of an option, 0 where it has none or is ideal.
+/// Value of an option of the rig, 0 where the rig lacks it or is ideal.
 double stated(const Settings& rig, const char* name) {
   return rig.texts().contains(name) && !rig.flag("ideal") ? rig.number(name) : 0.0;
+}
+
+/// Angles [rad] that the plan commands in the segment; NaN where the plan lacks it.
+void append_angles(const Schedule& schedule, const std::vector<std::vector<double>>& angles,
+                   const linear::SegmentSummary& segment, std::vector<Table::Cell>& row) {
+  const auto planned = std::ranges::find_if(
+      schedule, [&](const Segment& some) { return some.label == segment.label && some.run == segment.run; });
+  const auto number = static_cast<std::size_t>(planned - schedule.begin());
+  for (const auto& of_axis : angles) row.emplace_back(planned == schedule.end() ? std::nan("") : of_axis[number]);
+}
+
+/// Counts of one output: as measured, predicted, their difference; without recordings predicted alone.
+void append_counts(const linear::SegmentSummary& segment, bool measured, std::vector<Table::Cell>& row) {
+  if (measured) row.emplace_back(segment.measured * segment.duration);
+  row.emplace_back(segment.predicted * segment.duration);
+  if (measured) row.emplace_back((segment.measured - segment.predicted) * segment.duration);
 }
 
 struct Tilt {
@@ -50,46 +66,33 @@ std::array<Tilt, 3> list_of(const Tilts& tilts, const Settings& rig) {
 
 }  // namespace
 
-// NOLINTNEXTLINE(readability-function-size): 42 lines; to be split when it changes
 Table positions_table(const Plan& plan, const Summaries& segments) {
-  const Unit pulse = Unit::parse("pulse"), deg = Unit::parse("deg");
+  const Unit pulse = Unit::parse("pulse");
   const bool measured = std::ranges::none_of(segments[gyro], [](const auto& s) { return std::isnan(s.measured); });
   Table table{"positions",
               "counts of each stay and rotation over the time used; predicted without what rig_errors lists",
-              {},
+              {{"label", Unit()}},
               {}};
-  table.columns = {{"label", Unit()}};
-  const auto axes = axes_of(plan);
   std::vector<std::vector<double>> angles;
-  for (const auto& axis : axes) {
-    table.columns.push_back({axis, deg});
+  for (const auto& axis : axes_of(plan)) {
+    table.columns.push_back({axis, Unit::parse("deg")});
     angles.push_back(table::commands_of(plan.schedule, axis));
   }
   table.columns.push_back({"duration", Unit::parse("s")});
-  for (const char* of : {"gyro", "accelerometer_x", "accelerometer_y"})
-    for (const char* what : {"", "_predicted", "_residual"})
-      if (measured || std::string(what) == "_predicted") table.columns.push_back({std::string(of) + what, pulse});
-  for (const auto& one : segments[gyro]) {
-    std::vector<Table::Cell> row{one.label};
-    const auto planned =
-        std::ranges::find_if(plan.schedule, [&](const Segment& s) { return s.label == one.label && s.run == one.run; });
-    for (const auto& some : angles)
-      row.emplace_back(planned == plan.schedule.end()
-                           ? std::nan("")
-                           : some[static_cast<std::size_t>(planned - plan.schedule.begin())]);
-    row.emplace_back(one.duration);
-    for (std::size_t i = 0; i < outputs; ++i) {
-      const auto* found = i == gyro ? &one : find(segments[i], one);
-      const auto add = [&](double rate) {
-        if (found)
-          row.emplace_back(rate * found->duration);
-        else
-          row.emplace_back(std::string());
-      };
-      if (measured) add(found ? found->measured : 0.0);
-      add(found ? found->predicted : 0.0);
-      if (measured) add(found ? found->measured - found->predicted : 0.0);
-    }
+  for (const Which output : {gyro, accelerometer_x, accelerometer_y})
+    for (const char* column : {"", "_predicted", "_residual"})
+      if (measured || std::string(column) == "_predicted")
+        table.columns.push_back({std::string(role_of(output)) + column, pulse});
+  for (const auto& segment : segments[gyro]) {
+    std::vector<Table::Cell> row{segment.label};
+    append_angles(plan.schedule, angles, segment, row);
+    row.emplace_back(segment.duration);
+    append_counts(segment, measured, row);
+    for (const Which output : {accelerometer_x, accelerometer_y})
+      if (const auto* match = find(segments[output], segment))
+        append_counts(*match, measured, row);
+      else
+        row.insert(row.end(), measured ? 3 : 1, std::string());
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -125,24 +128,19 @@ Table tilts_table(const Tilts& tilts, const Settings& rig) {
               {{"error", Unit()}, {"description", Unit()}, {"value", arcsec}, {"sd", arcsec}, {"stated", arcsec}},
               {}};
   if (!tilts.known) return table;
-  for (const auto& one : list_of(tilts, rig))
-    table.rows.push_back({one.name, one.description, one.value, tilts.sd, one.prior});
+  for (const auto& tilt : list_of(tilts, rig))
+    table.rows.push_back({tilt.name, tilt.description, tilt.value, tilts.sd, tilt.prior});
   return table;
 }
 
 Findings tilt_faults(const Tilts& tilts, const Settings& rig) {
   Findings findings;
   if (!tilts.known) return findings;
-  const Unit arcsec = Unit::parse("arcsec");
-  for (const auto& one : list_of(tilts, rig))
-    if (std::abs(one.value) > 4.0 * std::hypot(one.prior, tilts.sd) && one.prior > 0.0)
-      findings.push_back(
-          {Finding::Severity::error,
-           fmt::format("{} ({}) is {}, but the rig states {}: level the table, or state what it is (level_sd, "
-                       "index_zero_sd, orthogonality_sd of [rig]), else a part of it stays in the misalignments of the "
-                       "accelerometers, beyond their uncertainty",
-                       one.name, one.description, say_difference(one.value, arcsec), say_difference(one.prior, arcsec)),
-           ""});
+  for (const auto& tilt : list_of(tilts, rig))
+    if (std::abs(tilt.value) > 4.0 * std::hypot(tilt.prior, tilts.sd) && tilt.prior > 0.0)
+      findings.push_back({Finding::Severity::error,
+                          "tilt_beyond_rig",
+                          {{"tilt", tilt.name}, {"value", tilt.value, "arcsec"}, {"stated", tilt.prior, "arcsec"}}});
   return findings;
 }
 

@@ -5,11 +5,11 @@
 
 namespace tumble::rlg_north_finder {
 
-/// Table `positions`: angles, counts measured and predicted of each output, residuals. Without recordings what is
-/// predicted alone.
+/// Table `positions`: angles, counts measured and predicted of each output, residuals. Without recordings the
+/// predicted counts alone.
 Table positions_table(const Plan& plan, const Summaries& segments);
 
-/// Table `estimators`: what both say, in the order of wanted() [SI].
+/// Table `estimators`: values of both estimators, in the order of wanted() [SI].
 Table estimators_table(const std::vector<double>& least_squares, const std::vector<double>& closed_form,
                        const Estimate& estimate);
 

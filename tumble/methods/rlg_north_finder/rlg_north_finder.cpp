@@ -37,7 +37,7 @@ std::vector<double> values_of(const Estimate& estimate) {
   return values;
 }
 
-/// By which means of the accelerometers differ from stay to stay, the larger of both [m/s^2]; without drift by noise.
+/// Scatter of the means of the accelerometers from stay to stay, the larger of both [m/s^2]; without drift by noise.
 double scatter_of(const linear::JointSolution& solution, const std::vector<double>& parameters, bool with_drift) {
   double scatter = 0.0;
   for (const Which output : {accelerometer_x, accelerometer_y}) {
@@ -49,8 +49,8 @@ double scatter_of(const linear::JointSolution& solution, const std::vector<doubl
   return scatter;
 }
 
-/// Tilts of the table. Those far beyond what the rig states leave residuals that pass for drift, in which the tilts
-/// would then be lost: where they may be, the fit is made again with a table that may be tilted so.
+/// Tilts of the table. Tilts far beyond what the rig states give residuals that look like drift, which hides the tilts:
+/// the fit is then repeated with a table that may be tilted so far.
 Tilts tilts_by(const Prepared& prepared, const std::array<linear::Problem, outputs>& problems,
                const linear::JointSolution& solution, const std::vector<double>& parameters, double gravity) {
   const Settings& rig = prepared.evidence.plan.rig;
@@ -68,18 +68,17 @@ Tilts tilts_by(const Prepared& prepared, const std::array<linear::Problem, outpu
   return tilts(again, values_of(least_squares_estimate(again)), true);
 }
 
-/// What the path lacks: an error for the formulas, a term on weak legs for least squares.
+/// Faults of the path: the formulas are then refused, least squares uses what else shows a parameter.
 void judge_path(const Summaries& segments, const Settings& settings, Findings& findings) {
-  const Path path = path_of({segments[gyro].begin(), segments[gyro].end()});
-  auto problems = missing(path);
-  const auto broken = not_whole(path, {segments[gyro].begin(), segments[gyro].end()});
-  problems.insert(problems.end(), broken.begin(), broken.end());
-  if (by_formulas(settings) && !problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  for (const auto& problem : problems)
-    findings.push_back({Finding::Severity::error, problem + " from its position, and rests on what else shows it", ""});
+  const std::vector<linear::SegmentSummary> of_gyro(segments[gyro].begin(), segments[gyro].end());
+  const Path path = path_of(of_gyro);
+  Findings faults = missing(path, Finding::Severity::error);
+  append(not_whole(path, of_gyro), faults);
+  if (by_formulas(settings) && !faults.empty()) throw Error(Error::Kind::bad_input, errors_among(faults));
+  append(faults, findings);
 }
 
-/// By the estimator chosen. Where it fails, the order of the positions or rotations may be why.
+/// Estimate by the chosen estimator. Where it fails, the order of the positions or rotations may be the reason.
 Estimate estimate_of(const Evidence& evidence, const std::array<linear::Problem, outputs>& problems,
                      const linear::JointSolution& solution, const Findings& order, double gravity) {
   try {
@@ -105,7 +104,7 @@ Estimate answer(const Prepared& prepared) {
   judge_path(segments, plan.settings, findings);
   const Means means = measured(segments);
   Findings order = order_faults(segments);
-  if (order.empty()) order = turn_faults(prepared.evidence, segments);  // the accelerometers then mean what they say
+  if (order.empty()) order = turn_faults(prepared.evidence, segments);  // the accelerometers fit the plan
   Estimate estimate = estimate_of(prepared.evidence, problems, solution, order, local_gravity);
   append(findings, estimate.findings);
   append(order, estimate.findings);
@@ -114,7 +113,7 @@ Estimate answer(const Prepared& prepared) {
   const Tilts tilts = tilts_by(prepared, problems, solution, values_of(estimate), local_gravity);
   append(tilt_faults(tilts, plan.rig), estimate.findings);
   estimate.tables.push_back(positions_table(plan, segments));
-  if (missing(path_of({segments[gyro].begin(), segments[gyro].end()})).empty()) {
+  if (missing(path_of({segments[gyro].begin(), segments[gyro].end()}), Finding::Severity::error).empty()) {
     const auto squares = by_formulas(plan.settings) ? values_of(least_squares_estimate(solution)) : values_of(estimate);
     estimate.tables.push_back(estimators_table(squares, closed_form(means, segments, local_gravity), estimate));
   }
@@ -128,7 +127,6 @@ Estimate answer(const Prepared& prepared) {
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "north finder");
   Estimate estimate = answer(prepared(evidence));
-  estimate.title = evidence.plan.title;
   report(progress, 1.0, "done");
   return estimate;
 }
@@ -139,10 +137,9 @@ Estimate predict(const Plan& plan) {
   const linear::JointSolution solution = linear::predict(plan, problems, truths);
   Estimate estimate = least_squares_estimate(solution);
   const Summaries segments = summaries_of(solution);
-  for (const auto& problem : missing(path_of({segments[gyro].begin(), segments[gyro].end()})))
-    estimate.findings.push_back({Finding::Severity::warning, problem, ""});
+  append(missing(path_of({segments[gyro].begin(), segments[gyro].end()}), Finding::Severity::warning),
+         estimate.findings);
   estimate.tables.push_back(positions_table(plan, segments));
-  estimate.title = plan.title;
   return estimate;
 }
 

@@ -1,9 +1,6 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -12,84 +9,74 @@ namespace {
 
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
-constexpr double beyond_chance = 6.0;
+constexpr double significant = 6.0;  ///< standard deviations
 constexpr const char* axes[] = {"x", "y", "z"};
 
-/// The scale factor that the Earth's rate gives at rest, with what the rests scatter about it.
+/// Scale factor by the Earth's rate at rest, and its standard deviation by the scatter of the rests.
 struct AtRest {
   double scale = 0.0, sd = INFINITY;
 };
 
 AtRest at_rest(Segments segments) {
   double n = 0.0, w = 0.0, y = 0.0, ww = 0.0, wy = 0.0;
-  for (const auto& one : segments)
-    if (one.steady) n += 1.0, w += one.felt.rate.x, y += one.measured;
+  for (const auto& segment : segments)
+    if (segment.steady) n += 1.0, w += segment.felt.rate.x, y += segment.measured;
   if (n < 4.0) return {};
-  for (const auto& one : segments)
-    if (one.steady) {
-      ww += (one.felt.rate.x - w / n) * (one.felt.rate.x - w / n);
-      wy += (one.felt.rate.x - w / n) * (one.measured - y / n);
+  for (const auto& segment : segments)
+    if (segment.steady) {
+      ww += (segment.felt.rate.x - w / n) * (segment.felt.rate.x - w / n);
+      wy += (segment.felt.rate.x - w / n) * (segment.measured - y / n);
     }
   if (!(ww > 0.0)) return {};
-  AtRest found{wy / ww, 0.0};
+  const double scale = wy / ww;
   double squares = 0.0;
-  for (const auto& one : segments)
-    if (one.steady) squares += std::pow(one.measured - y / n - found.scale * (one.felt.rate.x - w / n), 2);
-  found.sd = std::sqrt(squares / (n - 2.0) / ww);
-  return found;
+  for (const auto& segment : segments)
+    if (segment.steady) squares += std::pow(segment.measured - y / n - scale * (segment.felt.rate.x - w / n), 2);
+  return {scale, std::sqrt(squares / (n - 2.0) / ww)};
 }
 
-/// Too few turns, and the wrong sense, are seen by the Earth's rate alone.
+/// Too few turns, and the wrong sense: the Earth's rate alone shows them.
 void against_earth(Segments segments, const Path& path, double scale, Findings& findings) {
   const AtRest rest = at_rest(segments);
   const Turning* forward = path.rotation(0, true);
-  if (forward == nullptr || !(std::abs(rest.scale) > beyond_chance * rest.sd)) return;
+  if (forward == nullptr || !(std::abs(rest.scale) > significant * rest.sd)) return;
+  const std::string& label = segments[forward->segment].label;
   if (rest.scale * scale < 0.0) {
     findings.push_back({Severity::error,
-                        fmt::format("the rotations about x ran in the other sense than the plan says: by them the "
-                                    "scale factor is {}, by the Earth's rate at rest {}",
-                                    say_difference(scale, Unit::parse("pulse/arcsec")),
-                                    say_difference(rest.scale, Unit::parse("pulse/arcsec"))),
-                        segments[forward->segment].label});
+                        "rotation_reversed_by_scale_factor",
+                        {{"by_rotations", scale, "pulse/arcsec"}, {"at_rest", rest.scale, "pulse/arcsec"}},
+                        label});
     return;
   }
-  const double turns = std::round(std::abs(forward->turns)), seen = turns * scale / rest.scale;
-  const double sd = seen * rest.sd / std::abs(rest.scale);
-  if (std::abs(seen - turns) > beyond_chance * sd && std::abs(seen - turns) > 0.2)
-    findings.push_back(
-        {Severity::error,
-         fmt::format("the rotations about x do not fit the Earth's rate seen at rest: the plan says {:.0f} turns, the "
-                     "counts look like {:.1f} +- {:.1f}; count the turns, or look for wrong positions",
-                     turns, seen, sd),
-         segments[forward->segment].label});
-  if (scale < 0.0)
-    findings.push_back({Severity::warning,
-                        "the gyro counts down where it turns forward: its scale factor is negative, at rest as well",
-                        ""});
+  const double turns = std::round(std::abs(forward->turns)), counted = turns * scale / rest.scale;
+  const double sd = counted * rest.sd / std::abs(rest.scale);
+  if (std::abs(counted - turns) > significant * sd && std::abs(counted - turns) > 0.2)
+    findings.push_back({Severity::error,
+                        "turns_do_not_fit_earth_rate",
+                        {{"planned", turns}, {"counted", counted}, {"sd", sd}},
+                        label});
+  if (scale < 0.0) findings.push_back({Severity::warning, "gyro_counts_down", {}});
 }
 
 /// Forward and reverse of an axis must give the same magnitude.
 void both_ways(Segments segments, const Path& path, const Estimate& estimate, Findings& findings) {
   const double scale = estimate.parameters[0].value, bias = estimate.parameters[1].value;
   const Turning *forward = path.rotation(0, true), *reverse = path.rotation(0, false);
-  if (!forward || !reverse || scale * at_rest(segments).scale < 0.0) return;  // the other sense is said already
-  const auto turned = [&](const Turning& one) {
-    const auto& segment = segments[one.segment];
-    const double earth = segment.felt.rate.x * segment.duration - two_pi * std::round(one.turns);
+  if (!forward || !reverse || scale * at_rest(segments).scale < 0.0) return;  // the finding of the other sense says it
+  const auto turned = [&](const Turning& turning) {
+    const auto& segment = segments[turning.segment];
+    const double earth = segment.felt.rate.x * segment.duration - two_pi * std::round(turning.turns);
     return segment.measured * segment.duration / scale - bias * segment.duration - earth;
   };
   const double difference = std::abs(turned(*forward)) - std::abs(turned(*reverse));
-  const double least = std::max(si(0.05, "deg"), beyond_chance * segments[forward->segment].sd *
+  const double least = std::max(si(0.05, "deg"), significant * segments[forward->segment].sd *
                                                      segments[forward->segment].duration / std::abs(scale));
   if (std::abs(difference) > least)
-    findings.push_back(
-        {Severity::error,
-         fmt::format(
-             "the turns about x are not whole, or not the same both ways: the counts of '{}' and '{}' differ by "
-             "{} of angle: begin and end each rotation at the same mark",
-             segments[forward->segment].label, segments[reverse->segment].label,
-             say_difference(std::abs(difference), Unit::parse("deg"))),
-         ""});
+    findings.push_back({Severity::error,
+                        "forward_and_reverse_differ",
+                        {{"forward", segments[forward->segment].label},
+                         {"reverse", segments[reverse->segment].label},
+                         {"difference", std::abs(difference), "deg"}}});
 }
 
 void unequal_times(Segments segments, const Path& path, const Estimate& estimate, Findings& findings, bool closed) {
@@ -98,23 +85,22 @@ void unequal_times(Segments segments, const Path& path, const Estimate& estimate
     if (!forward || !reverse) continue;
     const double apart = forward->seconds - reverse->seconds;
     if (std::abs(apart) < 1e-3 * forward->seconds) continue;
-    // what the gyro shows besides the rotation, on average over it
+    // output of the gyro without the rotation, on average over it
     const auto &f = segments[forward->segment], &r = segments[reverse->segment];
     const double rest = estimate.parameters[1].value + 0.5 * (f.felt.rate.x + r.felt.rate.x);
     const double leak = apart * rest / (two_pi * (std::round(forward->turns) - std::round(reverse->turns)));
-    const std::string what =
-        axis == 0 ? fmt::format("{:.2g} ppm of the scale factor", 1e6 * leak)
-                  : fmt::format("{} of gyro.misalignment_{}", say_difference(leak, Unit::parse("arcsec")), axes[axis]);
+    const std::string parameter = axis == 0 ? "gyro.scale_factor" : std::string("gyro.misalignment_") + axes[axis];
     findings.push_back({closed ? Severity::warning : Severity::info,
-                        fmt::format("the rotations about {} took {} forward and {} reverse: the Earth's rate and the "
-                                    "bias add {} to the formulas{}",
-                                    axes[axis], say_seconds(forward->seconds), say_seconds(reverse->seconds), what,
-                                    closed ? "; least_squares takes it into account" : ", not to least_squares"),
-                        ""});
+                        closed ? "unequal_times_in_formulas" : "unequal_times",
+                        {{"axis", axes[axis]},
+                         {"forward", forward->seconds, "s"},
+                         {"reverse", reverse->seconds, "s"},
+                         {"leak", leak, axis == 0 ? "ppm" : "arcsec"},
+                         {"parameter", parameter}}});
   }
 }
 
-/// The rate at which an axis is told to turn in a segment.
+/// Commanded rate of the axis that turns in a segment [rad/s].
 double commanded_rate(const Plan& plan, const linear::SegmentSummary& summary) {
   double rate = 0.0;
   for (const auto& segment : plan.schedule)
@@ -128,19 +114,23 @@ double commanded_rate(const Plan& plan, const linear::SegmentSummary& summary) {
 void near_multiples(const Plan& plan, Segments segments, const Path& path, double scale, Findings& findings) {
   const double near = si(0.02, "deg/s");
   const double spacing = plan.settings.number("dither_frequency") / std::abs(scale);
-  for (const auto& one : path.rotations) {
-    const double rate = commanded_rate(plan, segments[one.segment]);
-    const double off = std::abs(std::remainder(rate, spacing));
-    if (one.axis != 0 || off > near) continue;
-    findings.push_back(
-        {Severity::warning,
-         fmt::format(
-             "{} is within {} of a multiple of dither frequency over scale factor ({}), where lock-in acts on a "
-             "turning gyro too: turn at another rate, or at several",
-             say_difference(rate, Unit::parse("deg/s")), say_difference(off, Unit::parse("deg/s")),
-             say_difference(spacing, Unit::parse("deg/s"))),
-         segments[one.segment].label});
+  Occurrences rotations{0, {}, {}};
+  double rate = 0.0, nearest = near;
+  for (const auto& turning : path.rotations) {
+    const auto& segment = segments[turning.segment];
+    const double commanded = commanded_rate(plan, segment);
+    const double off = std::abs(std::remainder(commanded, spacing));
+    if (turning.axis != 0 || off > near) continue;
+    if (rotations.count++ == 0) rotations.first = segment.label;
+    if (rotations.worst.given() && off >= nearest) continue;
+    rotations.worst = segment.label, rate = commanded, nearest = off;
   }
+  if (rotations.count > 0)
+    findings.push_back({Severity::warning,
+                        "rate_near_dither_multiple",
+                        {{"rate", rate, "deg/s"}, {"difference", nearest, "deg/s"}, {"spacing", spacing, "deg/s"}},
+                        "",
+                        rotations});
 }
 
 }  // namespace

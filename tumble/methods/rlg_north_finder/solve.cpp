@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/error.hpp"
 
@@ -14,15 +15,15 @@ namespace {
 
 constexpr std::size_t count = outputs * per_output;
 
-/// Where each coefficient stands in the solution. Throws for those left out.
+/// Index of each coefficient in the solution. Throws for those that the solution lacks.
 std::vector<std::size_t> places_of(const linear::JointSolution& solution) {
   std::vector<std::size_t> places;
   std::vector<std::string> problems;
-  for (const auto& one : wanted()) {
+  for (const auto& parameter : wanted()) {
     const auto& columns = solution.all.columns;
-    const auto found = std::ranges::find(columns, one.name, &Term::name);
-    if (found == columns.end()) problems.push_back(fmt::format("the test does not show {}", one.name));
-    places.push_back(static_cast<std::size_t>(found - columns.begin()));
+    const auto column = std::ranges::find(columns, parameter.name, &Term::name);
+    if (column == columns.end()) problems.push_back(fmt::format("the test does not show {}", parameter.name));
+    places.push_back(static_cast<std::size_t>(column - columns.begin()));
   }
   for (const auto& finding : solution.all.findings)
     if (!problems.empty()) problems.push_back(finding.message);
@@ -43,9 +44,9 @@ Estimate estimate_from(const std::vector<double>& values, const std::vector<doub
   Estimate estimate;
   estimate.method = "rlg_north_finder";
   for (std::size_t p = 0; p < count; ++p) {
-    const Wanted& one = wanted()[p];
+    const Wanted& parameter = wanted()[p];
     estimate.parameters.push_back(
-        {one.name, one.symbol, Unit::parse(one.unit), values[p], one.description, freedom[p]});
+        {parameter.name, parameter.symbol, Unit::parse(parameter.unit), values[p], parameter.description, freedom[p]});
   }
   settle(estimate, lines);
   gather_small(estimate);
@@ -62,15 +63,14 @@ Estimate least_squares_estimate(const linear::JointSolution& solution) {
     const double k = fit.parameters[scale], b = fit.parameters[places[p]];
     const double sd = std::sqrt(fit.covariance(scale, scale));
     if (!std::isfinite(k) || !(std::abs(k) > 5.0 * sd))
-      throw Error(Error::Kind::bad_data, fmt::format("{} follows nothing that was felt: its scale factor is zero "
-                                                     "within its uncertainty",
-                                                     role_of(wanted()[p].output)));
+      throw Error(Error::Kind::bad_data,
+                  fmt::format("{} does not follow what it should measure: its scale factor is zero "
+                              "within its uncertainty",
+                              role_of(wanted()[p].output)));
     jacobian(p, places[p]) = p % per_output == 0 ? 1.0 : 1.0 / k;
     if (p % per_output != 0) jacobian(p, scale) = -b / (k * k);
     values.push_back(p % per_output == 0 ? k : b / k);
-    std::vector<double> gradient(fit.parameters.size());
-    for (std::size_t j = 0; j < gradient.size(); ++j) gradient[j] = jacobian(p, j);
-    freedom.push_back(degrees_of_freedom(fit, gradient));
+    freedom.push_back(degrees_of_freedom(fit, row(jacobian, p)));
   }
   Estimate estimate = estimate_from(values, freedom, carried(jacobian, lines_of(fit.sources)));
   estimate.fit = {solution.all.observations, fit.degrees_of_freedom, fit.chi_square, fit.condition};

@@ -20,17 +20,17 @@ Motion hold(double degrees) { return {.kind = Kind::hold, .value = si(degrees, "
 
 Beside accelerometer(const char* name, double yaw, double bias, double along_p, double along_o, double scale_error) {
   const Model& model = find_model("pendulous_accelerometer");
-  Beside one{name, model.name, defaults(truth_options(model))};
-  one.mount_yaw = si(yaw, "deg");
-  one.truth.set_word("output", "count");
-  one.truth.set_number("pulse_scale_factor", si(100000.0, "pulse/s/g"), Unit::parse("pulse/s/g"));
-  one.truth.set_number("bias", si(bias, "ug"), Unit::parse("ug"));
-  one.truth.set_number("scale_factor_error", si(scale_error, "ppm"), Unit::parse("ppm"));
-  one.truth.set_number("misalignment_o", si(along_p, "arcsec"), Unit::parse("arcsec"));
-  one.truth.set_number("misalignment_p", si(along_o, "arcsec"), Unit::parse("arcsec"));
-  one.truth.set_number("angle_random_walk", si(20.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
-  one.truth.set_number("bias_instability", si(3.0, "ug"), Unit::parse("ug"));
-  return one;
+  Beside beside{name, model.name, defaults(truth_options(model))};
+  beside.mount_yaw = si(yaw, "deg");
+  beside.truth.set_word("output", "count");
+  beside.truth.set_number("pulse_scale_factor", si(100000.0, "pulse/s/g"), Unit::parse("pulse/s/g"));
+  beside.truth.set_number("bias", si(bias, "ug"), Unit::parse("ug"));
+  beside.truth.set_number("scale_factor_error", si(scale_error, "ppm"), Unit::parse("ppm"));
+  beside.truth.set_number("misalignment_o", si(along_p, "arcsec"), Unit::parse("arcsec"));
+  beside.truth.set_number("misalignment_p", si(along_o, "arcsec"), Unit::parse("arcsec"));
+  beside.truth.set_number("angle_random_walk", si(20.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
+  beside.truth.set_number("bias_instability", si(3.0, "ug"), Unit::parse("ug"));
+  return beside;
 }
 
 }  // namespace

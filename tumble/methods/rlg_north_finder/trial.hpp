@@ -17,7 +17,7 @@ Schedule path(double stay, int turns);
 /// Given: stay [s]; turns, whole revolutions.
 Plan trial_plan(double stay, int turns);
 
-/// What the identification of this plan should give, in the order of wanted() [SI].
+/// True parameters of this plan, in the order of wanted() [SI].
 std::vector<double> truth_of(const Plan& plan);
 
 Trial trial(std::uint64_t seed);

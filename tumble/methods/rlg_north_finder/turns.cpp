@@ -1,16 +1,15 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "tumble/core/marks.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/methods/rlg_north_finder/faults.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/constants.hpp"
 
-// How the rotations went, by what is felt on the way: about a level axis gravity goes round in the accelerometers,
-// about the vertical the horizontal part of the Earth's rate does in the gyro. The totals alone show neither the sense
-// of a turn about y or z nor, but for x, whether it was made.
+// How the rotations went, by specific force and rate on the way: about a level axis gravity goes round in the
+// accelerometers, about the vertical the horizontal part of the Earth's rate does in the gyro. The totals alone show
+// neither the sense of a turn about y or z nor, but for x, whether it was made.
 
 namespace tumble::rlg_north_finder {
 namespace {
@@ -18,8 +17,6 @@ namespace {
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
 constexpr const char* axes[] = {"x", "y", "z"};
-
-std::array<double, 3> parts(Vector3 v) { return {v.x, v.y, v.z}; }
 
 /// The samples of one rotation: which, and its place in the plan.
 struct Samples {
@@ -44,7 +41,7 @@ struct Series {
 
 Series series_of(const Evidence& evidence, const Samples& samples, Which output) {
   const Channel& channel = require_channel(evidence, *samples.recording, role_of(output));
-  const double half = 0.5 / mean_rate(channel);
+  const double half = 0.5 / sampling_rate(channel);
   Series series;
   for (std::size_t i = index_at(channel, samples.begin - 1e-6); i < channel.values.size(); ++i) {
     if (channel.time(i) >= samples.end - 1e-6) break;
@@ -62,7 +59,7 @@ struct Swings {
 
 Swings swings_of(const Evidence& evidence, const Samples& samples, const Summaries& segments, Which output) {
   double low = INFINITY, high = -INFINITY;  // of the stays: -g and g
-  for (const auto& one : segments[output]) low = std::min(low, one.measured), high = std::max(high, one.measured);
+  for (const auto& stay : segments[output]) low = std::min(low, stay.measured), high = std::max(high, stay.measured);
   Swings swings;
   int last = 0;
   for (const double v : series_of(evidence, samples, output).values) {
@@ -76,51 +73,49 @@ Swings swings_of(const Evidence& evidence, const Samples& samples, const Summari
   return swings;
 }
 
-/// What was felt at the stay before a rotation.
+/// The stay before a rotation, or null.
 const linear::SegmentSummary* stay_before(Segments segments, std::size_t rotation) {
   for (std::size_t s = rotation; s-- > 0;)
     if (segments[s].steady && segments[s].run == segments[rotation].run) return &segments[s];
   return nullptr;
 }
 
-/// The axis about which the body turned, by the accelerometers in which gravity went round.
-const char* seen_about(const Swings& x, const Swings& y) {
-  if (x.count > 1 && y.count > 1) return "neither x nor y";
-  return x.count > 1 ? "y" : y.count > 1 ? "x" : "none but the vertical";
+/// Axis about which the body turned, by the accelerometers in which gravity went round.
+Phrase turned_about(const Swings& x, const Swings& y) {
+  if (x.count > 1 && y.count > 1) return Phrase{"neither_x_nor_y"};
+  if (x.count > 1) return Phrase{"axis_y"};
+  return y.count > 1 ? Phrase{"axis_x"} : Phrase{"vertical_axis_alone"};
 }
 
-/// A turn about a level axis: which axis, which sense, how many turns.
-void judge_level(const Turning& turning, const linear::SegmentSummary& segment, const std::array<double, 3>& force,
-                 const Swings (&seen)[2], Findings& findings) {
+/// A turn about a level axis: which axis, which sense, how many turns. Given: direction of gravity before it.
+void judge_level(const Turning& turning, const linear::SegmentSummary& segment, Vector3 up, const Swings (&swings)[2],
+                 Findings& findings) {
   const auto about = static_cast<std::size_t>(turning.axis);
   for (std::size_t i = 0; i < 2; ++i)
-    if ((i != about) != (seen[i].count > 1)) {
-      findings.push_back(
-          {Severity::error,
-           fmt::format("the plan says a turn about {}, but gravity goes round in the accelerometers as about {}: the "
-                       "rotations were taken in another order, or the position before them was another",
-                       axes[about], seen_about(seen[0], seen[1])),
-           segment.label});
+    if ((i != about) != (swings[i].count > 1)) {
+      findings.push_back({Severity::error,
+                          "rotation_about_other_axis",
+                          {{"planned", axes[about]}, {"axis", turned_about(swings[0], swings[1])}},
+                          segment.label});
       return;
     }
   for (std::size_t i = 0; i < 2; ++i) {
-    if (i == about || std::abs(force[i]) > 0.3) continue;  // from level on it begins as the sine of the angle
+    if (i == about || std::abs(up[i]) > 0.3) continue;  // from level on it begins as the sine of the angle
     const std::size_t other = 3 - i - about;
     const double turned = (i + 1) % 3 == about ? -1.0 : 1.0;  // d f_i/d angle = -(axis x f)_i
-    const int sense = turned * force[other] * turning.turns > 0.0 ? 1 : -1;
-    if (seen[i].first != sense)
+    const int sense = turned * up[other] * turning.turns > 0.0 ? 1 : -1;
+    const FindingValue channel{"channel", std::string("accelerometer_") + axes[i]};
+    if (swings[i].first != sense)
       findings.push_back({Severity::error,
-                          fmt::format("ran in the other sense than the plan says: accelerometer_{} shows {} g first; "
-                                      "exchange forward and reverse in the plan",
-                                      axes[i], seen[i].first > 0 ? "+1" : "-1"),
+                          "rotation_reversed_by_gravity",
+                          {channel, {"force", standard_gravity * swings[i].first, "g"}},
                           segment.label});
-    const double turns = 0.5 * seen[i].count;
+    const double turns = 0.5 * swings[i].count;
     if (std::abs(turns - std::abs(turning.turns)) > 0.9)
-      findings.push_back(
-          {Severity::error,
-           fmt::format("holds {:.3g} turns by accelerometer_{}, but the plan says {:.4g}: count the turns", turns,
-                       axes[i], std::abs(turning.turns)),
-           segment.label});
+      findings.push_back({Severity::error,
+                          "turns_do_not_fit_gravity",
+                          {{"turns", turns}, channel, {"planned", std::abs(turning.turns)}},
+                          segment.label});
   }
 }
 
@@ -134,10 +129,10 @@ Profiles profiles_of(const Plan& plan, const linear::SegmentSummary& segment, co
   Profiles profiles;
   for (const auto& power_up : power_ups_of(plan, 1.0)) {
     const auto& segments = power_up.rig.segments;
-    const auto found = std::ranges::find_if(
-        segments, [&](const Segment& one) { return one.label == segment.label && one.run == segment.run; });
-    if (found == segments.end()) continue;
-    const double begin = power_up.begins[static_cast<std::size_t>(found - segments.begin())];
+    const auto planned = std::ranges::find_if(
+        segments, [&](const Segment& some) { return some.label == segment.label && some.run == segment.run; });
+    if (planned == segments.end()) continue;
+    const double begin = power_up.begins[static_cast<std::size_t>(planned - segments.begin())];
     const Reference& reference = power_up.reference;
     Felt first, felt;
     reference.felt(begin, 1.0, std::span(&first, 1));
@@ -165,7 +160,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
 }
 
-/// A turn about the vertical. By hand it need not follow the plan: only what is clear is said.
+/// A turn about the vertical. A turn by hand may differ from the plan: only a clear reversal is a finding.
 void judge_upright(const Evidence& evidence, const linear::SegmentSummary& segment, const Samples& samples,
                    double scale, Findings& findings) {
   const Series series = series_of(evidence, samples, gyro);
@@ -175,10 +170,7 @@ void judge_upright(const Evidence& evidence, const linear::SegmentSummary& segme
   const double planned = sign * correlation(series.values, profiles.planned);
   const double mirrored = sign * correlation(series.values, profiles.mirrored);
   if (mirrored > 0.7 && mirrored > planned + 0.4)
-    findings.push_back({Severity::error,
-                        "ran in the other sense than the plan says: the Earth's rate goes round the other way in the "
-                        "gyro; exchange forward and reverse in the plan",
-                        segment.label});
+    findings.push_back({Severity::error, "rotation_reversed_by_earth_rate", {}, segment.label});
 }
 
 }  // namespace
@@ -193,19 +185,18 @@ Findings turn_faults(const Evidence& evidence, const Summaries& segments) {
     const auto& segment = of_gyro[turning.segment];
     const auto* before = stay_before(of_gyro, turning.segment);
     const Samples samples = samples_of(evidence, segment);
-    const double whole = std::abs(turning.turns);
-    if (before == nullptr || samples.recording == nullptr || whole < 0.9 || std::abs(whole - std::round(whole)) > 0.1)
+    const double turns = std::abs(turning.turns);
+    if (before == nullptr || samples.recording == nullptr || turns < 0.9 || std::abs(turns - std::round(turns)) > 0.1)
       continue;
-    const double step = 1.0 / mean_rate(require_channel(evidence, *samples.recording, role_of(accelerometer_x)));
-    auto force = parts(before->felt.specific_force);
-    for (double& f : force) f /= norm(before->felt.specific_force);
-    const double upright = std::abs(force[static_cast<std::size_t>(turning.axis)]);
+    const double step = 1.0 / sampling_rate(require_channel(evidence, *samples.recording, role_of(accelerometer_x)));
+    const Vector3 up = (1.0 / norm(before->felt.specific_force)) * before->felt.specific_force;
+    const double upright = std::abs(up[static_cast<std::size_t>(turning.axis)]);
     if (upright > 0.95) judge_upright(evidence, segment, samples, scale, findings);
     // the turn may take a part of the time only: samples short enough for three times its mean speed
-    if (upright > 0.3 || step * 3.0 * whole * two_pi / turning.seconds > 1.6) continue;
-    const Swings seen[2] = {swings_of(evidence, samples, segments, accelerometer_x),
-                            swings_of(evidence, samples, segments, accelerometer_y)};
-    judge_level(turning, segment, force, seen, findings);
+    if (upright > 0.3 || step * 3.0 * turns * two_pi / turning.seconds > 1.6) continue;
+    const Swings swings[2] = {swings_of(evidence, samples, segments, accelerometer_x),
+                              swings_of(evidence, samples, segments, accelerometer_y)};
+    judge_level(turning, segment, up, swings, findings);
   }
   return findings;
 }

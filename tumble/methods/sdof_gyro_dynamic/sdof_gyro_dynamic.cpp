@@ -1,5 +1,4 @@
-#include "tumble/methods/method.hpp"
-#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/methods/linear_method.hpp"
 #include "tumble/reduce/linear/table_trial.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -7,37 +6,25 @@
 namespace tumble::sdof_gyro_dynamic {
 namespace {
 
-using linear::Problem;
-
-std::vector<Role> roles() { return {sdof_gyro_support::gyro_role()}; }
-
 std::vector<Option> options() {
-  using Type = Option::Type;
-  auto options = sdof_gyro_support::reading_options();
-  for (auto& option : linear::options("2 s", "1 s")) options.push_back(std::move(option));
-  options.push_back(linear::bias_instability_option("deg/h"));
+  auto options = sdof_gyro_support::options("2 s", "1 s");
   for (auto& option : linear::loop_options()) options.push_back(std::move(option));
-  options.push_back({"static_terms",
-                     Type::word,
-                     "1",
-                     "all",
-                     {"none", "constant", "first", "all"},
-                     "drift over specific force fitted with the rest: none, D_F, the first order, or all of (4.6)"});
+  options.push_back(
+      word("static_terms", {"none", "constant", "first", "all"})
+          .otherwise("all")
+          .says("drift over specific force that is fitted too: none, D_F, the first order, or all of (4.6)"));
   return options;
 }
 
 std::vector<std::string> static_terms(const std::string& which) {
   if (which == "none") return {};
   if (which == "constant") return {"D_F"};
-  if (which == "first") return {"D_F", "D_I", "D_O", "D_S"};
-  return {"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"};
+  return which == "first" ? sdof_gyro_support::first_order_terms() : sdof_gyro_support::drift_terms();
 }
 
-/// y - w_I on the regressors of (4.11), with the scale factor and the misalignments that rates show besides.
-Problem problem_of(const Settings& settings, const Channel* channel) {
-  Problem problem;
-  sdof_gyro_support::set_reading(settings, channel, problem);
-  linear::set_options(settings, problem);
+/// y - w_I on the regressors of (4.11), with the scale factor and the misalignments, which rates show too.
+linear::Problem problem_of(const Settings& settings, const Channel* channel) {
+  auto problem = sdof_gyro_support::problem_of(settings, channel);
   linear::set_loop(settings, "sdof_gyro", problem);
   std::vector<std::string> names{"K_I",
                                  "K_O",
@@ -55,49 +42,30 @@ Problem problem_of(const Settings& settings, const Channel* channel) {
                                  "misalignment_S"};
   for (auto& name : static_terms(settings.word("static_terms"))) names.push_back(std::move(name));
   problem.columns = sdof_gyro_support::terms(names);
-  problem.condition_limit = 1e3;  // on a table with two axes w_O' w_S is w_I w_S^2 but for the Earth rate
+  problem.condition_limit = 1e3;  // on a table with two axes w_O' w_S is w_I w_S^2, except for the Earth rate
   problem.leave_out_first = {"D_OO", "tilt_coupling", "misalignment_S", "misalignment_O"};
   problem.advice = {"distinguish_by_rates_and_oscillations"};
   return problem;
 }
 
-/// What the method cannot know of itself.
 void add_findings(const Settings& settings, Estimate& estimate) {
-  const auto note = [&](const char* text) { estimate.findings.push_back({Finding::Severity::info, text, ""}); };
-  if (find_parameter(estimate, "K_I")) {
-    if (settings.has("natural_frequency")) {
-      note(
-          "K_I is what is left of the output in phase with w_I' once the lag of the loop is taken off: it is only as "
-          "good as loop_lag_sd");
-    } else {
-      for (auto& parameter : estimate.parameters)
-        if (parameter.name == "K_I") parameter.description += "; with the lag of the loop, K_I - D/k";
-      estimate.findings.push_back({Finding::Severity::warning,
-                                   "K_I stands for K_I - D/k: the lag D/k = 2 zeta/w_n of the rebalance loop is not "
-                                   "known; give natural_frequency and damping_ratio in [settings] to take it off",
-                                   ""});
-    }
+  const auto has = [&](const char* name) { return find_parameter(estimate, name) != nullptr; };
+  if (has("K_I")) {
+    const bool known = settings.has("natural_frequency");
+    estimate.findings.push_back({known ? Finding::Severity::info : Finding::Severity::warning,
+                                 known ? "K_I_rests_on_the_lag" : "K_I_holds_the_lag",
+                                 {}});
+    for (auto& parameter : estimate.parameters)
+      if (!known && parameter.name == "K_I") parameter.description += "; with the lag of the loop, K_I - D/k";
   }
-  if (find_parameter(estimate, "K_II") || find_parameter(estimate, "K_III"))
-    note(
-        "K_II and K_III hold the second- and third-order non-linearity of the torquer too: rates cannot tell them "
-        "apart");
+  if (has("K_II") || has("K_III"))
+    estimate.findings.push_back({Finding::Severity::info, "torquer_in_K_II_and_K_III", {}});
 }
 
 Estimate finished(const linear::Solution& solution, const Settings& settings) {
   Estimate estimate = linear::answer_of(solution, "sdof_gyro_dynamic", "deg/h", {"I", "O", "S"}, "deg/s");
   add_findings(settings, estimate);
   return estimate;
-}
-
-Estimate identify(const Evidence& evidence, const Progress&) {
-  const auto& settings = evidence.plan.settings;
-  return finished(linear::identify(evidence, problem_of(settings, sdof_gyro_support::channel(evidence))), settings);
-}
-
-Estimate predict(const Plan& plan) {
-  return finished(linear::predict(plan, problem_of(plan.settings, nullptr), linear::truth_of(plan, "gyro")),
-                  plan.settings);
 }
 
 constexpr std::pair<const char*, double> coefficients[] = {
@@ -125,16 +93,13 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
 
 }  // namespace
 
-extern const Method sdof_gyro_dynamic{
+extern const Method sdof_gyro_dynamic = linear_method<sdof_gyro_support::roles, problem_of, finished>({
     .name = "sdof_gyro_dynamic",
     .summary = "coefficients of a single-degree-of-freedom gyro over angular motion, from rates and oscillations",
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 35-41",
-    .needs_plan = true,
-    .roles = roles,
     .options = options,
-    .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+});
 
 }  // namespace tumble::sdof_gyro_dynamic

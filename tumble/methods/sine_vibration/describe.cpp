@@ -8,11 +8,10 @@
 #include <map>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
-#include "tumble/rigs/rig.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::sine_vibration {
@@ -21,11 +20,11 @@ namespace {
 namespace names = error_names;
 
 constexpr double forever = std::numeric_limits<double>::infinity();
-/// Of a shaker, where the plan has no rig that says it: harmonics and motion across the shake over the shake [1].
+/// Harmonics and motion across the shake of a shaker, over the shake [1], where the plan has no rig that gives them.
 constexpr double usual_distortion = 0.01, usual_cross_motion = 0.02;
 
-/// One independent error: what one standard deviation of it does to the raw quantities. Those of one group share the
-/// degrees of freedom of their variance.
+/// One independent error: the shift of the raw quantities by one standard deviation of it. Components of one group
+/// share the degrees of freedom of their variance.
 struct Component {
   std::string source;
   std::vector<double> shift;
@@ -33,7 +32,8 @@ struct Component {
   double degrees_of_freedom = forever;
 };
 
-/// What is measured, before it is combined: the coefficients of every rectification, then ln gain of every point.
+/// The measured quantities before they are combined: the coefficients of every rectification, then ln gain of every
+/// point.
 struct Raw {
   std::vector<double> value;
   std::vector<std::vector<std::size_t>> coefficient;  ///< of each rectification: its ways, then the quartic one
@@ -55,22 +55,17 @@ std::vector<double> unit_vector(std::size_t size, std::size_t at) {
 
 /// Sources of one rectification as independent components.
 void add_fit(const Rectification& r, const std::vector<std::size_t>& at, Raw& raw) {
-  const auto p = static_cast<Eigen::Index>(at.size());
-  const std::size_t group = raw.groups++;
+  const std::size_t group = raw.groups++, p = at.size();
   const double dof = degrees_of_freedom(r.fit, unit_vector(r.fit.parameters.size(), 0));
   for (const auto& source : r.fit.sources) {
-    Eigen::MatrixXd c(p, p);
-    for (Eigen::Index i = 0; i < p; ++i)
-      for (Eigen::Index j = 0; j < p; ++j)
-        c(i, j) = source.covariance(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
-    const Eigen::VectorXd scale = c.diagonal().array().max(1e-300).sqrt();
-    const Eigen::MatrixXd unit = scale.cwiseInverse().asDiagonal() * c * scale.cwiseInverse().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
-    for (Eigen::Index k = 0; k < p; ++k) {
+    const Matrix covariance = block(source.covariance, 0, p, 0, p);
+    std::vector<double> sd;
+    for (const double variance : diagonal_of(covariance)) sd.push_back(std::sqrt(std::max(variance, 1e-300)));
+    const auto eigen = eigen_symmetric(scaled_rows(inverses(sd), scaled_columns(covariance, inverses(sd))));
+    for (std::size_t k = 0; k < p; ++k) {
       Component component{source.source, std::vector<double>(raw.value.size(), 0.0), group, dof};
-      for (Eigen::Index i = 0; i < p; ++i)
-        component.shift[at[static_cast<std::size_t>(i)]] =
-            scale[i] * eigen.eigenvectors()(i, k) * std::sqrt(std::max(0.0, eigen.eigenvalues()[k]));
+      for (std::size_t i = 0; i < p; ++i)
+        component.shift[at[i]] = sd[i] * eigen.vectors(i, k) * std::sqrt(std::max(0.0, eigen.values[k]));
       raw.components.push_back(std::move(component));
     }
   }
@@ -93,9 +88,10 @@ void add_gain_noise(const Measured& measured, Raw& raw) {
   }
 }
 
-/// What a harmonic that falls upon the line does to the gain, over its size: it is part of the amplitude of unit and
-/// reference, at any phase. Windows leave sinc(k f H)/sinc(f H) of it; instants all of it. Where both are windows, unit
-/// and reference are alike but for the unit's gain at the harmonic, taken as 30 % off that at the line.
+/// Effect on the gain of a harmonic that falls upon the line, over the size of the harmonic: it is part of the
+/// amplitude of unit and reference, at any phase. Windows show sinc(k f H)/sinc(f H) of it, instants all of it. Where
+/// both are windows, unit and reference differ only by the unit's gain at the harmonic, taken to differ by 30 % from
+/// that at the line.
 double share_of_harmonic(const vibration::Data& data, const Measured& measured, const Point& point) {
   const double turns = point.line.frequency * point.window;
   const double of_unit = vibration::sinc(point.hidden_harmonic * turns) / vibration::sinc(turns);
@@ -153,14 +149,14 @@ void add_scales(const vibration::Data& data, const Measured& measured, const std
 void add_motion(const Evidence& evidence, const Measured& measured, const std::vector<Rectification>& rectified,
                 Raw& raw) {
   const Settings& settings = evidence.plan.settings;
-  double level = 0.0, distortion = 0.0, known = 0.0;
+  double level = 0.0, distortion = 0.0, tones = 0.0;
   for (const Point& p : measured.points) {
     level += p.level / static_cast<double>(measured.points.size());
     if (std::isnan(p.distortion)) continue;
     distortion += p.distortion * p.distortion;
-    ++known;
+    ++tones;
   }
-  distortion = known > 0.0 ? std::sqrt(distortion / known)
+  distortion = tones > 0.0 ? std::sqrt(distortion / tones)
                            : rig_sd(evidence.plan, names::second_harmonic).value_or(usual_distortion);
   const double third = settings.number("third_order") * 1.5 * distortion * level / std::sqrt(2.0);
   for (std::size_t k = 0; k < rectified.size(); ++k) {
@@ -216,13 +212,10 @@ void add_rectification(const vibration::Data& data, const Rectification& r, cons
   std::vector<double> second(raw.value.size(), 0.0), third = second;
   second[at[up.column]] = -down.rest / apart, second[at[down.column]] = up.rest / apart;
   third[at[up.column]] = 1.0 / (3.0 * apart), third[at[down.column]] = -1.0 / (3.0 * apart);
-  const auto of = [&](const std::vector<double>& gradient) {
-    double value = 0.0;
-    for (std::size_t i = 0; i < gradient.size(); ++i) value += gradient[i] * raw.value[i];
-    return value;
-  };
-  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", of(second), second, "from both ways of the axis");
-  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", of(third), third, "from both ways of the axis");
+  builder.add(prefix + "second_order_coefficient", "K_2", "ug/g^2", dot(second, raw.value), second,
+              "from both directions of the axis");
+  builder.add(prefix + "third_order_coefficient", "K_3", "ug/g^3", dot(third, raw.value), third,
+              "from both directions of the axis");
 }
 
 /// Points of one unit at one frequency.
@@ -244,7 +237,7 @@ void add_gains(const vibration::Data& data, const Measured& measured, std::size_
     const double gain = std::exp(log_gain);
     for (const std::size_t i : points) gradient[builder.raw.first_gain + i] = gain / static_cast<double>(points.size());
     builder.add(data.units[unit].prefix + "gain_" + frequency_label(frequency), "|G|", "1", gain, std::move(gradient),
-                "of the motion, the counting window taken out");
+                "of the motion, without the effect of the counting window");
   }
 }
 
@@ -291,7 +284,7 @@ void compare_gains(const vibration::Data& data, const Measured& measured, Builde
     for (std::size_t i = 0; i < gradient.size(); ++i)
       gradient[i] = ratio * (means[u].gradient[i] - means[0].gradient[i]);
     builder.add(data.units[u].prefix + "gain_ratio", "G/G_1", "1", ratio, std::move(gradient),
-                "gain over that of " + data.units[0].name + ", mean over the frequencies both were tested at");
+                "gain over that of " + data.units[0].name + ", mean over the frequencies of both");
   }
   const double sd = std::sqrt(squares / static_cast<double>(units - 1));
   if (!(sd > 0.0)) return;
@@ -321,12 +314,6 @@ void compare_rectifications(const vibration::Data& data, const std::vector<Recti
     }
 }
 
-double along(const std::vector<double>& gradient, const std::vector<double>& shift) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < gradient.size(); ++i) sum += gradient[i] * shift[i];
-  return sum;
-}
-
 /// Covariance, budget and degrees of freedom (Welch and Satterthwaite) of all parameters.
 void propagate(Builder& builder) {
   Estimate& estimate = builder.estimate;
@@ -336,7 +323,7 @@ void propagate(Builder& builder) {
   for (const auto& component : builder.raw.components) {
     Matrix moved(p, 1);
     for (std::size_t i = 0; i < p; ++i) {
-      moved(i, 0) = along(builder.gradients[i], component.shift);
+      moved(i, 0) = dot(builder.gradients[i], component.shift);
       if (!std::isfinite(component.degrees_of_freedom)) continue;
       auto& group = groups[i][component.group];
       group.first += moved(i, 0) * moved(i, 0);
@@ -345,7 +332,7 @@ void propagate(Builder& builder) {
     lines.push_back(from_shifts(component.source, std::move(moved)));
   }
   settle(estimate, lines);
-  // A group is one estimate of a variance, whatever sources share it.
+  // A group is one estimate of a variance, for all sources that share it.
   for (std::size_t i = 0; i < p; ++i) {
     double fourth = 0.0;
     for (const auto& [group, part] : groups[i]) fourth += part.first * part.first / part.second;
@@ -355,14 +342,10 @@ void propagate(Builder& builder) {
   }
 }
 
-/// An amplitude that nobody vouches for is taken as it was commanded.
-void say_unknown_level(const Evidence& evidence, const Measured& measured, Findings& findings) {
+/// An amplitude of unknown uncertainty is taken as commanded.
+void report_unknown_level(const Evidence& evidence, const Measured& measured, Findings& findings) {
   if (measured.reference || rig_sd(evidence.plan, names::shake_amplitude)) return;
-  findings.push_back(
-      {Finding::Severity::warning,
-       "nothing says how well the amplitude of the shake is known, so that its uncertainty is not in the results: "
-       "record a reference, or give a plan with [rig] kind = \"shaker\" and its amplitude_sd",
-       ""});
+  findings.push_back({Finding::Severity::warning, "amplitude_uncertainty_unknown", {}});
 }
 
 Raw raw_of(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
@@ -403,7 +386,7 @@ Estimate describe(const Evidence& evidence, const vibration::Data& data, const M
   for (std::size_t u = 0; u < data.units.size(); ++u) add_gains(data, measured, u, builder);
   propagate(builder);
   Estimate& estimate = builder.estimate;
-  say_unknown_level(evidence, measured, estimate.findings);
+  report_unknown_level(evidence, measured, estimate.findings);
   for (const auto& point : measured.points) estimate.fit.observations += point.line.samples;
   for (const auto& rest : measured.rests) estimate.fit.observations += rest.line.samples;
   for (const auto& r : rectified) {

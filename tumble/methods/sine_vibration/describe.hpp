@@ -11,7 +11,7 @@ namespace tumble::sine_vibration {
 Estimate describe(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
                   const std::vector<Rectification>& rectified);
 
-/// Tables `response`, `units` and curves over frequency, with findings that read them.
+/// Tables `response`, `units` and curves over frequency, with findings that explain them.
 void add_tables(const vibration::Data& data, const Measured& measured, const std::vector<Rectification>& rectified,
                 Estimate& estimate);
 

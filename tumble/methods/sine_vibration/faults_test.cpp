@@ -16,33 +16,33 @@ const Method& method() { return sine_method(); }
 TEST(SineVibrationFaults, OnHalfOfTheRateItSaysWhatToUse) {
   Evidence evidence = shaken({.tones = {{40.0, 3.0}, {100.0, 3.0}}});
   const auto e = method().identify(evidence, {});
-  EXPECT_TRUE(says(e.findings, "half of the 200 windows a second"));
-  EXPECT_TRUE(says(e.findings, "99.5 Hz or 100.5 Hz"));  // 3/T of 6 s
+  EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "rate"), 200.0, 1e-6);
+  EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "lower"), 99.5, 1e-6);  // 3/T of 6 s
+  EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "upper"), 100.5, 1e-6);
   EXPECT_EQ(find_parameter(e, "gain_100Hz"), nullptr);
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
-  EXPECT_NE(refusal(method(), shaken({.tones = {{200.0, 3.0}}})).find("null of the counting window"),
-            std::string::npos);
+  EXPECT_NE(refusal(method(), shaken({.tones = {{200.0, 3.0}}})).find("within 5 % of a null"), std::string::npos);
 }
 
 // 10 000 pulse/s/g: 50 a window at rest, 2 g reach -50...150; a register of 8 bits holds -128...127.
-TEST(SineVibrationFaults, CounterThatRanOverIsPutRight) {
+TEST(SineVibrationFaults, CounterThatOverflowedIsCorrected) {
   Evidence evidence = shaken({.tones = {{10.0, 2.0}, {40.0, 2.0}}, .scale = 10000.0});
   const double before = value(method().identify(evidence, {}), "gain_40Hz");
   for (double& v : counts(evidence).values)
     if (v > 127.0) v -= 256.0;
   const auto e = method().identify(evidence, {});
   EXPECT_DOUBLE_EQ(value(e, "gain_40Hz"), before);
-  EXPECT_TRUE(says(e.findings, "ran over its 8 bits"));
+  EXPECT_EQ(value_of(e.findings, "counter_overflow_corrected", "bits"), 8.0);
 }
 
-// 3 g reach -100...200, more than the register holds about the mean of 50: which windows ran over cannot be told.
-TEST(SineVibrationFaults, CounterThatRanOverTooFarIsRefused) {
+// 3 g reach -100...200, more than the register holds about the mean of 50: the windows that overflowed are not known.
+TEST(SineVibrationFaults, CounterThatOverflowedTooFarIsRefused) {
   Evidence evidence = shaken({.tones = {{10.0, 3.0}}, .scale = 10000.0});
   for (double& v : counts(evidence).values) v -= 256.0 * std::floor((v + 128.0) / 256.0);
-  EXPECT_NE(refusal(method(), evidence).find("ran over its 8 bits"), std::string::npos);
+  EXPECT_NE(refusal(method(), evidence).find("passed the end of its 8 bits"), std::string::npos);
 }
 
-TEST(SineVibrationFaults, MissedWindowsAreLeftOutWithTheirNeighbours) {
+TEST(SineVibrationFaults, MissingWindowsAreSkippedWithTheirNeighbours) {
   Evidence evidence = shaken({});
   const auto whole = method().identify(evidence, {});
   auto& channel = counts(evidence);
@@ -56,8 +56,9 @@ TEST(SineVibrationFaults, MissedWindowsAreLeftOutWithTheirNeighbours) {
   channel.values = values;
   channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
   const auto e = method().identify(evidence, {});
-  EXPECT_TRUE(says(e.findings, "3 windows missed in 1 gap"));
-  // rounding of the windows left out: some pulses of 1300 windows of 300
+  EXPECT_EQ(value_of(e.findings, "windows_missing", "windows"), 3.0);
+  EXPECT_EQ(value_of(e.findings, "windows_missing", "gaps"), 1.0);
+  // rounding of the windows that were skipped: some pulses of 1300 windows of 300
   EXPECT_NEAR(value(e, "gain_10Hz"), value(whole, "gain_10Hz"), 3e-5);
   EXPECT_NEAR(cell(e, 0, "mean_shift"), cell(whole, 0, "mean_shift"), si(10.0, "ug"));
 }
@@ -84,17 +85,17 @@ TEST(SineVibrationFaults, UnequalWindowsAreDividedByTheirOwnTime) {
   stamps.pop_back();
   channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
   const auto e = method().identify(evidence, {});
-  EXPECT_TRUE(says(e.findings, "the windows are unequal"));
+  EXPECT_NE(finding_of(e.findings, "windows_of_unequal_length"), nullptr);
   EXPECT_NEAR(value(e, "gain_10Hz"), 1.0, 2e-3);
 }
 
-TEST(SineVibrationFaults, UnitThatClipsIsLeftOut) {
+TEST(SineVibrationFaults, UnitThatClipsIsSkipped) {
   const auto narrow = [](Plan& plan) { plan.settings.set_number("range", si(3.5, "g"), Unit::parse("g")); };
-  EXPECT_NE(refusal(method(), shaken({.change = narrow})).find("range of 3.5 g: it clips"), std::string::npos);
-  // Not told of the range, the flat tops show.
+  EXPECT_NE(refusal(method(), shaken({.change = narrow})).find("exceed the unit's range of 3.5 g"), std::string::npos);
+  // If the range is not given, the flat tops show.
   const auto clipped = [](Plan& plan) { set_truth(plan, "range", 3.0, "g"); };
   const auto e = method().identify(shaken({.change = clipped}), {});
-  EXPECT_TRUE(says(e.findings, "the unit is clipped"));
+  EXPECT_GT(value_of(e.findings, "tone_clipped", "harmonics"), 0.01);
   EXPECT_EQ(find_parameter(e, "gain_10Hz"), nullptr);
 }
 
@@ -105,7 +106,8 @@ TEST(SineVibrationFaults, UnitThatIsDeadIsNamed) {
   std::fill(dead.values.begin() + 1000, dead.values.end(), 100.0);
   evidence.recordings[0].channels.push_back(dead);
   const auto e = method().identify(evidence, {});
-  EXPECT_TRUE(says(e.findings, "gives the same value throughout"));
+  ASSERT_NE(finding_of(e.findings, "unit_dead"), nullptr);
+  EXPECT_TRUE(finding_of(e.findings, "unit_dead")->where.starts_with("S2, "));
   EXPECT_NE(find_parameter(e, "accelerometer.gain_40Hz"), nullptr);
   EXPECT_EQ(find_parameter(e, "S2.gain_40Hz"), nullptr);
 }
@@ -115,14 +117,15 @@ TEST(SineVibrationFaults, ShakerThatWasNotOnOrAtAnotherFrequency) {
   for (auto& segment : evidence.plan.schedule)
     if (segment.label == "tone 2") segment.axes["shake"].frequency = 55.0;
   const auto other = method().identify(evidence, {});
-  EXPECT_TRUE(says(other.findings, "the plan says 55 Hz, the unit is shaken at 40 Hz"));
+  EXPECT_EQ(value_of(other.findings, "frequency_differs_from_plan", "planned"), 55.0);
+  EXPECT_NEAR(value_of(other.findings, "frequency_differs_from_plan", "measured"), 40.0, 1e-3);
   for (double& v : counts(evidence).values) v = 100.0 + std::fmod(v, 2.0);
-  EXPECT_NE(refusal(method(), evidence).find("the shaker was not on"), std::string::npos);
+  EXPECT_NE(refusal(method(), evidence).find("check that the shaker was on"), std::string::npos);
 }
 
 TEST(SineVibrationFaults, WithoutRestNoShiftButGains) {
   const auto e = method().identify(shaken({.rests = false}), {});
-  EXPECT_TRUE(says(e.findings, "record the unit at rest before and after"));
+  EXPECT_NE(finding_of(e.findings, "tone_without_rest"), nullptr);
   EXPECT_EQ(find_parameter(e, "vibration_rectification"), nullptr);
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
 }
@@ -132,7 +135,7 @@ TEST(SineVibrationFaults, RestThatMovesIsNone) {
   for (auto& segment : evidence.plan.schedule)
     if (segment.label == "tone 2") segment.axes.clear();
   const auto e = method().identify(evidence, {});
-  EXPECT_TRUE(says(e.findings, "not at rest, as planned"));
+  EXPECT_GT(value_of(e.findings, "moves_at_rest", "ratio"), 20.0);
   EXPECT_NEAR(value(e, "vibration_rectification"), si(20.0, "ug/g^2"), si(5.0, "ug/g^2"));
 }
 

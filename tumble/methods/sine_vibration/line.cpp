@@ -7,7 +7,7 @@
 #include <cmath>
 #include <complex>
 
-#include "tumble/math/eigen/dense.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -16,7 +16,6 @@ namespace tumble::sine_vibration {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr Eigen::Index rows = 256;
 
 struct Samples {
   std::vector<double> time, value;  ///< time from the middle
@@ -51,48 +50,44 @@ void waves(const Samples& s, double frequency, std::vector<Complex>& out) {
 
 /// Least squares over columns made row by row.
 struct Normal {
-  Eigen::MatrixXd inverse;
-  Eigen::VectorXd b;
+  Matrix inverse;
+  std::vector<double> b;
 };
 
 template <class MakeRow>
-Normal solve(const Samples& s, Eigen::Index columns, MakeRow make) {
-  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(columns, columns), x(columns, rows);
-  Eigen::VectorXd with = Eigen::VectorXd::Zero(columns);
-  const auto n = static_cast<Eigen::Index>(s.time.size());
-  for (Eigen::Index first = 0; first < n; first += rows) {
-    const Eigen::Index here = std::min(rows, n - first);
-    for (Eigen::Index i = 0; i < here; ++i) make(static_cast<std::size_t>(first + i), x.col(i).data());
-    a.selfadjointView<Eigen::Lower>().rankUpdate(x.leftCols(here));
-    with.noalias() += x.leftCols(here) * Eigen::Map<const Eigen::VectorXd>(s.value.data() + first, here);
+Normal solve(const Samples& s, std::size_t columns, MakeRow make) {
+  Matrix squares(columns, columns);  // lower triangle
+  std::vector<double> products(columns, 0.0), row(columns), scale;
+  for (std::size_t i = 0; i < s.time.size(); ++i) {
+    make(i, row.data());
+    for (std::size_t j = 0; j < columns; ++j) {
+      for (std::size_t k = j; k < columns; ++k) squares(k, j) += row[j] * row[k];
+      products[j] += row[j] * s.value[i];
+    }
   }
-  const Eigen::VectorXd scale = a.diagonal().array().max(1e-300).rsqrt();
-  Eigen::MatrixXd scaled = a.selfadjointView<Eigen::Lower>();
-  scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(scaled);
-  Normal normal;
-  normal.inverse = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(columns, columns)) * scale.asDiagonal();
-  normal.b = scale.asDiagonal() * factor.solve(scale.cwiseProduct(with));
-  return normal;
+  for (const double square : diagonal_of(squares)) scale.push_back(1.0 / std::sqrt(std::max(square, 1e-300)));
+  squares = scaled_rows(scale, scaled_columns(std::move(squares), scale));
+  return {scaled_rows(scale, scaled_columns(inverse_symmetric(squares), scale)),
+          scaled(scale, solve_symmetric(squares, scaled(scale, products)))};
 }
 
-/// Harmonics that show apart from the tone, from zero, from half of the rate and from each other.
+/// Harmonics that are distinct from the tone, from zero, from half of the rate and from each other.
 std::vector<int> harmonics_of(const Samples& s, double frequency) {
   const double rate = 1.0 / s.interval, clear = 1.6 / s.span;
-  std::vector<double> taken{aliased_frequency(frequency, rate)};
-  std::vector<int> found;
+  std::vector<double> lines{aliased_frequency(frequency, rate)};
+  std::vector<int> harmonics;
   for (const int k : {2, 3}) {
     const double here = aliased_frequency(k * frequency, rate);
     if (here < clear || here > 0.5 * rate - clear) continue;
-    if (std::ranges::any_of(taken, [&](double f) { return std::abs(f - here) < clear; })) continue;
-    taken.push_back(here);
-    found.push_back(k);
+    if (std::ranges::any_of(lines, [&](double f) { return std::abs(f - here) < clear; })) continue;
+    lines.push_back(here);
+    harmonics.push_back(k);
   }
-  return found;
+  return harmonics;
 }
 
 /// Whether a harmonic falls upon half of the windows a second, where sine and cosine are one: it changes sign from
-/// window to window. Left in the residuals it would be c/n of the mean over an odd number of windows.
+/// window to window. In the residuals it would be c/n of the mean over an odd number of windows.
 bool alternates(const Samples& s, double frequency) {
   const double rate = 1.0 / s.interval;
   return std::ranges::any_of(std::array{2, 3},
@@ -110,7 +105,7 @@ Complex power(Complex w, int k) { return k == 2 ? w * w : w * w * w; }
 double step_of_frequency(const Samples& s, const std::vector<Complex>& wave, const std::vector<int>& harmonics,
                          bool alternates) {
   const double scale = 2.0 / s.span;
-  const auto last = 6 + 2 * static_cast<Eigen::Index>(harmonics.size());
+  const std::size_t last = 6 + 2 * harmonics.size();
   const Normal fit = solve(s, last + (alternates ? 2 : 0), [&](std::size_t i, double* x) {
     const double u = s.time[i] * scale;
     x[0] = 1.0, x[1] = u, x[2] = wave[i].real(), x[3] = wave[i].imag(), x[4] = u * x[2], x[5] = u * x[3];
@@ -126,14 +121,14 @@ double step_of_frequency(const Samples& s, const std::vector<Complex>& wave, con
 
 struct Model {
   std::vector<int> harmonics;
-  bool alternates = false;  ///< two last columns: what changes sign from window to window, and grows with time
+  bool alternates = false;  ///< two last columns: 1, -1, 1, ... and that times time
   Normal fit;
   double frequency = 0.0;
   std::vector<Complex> wave;
 };
 
 Complex coefficient(const Model& m, std::size_t line) {
-  const auto k = static_cast<Eigen::Index>(2 + 2 * line);
+  const std::size_t k = 2 + 2 * line;
   return {m.fit.b[k], -m.fit.b[k + 1]};
 }
 
@@ -160,9 +155,8 @@ Model model_of(const Samples& s, double frequency) {
     m.frequency += step_of_frequency(s, m.wave, m.harmonics, m.alternates);
     waves(s, m.frequency, m.wave);
   }
-  const auto lines = 1 + static_cast<Eigen::Index>(m.harmonics.size());
   const double scale = 2.0 / s.span;
-  const auto last = 2 + 2 * lines, columns = last + (m.alternates ? 2 : 0);
+  const std::size_t last = 4 + 2 * m.harmonics.size(), columns = last + (m.alternates ? 2 : 0);
   m.fit = solve(s, columns, [&](std::size_t i, double* x) {
     const Complex w = m.wave[i];
     x[0] = 1.0, x[1] = s.time[i] * scale, x[2] = w.real(), x[3] = w.imag();
@@ -180,24 +174,24 @@ double predicted(const Samples& s, const Model& m, std::size_t i) {
   for (std::size_t h = 0; h < m.harmonics.size(); ++h)
     value += (coefficient(m, h + 1) * power(m.wave[i], m.harmonics[h])).real();
   if (m.alternates) {
-    const auto last = m.fit.b.size() - 2;
+    const std::size_t last = m.fit.b.size() - 2;
     value += alternating(s, i) * (m.fit.b[last] + m.fit.b[last + 1] * s.time[i] * 2.0 / s.span);
   }
   return value;
 }
 
-/// Places of f +- m/T that are clear of the tone's image, zero, half of the rate and the harmonics.
+/// Offsets +- m/T from the tone [Hz] that are clear of its image, zero, half of the rate and the harmonics.
 std::vector<double> neighbours(const Samples& s, double frequency, const std::vector<int>& harmonics) {
   const double rate = 1.0 / s.interval, bin = 1.0 / s.span, here = aliased_frequency(frequency, rate);
-  std::vector<double> found;
+  std::vector<double> offsets;
   for (int m = 3; m <= 12; ++m)
     for (const double side : {-1.0, 1.0}) {
       const double g = aliased_frequency(frequency + side * m * bin, rate);
       bool clear = g > 1.4 * bin && g < 0.5 * rate - 1.4 * bin && std::abs(g - here) > 2.4 * bin;
       for (const int k : harmonics) clear = clear && std::abs(g - aliased_frequency(k * frequency, rate)) > 1.4 * bin;
-      if (clear) found.push_back(side * m * bin);
+      if (clear) offsets.push_back(side * m * bin);
     }
-  return found;
+  return offsets;
 }
 
 /// Variance of a sample of white noise with the density about the line; demodulated in parts short against 1/(12/T).
@@ -211,10 +205,10 @@ void set_noise(const Samples& s, const Model& m, const std::vector<double>& resi
     middle[p] = 0.5 * (s.time[first] + s.time[last - 1]);
   }
   double squares = 0.0, count = 0.0;
-  for (const double off : neighbours(s, m.frequency, m.harmonics)) {
-    Complex at = 0.0;
-    for (std::size_t p = 0; p < parts; ++p) at += sum[p] * std::polar(1.0, -two_pi * off * middle[p]);
-    squares += std::norm(at) * 2.0 / static_cast<double>(n);
+  for (const double offset : neighbours(s, m.frequency, m.harmonics)) {
+    Complex neighbour = 0.0;
+    for (std::size_t p = 0; p < parts; ++p) neighbour += sum[p] * std::polar(1.0, -two_pi * offset * middle[p]);
+    squares += std::norm(neighbour) * 2.0 / static_cast<double>(n);
     count += 2.0;
   }
   double variance = line.residual_rms * line.residual_rms;
@@ -296,13 +290,6 @@ Line fit_rest(std::span<const double> time, std::span<const double> value, doubl
   set_rms(residual, line);
   set_blocks(residual, interval, line);
   return line;
-}
-
-double raster(double cycles_per_window, double pulses_per_window, double samples) {
-  const auto off = [](double turns) { return std::abs(turns - std::round(turns)); };
-  for (double p = 1.0; p < 0.25 * samples; ++p)
-    if (off(p * cycles_per_window) * samples < 1.0 && off(p * pulses_per_window) * samples < p) return p;
-  return samples;
 }
 
 }  // namespace tumble::sine_vibration

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,9 +25,9 @@ struct Point {
   double distortion = 0.0;  ///< second harmonic of the reference over its fundamental; NaN: not known
 
   double gain = 0.0;                   ///< amplitude/(A_ref |sinc(fH)|)
-  double rounding_log_variance = 0.0;  ///< of ln gain: counts that repeat with the tone hide their rounding
-  int hidden_harmonic = 0;             ///< of the shake, which shows at the tone's own frequency; 0: none does
-  double sd_from_window = 0.0;         ///< [m/s^2] that the window alone lets expect
+  double rounding_log_variance = 0.0;  ///< of ln gain, see vibration::rounding_log_variance
+  int hidden_harmonic = 0;             ///< of the shake, that appears at the frequency of the tone; 0: none
+  double sd_from_window = 0.0;         ///< [m/s^2] by the window alone
   double aliased_to = 0.0;             ///< [Hz]; 0: not aliased
   double cycles_effect = 0.0;          ///< [m/s^2] plain mean less the mean of the fit
   double cycles_bound = 0.0;           ///< [m/s^2] A/(pi f T), of the motion (3.11)
@@ -48,12 +49,15 @@ struct Measured {
   Findings findings;
 };
 
-/// Every tone of every unit. Those that cannot be used are findings: on half of the sampling rate or a null of the
-/// window, a unit that clips, a shaker that was not on or at another frequency or level.
+/// Every tone of every unit. Tones that cannot be used are findings: on half of the sampling rate or a null of the
+/// window, a unit that clips, a shaker that was off or at another frequency or level.
 Measured measure(const vibration::Data& data);
 
-/// What is wrong with measuring a tone of that frequency by these windows over `span` [s]; empty: nothing.
-std::string objection(double frequency, double window, double interval, double span);
+/// Why windows cannot measure a tone of this frequency; none: they can.
+///
+/// Given: frequency [Hz]; window, interval, span [s] and where, see vibration::hidden_tone.
+std::optional<Finding> objection(double frequency, double window, double interval, double span,
+                                 const std::string& where);
 
 /// The lowest harmonic, second or third, that windows at this interval show within two cycles over `span` [s] of the
 /// tone itself: 3 at a quarter of their rate, for example. 0: none.

@@ -1,12 +1,9 @@
 #include "tumble/methods/sine_vibration/rectification.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "tumble/core/say.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/constants.hpp"
@@ -35,7 +32,7 @@ std::vector<Part> parts_of(const vibration::Data& data, const Measured& measured
   return parts;
 }
 
-bool same(double a, double b) { return (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < same_way; }
+bool alike(double a, double b) { return (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < same_way; }
 
 /// Power-ups, each in each way its fixture stood: an offset each.
 struct Groups {
@@ -51,7 +48,7 @@ Groups groups_of(const vibration::Data& data, const std::vector<Part>& parts) {
   for (const Part& part : parts) {
     const auto& series = data.series[part.series];
     std::size_t g = 0;
-    while (g < first.size() && !(first[g]->power_up == series.power_up && same(first[g]->rest, series.rest))) ++g;
+    while (g < first.size() && !(first[g]->power_up == series.power_up && alike(first[g]->rest, series.rest))) ++g;
     if (g == first.size()) {
       first.push_back(&series);
       begin.push_back(series.begin);
@@ -73,7 +70,7 @@ std::vector<Rectification::Way> ways_of(const vibration::Data& data, const std::
   std::vector<Rectification::Way> ways;
   for (const Part& part : parts) {
     const double rest = data.series[part.series].rest;
-    if (part.point != nullptr && std::ranges::none_of(ways, [&](const auto& way) { return same(way.rest, rest); }))
+    if (part.point != nullptr && std::ranges::none_of(ways, [&](const auto& way) { return alike(way.rest, rest); }))
       ways.push_back({rest, ways.size()});
   }
   std::ranges::sort(ways, [](const auto& a, const auto& b) { return a.rest > b.rest; });
@@ -81,7 +78,7 @@ std::vector<Rectification::Way> ways_of(const vibration::Data& data, const std::
   return ways;
 }
 
-/// Levels that differ by half at least tell A^4 from A^2.
+/// Levels of which one is 1.5 times another at least separate A^4 from A^2.
 bool has_levels(const std::vector<Part>& parts) {
   double low = INFINITY, high = 0.0;
   for (const Part& part : parts) {
@@ -97,8 +94,8 @@ struct Rows {
   std::vector<double> rounding;  ///< sd of the mean of each part [m/s^2]
 };
 
-/// Blocks about their means, drawn together by the share of their scatter that rounding makes: that does not add up,
-/// and enters as a source of its own.
+/// Blocks about their means, drawn together by the share of rounding in their scatter: rounding does not add up, and
+/// enters as a source of its own.
 void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const Rectification& r, const Groups& groups,
               const std::vector<std::size_t>& drift_column, std::size_t columns, Rows& rows) {
   const double pulse = data.units[r.unit].pulse;
@@ -109,7 +106,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
       scatter += seconds * std::pow(part.line->block_mean[b] - part.line->mean, 2);
       rounded += seconds * pulses::rounding_variance(pulse, seconds);
     }
-  const double keep = scatter > 0.0 ? std::sqrt(std::max(1e-6, 1.0 - rounded / scatter)) : 1.0;
+  const double shrinking = scatter > 0.0 ? std::sqrt(std::max(1e-6, 1.0 - rounded / scatter)) : 1.0;
   std::size_t n = 0;
   for (const Part& part : parts) n += part.line->block_mean.size();
   MixedData& m = rows.data;
@@ -121,7 +118,7 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
     const std::size_t g = groups.of_part[p];
     const double sd = std::sqrt(pulses::rounding_variance(pulse, static_cast<double>(line.samples) * series.window));
     for (std::size_t b = 0; b < line.block_mean.size(); ++b, ++i) {
-      m.observations.push_back(line.mean + keep * (line.block_mean[b] - line.mean));
+      m.observations.push_back(line.mean + shrinking * (line.block_mean[b] - line.mean));
       m.weights.push_back(line.block_seconds[b]);
       m.segment.push_back(p);
       rows.rounding.push_back(sd);
@@ -130,13 +127,13 @@ void add_rows(const vibration::Data& data, const std::vector<Part>& parts, const
       if (parts[p].point == nullptr) continue;
       const double a = parts[p].point->level;
       for (const auto& way : r.ways)
-        if (same(way.rest, series.rest)) m.design(i, way.column) = 0.5 * a * a;
+        if (alike(way.rest, series.rest)) m.design(i, way.column) = 0.5 * a * a;
       if (r.quartic) m.design(i, r.quartic_column) = a * a * a * a;
     }
   }
 }
 
-/// A share of K_2,eff for each frequency: A_a^2/2 A_b^2/2 between parts of the same.
+/// A share of K_2,eff for each frequency: A_a^2/2 A_b^2/2 between parts of one frequency.
 Matrix between_kernel(const std::vector<Part>& parts) {
   Matrix kernel(parts.size(), parts.size());
   for (std::size_t a = 0; a < parts.size(); ++a)
@@ -220,7 +217,7 @@ Rectification rectification_of(const vibration::Data& data, const std::vector<Pa
   }
   Rows rows;
   add_rows(data, parts, r, groups, drift_column, columns, rows);
-  // With few segments at rest nothing tells a share of each frequency from noise of each segment.
+  // Few segments at rest cannot separate a share of each frequency from noise of each segment.
   const bool between = rests >= 4 && parts.size() - rests >= 4;
   add_noise(data, parts, columns, between, rows);
   r.fit = fit_mixed_model(rows.data);
@@ -237,7 +234,7 @@ Rectification rectification_of(const vibration::Data& data, const std::vector<Pa
 
 std::vector<Rectification> rectify(const vibration::Data& data, const Measured& measured, const std::string& levels,
                                    Findings& findings) {
-  std::vector<Rectification> found;
+  std::vector<Rectification> rectified;
   for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
     const auto points = std::ranges::count(measured.points, unit, &Point::unit);
     if (points == 0) continue;
@@ -245,20 +242,17 @@ std::vector<Rectification> rectify(const vibration::Data& data, const Measured& 
     const auto shaken = std::ranges::count_if(parts, [](const Part& part) { return part.point != nullptr; });
     const std::string where = data.units[unit].prefix.empty() ? "" : data.units[unit].name;
     if (shaken < points)
-      findings.push_back({Severity::error,
-                          fmt::format("{} without a segment at rest in the same power-up and position: no shift of the "
-                                      "mean there; record the unit at rest before and after",
-                                      say_count(static_cast<std::size_t>(points - shaken), "tone")),
-                          where});
+      findings.push_back(
+          {Severity::error, "tone_without_rest", {}, where, {static_cast<std::size_t>(points - shaken)}});
     if (shaken == 0) continue;
     try {
-      found.push_back(rectification_of(data, parts, unit, levels));
+      rectified.push_back(rectification_of(data, parts, unit, levels));
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_data) throw;
-      findings.push_back({Severity::error, fmt::format("no vibration_rectification: {}", error.what()), where});
+      findings.push_back({Severity::error, "no_rectification", {{"reason", error.what()}}, where});
     }
   }
-  return found;
+  return rectified;
 }
 
 }  // namespace tumble::sine_vibration

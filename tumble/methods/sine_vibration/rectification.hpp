@@ -10,11 +10,11 @@
 
 namespace tumble::sine_vibration {
 
-/// What vibration does to the mean of one unit, over all frequencies and levels:
+/// Effect of vibration on the mean of one unit, over all frequencies and levels:
 ///
 ///   mean = offset of the power-up + drift t + K_2,eff A^2/2 (+ c A^4) + noise                            (3.12)
 ///
-/// with an offset for each way the fixture stood, slow noise that moves whole segments, and a share of K_2,eff that
+/// with an offset for each position of the fixture, slow noise that moves whole segments, and a share of K_2,eff that
 /// differs from frequency to frequency.
 struct Rectification {
   struct Way {
@@ -31,7 +31,7 @@ struct Rectification {
   std::map<std::size_t, double> shift_variance;  ///< [m^2/s^4] of Point::shift, by Point::series
 };
 
-/// One for each unit whose points have segments at rest to be held against; the others are findings.
+/// One for each unit whose points have segments at rest to compare with; the others are findings.
 std::vector<Rectification> rectify(const vibration::Data& data, const Measured& measured, const std::string& levels,
                                    Findings& findings);
 

@@ -1,10 +1,9 @@
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
 #include "tumble/methods/sine_vibration/trial.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/units/error.hpp"
 
 // Counts over windows of H seconds on a shaker at one frequency after the other:
@@ -21,54 +20,37 @@ std::vector<Role> roles() {
        "units under test, one or several on one fixture: pulses of each counting window, or a specific force, mA, V",
        true},
       {"reference", "g", false,
-       "acceleration of the fixture along the shake; without it the level that the plan says, its uncertainty in the "
-       "budget"}};
+       "acceleration of the fixture along the shake; without it, the level of the plan with its uncertainty is used"}};
 }
 
 std::vector<Option> options() {
-  using Type = Option::Type;
   auto options = vibration::options();
   options.push_back(
-      {"levels",
-       Type::word,
-       "1",
-       "auto",
-       {"auto", "square", "quartic"},
-       "shift of the mean by A^2 alone or with A^4 too; auto: with A^4 where levels differ by half at least"});
-  options.push_back({"cross_coupling",
-                     Type::quantity,
-                     "ug/g^2",
-                     "20 ug/g^2",
-                     {},
-                     "size of K_ip and K_io, which rectify motion across the input axis"});
-  options.push_back({"third_order",
-                     Type::quantity,
-                     "ug/g^3",
-                     "1 ug/g^3",
-                     {},
-                     "size of K_3, which rectifies the second harmonic of the shake"});
+      word("levels", {"auto", "square", "quartic"})
+          .otherwise("auto")
+          .says("terms of the mean shift: A^2 alone, or A^4 too; auto: A^4 too where the greatest level is "
+                "more than 1.5 times the least"));
+  options.push_back(quantity("cross_coupling", "ug/g^2")
+                        .at_least(0)
+                        .otherwise("20 ug/g^2")
+                        .says("size of K_ip and K_io, which rectify motion across the input axis"));
+  options.push_back(quantity("third_order", "ug/g^3")
+                        .at_least(0)
+                        .otherwise("1 ug/g^3")
+                        .says("size of K_3, which rectifies the second harmonic of the shake"));
   return options;
-}
-
-void refuse_impossible(const Settings& settings) {
-  std::vector<std::string> problems;
-  for (const char* name : {"cross_coupling", "third_order"})
-    if (!(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
-      problems.push_back(fmt::format("[settings] {} must not be negative: it is a size", name));
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
 void require_points(const vibration::Data& data, const Measured& measured) {
   if (!measured.points.empty()) return;
   auto problems = errors_among(data.findings);
   for (auto& problem : errors_among(measured.findings)) problems.push_back(std::move(problem));
-  if (problems.empty()) problems.emplace_back("no segment of the schedule shakes the units with a sine");
+  if (problems.empty()) problems.emplace_back("no segment of the schedule has a sinusoidal vibration");
   throw Error(Error::Kind::bad_data, problems);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
-  refuse_impossible(settings);
   const vibration::Data data = vibration::data_of(evidence);
   report(progress, 0.2, "sine fits");
   const Measured measured = measure(data);
@@ -78,16 +60,10 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.7, "rectification");
   const auto rectified = rectify(data, measured, settings.word("levels"), findings);
   Estimate estimate = describe(evidence, data, measured, rectified);
-  estimate.method = "sine_vibration";
-  estimate.title = evidence.plan.title;
-  if (!measured.reference)
-    findings.push_back(
-        {Finding::Severity::info,
-         "no reference is recorded: gains and rectification are held against the level that the plan says", ""});
+  if (!measured.reference) findings.push_back({Finding::Severity::info, "level_from_plan", {}});
   add_tables(data, measured, rectified, estimate);
-  estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
   report(progress, 1.0, "done");
-  return estimate;
+  return finished(std::move(estimate), "sine_vibration", evidence.plan.title, findings);
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }

@@ -38,7 +38,7 @@ TEST(SineVibration, RollOffOfTheServo) {
   EXPECT_NEAR(value(e, "gain_10Hz"), 1.0, 1e-3);
 }
 
-TEST(SineVibration, SeveralLevelsTellTheFourthPower) {
+TEST(SineVibration, SeveralLevelsShowTheFourthPower) {
   const auto e =
       method().identify(shaken({.tones = {{40.0, 1.0}, {40.0, 2.0}, {40.0, 4.0}, {40.0, 6.0}}, .duration = 12.5}), {});
   const auto sd = [&](const char* name) {
@@ -57,7 +57,8 @@ TEST(SineVibration, HarmonicsOnTheLineAreInItsUncertainty) {
   EXPECT_EQ(sine_vibration::hidden_harmonic(49.7, window, 100.0), 0);
   const auto real = [](Plan& plan) { plan.rig.set_flag("ideal", false); };
   const auto e = method().identify(shaken({.tones = {{40.0, 3.0}, {50.0, 3.0}}, .change = real}), {});
-  EXPECT_TRUE(says(e.findings, "harmonic 3 of 50 Hz shows at the same frequency"));
+  EXPECT_EQ(value_of(e.findings, "harmonic_on_tone", "harmonic"), 3.0);
+  EXPECT_NEAR(value_of(e.findings, "harmonic_on_tone", "frequency"), 50.0, 1e-3);
   const auto sd = [&](const char* name) {
     return standard_uncertainty(e, static_cast<std::size_t>(find_parameter(e, name) - e.parameters.data()));
   };
@@ -96,7 +97,7 @@ TEST(SineVibration, ScaleFactorFromRest) {
     set_truth(plan, "bias", 2.0, "mg");
   };
   const auto e = method().identify(shaken({.change = forget}), {});
-  EXPECT_TRUE(says(e.findings, "scale factor from the segments at rest"));
+  EXPECT_NE(finding_of(e.findings, "scale_factor_from_rest"), nullptr);
   const auto k = static_cast<std::size_t>(find_parameter(e, "gain_40Hz") - e.parameters.data());
   EXPECT_NEAR(value(e, "gain_40Hz"), 1.0 / 1.002, 1e-3);  // the bias is taken for scale
   EXPECT_GT(standard_uncertainty(e, k), 0.005);

@@ -15,18 +15,17 @@ namespace {
 using namespace given;
 
 std::vector<Option> constants() {
-  using Type = Option::Type;
   std::vector<Option> options{
-      {"output",
-       Type::word,
-       "1",
-       "specific_force",
-       {"specific_force", "current", "voltage", "count"},
-       "recorded quantity: the indicated specific force, the torquer current, its voltage, or pulses of an I/F"},
-      {"current_scale_factor", Type::quantity, "mA/g", "", {}, "K_1 of the current (default: from the physics)"},
-      {"voltage_scale_factor", Type::quantity, "V/g", "", {}, "K_1 of the voltage"},
-      {"pulse_scale_factor", Type::quantity, "pulse/s/g", "", {}, "K_1 of the pulses"},
-      {"reference_temperature", Type::quantity, "degC", "20 degC", {}, "reference of the temperature terms"}};
+      word("output", {"specific_force", "current", "voltage", "count"})
+          .otherwise("specific_force")
+          .says("recorded quantity: the indicated specific force, the torquer current, its voltage, or pulses of a "
+                "current-to-frequency converter"),
+      quantity("current_scale_factor", "mA/g").says("K_1 of the current; absent: from the physics"),
+      quantity("voltage_scale_factor", "V/g").says("K_1 of the voltage"),
+      quantity("pulse_scale_factor", "pulse/s/g").says("K_1 of the pulses"),
+      quantity("reference_temperature", "degC")
+          .otherwise("20 degC")
+          .says("temperature at which the temperature terms are zero")};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("g")) options.push_back(std::move(option));
   for (auto& option : stiffness_constants()) options.push_back(std::move(option));
@@ -49,7 +48,7 @@ std::vector<Term> temperature_terms(double reference) {
        scaled(2, true)}};
 }
 
-/// docs/equations (4.19), and below the line what GJB 2504 leaves out; a in the axes i, p, o
+/// docs/equations (4.19), then the terms that GJB 2504 does not have; a in the axes i, p, o
 std::vector<Term> static_terms() {
   const std::string second = "ug/g^2", third = "ug/g^3";
   return {{"bias", "K_0", "mg", "bias", [](const Felt&) { return 1.0; }},

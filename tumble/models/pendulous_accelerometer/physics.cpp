@@ -9,9 +9,6 @@ using namespace given;
 
 void refuse_incomplete(const Settings& truth) {
   std::vector<std::string> problems;
-  require_positive(
-      truth, {"mass", "pendulum_inertia_I", "pendulum_inertia_O", "pendulum_inertia_P", "damping", "torquer_constant"},
-      problems);
   require_with(truth,
                {"mass_offset_I", "compliance_II", "compliance_PP", "compliance_IP", "compliance_IO", "compliance_PO"},
                {"mass", "pendulosity"}, problems);
@@ -66,21 +63,16 @@ void dynamic_coefficients(const Settings& truth, double moment, std::map<std::st
 }  // namespace
 
 std::vector<Option> stiffness_constants() {
-  auto hinge = physical("hinge_stiffness", "N*m/rad", "C of the flexure");
-  hinge.fallback = "0 N*m/rad";
-  return {physical("pendulosity", "kg*m", "m L: mass of the pendulum times its distance from the hinge"),
-          physical("servo_stiffness", "N*m/rad", "K = K_s K_a K_T of the servo loop; without it the tilt is neglected"),
-          hinge,
-          {"integrator",
-           Option::Type::flag,
-           "1",
-           "false",
-           {},
-           "the loop has an integrator: no steady tilt, 1/(K + C) = 0 in docs/equations (4.17)-(4.18)"}};
+  return {
+      physical("pendulosity", "kg*m", "m L: mass of the pendulum times its distance from the hinge").above(0),
+      physical("servo_stiffness", "N*m/rad", "K = K_s K_a K_T of the servo loop; absent: the tilt is zero").above(0),
+      physical("hinge_stiffness", "N*m/rad", "C of the flexure").at_least(0).otherwise("0 N*m/rad"),
+      flag("integrator")
+          .says("the loop has an integrator: no steady tilt, 1/(K + C) = 0 in docs/equations (4.17)-(4.18)")};
 }
 
 std::vector<Option> physics() {
-  return {physical("mass", "kg", "m of the pendulum"),
+  return {physical("mass", "kg", "m of the pendulum").above(0),
           physical("mass_offset_I", "um", "l_I: centre of mass from the P axis, along I"),
           physical("compliance_II", "m/N", "C_II: displacement of the mass along I per force along I"),
           physical("compliance_PP", "m/N", "C_PP: along P per force along P"),
@@ -88,20 +80,18 @@ std::vector<Option> physics() {
           physical("compliance_IO", "m/N", "C_IO = C_OI, O = -o"),
           physical("compliance_PO", "m/N", "C_PO = C_OP, O = -o"),
           physical("disturbance_torque", "N*m", "M_d0, positive where it acts like positive specific force"),
-          physical("pendulum_inertia_I", "kg*m^2", "J_I of the pendulum about the axis I through the hinge"),
-          physical("pendulum_inertia_O", "kg*m^2", "J_O about the hinge"),
-          physical("pendulum_inertia_P", "kg*m^2", "J_P about the axis P through the hinge"),
+          physical("pendulum_inertia_I", "kg*m^2", "J_I of the pendulum about the axis I through the hinge").above(0),
+          physical("pendulum_inertia_O", "kg*m^2", "J_O about the hinge").above(0),
+          physical("pendulum_inertia_P", "kg*m^2", "J_P about the axis P through the hinge").above(0),
           physical("pendulum_product_IO", "kg*m^2", "J_IO: product of inertia, integral of I O dm, O = -o"),
           physical("pendulum_product_OP", "kg*m^2", "J_OP: integral of O P dm, O = -o"),
           physical("pendulum_product_IP", "kg*m^2", "J_IP: integral of I P dm"),
-          physical("damping", "N*m*s/rad", "D about the hinge"),
-          physical("torquer_constant", "N*m/A", "K_T of the torquer")};
+          physical("damping", "N*m*s/rad", "D about the hinge").above(0),
+          physical("torquer_constant", "N*m/A", "K_T of the torquer").above(0)};
 }
 
 double tilt_per_specific_force(const Settings& constants) {
   std::vector<std::string> problems;
-  require_positive(constants, {"pendulosity", "servo_stiffness"}, problems);
-  if (constants.number("hinge_stiffness") < 0.0) problems.push_back("hinge_stiffness must not be negative");
   require_with(constants, {"servo_stiffness"}, {"pendulosity"}, problems);
   refuse(std::move(problems));
   const double stiffness = total_stiffness(constants);

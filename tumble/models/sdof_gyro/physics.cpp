@@ -22,11 +22,6 @@ std::vector<std::string> quantities() {
 
 void refuse_incomplete(const Settings& truth) {
   std::vector<std::string> problems;
-  require_positive(
-      truth,
-      {"angular_momentum", "rotor_inertia", "spin_rate", "mass", "gimbal_inertia_I", "gimbal_inertia_O",
-       "gimbal_inertia_S", "pickoff_gain", "amplifier_gain", "torquer_constant", "loop_stiffness", "damping"},
-      problems);
   require_with(truth, masses, {"mass"}, problems);
   require_with(truth, {"rotor_inertia"}, {"spin_rate"}, problems);
   require_with(truth, {"spin_rate"}, {"rotor_inertia"}, problems);
@@ -78,11 +73,12 @@ void dynamic_coefficients(const Settings& truth, double H, std::map<std::string,
 }  // namespace
 
 std::vector<Option> physics() {
-  return {physical("angular_momentum", "kg*m^2/s", "H of the rotor, along S"),
+  return {physical("angular_momentum", "kg*m^2/s", "H of the rotor, along S").above(0),
           physical("rotor_inertia", "kg*m^2",
-                   "moment of inertia of the rotor about its spin axis; with spin_rate instead of H"),
-          physical("spin_rate", "rpm", "spin rate of the rotor"),
-          physical("mass", "kg", "m of the float (gimbal and rotor)"),
+                   "moment of inertia of the rotor about its spin axis; with spin_rate instead of H")
+              .above(0),
+          physical("spin_rate", "rpm", "spin rate of the rotor").above(0),
+          physical("mass", "kg", "m of the float (gimbal and rotor)").above(0),
           physical("mass_offset_I", "nm", "l_I: centre of mass from the output axis, along I"),
           physical("mass_offset_S", "nm", "l_S: centre of mass from the output axis, along S"),
           physical("compliance_II", "m/N", "C_II: displacement along I per force along I"),
@@ -91,23 +87,19 @@ std::vector<Option> physics() {
           physical("compliance_IO", "m/N", "C_IO = C_OI"),
           physical("compliance_SO", "m/N", "C_SO = C_OS"),
           physical("disturbance_torque", "N*m", "M_d0 about O: flex leads, magnetic reaction"),
-          physical("gimbal_inertia_I", "kg*m^2", "I_I: moment of inertia of the float about I"),
-          physical("gimbal_inertia_O", "kg*m^2", "I_O: about the output axis"),
-          physical("gimbal_inertia_S", "kg*m^2", "I_S: about S"),
+          physical("gimbal_inertia_I", "kg*m^2", "I_I: moment of inertia of the float about I").above(0),
+          physical("gimbal_inertia_O", "kg*m^2", "I_O: about the output axis").above(0),
+          physical("gimbal_inertia_S", "kg*m^2", "I_S: about S").above(0),
           physical("gimbal_product_IO", "kg*m^2", "I_IO: product of inertia, integral of I O dm"),
           physical("gimbal_product_OS", "kg*m^2", "I_OS: integral of O S dm"),
           physical("gimbal_product_IS", "kg*m^2", "I_IS: integral of I S dm"),
-          physical("pickoff_gain", "V/rad", "k_u of the loop"),
-          physical("amplifier_gain", "A/V", "k_i of the loop"),
-          physical("torquer_constant", "N*m/A", "k_m of the torquer"),
-          physical("loop_stiffness", "N*m/rad", "k = k_u k_i k_m, instead of the gains; default: beta is 0"),
-          physical("damping", "N*m*s/rad", "D about the output axis"),
-          {"integrator",
-           Option::Type::flag,
-           "1",
-           "false",
-           {},
-           "the loop has an integrator: no steady pick-off angle, 1/k = 0 in docs/equations (4.11)"}};
+          physical("pickoff_gain", "V/rad", "k_u of the loop").above(0),
+          physical("amplifier_gain", "A/V", "k_i of the loop").above(0),
+          physical("torquer_constant", "N*m/A", "k_m of the torquer").above(0),
+          physical("loop_stiffness", "N*m/rad", "k = k_u k_i k_m, instead of the gains; absent: beta is 0").above(0),
+          physical("damping", "N*m*s/rad", "D about the output axis").above(0),
+          flag("integrator")
+              .says("the loop has an integrator: no steady pick-off angle, 1/k = 0 in docs/equations (4.11)")};
 }
 
 double angular_momentum(const Settings& truth) {

@@ -14,15 +14,11 @@ namespace {
 using namespace given;
 
 std::vector<Option> constants() {
-  using Type = Option::Type;
   std::vector<Option> options{
-      {"output",
-       Type::word,
-       "1",
-       "rate",
-       {"rate", "current"},
-       "recorded quantity: the rate that the loop balances, or the torquer current"},
-      {"torquer_scale_factor", Type::quantity, "deg/h/mA", "", {}, "S_g = k_m/H, of the current (default: physics)"}};
+      word("output", {"rate", "current"})
+          .otherwise("rate")
+          .says("recorded quantity: the rate that the loop balances, or the torquer current"),
+      quantity("torquer_scale_factor", "deg/h/mA").says("S_g = k_m/H, of the current; absent: from the physics")};
   for (auto& option : electronics::loop_options()) options.push_back(std::move(option));
   for (auto& option : electronics::limit_options("deg/s")) options.push_back(std::move(option));
   return options;

@@ -22,4 +22,19 @@ double indicated(const Model& model, const Settings& truth, const Felt& felt, st
   return sum;
 }
 
+std::size_t problems_of(const Model& model, const Settings& truth) {
+  try {
+    model.coefficients(truth);
+  } catch (const Error& error) {
+    if (error.kind != Error::Kind::bad_input) throw;
+    return error.problems.size();
+  }
+  return 0;
+}
+
+Vector3 any(const RandomStream& random, std::uint64_t number, double largest) {
+  const auto component = [&](std::uint64_t k) { return largest * (2.0 * random.uniform(3 * number + k) - 1.0); };
+  return {component(0), component(1), component(2)};
+}
+
 }  // namespace tumble::testing

@@ -1,20 +1,18 @@
 #include "tumble/reduce/accelerometer/faults.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <set>
 
-#include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/reduce/accelerometer/hidden.hpp"
 #include "tumble/reduce/accelerometer/samples.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -25,133 +23,124 @@ namespace {
 using linear::SegmentSummary;
 using linear::Solution;
 
-/// What all axes of the rig do in a segment, those that it leaves as they are included.
-using Place = std::map<std::string, std::vector<double>>;
+/// Kind, value, end, amplitude and frequency of the motion of every axis in a segment, unchanged axes included.
+using Pose = std::map<std::string, std::array<double, 5>>;
 
-/// Of every segment of a plan.
-std::vector<Place> places_of(const Plan& plan) {
-  std::vector<Place> places;
-  Place now;
+constexpr double hold = static_cast<double>(Motion::Kind::hold);
+
+/// The pose of every segment of a plan.
+std::vector<Pose> poses_of(const Plan& plan) {
+  std::vector<Pose> poses;
+  Pose pose;
   int run = 0;
   for (const auto& segment : plan.schedule) {
-    if (segment.run != run) now.clear();
+    if (segment.run != run) pose.clear();
     run = segment.run;
     for (const auto& [axis, motion] : segment.axes)
-      now[axis] = {static_cast<double>(motion.kind), motion.value, motion.to, motion.amplitude, motion.frequency};
-    places.push_back(now);
-    for (auto it = now.begin(); it != now.end();)  // an axis that has stopped where nobody said
-      it = it->second[0] == static_cast<double>(Motion::Kind::hold) ? std::next(it) : now.erase(it);
+      pose[axis] = {static_cast<double>(motion.kind), motion.value, motion.to, motion.amplitude, motion.frequency};
+    poses.push_back(pose);
+    std::erase_if(pose, [](const auto& axis) { return axis.second[0] != hold; });  // it stops where nobody stated
   }
-  return places;
+  return poses;
 }
 
-bool same_place(const Place& a, const Place& b) {
-  const auto at_zero = [](const Place& one, const std::string& axis) {
-    const auto found = one.find(axis);
-    return found == one.end() ? std::vector{static_cast<double>(Motion::Kind::hold), 0.0, 0.0, 0.0, 0.0}
-                              : found->second;
+bool is_same(const Pose& a, const Pose& b) {
+  const auto motion_of = [](const Pose& pose, const std::string& axis) {
+    const auto entry = pose.find(axis);
+    return entry == pose.end() ? std::array{hold, 0.0, 0.0, 0.0, 0.0} : entry->second;
   };
   std::set<std::string> axes;
-  for (const auto* place : {&a, &b})
-    for (const auto& [axis, motion] : *place) axes.insert(axis);
+  for (const auto* pose : {&a, &b})
+    for (const auto& [axis, motion] : *pose) axes.insert(axis);
   return std::ranges::all_of(axes, [&](const std::string& axis) {
-    auto one = at_zero(a, axis), other = at_zero(b, axis);
-    const bool angle = one[0] == static_cast<double>(Motion::Kind::hold) && one[0] == other[0];
-    const double off = angle ? std::remainder(one[1] - other[1], two_pi) : one[1] - other[1];
-    one[1] = other[1] = 0.0;
-    return one == other && std::abs(off) < 1e-6;
+    auto first = motion_of(a, axis), second = motion_of(b, axis);
+    const double turn = first[1] - second[1];
+    const bool angle = first[0] == hold && second[0] == hold;
+    first[1] = second[1] = 0.0;
+    return first == second && std::abs(angle ? std::remainder(turn, two_pi) : turn) < 1e-6;
   });
 }
 
-Finding warning(std::string text) { return {Finding::Severity::warning, std::move(text), ""}; }
-
-/// Residuals of the segments' means after least squares without some segments, and what the fit says there.
-struct Look {
+/// A fit of the segments' means without some of them.
+struct Fit {
   double rms = 0.0;
-  bool enough = false;            ///< more segments than parameters, and all of these seen
-  std::vector<double> predicted;  ///< of those left out [SI]
+  bool determined = false;        ///< it has more segments than parameters, and they show all parameters
+  std::vector<double> predicted;  ///< of the segments that it does not use [SI]
 };
 
+/// The segments' means over the model's columns, which are scaled to length 1.
 class Means {
  public:
-  explicit Means(const Solution& solution) : x_(at(solution.segments.size()), at(solution.columns.size())) {
-    y_.resize(x_.rows());
-    for (Eigen::Index i = 0; i < x_.rows(); ++i) {
-      const auto& segment = solution.segments[static_cast<std::size_t>(i)];
-      for (Eigen::Index j = 0; j < x_.cols(); ++j)
-        x_(i, j) = solution.columns[static_cast<std::size_t>(j)].regressor(segment.felt);
-      y_[i] = segment.measured;
+  explicit Means(const Solution& solution) : x_(solution.segments.size(), solution.columns.size()) {
+    for (std::size_t i = 0; i < x_.rows; ++i) {
+      for (std::size_t j = 0; j < x_.columns; ++j) x_(i, j) = solution.columns[j].regressor(solution.segments[i].felt);
+      y_.push_back(solution.segments[i].measured);
     }
-    size_ = x_.colwise().norm();
-    for (auto& one : size_)
-      if (!(one > 0.0)) one = 1.0;
-    x_ = x_ * size_.cwiseInverse().asDiagonal();
+    x_ = with_unit_columns(std::move(x_)).first;
   }
 
-  Look without(const std::vector<std::size_t>& left_out) const {
-    std::vector<Eigen::Index> kept;
-    for (Eigen::Index i = 0; i < x_.rows(); ++i)
-      if (std::ranges::find(left_out, static_cast<std::size_t>(i)) == left_out.end()) kept.push_back(i);
-    const Eigen::MatrixXd x = x_(kept, Eigen::all);
-    const Eigen::VectorXd y = y_(kept);
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x);
-    const Eigen::VectorXd b = qr.solve(y);
-    Look look;
-    if (x.rows() > qr.rank()) look.rms = (y - x * b).norm() / std::sqrt(static_cast<double>(x.rows() - qr.rank()));
-    look.enough = x.rows() > qr.rank() && qr.rank() == x_.cols();
-    for (const auto i : left_out) look.predicted.push_back(x_.row(at(i)).dot(b));
-    return look;
+  Fit without(const std::vector<std::size_t>& unused) const {
+    std::vector<std::size_t> rows;
+    std::vector<double> y;
+    for (std::size_t i = 0; i < x_.rows; ++i)
+      if (std::ranges::find(unused, i) == unused.end()) rows.push_back(i), y.push_back(y_[i]);
+    const QrFit qr = qr_fit(chosen_rows(x_, rows), y);
+    Fit fit;
+    if (rows.size() > qr.rank) fit.rms = std::sqrt(qr.residual_square / static_cast<double>(rows.size() - qr.rank));
+    fit.determined = rows.size() > qr.rank && qr.rank == x_.columns;
+    for (const auto i : unused) fit.predicted.push_back(dot(row(x_, i), qr.x));
+    return fit;
   }
 
-  /// Residuals where the outputs of two segments are exchanged: the two for which they are least.
+  /// The two segments whose outputs, when exchanged, leave the least residuals.
   struct Exchange {
     std::size_t first = 0, second = 0;
     double rms = std::numeric_limits<double>::infinity();
   };
   Exchange best_exchange() const {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x_);
-    const Eigen::Index n = x_.rows();
-    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, qr.rank());
-    const Eigen::MatrixXd project = Eigen::MatrixXd::Identity(n, n) - q * q.transpose();
-    const Eigen::VectorXd residual = project * y_;
+    const QrFit qr = qr_fit(x_, y_);
+    const Matrix q = x_ * qr.root;
+    const Matrix project = identity(x_.rows) - q * transposed(q);
+    const auto residual = project * y_;
     Exchange best;
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < i; ++j) {
-        const double rms = (residual + (y_[j] - y_[i]) * (project.col(i) - project.col(j))).norm() /
-                           std::sqrt(static_cast<double>(n - qr.rank()));
-        if (rms < best.rms) best = {static_cast<std::size_t>(j), static_cast<std::size_t>(i), rms};
+    for (std::size_t i = 0; i < x_.rows; ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const auto moved = difference(column(project, i), column(project, j));
+        const double rms =
+            norm(scaled_sum(residual, y_[j] - y_[i], moved)) / std::sqrt(static_cast<double>(x_.rows - qr.rank));
+        if (rms < best.rms) best = {j, i, rms};
       }
     return best;
   }
 
  private:
-  Eigen::MatrixXd x_;
-  Eigen::VectorXd y_, size_;
+  Matrix x_;
+  std::vector<double> y_;
 };
 
-/// Segments at the greatest (sign 1) or least (-1) output that show the same although they should not.
+/// Segments at the greatest (sign 1) or least (-1) output that show equal values at different specific forces.
 std::vector<std::string> clipped(const Solution& solution, double sign) {
   double most = -1e300, span = 0.0;
   for (const auto& s : solution.segments) {
     most = std::max(most, sign * s.measured);
     span = std::max(span, std::abs(s.measured));
   }
-  std::vector<const SegmentSummary*> there;
+  std::vector<const SegmentSummary*> extreme;
   double low = 1e300, high = -1e300;
   for (const auto& s : solution.segments) {
     if (most - sign * s.measured > 1e-5 * span + 5.0 * s.sd) continue;
-    there.push_back(&s);
+    extreme.push_back(&s);
     low = std::min(low, sign * s.felt.specific_force.x);
     high = std::max(high, sign * s.felt.specific_force.x);
   }
-  if (there.size() < 2 || high - low < 5e-3 * span) return {};
+  if (extreme.size() < 2 || high - low < 5e-3 * span) return {};
   std::vector<std::string> labels;
-  for (const auto* s : there) labels.push_back(s->label);
+  for (const auto* s : extreme) labels.push_back(s->label);
   return labels;
 }
 
-/// Segments at the greatest and least specific force that show less than the others say, which without them agree much
-/// better.
+/// Segments at the greatest and least specific force that show less than the others predict, which agree much better
+/// without them.
 std::vector<std::string> short_of_the_others(const Solution& solution) {
   if (std::isnan(solution.segments.front().measured)) return {};
   double low = 0.0, high = 0.0;
@@ -168,12 +157,12 @@ std::vector<std::string> short_of_the_others(const Solution& solution) {
       const double a = solution.segments[i].felt.specific_force.x;
       if (((which & 1) != 0 && a > 0.98 * high) || ((which & 2) != 0 && a < 0.98 * low)) out.push_back(i);
     }
-    const Look look = means.without(out);
-    if (out.empty() || !look.enough || !(look.rms * 5.0 < all)) continue;
+    const Fit fit = means.without(out);
+    if (out.empty() || !fit.determined || !(fit.rms * 5.0 < all)) continue;
     for (std::size_t k = 0; k < out.size(); ++k) {
       const auto& segment = solution.segments[out[k]];
-      const double lacking = (look.predicted[k] - segment.measured) * (look.predicted[k] > 0.0 ? 1.0 : -1.0);
-      if (lacking > 20.0 * segment.sd && lacking > 1e-3 * std::abs(look.predicted[k])) labels.push_back(segment.label);
+      const double lacking = (fit.predicted[k] - segment.measured) * (fit.predicted[k] > 0.0 ? 1.0 : -1.0);
+      if (lacking > 20.0 * segment.sd && lacking > 1e-3 * std::abs(fit.predicted[k])) labels.push_back(segment.label);
     }
     if (labels.size() == out.size()) return labels;
     labels.clear();
@@ -185,15 +174,13 @@ std::vector<std::string> short_of_the_others(const Solution& solution) {
 
 std::string quoted(const std::vector<std::string>& labels) {
   constexpr std::size_t most = 6;
-  std::vector<std::string> out;
-  for (std::size_t i = 0; i < std::min(labels.size(), most); ++i) out.push_back("'" + labels[i] + "'");
-  if (labels.size() > most) out.push_back(fmt::format("{} more", labels.size() - most));
-  if (out.size() < 2) return out.empty() ? "" : out.front();
-  return fmt::format("{} and {}", fmt::join(out.begin(), out.end() - 1, ", "), out.back());
+  std::string text;
+  for (std::size_t i = 0; i < std::min(labels.size(), most); ++i) text += (i == 0 ? "'" : ", '") + labels[i] + "'";
+  return labels.size() > most ? fmt::format("{}, ... ({})", text, labels.size()) : text;
 }
 
 Findings about_labels(const Plan& plan) {
-  const auto places = places_of(plan);
+  const auto poses = poses_of(plan);
   const auto& segments = plan.schedule;
   Findings findings;
   std::vector<bool> done(segments.size(), false);
@@ -201,171 +188,150 @@ Findings about_labels(const Plan& plan) {
   for (std::size_t a = 0; a < segments.size(); ++a) {
     std::vector<std::string> labels{segments[a].label};
     for (std::size_t b = a + 1; b < segments.size(); ++b) {
-      const bool same = same_place(places[a], places[b]);
+      const bool same = is_same(poses[a], poses[b]);
       if (!same && segments[a].label == segments[b].label) doubtful.insert(segments[a].label);
       if (!same || done[b]) continue;
       done[b] = true;
       if (std::ranges::find(labels, segments[b].label) == labels.end()) labels.push_back(segments[b].label);
     }
     if (labels.size() > 1 && !done[a])
-      findings.push_back(warning(fmt::format(
-          "{} are one position by the plan: they count as repeats of it, not as positions of their own. If that is "
-          "meant, give them one label; if not, correct the angles of the plan",
-          quoted(labels))));
+      findings.push_back(
+          {Finding::Severity::warning, "one_position_of_several_labels", {{"segments", quoted(labels)}}});
   }
   for (const auto& label : doubtful)
-    findings.push_back(warning(fmt::format(
-        "'{}' is the label of different positions: which is which follows from their order alone; give each its own",
-        label)));
+    findings.push_back({Finding::Severity::warning, "one_label_of_several_positions", {{"label", label}}});
   return findings;
 }
 
 std::size_t different_positions(const Plan& plan) {
-  const auto places = places_of(plan);
+  const auto poses = poses_of(plan);
   std::size_t count = 0;
-  for (std::size_t a = 0; a < places.size(); ++a)
-    count += std::none_of(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(a),
-                          [&](const Place& other) { return same_place(places[a], other); });
+  for (auto pose = poses.begin(); pose != poses.end(); ++pose)
+    count += std::none_of(poses.begin(), pose, [&](const Pose& other) { return is_same(*pose, other); });
   return count;
 }
 
-void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& found) {
+void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fit) {
   std::vector<std::string> problems;
-  if (found.output.pulses) problems = overflows_of(evidence, found);
+  if (fit.output.pulses) problems = overflows_of(evidence, fit);
   if (problems.empty())
     for (const double sign : {1.0, -1.0})
-      if (const auto labels = clipped(found.solution, sign); !labels.empty())
+      if (const auto labels = clipped(fit.solution, sign); !labels.empty())
         problems.push_back(
-            fmt::format("{} show the same output, the {} of all, but should feel different specific forces: the output "
-                        "is clipped, or the rig was not moved between them; extend its range, or take the wrong ones "
-                        "out of the recording",
+            fmt::format("{} show the same output, the {} of all, although the specific forces differ: the output is "
+                        "clipped, or the rig was not moved between them; extend its range, or remove the wrong "
+                        "segments from the recording",
                         quoted(labels), sign > 0.0 ? "greatest" : "least"));
   if (problems.empty())
-    if (const auto labels = short_of_the_others(found.solution); labels.size() > 1)
+    if (const auto labels = short_of_the_others(fit.solution); labels.size() > 1)
       problems.push_back(
-          fmt::format("{}, where the specific force is greatest, show less than the other positions say, "
-                      "which without them agree: the output is clipped; extend its range, or take these "
-                      "segments out of the recording",
+          fmt::format("{}, where the specific force is greatest, show less than the other positions predict, which "
+                      "agree without them: the output is clipped; extend its range, or remove these segments from "
+                      "the recording",
                       quoted(labels)));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
 namespace {
 
-/// By how much residuals must shrink to be more than the luck of the best of so many attempts, one time in ten
-/// thousand.
-double beyond_luck(std::size_t attempts, std::size_t freedom) {
+/// Factor by which residuals must shrink so that the best of so many attempts does so by chance with a probability of
+/// one in ten thousand.
+double significant_factor(std::size_t attempts, std::size_t freedom) {
   const double t = student_quantile(1.0 - 0.5e-4 / static_cast<double>(attempts), static_cast<double>(freedom));
   return std::max(5.0, std::sqrt(1.0 + t * t / static_cast<double>(freedom)));
 }
 
-Finding exchanged(const SegmentSummary& one, const SegmentSummary& other, double times) {
-  return warning(
-      fmt::format("the outputs of '{}' and '{}' are exchanged, it seems: the other way round all agree {:.0f} "
-                  "times better. Are files or labels mixed up?",
-                  one.label, other.label, times));
+/// The label of another segment that shows the same output; empty: there is none.
+std::string repeated_output(const Solution& solution, const SegmentSummary& segment, double rms) {
+  const double limit = 10.0 * (rms + segment.sd) + 1e-6 * std::abs(segment.measured);
+  for (const auto& other : solution.segments)
+    if (&other != &segment && std::abs(other.measured - segment.measured) < limit) return other.label;
+  return "";
 }
-
-}  // namespace
 
 Findings about_misplaced(const Solution& solution) {
   const std::size_t n = solution.segments.size(), p = solution.columns.size();
   if (n < p + 3 || std::isnan(solution.segments.front().measured)) return {};
   const Means means(solution);
   const double all = means.without({}).rms;
-  std::size_t odd = 0;
-  Look best{all, false, {}};
+  std::size_t worst = 0;
+  Fit best{all, false, {}};
   for (std::size_t i = 0; i < n; ++i)
-    if (const Look look = means.without({i}); look.enough && look.rms < best.rms) odd = i, best = look;
+    if (Fit fit = means.without({i}); fit.determined && fit.rms < best.rms) worst = i, best = std::move(fit);
   const auto exchange = means.best_exchange();
-  const auto apart = [&](double difference, const SegmentSummary& s) { return std::abs(difference) > 20.0 * s.sd; };
-  const auto &one = solution.segments[exchange.first], &other = solution.segments[exchange.second];
-  if (exchange.rms < best.rms && exchange.rms * beyond_luck(n * (n - 1) / 2, n - p) < all &&
-      apart(one.measured - other.measured, one))
-    return {exchanged(one, other, all / exchange.rms)};
-  if (!best.enough) return {};
-  const auto& segment = solution.segments[odd];
-  const double expected = best.predicted[0];
-  if (!(best.rms * beyond_luck(n, n - p - 1) < all) || !apart(segment.measured - expected, segment)) return {};
-  std::string where;
-  for (const auto& next : solution.segments)
-    if (&next != &segment && where.empty() &&
-        std::abs(next.measured - segment.measured) < 10.0 * (best.rms + segment.sd) + 1e-6 * std::abs(segment.measured))
-      where = fmt::format(" It reads as '{}' does: was the rig moved between them?", next.label);
-  const Unit g = Unit::parse("g");
-  return {warning(
-      fmt::format("'{}' does not agree with the others: it shows {}, {} off what they say, and without it they agree "
-                  "{:.0f} times better. Take it again, or out of the recording.{}",
-                  segment.label, say_difference(segment.measured, g), say_difference(segment.measured - expected, g),
-                  all / best.rms, where))};
+  const auto differs = [&](double by, const SegmentSummary& s) { return std::abs(by) > 20.0 * s.sd; };
+  const auto &first = solution.segments[exchange.first], &second = solution.segments[exchange.second];
+  if (exchange.rms < best.rms && exchange.rms * significant_factor(n * (n - 1) / 2, n - p) < all &&
+      differs(first.measured - second.measured, first))
+    return {{Finding::Severity::warning,
+             "outputs_exchanged",
+             {{"segment", first.label}, {"other", second.label}, {"times", all / exchange.rms}}}};
+  const auto& segment = solution.segments[worst];
+  if (!best.determined || !(best.rms * significant_factor(n, n - p - 1) < all) ||
+      !differs(segment.measured - best.predicted[0], segment))
+    return {};
+  const std::string other = repeated_output(solution, segment, best.rms);
+  return {{Finding::Severity::warning,
+           other.empty() ? "position_disagrees" : "position_disagrees_and_repeats",
+           {{"segment", segment.label},
+            {"shown", segment.measured, "g"},
+            {"off", segment.measured - best.predicted[0], "g"},
+            {"times", all / best.rms},
+            {"other", other}}}};
 }
 
-namespace {
-
-/// Coefficients that no accelerometer has, however well they fit: with few positions they take up what a clipped or
-/// overflown output leaves.
+/// Coefficients that no accelerometer has, even if they fit: with few positions they absorb the errors of a clipped or
+/// overflown output.
 Findings about_sizes(const Estimate& estimate) {
   constexpr double most = 0.01;  // of the specific force at 1 g
   Findings findings;
   for (const auto& [name, power] :
        {std::pair{"second_order_coefficient", 1.0}, std::pair{"third_order_coefficient", 2.0},
         std::pair{"cross_coupling_ip", 1.0}, std::pair{"cross_coupling_io", 1.0}}) {
-    const Parameter* found = find_parameter(estimate, name);
-    if (!found) continue;
-    const double share = found->value * std::pow(standard_gravity, power);
-    const auto j = static_cast<std::size_t>(found - estimate.parameters.data());
-    if (std::abs(share) < most || std::abs(found->value) < 10.0 * standard_uncertainty(estimate, j)) continue;
+    const Parameter* parameter = find_parameter(estimate, name);
+    if (!parameter) continue;
+    const double share = parameter->value * std::pow(standard_gravity, power);
+    const auto j = static_cast<std::size_t>(parameter - estimate.parameters.data());
+    if (std::abs(share) < most || std::abs(parameter->value) < 10.0 * standard_uncertainty(estimate, j)) continue;
     findings.push_back(
-        {Finding::Severity::error,
-         fmt::format(
-             "{} comes to {:.2g} % of the output at 1 g, which no sound accelerometer has: is the output "
-             "clipped, did the counter overflow, are the positions those of the plan? More positions would tell",
-             name, 100.0 * share),
-         ""});
+        {Finding::Severity::error, "coefficient_too_large", {{"parameter", name}, {"share", share, "%"}}});
+  }
+  return findings;
+}
+
+Findings about_signs(const Estimate& estimate, const Settings& settings, const Output& output) {
+  using enum Finding::Severity;
+  Findings findings;
+  const Parameter* scale = find_parameter(estimate, "scale_factor");
+  if (!scale) return findings;
+  const auto given = given_scale_factor(settings, output);
+  const double ratio = scale->value / given.value_or(1.0);
+  if (ratio < 0.0)
+    findings.push_back({warning, given ? "scale_factor_of_other_sign" : "scale_factor_negative", {}});
+  else if (given && std::abs(ratio - 1.0) > 0.02)
+    findings.push_back({warning, "scale_factor_far_from_given", {{"difference", ratio - 1.0, "%"}}});
+  const auto j = static_cast<std::size_t>(scale - estimate.parameters.data());
+  const double relative_sd = standard_uncertainty(estimate, j) / std::abs(scale->value);
+  for (const char* name : {"misalignment_o", "misalignment_p"}) {
+    const Parameter* angle = find_parameter(estimate, name);
+    if (!angle) continue;
+    const double lost = 0.5 * angle->value * angle->value;
+    if (std::abs(angle->value) > si(2.0, "deg"))
+      findings.push_back({warning, "misalignment_too_large", {{"parameter", name}, {"angle", angle->value, "deg"}}});
+    else if (lost > 3.0 * relative_sd)
+      findings.push_back({warning,
+                          "misalignment_changes_scale_factor",
+                          {{"parameter", name}, {"angle", angle->value, "deg"}, {"lost", lost, "ppm"}}});
   }
   return findings;
 }
 
 }  // namespace
 
-Findings about_signs(const Estimate& estimate, const Settings& settings, const Output& output) {
-  Findings findings;
-  const Parameter* scale = find_parameter(estimate, "scale_factor");
-  if (!scale) return findings;
-  const auto given = given_scale_factor(settings, output);
-  if (scale->value * given.value_or(1.0) < 0.0)
-    findings.push_back(warning(
-        fmt::format("the scale factor is {}: the output falls where the specific force grows. Either the output's "
-                    "polarity is reversed, or the axis counts its angle the other way (enter -th for th), or the input "
-                    "axis points the other way on the fixture, or gravity was taken as -1 g upwards (Tumble: +1 g)",
-                    given ? "of the other sign than the one given" : "negative")));
-  else if (given && std::abs(scale->value / *given - 1.0) > 0.02)
-    findings.push_back(
-        warning(fmt::format("the scale factor differs from the one given by {:.2g} %: is the unit of "
-                            "either right, and the length of the windows?",
-                            100.0 * (scale->value / *given - 1.0))));
-  const auto relative = [&](const Parameter& parameter) {
-    return standard_uncertainty(estimate, static_cast<std::size_t>(&parameter - estimate.parameters.data())) /
-           std::abs(parameter.value);
-  };
-  for (const char* name : {"misalignment_o", "misalignment_p"}) {
-    const Parameter* angle = find_parameter(estimate, name);
-    if (!angle) continue;
-    const double size = std::abs(angle->value), lost = 0.5 * size * size;
-    const double degrees = Unit::parse("deg").from_si(angle->value);
-    if (size > si(2.0, "deg"))
-      findings.push_back(warning(fmt::format(
-          "{} is {:.3g} deg, too much for a small angle: is the zero of the rig's angle where the input axis is level, "
-          "and the accelerometer mounted as the plan says?",
-          name, degrees)));
-    else if (lost > 3.0 * relative(*scale))
-      findings.push_back(warning(fmt::format(
-          "{} is {:.3g} deg: if it is the zero of the rig's angle or the mounting, and not of the unit, scale_factor "
-          "is {:.0f} ppm too small for it, more than its uncertainty; correct the angles of the plan",
-          name, degrees, 1e6 * lost)));
-  }
-  for (auto& finding : about_sizes(estimate)) findings.push_back(std::move(finding));
-  return findings;
+void add_faults(const Evidence& evidence, const Normalised& fit, Estimate& estimate) {
+  for (const Findings& findings : {about_unsettled(evidence, fit), about_misplaced(fit.solution),
+                                   about_signs(estimate, evidence.plan.settings, fit.output), about_sizes(estimate)})
+    estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
 }
 
 }  // namespace tumble::accelerometer

@@ -3,27 +3,26 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
 
-/// What goes wrong in tests position by position, and what to do about it.
+/// Faults of tests position by position, and their remedies.
 namespace tumble::accelerometer {
 
-/// One position under several labels: they count as repeats. One label for several positions.
+/// Findings about one position under several labels, which count as repeats, and about one label of several positions.
 Findings about_labels(const Plan& plan);
 
-/// Different positions, after repeats are taken together.
+/// Number of different positions; repeats count once.
 std::size_t different_positions(const Plan& plan);
 
-/// Where the greatest or the least output is the same at positions that should differ, or short of what the others say
-/// in more than one: the output is clipped there.
-/// Where counts are off by a power of two: the counter overflowed. Throws Error::bad_data for both.
-void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& found);
+/// Throws Error::bad_data for an output that is clipped (the greatest or the least output is the same at positions that
+/// should differ, or at several of them less than the others predict), and for a counter that overflowed (counts are
+/// off by a power of two).
+void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fit);
 
-/// Segments whose output goes on changing between the halves of the samples used, beyond a 1e-4 of it and its noise.
-Findings about_unsettled(const Evidence& evidence, const Normalised& found);
-
-/// A single position without which the others agree with the model at least five times better, and where it would fit.
-Findings about_misplaced(const linear::Solution& solution);
-
-/// A negative scale factor, one far from that given in the settings, an input axis far from the axis of the model.
-Findings about_signs(const Estimate& estimate, const Settings& settings, const Output& output);
+/// Adds findings about
+///   segments whose output still changes between the halves of the samples used, by more than 1e-4 of it and its noise;
+///   two positions whose outputs are exchanged, or one position without which the others agree with the model at least
+///   five times better;
+///   a negative scale factor, one far from that of the settings, an input axis far from the axis of the model, and
+///   coefficients that no accelerometer has.
+void add_faults(const Evidence& evidence, const Normalised& fit, Estimate& estimate);
 
 }  // namespace tumble::accelerometer

@@ -6,32 +6,35 @@
 
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
 
-/// What a schedule cannot show, in words.
+/// Terms that a schedule cannot show by themselves.
 namespace tumble::accelerometer {
 
-/// By how much a coefficient comes out wrong for a unit of a term that is not in the model. Both in powers of g, so
-/// that the number is that of the theory: K_2 shifts by -1 K_pp.
+/// Error of a coefficient for a unit of a term that is not in the model. Both in powers of g, so that the number is
+/// that of the theory: K_2 shifts by -1 K_pp.
 struct Share {
   std::string name;  ///< of the coefficient
   double share = 0.0;
 };
 
-/// Least squares of the term on the columns over the segments. `left` is how much of the term (rms) the columns do not
-/// take up: 0 where it is hidden altogether.
+/// Least squares of the term on the columns over the segments.
 struct Shares {
   std::vector<Share> of;
-  double left = 0.0;
+  double unexplained = 0.0;  ///< part of the term (rms) that the columns do not absorb; 0: it is hidden completely
 };
 Shares shares_of(const Term& hidden, const linear::Solution& solution);
 
-/// "0.68 K_oq goes into third_order_coefficient": each share above 0.02 with its sign, or "" where there is none.
-std::string said(const Shares& shares, const Term& hidden);
+/// The columns of a matrix [m x n] scaled to length 1, and their lengths [n]; 1 for a column of zeros.
+std::pair<Matrix, std::vector<double>> with_unit_columns(Matrix x);
 
-/// Puts findings of one's own in the place of the engine's about columns left out, and `stands_for` in these words:
-/// a column mixed with the scale factor makes it K_1 (1 + 0.75 K_3). `advice` ends the sentence.
-void describe_dropped(Normalised& found, const std::string& advice);
+/// The coefficients that absorb the term, each with its share where that is above 0.02: "bias + K_oq, scale_factor
+/// (1 + 0.34 K_oq)"; empty: there is none.
+std::string meanings(const Shares& shares, const Term& hidden);
 
-/// Takes a parameter out of an estimate, covariance and budget with it; the others are left as they are.
+/// Replaces the engine's findings about columns that are not used, and its `stands_for`, by those of this model: a
+/// column mixed with the scale factor makes it K_1 (1 + 0.75 K_3). Given: advice, a key in [phrase].
+void describe_dropped(Normalised& fit, const std::string& advice);
+
+/// Removes a parameter from an estimate, from its covariance and budget; the others do not change.
 void withhold(const std::string& name, Estimate& estimate);
 
 }  // namespace tumble::accelerometer

@@ -12,7 +12,7 @@
 namespace tumble::accelerometer {
 namespace {
 
-/// Windows of a count in a second, pauses of the recording left out.
+/// Windows of a count in a second, without the pauses of the recording.
 double windows_per_second(const Channel& channel) {
   if (channel.timeline.uniform()) return channel.timeline.rate;
   const double rate = clock_of(channel).rate;
@@ -21,8 +21,8 @@ double windows_per_second(const Channel& channel) {
 
 }  // namespace
 
-Role role() {
-  return {"accelerometer", "", true, "output: a specific force, a current, a voltage, or pulses in each sample"};
+std::vector<Role> roles() {
+  return {{"accelerometer", "", true, "output: a specific force, a current, a voltage, or pulses in each sample"}};
 }
 
 Output output_of(const Channel& channel) {
@@ -59,9 +59,7 @@ std::vector<Term> terms_of(const std::vector<std::string>& names) {
   return linear::terms_of(model, defaults(find_model(model).constants()), names);
 }
 
-Option scale_factor_option(const std::string& description) {
-  return {"scale_factor", Option::Type::text, "1", "", {}, description};
-}
+Option scale_factor_option(const std::string& description) { return text("scale_factor").says(description); }
 
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output) {
   if (!settings.has("scale_factor") || settings.word("scale_factor").empty()) return std::nullopt;
@@ -84,13 +82,13 @@ Compensation compensated(const Estimate& estimate, const Recording& recording, c
   model.shown = [](Felt& felt) -> double& { return felt.specific_force.x; };
   model.terms = std::move(terms);
   const Channel* channel = channel_of(estimate, recording, model.role);
-  const bool found = find_parameter(estimate, "scale_factor") != nullptr;
-  if (found) model.scale_factor = "scale_factor";
-  if (channel) model.scale = found ? output_of(*channel).per_second : scale_of(settings, *channel);
+  const bool estimated = find_parameter(estimate, "scale_factor") != nullptr;
+  if (estimated) model.scale_factor = "scale_factor";
+  if (channel) model.scale = estimated ? output_of(*channel).per_second : scale_of(settings, *channel);
   return compensate(model, estimate, recording, plan);
 }
 
-double scale_of(const Settings& settings, const Channel& channel) {
+double required_scale_factor(const Settings& settings, const Channel& channel) {
   const Output output = output_of(channel);
   if (output.scale_factor == Unit()) return 1.0;
   const auto scale = given_scale_factor(settings, output);
@@ -98,7 +96,11 @@ double scale_of(const Settings& settings, const Channel& channel) {
     throw Error(Error::Kind::bad_input, fmt::format("channel '{}' is in {}: [settings] scale_factor must say how many "
                                                     "{} it gives",
                                                     channel.name, channel.unit.text(), output.scale_factor.text()));
-  return output.per_second / *scale;
+  return *scale;
+}
+
+double scale_of(const Settings& settings, const Channel& channel) {
+  return output_of(channel).per_second / required_scale_factor(settings, channel);
 }
 
 }  // namespace tumble::accelerometer

@@ -13,8 +13,8 @@
 /// What the methods for accelerometers share: how an output is read as specific force.
 namespace tumble::accelerometer {
 
-/// The output of an accelerometer, whatever it is recorded as.
-Role role();
+/// The output of an accelerometer, in any of its units.
+std::vector<Role> roles();
 
 /// What an accelerometer gives for specific force: E = K_1 A, A the indicated specific force.
 struct Output {
@@ -26,25 +26,29 @@ struct Output {
 /// From the channel's unit. Throws Error::bad_data where it is no output of an accelerometer.
 Output output_of(const Channel& channel);
 
-/// What a pendulous_accelerometer with this [truth] records. Given: sample_rate [Hz].
+/// The output that a pendulous_accelerometer with this [truth] records. Given: sample_rate [Hz].
 Output output_of(const Settings& truth, double sample_rate);
 /// Its K_1 [SI].
 double scale_factor_of(const Settings& truth);
-/// Its terms of these names, with the constants of a model that states none.
+/// Terms of the model of these names, with the default constants.
 std::vector<Term> terms_of(const std::vector<std::string>& names);
 
 /// Option `scale_factor`, a text: its unit depends on the output.
 Option scale_factor_option(const std::string& description);
-/// What it says [SI]; nothing where it is absent. Throws Error::bad_input.
+/// Its value [SI]; nothing where it is absent. Throws Error::bad_input.
 std::optional<double> given_scale_factor(const Settings& settings, const Output& output);
 
-/// The output as specific force, with what the terms give subtracted, by K_1 of the result where it has one, else of
-/// the settings. See tumble::compensate, which says what is thrown besides; Error::bad_input where K_1 is not known.
+/// The output as specific force, from which the terms are subtracted, by K_1 of the result where it has one, else of
+/// the settings. Throws as tumble::compensate; Error::bad_input where K_1 is not known.
 Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
                          const Settings& settings, std::vector<Term> terms);
 
-/// Specific force [SI] for one SI unit of the channel, with the scale factor that the settings must then give.
+/// The scale factor [SI] of the settings, which must give it unless the output is a specific force: 1.
 /// Throws Error::bad_input, bad_data.
+double required_scale_factor(const Settings& settings, const Channel& channel);
+
+/// Specific force [SI] for one SI unit of the channel, with the scale factor of the settings. Throws as
+/// required_scale_factor.
 double scale_of(const Settings& settings, const Channel& channel);
 
 }  // namespace tumble::accelerometer

@@ -44,22 +44,22 @@ std::vector<double> values_in(const Channel& channel, double begin, double end) 
   return values;
 }
 
-/// By which power of two the counts of some segments must be raised to lie on the line of those near zero; 0: none.
+/// Power of two by which the counts of some segments must be raised to lie on the line of those near zero; 0: none.
 struct Overflow {
   double modulus = 0.0;
   std::vector<std::string> labels;
 };
 
-Overflow overflow_of(const Normalised& found) {
-  const auto& segments = found.solution.segments;
+Overflow overflow_of(const Normalised& fit) {
+  const auto& segments = fit.solution.segments;
   const std::size_t n = segments.size();
   std::vector<double> a, count;
   for (const auto& s : segments) {
     a.push_back(s.felt.specific_force.x);
-    count.push_back(s.measured / found.problem.scale);
+    count.push_back(s.measured / fit.problem.scale);
   }
   std::vector<double> sizes;
-  for (const double one : a) sizes.push_back(std::abs(one));
+  for (const double force : a) sizes.push_back(std::abs(force));
   std::ranges::sort(sizes);
   // the line through the half of the positions that feel least
   double sa = 0, sn = 0, saa = 0, san = 0, used = 0;
@@ -68,7 +68,7 @@ Overflow overflow_of(const Normalised& found) {
     sa += a[i], sn += count[i], saa += a[i] * a[i], san += a[i] * count[i], used += 1.0;
   }
   const double spread = saa - sa * sa / used;
-  if (used < 3 || !(spread > 1e-6 * (saa + sizes.back() * sizes.back()))) return {};  // all of them level tell no slope
+  if (used < 3 || !(spread > 1e-6 * (saa + sizes.back() * sizes.back()))) return {};  // level positions show no slope
   const double slope = (san - sa * sn / used) / spread, zero = (sn - slope * sa) / used;
   const auto off = [&](std::size_t i) { return zero + slope * a[i] - count[i]; };
   double worst = 0.0, most = 0.0;
@@ -78,13 +78,13 @@ Overflow overflow_of(const Normalised& found) {
     const double modulus = std::ldexp(1.0, k);
     if (modulus < 0.9 * most || modulus > 1.2 * worst) continue;
     Overflow out{modulus, {}};
-    double left = 0.0;
+    double residual = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
       const double turns = std::round(off(i) / modulus);
       if (turns != 0.0) out.labels.push_back(segments[i].label);
-      left = std::max(left, std::abs(off(i) - turns * modulus));
+      residual = std::max(residual, std::abs(off(i) - turns * modulus));
     }
-    if (!out.labels.empty() && left < 0.02 * worst) return out;
+    if (!out.labels.empty() && residual < 0.02 * worst) return out;
   }
   return {};
 }
@@ -115,7 +115,7 @@ std::size_t overflown_samples(const Channel& channel, double begin, double end, 
     if (std::abs(off - std::ldexp(1.0, k)) < 10.0 * usual && 10.0 * usual < 0.05 * off) ++by_power[k];
   }
   if (by_power.empty()) return 0;
-  const auto most = std::ranges::max_element(by_power, {}, [](const auto& one) { return one.second; });
+  const auto most = std::ranges::max_element(by_power, {}, [](const auto& power) { return power.second; });
   modulus = std::ldexp(1.0, most->first);
   return most->second;
 }
@@ -151,12 +151,11 @@ Half half_of(const std::vector<double>& values, std::size_t begin, std::size_t e
 
 }  // namespace
 
-std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& found) {
+std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& fit) {
   std::vector<std::string> problems;
-  for (const auto& recording : evidence.recordings)
-    find_overflown_samples(evidence, recording, found.solution, problems);
+  for (const auto& recording : evidence.recordings) find_overflown_samples(evidence, recording, fit.solution, problems);
   if (!problems.empty()) return problems;
-  const auto overflow = overflow_of(found);
+  const auto overflow = overflow_of(fit);
   if (overflow.modulus > 0.0)
     problems.push_back(fmt::format(
         "the counts of {} lie off those of the other positions by {:.0f}, a power of two: the counter overflowed; "
@@ -165,26 +164,30 @@ std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised
   return problems;
 }
 
-Findings about_unsettled(const Evidence& evidence, const Normalised& found) {
-  Findings findings;
+Findings about_unsettled(const Evidence& evidence, const Normalised& fit) {
+  std::vector<std::string> labels;
+  std::string worst;
+  double most = 0.0;
   for (const auto& recording : evidence.recordings) {
     const Channel& channel = require_channel(evidence, recording, "accelerometer");
-    for (const auto& used : used_of(recording, channel, found.solution)) {
+    for (const auto& used : used_of(recording, channel, fit.solution)) {
       const auto values = values_in(channel, used.begin, used.end);
       const std::size_t n = values.size();
       if (n < 8) continue;
       const Half first = half_of(values, 0, n / 2), second = half_of(values, n / 2, n);
-      const double change = found.problem.scale * (second.mean - first.mean);
-      const double noise = std::abs(found.problem.scale) * std::sqrt(first.variance + second.variance);
-      if (std::abs(change) < std::max(8.0 * noise, 1e-4 * std::abs(found.problem.scale * first.mean))) continue;
-      findings.push_back({Finding::Severity::warning,
-                          fmt::format("'{}' still changes, by {} from its first half to its second: the rig had not "
-                                      "settled there, or the unit warms up; lengthen the segment, or raise settling",
-                                      used.label, say_difference(change, Unit::parse("g"))),
-                          ""});
+      const double change = fit.problem.scale * (second.mean - first.mean);
+      const double noise = std::abs(fit.problem.scale) * std::sqrt(first.variance + second.variance);
+      if (std::abs(change) < std::max(8.0 * noise, 1e-4 * std::abs(fit.problem.scale * first.mean))) continue;
+      if (labels.empty() || std::abs(change) > std::abs(most)) worst = used.label, most = change;
+      labels.push_back(used.label);
     }
   }
-  return findings;
+  if (labels.empty()) return {};
+  return {{Finding::Severity::warning,
+           "segment_still_changes",
+           {{"change", most, "g"}, {"segments", quoted(labels)}},
+           "",
+           {labels.size(), labels.front(), worst}}};
 }
 
 }  // namespace tumble::accelerometer

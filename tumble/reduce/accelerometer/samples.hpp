@@ -8,10 +8,13 @@
 /// Faults that show in single samples of a segment.
 namespace tumble::accelerometer {
 
-/// Where counts are off by a power of two, and what to do: empty where they are not.
-std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& found);
+/// Problems: counts that are off by a power of two, and the remedy; empty: there are none.
+std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& fit);
 
-/// "'a', 'b' and 3 more"
+/// A finding about segments whose output still changes between the halves of the samples used.
+Findings about_unsettled(const Evidence& evidence, const Normalised& fit);
+
+/// The labels as a list of names: "'a', 'b', 'c', 'd', 'e', 'f', ... (9)"
 std::string quoted(const std::vector<std::string>& labels);
 
 }  // namespace tumble::accelerometer

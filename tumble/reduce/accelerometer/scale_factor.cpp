@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/eigen/dense.hpp"
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -16,25 +15,26 @@ namespace {
 
 constexpr const char* error_name = "scale_factor_error";
 
-/// Index of the column dK_1 among those kept. Throws where it was left out.
+/// Index of the column dK_1 among those used. Throws where the positions do not show it.
 std::size_t error_column(const linear::Solution& solution) {
-  const auto found = std::ranges::find(solution.columns, error_name, &Term::name);
-  if (found == solution.columns.end())
+  const auto column = std::ranges::find(solution.columns, error_name, &Term::name);
+  if (column == solution.columns.end())
     throw Error(Error::Kind::bad_data,
                 "the positions do not show the scale factor: the input axis must feel two specific forces at least; "
-                "take positions with it up and down");
-  return static_cast<std::size_t>(found - solution.columns.begin());
+                "add positions with it up and down");
+  return static_cast<std::size_t>(column - solution.columns.begin());
 }
 
-/// 1 + dK_1 of a first solution; an output that does not follow the specific force has none.
-double one_and_error(const linear::Solution& solution) {
-  const auto j = error_column(solution);
-  const double one = 1.0 + solution.fit.parameters[j];
-  if (!std::isfinite(one) || std::abs(one) < 1e-6)
+/// 1 + dK_1 of a first solution. Throws for an output that does not follow the specific force.
+double error_factor(const linear::Solution& solution) {
+  const double factor = 1.0 + solution.fit.parameters[error_column(solution)];
+  if (!std::isfinite(factor))
+    throw Error(Error::Kind::bad_data, "the fit of the positions gives no finite scale factor");
+  if (std::abs(factor) < 1e-6)
     throw Error(Error::Kind::bad_data,
                 "the output does not follow the specific force along the input axis: is this the accelerometer's "
                 "channel, and did the rig move as the plan says?");
-  return one;
+  return factor;
 }
 
 /// A first guess of K_1: the greatest output over 1 g.
@@ -50,13 +50,6 @@ void set_scale(double scale_factor, const Output& output, linear::Problem& probl
   problem.pulse = output.pulses ? 1.0 / std::abs(scale_factor) : 0.0;
 }
 
-void transform(const Eigen::MatrixXd& j, Matrix& covariance) {
-  const Eigen::Map<const Eigen::MatrixXd> before(covariance.values.data(), j.rows(), j.cols());
-  const Eigen::MatrixXd c = j * before * j.transpose();
-  const Eigen::MatrixXd symmetric = 0.5 * (c + c.transpose());
-  std::copy_n(symmetric.data(), symmetric.size(), covariance.values.begin());
-}
-
 /// g in the unit of a coefficient: its exponent of 1/g.
 int per_g(const Unit& unit) {
   const auto is = [&](const char* text) { return unit.dimension() == Unit::parse(text).dimension(); };
@@ -70,20 +63,19 @@ int per_g(const Unit& unit) {
 void normalise(linear::Solution& solution, double nominal, const Output& output) {
   const std::size_t p = solution.columns.size(), at = error_column(solution);
   auto& fit = solution.fit;
-  const double one = 1.0 + fit.parameters[at];
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(p));
+  const double factor = 1.0 + fit.parameters[at];
+  Matrix jacobian(p, p);
   for (std::size_t j = 0; j < p; ++j) {
-    const auto row = static_cast<Eigen::Index>(j), error = static_cast<Eigen::Index>(at);
-    jacobian(row, row) = 1.0 / one;
-    jacobian(row, error) = j == at ? nominal : -fit.parameters[j] / (one * one);
+    jacobian(j, j) = 1.0 / factor;
+    jacobian(j, at) = j == at ? nominal : -fit.parameters[j] / (factor * factor);
   }
-  for (std::size_t j = 0; j < p; ++j) fit.parameters[j] = j == at ? nominal * one : fit.parameters[j] / one;
-  transform(jacobian, fit.covariance);
+  for (std::size_t j = 0; j < p; ++j) fit.parameters[j] = j == at ? nominal * factor : fit.parameters[j] / factor;
+  fit.covariance = sandwich(jacobian, fit.covariance);
   for (auto& source : fit.sources) {
-    transform(jacobian, source.covariance);
-    if (!source.shifts.empty()) source.shifts = plain(jacobian * map(source.shifts));
+    source.covariance = sandwich(jacobian, source.covariance);
+    if (!source.shifts.empty()) source.shifts = jacobian * source.shifts;
   }
-  for (auto& sensitivity : fit.component_sensitivity) transform(jacobian, sensitivity);
+  for (auto& sensitivity : fit.component_sensitivity) sensitivity = sandwich(jacobian, sensitivity);
   solution.columns[at].name = "scale_factor";
   solution.columns[at].symbol = "K_1";
   solution.columns[at].unit = output.scale_factor.text();
@@ -98,9 +90,9 @@ Evidence at_one_rate(const Evidence& evidence) {
     const Channel& channel = require_channel(evidence, evidence.recordings[r], "accelerometer");
     const Output output = output_of(channel);
     if (!output.pulses || output.per_second == first) continue;
-    for (auto& one : out.recordings[r].channels)
-      if (one.name == channel.name)
-        for (double& v : one.values) v *= output.per_second / first;
+    for (auto& other : out.recordings[r].channels)
+      if (other.name == channel.name)
+        for (double& v : other.values) v *= output.per_second / first;
   }
   return out;
 }
@@ -112,13 +104,13 @@ Normalised identify(const Evidence& evidence, linear::Problem problem, const Ref
   double scale_factor = rough_scale_factor(channel, output);
   set_scale(scale_factor, output, problem);
   const auto first = linear::identify(evidence, problem);
-  scale_factor *= one_and_error(first);
+  scale_factor *= error_factor(first);
   if (refine) refine(first, problem);
   set_scale(scale_factor, output, problem);
   auto solution = linear::identify(evidence, problem);
-  const double found = scale_factor * one_and_error(solution);
+  const double estimate = scale_factor * error_factor(solution);
   normalise(solution, scale_factor, output);
-  return {std::move(problem), std::move(solution), output, found};
+  return {std::move(problem), std::move(solution), output, estimate};
 }
 
 Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refine) {
@@ -129,9 +121,9 @@ Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refi
   problem.pulse = output.pulses ? 1.0 / std::abs(nominal) : 0.0;
   if (refine) refine(linear::predict(plan, problem, truth), problem);
   auto solution = linear::predict(plan, problem, truth);
-  const double found = nominal * one_and_error(solution);
+  const double estimate = nominal * error_factor(solution);
   normalise(solution, nominal, output);
-  return {std::move(problem), std::move(solution), output, found};
+  return {std::move(problem), std::move(solution), output, estimate};
 }
 
 namespace {
@@ -141,10 +133,8 @@ double set_known_scale(const Settings& settings, const Output& output, linear::P
   const double sd = settings.number("scale_factor_sd");
   const bool wanted = output.scale_factor != Unit();
   const auto given = given_scale_factor(settings, output);
-  std::vector<std::string> problems;
-  if (wanted && !given) problems.push_back("[settings] scale_factor_sd without scale_factor: give both, or neither");
-  if (!(sd >= 0.0)) problems.push_back("[settings] scale_factor_sd must not be negative");
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  if (wanted && !given)
+    throw Error(Error::Kind::bad_input, "[settings] scale_factor_sd without scale_factor: give both, or neither");
   const double scale_factor = given.value_or(1.0);
   set_scale(scale_factor, output, problem);
   if (sd > 0.0)

@@ -11,7 +11,7 @@
 ///   E = K_1 (a_i + K_0 + K_2 a_i^2 + K_3 a_i^3 + ...)                                                     (4.19)
 ///
 /// A problem has the input a_i and a column `scale_factor_error`. It is solved once for K_1, then with the output in
-/// units of this K_1; the coefficients are divided by what is left of 1 + dK_1, and the covariance follows them.
+/// units of this K_1; the coefficients are divided by the remaining 1 + dK_1, and the covariance follows them.
 namespace tumble::accelerometer {
 
 /// A solution in which the column `scale_factor_error` has become `scale_factor`, and the other coefficients are those
@@ -23,10 +23,11 @@ struct Normalised {
   double scale_factor = 1.0;  ///< [SI]
 };
 
-/// May change the problem once the first solution has shown what the evidence holds; null: nothing to change.
+/// Changes the problem after the first solution, which shows what the evidence holds; null: nothing to change.
 using Refine = std::function<void(const linear::Solution& first, linear::Problem& problem)>;
 
-/// `problem` with role, scale and pulse left open. Throws Error::bad_data where no position shows the scale factor.
+/// Identifies `problem`, whose role, scale and pulse need not be set. Throws Error::bad_data where no position shows
+/// the scale factor.
 Normalised identify(const Evidence& evidence, linear::Problem problem, const Refine& refine);
 /// The normalised coefficients and their uncertainties from the plan's [truth].
 Normalised predict(const Plan& plan, linear::Problem problem, const Refine& refine);
@@ -43,7 +44,7 @@ Normalised predict_with_known_scale_factor(const Plan& plan, linear::Problem pro
 /// Given     nominal [output per m/s^2]
 void normalise(linear::Solution& solution, double nominal, const Output& output);
 
-/// The evidence with all counts of windows of one length: recordings of one fit may have been counted at other rates.
+/// The evidence with all counts as of windows of one length: recordings of one fit may have other counting rates.
 Evidence at_one_rate(const Evidence& evidence);
 
 /// Table `local_g`: the coefficients where the unit g is the gravity of the place. With r = gravity/9.80665 m/s^2, K_1

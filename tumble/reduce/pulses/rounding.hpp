@@ -1,9 +1,9 @@
 #pragma once
 
-/// What rounding to whole pulses does to a mean.
+/// Effect of the rounding to whole pulses on a mean.
 namespace tumble::pulses {
 
-/// Variance [pulse^2] of the part of a pulse that one reading of a counter leaves out.
+/// Variance [pulse^2] of the part of a pulse that one reading of a counter does not show.
 constexpr double reading_variance = 1.0 / 12.0;
 
 /// Variance of the mean over `seconds` of a quantity that is `pulse` [its unit times s] for each pulse: the readings at

@@ -11,42 +11,56 @@
 
 namespace tumble::sdof_gyro_support {
 
-Role gyro_role() { return {"gyro", "", true, "output of the gyro: a rate, or the torquer current"}; }
+std::vector<Role> roles() { return {{"gyro", "", true, "output of the gyro: a rate, or the torquer current"}}; }
 
-std::vector<Option> reading_options() {
-  using Type = Option::Type;
-  return {{"torquer_scale_factor",
-           Type::quantity,
-           "deg/h/mA",
-           "",
-           {},
-           "S_g: rate for a unit of torquer current, needed where the gyro's output is a current"},
-          {"torquer_scale_factor_sd", Type::quantity, "ppm", "0 ppm", {}, "its relative standard uncertainty"}};
+std::vector<Option> options(const std::string& settling, const std::string& averaging) {
+  std::vector<Option> options{
+      quantity("torquer_scale_factor", "deg/h/mA")
+          .says("S_g: rate for a unit of torquer current, needed where the gyro's output is a current"),
+      quantity("torquer_scale_factor_sd", "ppm")
+          .at_least(0)
+          .otherwise("0 ppm")
+          .says("relative standard uncertainty of torquer_scale_factor")};
+  for (auto& option : linear::options(settling, averaging)) options.push_back(std::move(option));
+  options.push_back(linear::bias_instability_option("deg/h"));
+  return options;
 }
 
-const Channel* channel(const Evidence& evidence) {
-  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
-  return &require_channel(evidence, evidence.recordings.front(), "gyro");
-}
+namespace {
 
-void set_reading(const Settings& settings, const Channel* channel, linear::Problem& problem) {
-  problem.role = "gyro";
-  problem.input = [](const Felt& felt) { return felt.rate.x; };
-  const double sd = settings.number("torquer_scale_factor_sd");
-  if (sd < 0.0) throw Error(Error::Kind::bad_input, "[settings] torquer_scale_factor_sd must not be negative");
-  if (sd > 0.0)
-    problem.reading_errors.push_back({"torquer scale factor", sd, [](const Felt&, double rate) { return rate; }});
-  if (!channel || channel->unit.dimension() == Unit::parse("deg/h").dimension()) return;
-  if (channel->unit.dimension() != Unit::parse("mA").dimension())
+/// Rate [rad/s] for one SI unit of the channel.
+double scale_of(const Settings& settings, const Channel& channel) {
+  const auto is = [&](const char* unit) { return channel.unit.dimension() == Unit::parse(unit).dimension(); };
+  if (is("deg/h")) return 1.0;
+  if (!is("mA"))
     throw Error(Error::Kind::bad_data, fmt::format("channel '{}' is in {}: the gyro's output must be a rate (deg/h) or "
                                                    "a torquer current (mA)",
-                                                   channel->name, channel->unit.text()));
+                                                   channel.name, channel.unit.text()));
   if (!settings.has("torquer_scale_factor") || settings.number("torquer_scale_factor") == 0.0)
     throw Error(Error::Kind::bad_input,
                 fmt::format("channel '{}' is a current ({}): [settings] torquer_scale_factor = \"510 deg/h/mA\" or the "
                             "like must say what rate it balances",
-                            channel->name, channel->unit.text()));
-  problem.scale = settings.number("torquer_scale_factor");
+                            channel.name, channel.unit.text()));
+  return settings.number("torquer_scale_factor");
+}
+
+}  // namespace
+
+linear::Problem problem_of(const Settings& settings, const Channel* channel) {
+  linear::Problem problem;
+  problem.role = "gyro";
+  problem.input = [](const Felt& felt) { return felt.rate.x; };
+  linear::set_options(settings, problem);
+  if (const double sd = settings.number("torquer_scale_factor_sd"); sd > 0.0)
+    problem.reading_errors.push_back({"torquer scale factor", sd, [](const Felt&, double rate) { return rate; }});
+  if (channel) problem.scale = scale_of(settings, *channel);
+  return problem;
+}
+
+std::vector<std::string> first_order_terms() { return {"D_F", "D_I", "D_O", "D_S"}; }
+
+std::vector<std::string> drift_terms() {
+  return {"D_F", "D_I", "D_O", "D_S", "D_IO", "D_OS", "D_IS", "D_II", "D_OO", "D_SS"};
 }
 
 std::vector<Term> terms(const std::vector<std::string>& names) {
@@ -55,12 +69,11 @@ std::vector<Term> terms(const std::vector<std::string>& names) {
 
 Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
                          const std::vector<Option>& options, const std::vector<Term>& more) {
-  linear::Problem problem;
-  set_reading(settings_of(estimate, options), channel_of(estimate, recording, "gyro"), problem);
+  const Channel* channel = channel_of(estimate, recording, "gyro");
   const auto& sdof_gyro = find_model("sdof_gyro");
   ErrorModel model;
   model.role = "gyro";
-  model.scale = problem.scale;
+  if (channel) model.scale = scale_of(settings_of(estimate, options), *channel);
   model.unit = "deg/h";
   model.shown = [](Felt& felt) -> double& { return felt.rate.x; };
   model.terms = sdof_gyro.outputs(defaults(sdof_gyro.constants())).front().terms;
@@ -68,40 +81,55 @@ Compensation compensated(const Estimate& estimate, const Recording& recording, c
   return tumble::compensate(model, estimate, recording, plan);
 }
 
+namespace {
+
+/// Residuals [rad/s] of one position.
+struct Repeats {
+  double count = 0.0, sum = 0.0, squares = 0.0, noise = 0.0;
+
+  void add(const linear::SegmentSummary& segment) {
+    const double residual = segment.measured - segment.predicted;
+    count += 1.0;
+    sum += residual;
+    squares += residual * residual;
+    noise += segment.sd * segment.sd;
+  }
+  double about_mean() const { return std::max(0.0, squares - sum * sum / count); }
+};
+
+bool is_same_position(const linear::SegmentSummary& a, const linear::SegmentSummary& b) {
+  return a.steady && b.steady && norm(a.felt.specific_force - b.felt.specific_force) < 1e-4 &&
+         norm(a.felt.rate - b.felt.rate) < 1e-9;
+}
+
+}  // namespace
+
 void add_repeats(const linear::Solution& solution, Estimate& estimate) {
-  const auto same = [](const linear::SegmentSummary& a, const linear::SegmentSummary& b) {
-    return a.steady && b.steady && norm(a.felt.specific_force - b.felt.specific_force) < 1e-4 &&
-           norm(a.felt.rate - b.felt.rate) < 1e-9;
-  };
   const Unit rate = Unit::parse("deg/h");
   Table table{"repeats", "residuals of positions that were taken more than once", {}, {}};
   table.columns = {{"label", Unit()}, {"times", Unit()}, {"sd", rate}, {"noise_sd", rate}};
   std::vector<bool> done(solution.segments.size(), false);
-  double squares = 0.0, freedom = 0.0;
+  double squares = 0.0;
+  std::size_t freedom = 0;
   for (std::size_t a = 0; a < solution.segments.size(); ++a) {
-    double count = 0.0, sum = 0.0, sum_squares = 0.0, noise = 0.0;
+    Repeats repeats;
     for (std::size_t b = a; b < solution.segments.size(); ++b) {
       const auto& segment = solution.segments[b];
-      if (done[b] || std::isnan(segment.measured) || !same(solution.segments[a], segment)) continue;
+      if (done[b] || std::isnan(segment.measured) || !is_same_position(solution.segments[a], segment)) continue;
       done[b] = true;
-      const double residual = segment.measured - segment.predicted;
-      count += 1.0;
-      sum += residual;
-      sum_squares += residual * residual;
-      noise += segment.sd * segment.sd;
+      repeats.add(segment);
     }
-    if (count < 2.0) continue;
-    const double about_mean = std::max(0.0, sum_squares - sum * sum / count);
-    squares += about_mean;
-    freedom += count - 1.0;
-    table.rows.push_back(
-        {solution.segments[a].label, count, std::sqrt(about_mean / (count - 1.0)), std::sqrt(noise / count)});
+    if (repeats.count < 2.0) continue;
+    squares += repeats.about_mean();
+    freedom += static_cast<std::size_t>(repeats.count) - 1;
+    table.rows.push_back({solution.segments[a].label, repeats.count,
+                          std::sqrt(repeats.about_mean() / (repeats.count - 1.0)),
+                          std::sqrt(repeats.noise / repeats.count)});
   }
-  if (freedom == 0.0) return;
-  estimate.findings.push_back({Finding::Severity::info,
-                               fmt::format("repeatability of positions: {:.3g} deg/h ({} repeats)",
-                                           rate.from_si(std::sqrt(squares / freedom)), freedom),
-                               ""});
+  if (freedom == 0) return;
+  const double sd = std::sqrt(squares / static_cast<double>(freedom));
+  estimate.findings.push_back(
+      {Finding::Severity::info, "repeatability_of_positions", {{"repeatability", sd, rate}, {"repeats", freedom}}});
   estimate.tables.push_back(std::move(table));
 }
 

@@ -12,32 +12,37 @@
 /// What the methods for single-degree-of-freedom gyros share.
 namespace tumble::sdof_gyro_support {
 
-Role gyro_role();
+/// The output of the gyro.
+std::vector<Role> roles();
 
-/// `torquer_scale_factor` and `torquer_scale_factor_sd`.
-std::vector<Option> reading_options();
+/// `torquer_scale_factor`, `torquer_scale_factor_sd` and the options of the engine with these defaults of `settling`
+/// and `averaging`.
+std::vector<Option> options(const std::string& settling, const std::string& averaging);
 
-/// The gyro's channel in the first recording. Throws Error::bad_data.
-const Channel* channel(const Evidence& evidence);
+/// The problem with the known input w_I [rad/s], the options of the engine, and the reading of the output: a rate
+/// unchanged, a current times the torquer's scale factor, whose uncertainty is an error of the reading.
+///
+/// Given     channel  null where the test is predicted: the output is a rate
+/// Throws    Error::bad_input, bad_data
+linear::Problem problem_of(const Settings& settings, const Channel* channel);
 
-/// Input, scale and scale error of the output: a rate as it is, a current through the torquer's scale factor.
-/// Without a channel (prediction) it is a rate. Throws Error::bad_input, bad_data.
-void set_reading(const Settings& settings, const Channel* channel, linear::Problem& problem);
+/// Names of the drift terms over specific force, docs/equations (4.6), all ten or those up to the first order.
+std::vector<std::string> first_order_terms();
+std::vector<std::string> drift_terms();
 
 /// Terms of the model sdof_gyro.
 std::vector<Term> terms(const std::vector<std::string>& names);
 
-/// The output as the rate about the input axis, with what terms of the model sdof_gyro give subtracted: those that the
-/// result of a method with these options has, and `more` of the method's own. See tumble::compensate, which says what
-/// is thrown.
+/// The output as the rate about the input axis, from which the terms of the model sdof_gyro that the result holds, and
+/// `more` of the method's own, are subtracted. Given: options of the method. Throws as tumble::compensate.
 Compensation compensated(const Estimate& estimate, const Recording& recording, const Plan* plan,
                          const std::vector<Option>& options, const std::vector<Term>& more = {});
 
-/// Positions that were taken more than once: how far their residuals scatter. Table `repeats` and a finding.
+/// Table `repeats` and a finding: scatter of the residuals of positions that were taken more than once.
 void add_repeats(const linear::Solution& solution, Estimate& estimate);
 
-/// A plan for trials: an sdof_gyro of known drift and noise on a rig with all its errors, no schedule. Given: rate
-/// [Hz].
+/// A plan for trials: an sdof_gyro of known drift and noise on a rig with all its errors, without a schedule. Given:
+/// rate [Hz].
 Plan trial_plan(const std::string& method, const std::vector<Option>& options, const std::string& rig, double rate);
 
 /// A position of a two-axis table.

@@ -9,7 +9,6 @@
 
 #include "tumble/core/attempt.hpp"
 #include "tumble/core/clock.hpp"
-#include "tumble/core/say.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/vibration/faults.hpp"
 #include "tumble/reduce/vibration/scale.hpp"
@@ -22,12 +21,7 @@ namespace {
 
 using Severity = Finding::Severity;
 const std::string role = "accelerometer";
-
-/// What is said of several segments alike is said once.
-void add_once(Finding finding, Findings& findings) {
-  const auto same = [&](const Finding& f) { return f.message == finding.message && f.where == finding.where; };
-  if (std::ranges::none_of(findings, same)) findings.push_back(std::move(finding));
-}
+constexpr int least_windows = 16;  ///< of a segment
 
 std::string unit_name(const std::string& channel) {
   const std::string tail = "." + role;
@@ -37,16 +31,16 @@ std::string unit_name(const std::string& channel) {
 
 /// The accelerometers of a recording; Error::bad_data where there is none.
 std::vector<const Channel*> units_in(const Evidence& evidence, const Recording& recording) {
-  auto found = channels_for(evidence, recording, role);
-  if (found.empty()) require_channel(evidence, recording, role);
-  return found;
+  auto channels = channels_for(evidence, recording, role);
+  if (channels.empty()) require_channel(evidence, recording, role);
+  return channels;
 }
 
 bool vibrates(const Motion& motion) {
   return motion.kind == Motion::Kind::sine || motion.kind == Motion::Kind::sweep || motion.kind == Motion::Kind::random;
 }
 
-/// What the fixture does in a segment: its first axis that vibrates.
+/// Motion of the fixture in a segment: of its first axis that vibrates.
 Motion shake_of(const Segment& segment) {
   for (const auto& [axis, motion] : segment.axes)
     if (vibrates(motion)) return motion;
@@ -95,8 +89,8 @@ double planned_begin(const Plan& plan, const MarkedSegment& marked) {
 }
 
 std::size_t unit_index(const std::string& channel, Data& data) {
-  const auto found = std::ranges::find(data.units, channel, &UnitUnderTest::channel);
-  if (found != data.units.end()) return static_cast<std::size_t>(found - data.units.begin());
+  const auto unit = std::ranges::find(data.units, channel, &UnitUnderTest::channel);
+  if (unit != data.units.end()) return static_cast<std::size_t>(unit - data.units.begin());
   data.units.push_back({.name = unit_name(channel), .prefix = "", .channel = channel});
   return data.units.size() - 1;
 }
@@ -128,50 +122,52 @@ void cut(const Draft& draft, double begin, double end, const Settings& settings,
   series.end = w.begin[first + series.time.size() - 1] + w.length[first + series.time.size() - 1];
 }
 
-/// What all recordings share.
+/// The test of all recordings, in work.
 struct Test {
   const Evidence& evidence;
   std::vector<std::vector<MarkedSegment>> marks = marked_segments(evidence);
   StillPowerUps still{evidence};
+  std::map<std::size_t, std::vector<Draft>> drafts = {};  ///< by unit
+  std::vector<std::string> problems = {};
 };
 
-void add_segments(Test& test, std::size_t r, std::size_t unit, Draft& draft, Data& data) {
-  for (const auto& marked : test.marks[r]) {
-    if (marked.planned == nullptr) {
-      if (unit == 0)
-        data.findings.push_back(
-            {Severity::warning, "left out: the schedule has no segment of that name", marked.label});
-      continue;
-    }
-    Series series{.unit = unit,
-                  .recording = r,
-                  .run = marked.run,
-                  .planned_begin = planned_begin(plan_of(test.evidence, r), marked),
-                  .label = marked.label,
-                  .shake = shake_of(*marked.planned),
-                  .rest = test.still.rest(marked, draft.windows.window)};
-    std::size_t first = 0;
-    cut(draft, marked.begin, std::min(marked.end, marked.begin + marked.planned->duration), test.evidence.plan.settings,
-        series, first);
-    const auto there = std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); });
-    if (series.time.empty() && marked.begin >= draft.channel->time(draft.channel->values.size() - 1)) {
-      add_once({Severity::warning, "left out: the recording ends before it begins", marked.label}, data.findings);
-      continue;
-    }
-    if (there < 16) {
-      data.findings.push_back({Severity::warning,
-                               fmt::format("left out: {} behind the settling time, 16 are needed",
-                                           say_count(static_cast<std::size_t>(there), "window")),
-                               data.units[unit].prefix + marked.label});
-      continue;
-    }
+/// One marked segment of a unit, or a finding why it cannot be used.
+void add_segment(Test& test, const MarkedSegment& marked, std::size_t unit, Draft& draft, Data& data) {
+  Series series{.unit = unit,
+                .recording = marked.recording,
+                .run = marked.run,
+                .planned_begin = planned_begin(plan_of(test.evidence, marked.recording), marked),
+                .label = marked.label,
+                .shake = shake_of(*marked.planned),
+                .rest = test.still.rest(marked, draft.windows.window)};
+  std::size_t first = 0;
+  cut(draft, marked.begin, std::min(marked.end, marked.begin + marked.planned->duration), test.evidence.plan.settings,
+      series, first);
+  const auto windows = std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); });
+  if (series.time.empty() && marked.begin >= draft.channel->time(draft.channel->values.size() - 1)) {
+    add_once({Severity::warning, "recording_ends_before_segment", {}, marked.label}, data.findings);
+  } else if (windows < least_windows) {
+    data.findings.push_back({Severity::warning,
+                             "too_few_windows",
+                             {{"windows", windows}, {"needed", least_windows}},
+                             place_of(data, series)});
+  } else {
     draft.series.push_back(data.series.size());
     draft.first.push_back(first);
     data.series.push_back(std::move(series));
   }
 }
 
-/// At rest, counts that go with the time between stamps are those of windows that long.
+void add_segments(Test& test, std::size_t recording, std::size_t unit, Draft& draft, Data& data) {
+  for (const auto& marked : test.marks[recording]) {
+    if (marked.planned != nullptr)
+      add_segment(test, marked, unit, draft, data);
+    else if (unit == 0)
+      data.findings.push_back({Severity::warning, "segment_not_planned", {}, marked.label});
+  }
+}
+
+/// Counts that at rest follow the time between stamps are counts of windows of that length.
 Windows windows_of(const Settings& settings, const std::vector<MarkedSegment>& marks, const Channel& channel,
                    Data& data) {
   Windows even = even_windows(channel, data.findings);
@@ -186,23 +182,13 @@ Windows windows_of(const Settings& settings, const std::vector<MarkedSegment>& m
     if (marked.planned != nullptr && shake_of(*marked.planned).kind == Motion::Kind::hold)
       rests.emplace_back(marked.begin, marked.end);
   const double slope = slope_with_interval(channel, rests);
-  const double percent = 100.0 * even.scatter / even.window;
+  const std::vector<FindingValue> scatter{{"scatter", even.scatter / even.window, "%"}};
   if (slope > 0.5) {
-    data.findings.push_back(
-        {Severity::warning,
-         fmt::format("the windows are unequal: gate times scatter by {:.2g} % of H, and at rest the "
-                     "counts go with them: each count is divided by its own time",
-                     percent),
-         channel.name});
+    data.findings.push_back({Severity::warning, "windows_of_unequal_length", scatter, channel.name});
     return stamped_windows(channel, even);
   }
   data.findings.push_back(
-      {Severity::info,
-       fmt::format("stamps scatter by {:.2g} % of H{}: windows are taken as equal", percent,
-                   rests.empty()
-                       ? " and no segment at rest shows whether the counts do; set windows = \"stamps\" if they do"
-                       : ", the counts at rest do not"),
-       channel.name});
+      {Severity::info, rests.empty() ? "stamps_scatter_without_rest" : "stamps_scatter", scatter, channel.name});
   return even;
 }
 
@@ -228,9 +214,8 @@ void add_reference(const Evidence& evidence, const Channel& reference, double ra
   if (std::abs(per_window - 1.0) > 1e-3) {
     series.reference.clear();
     add_once({Severity::warning,
-              fmt::format("sampled at {:.6g} Hz it cannot be put on windows of {}: record it with the windows, or at "
-                          "four times their rate at least",
-                          rate, say_seconds(series.interval)),
+              "reference_rate_unsuitable",
+              {{"rate", rate, "Hz"}, {"window", series.interval, "s"}},
               reference.name},
              data.findings);
     return;
@@ -244,46 +229,7 @@ void add_reference(const Evidence& evidence, const Channel& reference, double ra
   }
 }
 
-/// Values per second where the channel counts; K_1 and the pulse where given.
-void set_scale(const Evidence& evidence, const std::vector<Draft>& drafts, std::size_t unit, Data& data) {
-  UnitUnderTest& u = data.units[unit];
-  const Channel& channel = *drafts.front().channel;
-  const Reading reading = reading_of(channel);
-  const Settings& settings = evidence.plan.settings;
-  u.scale_relative_sd = settings.number("scale_factor_sd");
-  double scale = 1.0;
-  if (reading == Reading::pulses || reading == Reading::electric) {
-    if (const auto given = given_scale(settings, u, channel)) {
-      scale = *given;
-    } else {
-      std::vector<const Series*> rests;
-      for (const auto& series : data.series)
-        if (series.unit == unit && series.at_rest()) rests.push_back(&series);
-      const auto found = scale_at_rest(rests, settings.number("bias_sd"));
-      if (!found)
-        throw Error(Error::Kind::bad_input,
-                    fmt::format("'{}' is in {} and its scale factor is not known: set [settings] scale_factor, or add "
-                                "segments at rest with the input axis along gravity",
-                                channel.name, channel.unit.text()));
-      scale = found->scale;
-      u.scale_relative_sd = found->relative_sd;
-      u.scale_from_rest = true;
-      data.findings.push_back(
-          {Severity::info,
-           fmt::format("scale factor from the segments at rest, to {:.2g} % (a bias of {} is taken "
-                       "for scale): set scale_factor if it is known better",
-                       100.0 * u.scale_relative_sd, say_difference(settings.number("bias_sd"), Unit::parse("mg"))),
-           u.channel});
-    }
-  }
-  if (reading == Reading::pulses) u.pulse = 1.0 / std::abs(scale);
-  u.force_per_value = 1.0 / scale;
-  for (auto& series : data.series)
-    if (series.unit == unit)
-      for (double& v : series.force) v *= u.force_per_value;
-}
-
-/// Counts put right where the register ran over; values per second of window.
+/// Counts and increments of velocity per second of window.
 void per_second(const Draft& draft, Data& data) {
   const Reading reading = reading_of(*draft.channel);
   if (reading != Reading::pulses && reading != Reading::velocity) return;
@@ -291,14 +237,6 @@ void per_second(const Draft& draft, Data& data) {
     Series& series = data.series[draft.series[k]];
     for (std::size_t j = 0; j < series.force.size(); ++j) series.force[j] /= draft.windows.length[draft.first[k] + j];
   }
-}
-
-void refuse_impossible(const Settings& settings, std::vector<std::string>& problems) {
-  for (const char* name : {"scale_factor_sd", "bias_sd", "settling", "reference_gain_sd"})
-    if (!(settings.number(name) >= 0.0 && std::isfinite(settings.number(name))))
-      problems.push_back(fmt::format("[settings] {} must not be negative", name));
-  if (settings.has("range") && !(settings.number("range") > 0.0))
-    problems.emplace_back("[settings] range must be positive");
 }
 
 /// The first instrument is called by its serial where others stand beside it.
@@ -320,89 +258,107 @@ void name_units(const Evidence& evidence, Data& data, std::vector<std::string>& 
                                      named, did_you_mean(named, names), fmt::join(names, ", ")));
 }
 
-/// Every scale factor that is given can be read, and is said once.
+/// Every scale factor that is given can be read, and is given once.
 void check_scales(const Evidence& evidence, const Data& data, std::vector<std::string>& problems) {
   const Settings& settings = evidence.plan.settings;
   for (const auto& twice : twice_in_scale(settings))
-    problems.push_back(fmt::format("[settings] scale_factor gives {} twice",
-                                   twice.empty() ? "that of all units" : "that of '" + twice + "'"));
+    problems.push_back(fmt::format("[settings] scale_factor has {} twice",
+                                   twice.empty() ? "a value for all units" : "unit '" + twice + "'"));
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) {
       const auto unit = std::ranges::find(data.units, channel->name, &UnitUnderTest::channel);
       try {
         given_scale(settings, *unit, *channel);
       } catch (const Error& error) {
-        if (error.kind != Error::Kind::bad_input) continue;  // of the channel's unit: said with the data
+        if (error.kind != Error::Kind::bad_input) continue;  // of the channel's unit: reported with the data
         for (const auto& problem : error.problems)
           if (std::ranges::find(problems, problem) == problems.end()) problems.push_back(problem);
       }
     }
 }
 
-}  // namespace
-
-// NOLINTNEXTLINE(readability-function-size): 62 lines; to be split when it changes
-Data data_of(const Evidence& evidence) {
-  const Settings& settings = evidence.plan.settings;
+/// Units by name, with the settings that name them checked.
+void add_units(const Evidence& evidence, Data& data) {
   std::vector<std::string> problems;
-  refuse_impossible(settings, problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "a vibration test needs at least one recording");
-  Data data;
-  if (settings.has("range")) data.range = settings.number("range");
   for (const auto& recording : evidence.recordings)
     for (const Channel* channel : units_in(evidence, recording)) unit_index(channel->name, data);
   name_units(evidence, data, problems);
   check_scales(evidence, data, problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  std::map<std::size_t, std::vector<Draft>> drafts;
-  Test test{evidence};
-  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
-    const Recording& recording = evidence.recordings[r];
+}
+
+/// Series of one unit in one recording, with the reference over their windows.
+void add_channel(Test& test, std::size_t recording, const Channel& channel, Data& data) {
+  const Evidence& evidence = test.evidence;
+  reading_of(channel);
+  const std::size_t unit = unit_index(channel.name, data);
+  Draft draft{&channel, windows_of(evidence.plan.settings, test.marks[recording], channel, data), {}, {}};
+  add_segments(test, recording, unit, draft, data);
+  refuse_totals(draft, data, test.problems);
+  unwrap_counts(evidence.plan.settings, draft, data, test.problems);
+  per_second(draft, data);
+  if (const Channel* reference = channel_for(evidence, evidence.recordings[recording], "reference")) {
+    const double rate = clock_of(*reference).rate;
+    for (std::size_t k = 0; k < draft.series.size(); ++k)
+      add_reference(evidence, *reference, rate, draft, draft.first[k], data.series[draft.series[k]], data);
+  }
+  test.drafts[unit].push_back(std::move(draft));
+}
+
+void add_recordings(Test& test, Data& data) {
+  for (std::size_t r = 0; r < test.evidence.recordings.size(); ++r) {
+    const Recording& recording = test.evidence.recordings[r];
     if (recording.marks.empty())
       throw Error(Error::Kind::bad_data,
                   "the recording does not say when its segments begin, and the plan has no schedule");
-    const Channel* reference = channel_for(evidence, recording, "reference");
-    const double reference_rate = reference == nullptr ? 0.0 : clock_of(*reference).rate;
-    for (const Channel* channel : units_in(evidence, recording)) {
-      attempt(problems, [&] {
-        reading_of(*channel);
-        const std::size_t unit = unit_index(channel->name, data);
-        Draft draft{channel, windows_of(settings, test.marks[r], *channel, data), {}, {}};
-        add_segments(test, r, unit, draft, data);
-        refuse_totals(draft, data, problems);
-        unwrap_counts(settings, draft, data, problems);
-        per_second(draft, data);
-        for (std::size_t k = 0; reference != nullptr && k < draft.series.size(); ++k)
-          add_reference(evidence, *reference, reference_rate, draft, draft.first[k], data.series[draft.series[k]],
-                        data);
-        drafts[unit].push_back(std::move(draft));
+    for (const Channel* channel : units_in(test.evidence, recording))
+      attempt(test.problems, [&] {
+        add_channel(test, r, *channel, data);
         return 0;
       });
-    }
   }
-  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
-  drop_dead(data);
-  drop_moving(drafts, data);
-  for (const auto& [unit, of_unit] : drafts)
+  if (!test.problems.empty()) throw Error(Error::Kind::bad_data, test.problems);
+}
+
+void set_scales(Test& test, Data& data) {
+  for (const auto& [unit, of_unit] : test.drafts)
     if (std::ranges::find(data.series, unit, &Series::unit) != data.series.end())
-      attempt(problems, [&] {
-        set_scale(evidence, of_unit, unit, data);
+      attempt(test.problems, [&] {
+        set_scale(test.evidence.plan.settings, *of_unit.front().channel, unit, data);
         return 0;
       });
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  if (!test.problems.empty()) throw Error(Error::Kind::bad_input, test.problems);
+}
+
+void require_vibration(const Data& data) {
+  if (std::ranges::any_of(data.series, [](const Series& s) { return !s.at_rest(); })) return;
+  std::vector<std::string> problems;
+  for (const auto& finding : data.findings)
+    if (finding.severity != Severity::info)
+      problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
+  problems.emplace_back("no unit has a segment in which it vibrates");
+  throw Error(Error::Kind::bad_data, problems);
+}
+
+}  // namespace
+
+Data data_of(const Evidence& evidence) {
+  const Settings& settings = evidence.plan.settings;
+  if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "a vibration test needs at least one recording");
+  Data data;
+  if (settings.has("range")) data.range = settings.number("range");
+  add_units(evidence, data);
+  Test test{evidence};
+  add_recordings(test, data);
+  drop_dead(data);
+  drop_moving(test.drafts, data);
+  set_scales(test, data);
   compare_rests(data);
   set_power_ups(data);
   std::ranges::stable_sort(data.series, [](const Series& a, const Series& b) {
     return std::tie(a.unit, a.power_up, a.begin) < std::tie(b.unit, b.power_up, b.begin);
   });
-  if (std::ranges::none_of(data.series, [](const Series& s) { return !s.at_rest(); })) {
-    for (const auto& finding : data.findings)
-      if (finding.severity != Severity::info)
-        problems.push_back(finding.where.empty() ? finding.message : finding.where + ": " + finding.message);
-    problems.emplace_back("no unit has a segment in which it vibrates");
-    throw Error(Error::Kind::bad_data, problems);
-  }
+  require_vibration(data);
   return data;
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/core/say.hpp"
 #include "tumble/reduce/vibration/scale.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -52,15 +51,6 @@ Expected expected_of(const Settings& settings, const Draft& draft, const Data& d
   return expected;
 }
 
-double spread(const std::vector<double>& values) {
-  double n = 0.0, sum = 0.0, squares = 0.0;
-  for (const double v : values)
-    if (!std::isnan(v)) ++n, sum += v;
-  for (const double v : values)
-    if (!std::isnan(v)) squares += (v - sum / n) * (v - sum / n);
-  return std::sqrt(squares / n);
-}
-
 }  // namespace
 
 void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems) {
@@ -72,16 +62,14 @@ void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std
     const double reach = reach_of(series.shake, series.window) * std::abs(expected.scale);
     const Unwrapped result = unwrap(series.force, expected.count, reach);
     if (result.outcome == Unwrapped::Outcome::repaired)
-      data.findings.push_back(
-          {Severity::warning,
-           fmt::format("the counter ran over its {} bits in {}: put right, since all lie well within "
-                       "half of 2^{} of the count at rest; use a wider register or a shorter H",
-                       result.bits, say_count(result.windows, "window"), result.bits),
-           draft.channel->name + ", " + series.label});
+      data.findings.push_back({Severity::warning,
+                               "counter_overflow_corrected",
+                               {{"bits", result.bits}, {"windows", result.windows}},
+                               draft.channel->name + ", " + series.label});
     if (result.outcome == Unwrapped::Outcome::ambiguous)
       problems.push_back(
-          fmt::format("{}, {}: the counter ran over its {} bits and which windows did cannot be told: use "
-                      "a wider register, a shorter counting period or less amplitude",
+          fmt::format("{}, {}: the counter passed the end of its {} bits, and the data do not show in which windows: "
+                      "use a wider register, a shorter counting period or less amplitude",
                       draft.channel->name, series.label, result.bits));
   }
 }
@@ -110,22 +98,27 @@ void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string
 
 namespace {
 
-/// A stretch of one and the same value.
+/// Consecutive windows of one value.
 struct Standstill {
   std::size_t begin = 0, length = 0;
   double value = 0.0;
 };
 
-/// The longest; missed windows do not end it.
+/// The longest standstill; missing windows do not end it.
 Standstill longest_standstill(const std::vector<double>& values) {
-  Standstill now, longest;
+  Standstill current, longest;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;
-    if (now.length == 0 || values[i] != now.value) now = {i, 0, values[i]};
-    ++now.length;
-    if (now.length > longest.length) longest = now;
+    if (current.length == 0 || values[i] != current.value) current = {i, 0, values[i]};
+    ++current.length;
+    if (current.length > longest.length) longest = current;
   }
   return longest;
+}
+
+/// Whether a series has this value throughout; missing windows do not count.
+bool constant(const Series& series, const Standstill& still) {
+  return std::ranges::all_of(series.force, [&](double v) { return std::isnan(v) || v == still.value; });
 }
 
 /// Whether a unit that is shaken stands still for longer than flat tops and coarse counts explain: two cycles, 32
@@ -154,44 +147,34 @@ void drop_dead(Data& data) {
       alive.push_back(std::move(series));
       continue;
     }
-    const bool throughout =
-        std::ranges::all_of(series.force, [&](double v) { return std::isnan(v) || v == still.value; });
     died.emplace_back(series.unit, still.value);
-    data.findings.push_back(
-        {Severity::error,
-         fmt::format("left out: the unit gives the same value {} although it is shaken: see to its supply and its "
-                     "connection",
-                     throughout ? "throughout"
-                                : fmt::format("in {} on end from {:.6g} s", say_count(still.length, "window"),
-                                              series.time[still.begin])),
-         data.units[series.unit].name + ", " + series.label});
+    if (constant(series, still))
+      data.findings.push_back({Severity::error, "unit_dead", {}, place_of(data, series)});
+    else
+      data.findings.push_back({Severity::error,
+                               "unit_dies",
+                               {{"windows", still.length}, {"begin", series.time[still.begin], "s"}},
+                               place_of(data, series)});
   }
   std::erase_if(alive, [&](const Series& series) {
     const Standstill still = longest_standstill(series.force);
-    return series.at_rest() &&
-           still.length ==
-               static_cast<std::size_t>(std::ranges::count_if(series.force, [](double v) { return !std::isnan(v); })) &&
+    return series.at_rest() && constant(series, still) &&
            std::ranges::find(died, std::pair(series.unit, still.value)) != died.end();
   });
   data.series = std::move(alive);
 }
 
 void compare_rests(Data& data) {
-  const Unit g = Unit::parse("g");
   for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
     if (data.units[unit].scale_from_rest) continue;
     for (const Series& series : data.series) {
       if (series.unit != unit || !series.at_rest() || !std::isfinite(series.rest)) continue;
-      const double found = mean_of(series, 0.0).value;
-      if (std::abs(found - series.rest) < si(0.1, "g")) continue;
-      data.findings.push_back(
-          {Severity::warning,
-           fmt::format(
-               "at rest the unit shows {:+.4g} g where the plan lets expect {:+.4g} g: it is mounted another way "
-               "(mount_pitch of the schedule), or its scale factor has another size or sign; the sign of the "
-               "rectification goes with it",
-               g.from_si(found), g.from_si(series.rest)),
-           data.units[unit].name + ", " + series.label});
+      const double shown = mean_of(series, 0.0).value;
+      if (std::abs(shown - series.rest) < si(0.1, "g")) continue;
+      data.findings.push_back({Severity::warning,
+                               "rest_differs_from_plan",
+                               {{"shown", shown, "g"}, {"planned", series.rest, "g"}},
+                               place_of(data, series)});
       break;
     }
   }
@@ -207,29 +190,25 @@ void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& 
     const double own = spread(s.force), least = pulses ? 3.0 / s.window : 1e-3 * std::abs(mean_of(s, 0.0).value);
     if (own <= std::max(20.0 * quietest[s.unit], least)) return false;
     data.findings.push_back(
-        {Severity::warning,
-         fmt::format("not at rest, as planned: it spreads {:.3g} times as much as the quietest; not "
-                     "used as the unit at rest",
-                     own / quietest[s.unit]),
-         data.units[s.unit].prefix + s.label});
+        {Severity::warning, "moves_at_rest", {{"ratio", own / quietest[s.unit]}}, place_of(data, s)});
     return true;
   });
 }
 
 void set_power_ups(Data& data) {
   std::map<int, std::map<std::pair<std::size_t, std::string>, std::size_t>>
-      seen;  // by run: recording of unit and label
+      recording_of;  // by run, then by unit and label
   std::map<int, bool> split, repeated;
   for (const Series& s : data.series) {
-    const auto [known, first] = seen[s.run].emplace(std::pair(s.unit, s.label), s.recording);
+    const bool first = recording_of[s.run].emplace(std::pair(s.unit, s.label), s.recording).second;
     repeated[s.run] = repeated[s.run] || !first;
-    split[s.run] = split[s.run] || seen[s.run].begin()->second != s.recording;
+    split[s.run] = split[s.run] || recording_of[s.run].begin()->second != s.recording;
   }
   std::map<std::pair<std::size_t, int>, std::size_t> power_ups;
   for (Series& s : data.series) {
-    const bool one = split[s.run] && !repeated[s.run];
-    s.power_up = power_ups.emplace(std::pair(one ? 0 : s.recording, s.run), power_ups.size()).first->second;
-    if (!one) continue;
+    const bool joined = split[s.run] && !repeated[s.run];
+    s.power_up = power_ups.emplace(std::pair(joined ? 0 : s.recording, s.run), power_ups.size()).first->second;
+    if (!joined) continue;
     s.end = s.planned_begin + s.end - s.begin;
     s.begin = s.planned_begin;
   }

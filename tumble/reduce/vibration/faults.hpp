@@ -10,7 +10,7 @@
 
 namespace tumble::vibration {
 
-/// One unit in one recording, with the values of its channel still as they are.
+/// One unit in one recording, with the values of its channel unchanged.
 struct Draft {
   const Channel* channel = nullptr;
   Windows windows;
@@ -18,28 +18,28 @@ struct Draft {
   std::vector<std::size_t> first;   ///< sample with which each begins
 };
 
-/// Counts of segments that vibrate put right where the register ran over, while they are counts still. At rest it does
-/// not: their mean says about what the others lie. Where it cannot be told, a problem.
+/// Corrects the counts of segments that vibrate where the register overflowed. At rest it does not overflow: the mean
+/// at rest shows what the other counts lie about. Where the correction is ambiguous, a problem.
 void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, std::vector<std::string>& problems);
 
 /// Counts at rest that grow by a pulse and more from window to window are a running total: a problem.
 void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string>& problems);
 
-/// Takes out segments that shake in which a unit gives the same value throughout, or for a long time on end: dead, or
-/// not connected. With them go those at rest in which it stands at the value at which it died.
+/// Removes segments that shake in which a unit gives one value throughout, or for a long time in succession: dead, or
+/// not connected. Segments at rest in which it gives the value at which it died are removed with them.
 void drop_dead(Data& data);
 
-/// A finding for each unit that shows another specific force at rest than the plan's rig lets expect, by 0.1 g and
-/// more.
+/// A finding for each unit that shows a specific force at rest that differs by 0.1 g and more from that of the plan's
+/// rig.
 void compare_rests(Data& data);
 
-/// Takes out segments planned at rest in which the unit moves, as while the shaker runs up: the spread is 20 times that
+/// Removes segments planned at rest in which the unit moves, as while the shaker runs up: the spread is 20 times that
 /// of the unit's quietest, and more than three pulses or a thousandth of the mean. Values are still those of the
 /// channel.
 void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& data);
 
-/// Sets Series::power_up. A run whose segments stand in several recordings, each but once, is one power-up: a file for
-/// each tone. Its times are then those of the schedule. Else each run of each recording is one.
+/// Sets Series::power_up. A run whose segments are in several recordings, each once only, is one power-up: a file for
+/// each tone. Its times are then those of the schedule. Otherwise each run of each recording is one.
 void set_power_ups(Data& data);
 
 }  // namespace tumble::vibration

@@ -19,20 +19,14 @@ Reading reading_of(const Channel& channel);
 /// Throws Error::bad_input for a text that cannot be read, or a dimension that is not the channel's.
 std::optional<double> given_scale(const Settings& settings, const UnitUnderTest& unit, const Channel& channel);
 
-/// Names of units in a scale_factor that says each its own; empty where one is for all.
+/// Names of units in a scale_factor that gives each unit its own; empty where one is for all.
 std::vector<std::string> named_in_scale(const Settings& settings);
 
-/// Units whose scale factor the setting gives more than once; empty for that of all.
+/// Units whose scale factor the setting gives more than once; an empty name means the one for all units.
 std::vector<std::string> twice_in_scale(const Settings& settings);
 
-/// K_1 by least squares through zero over the segments at rest, whose `force` still holds values of the channel, per
-/// second where it counts. `relative_sd`: of a bias of `bias_sd` common to all of them. None: no such segment with
-/// 0.2 g along the input axis.
-struct RestScale {
-  double scale = 0.0;
-  double relative_sd = 0.0;  ///< [1]
-};
-/// Given: bias_sd [m/s^2].
-std::optional<RestScale> scale_at_rest(const std::vector<const Series*>& at_rest, double bias_sd);
+/// Sets pulse and K_1 of a unit: as given, else by least squares over its segments at rest; with it, the values of all
+/// its series become specific forces [m/s^2]. Throws Error::bad_input where neither gives K_1.
+void set_scale(const Settings& settings, const Channel& channel, std::size_t unit, Data& data);
 
 }  // namespace tumble::vibration

@@ -10,8 +10,8 @@
 #include "tumble/core/schedule.hpp"
 #include "tumble/core/settings.hpp"
 
-/// What vibration tests of accelerometers share: units under test, read as the mean specific force over each counting
-/// window, segment by segment of the schedule.
+/// Parts that vibration tests of accelerometers share: units under test, read as the mean specific force over each
+/// counting window, segment by segment of the schedule.
 ///
 ///   N_j/(K_1 H) = mean of a over window j                                                              (3.3), (3.8)
 ///
@@ -27,10 +27,10 @@ struct UnitUnderTest {
   double force_per_value = 1.0;    ///< specific force [m/s^2] for one SI unit of the channel, over one window
   double pulse = 0.0;              ///< [m/s] velocity of one pulse, 1/K_1; 0: not counted
   double scale_relative_sd = 0.0;  ///< of force_per_value
-  bool scale_from_rest = false;    ///< K_1 was found from the segments at rest
+  bool scale_from_rest = false;    ///< K_1 comes from the segments at rest
 };
 
-/// One unit over one segment of the schedule, settling left out.
+/// One unit over one segment of the schedule, after the settling time.
 struct Series {
   std::size_t unit = 0;       ///< index in Data::units
   std::size_t recording = 0;  ///< index in Evidence::recordings
@@ -45,7 +45,7 @@ struct Series {
   double begin = 0.0;              ///< [s] beginning of the first window, on a clock common to the power-up
   double end = 0.0;                ///< [s] end of the last
   std::vector<double> time = {};   ///< [s] middle of each window
-  std::vector<double> force = {};  ///< [m/s^2] mean over each window; NaN: missed
+  std::vector<double> force = {};  ///< [m/s^2] mean over each window; NaN: missing
   /// [m/s^2] of the reference, without gravity, over the same windows (see Data::reference_integrated); empty: none.
   std::vector<double> reference = {};
   double rest = 0.0;  ///< a_0 [m/s^2]: along the input axis with the shaker at rest, by the plan's rig
@@ -65,12 +65,12 @@ struct Data {
 /// Options that every vibration test has.
 std::vector<Option> options();
 
-/// Units, windows and reference of all recordings, with what is wrong with the windows as findings: counters that
-/// overflowed (unwrapped where that is unambiguous), missed windows, counts of several windows in one after a gap,
-/// gate times that scatter (each count divided by its own H), units that give a constant, a reference that is missing.
+/// Units, windows and reference of all recordings, with faults of the windows as findings: counters that overflowed
+/// (unwrapped where that is unambiguous), missing windows, counts of several windows in one after a gap, gate times
+/// that scatter (each count divided by its own H), units that give a constant, a missing reference.
 ///
-/// Throws Error::bad_input, bad_data that list all that is missing or cannot be: no recording, no unit, a scale factor
-/// that neither the settings nor segments at rest give, counters that overflowed beyond repair.
+/// Throws Error::bad_input, bad_data that list everything that is missing or impossible: no recording, no unit, a scale
+/// factor that neither the settings nor segments at rest give, counters that overflowed beyond repair.
 Data data_of(const Evidence& evidence);
 
 /// A mean as a sum of weights times the means of segments at rest.
@@ -83,8 +83,8 @@ struct AtRest {
   bool both_sides = false;  ///< at rest before and after: drift is interpolated
 };
 
-/// What the unit would show in the middle of `series` with the shaker at rest: its segments at rest before and after,
-/// in the same power-up, interpolated linearly in time.
+/// Output of the unit in the middle of `series` if the shaker were at rest: its segments at rest before and after, in
+/// one power-up, interpolated linearly in time.
 AtRest at_rest(const Data& data, const Series& series);
 
 /// Mean of a series and its uncertainty.
@@ -96,11 +96,38 @@ struct Mean {
 };
 
 /// Plain mean over the windows. The rounding to pulses adds up to one pulse at most however long the series, so that
-/// its variance is 1/6 pulse^2 over the time squared (3.14); that of everything else is taken from means over 16
+/// its variance is 1/6 pulse^2 over the time squared (3.14); the variance of everything else comes from means over 16
 /// blocks, with the rounding of these subtracted. Given: pulse [m/s].
 Mean mean_of(const Series& series, double pulse);
 
+/// Root mean square of values [u] about their mean [u]; missing values (NaN) do not count.
+double spread(const std::vector<double>& values);
+
 /// sin(pi x)/(pi x) [1]
 double sinc(double x);
+
+/// A frequency [Hz] to three digits, for names of parameters.
+double three_digits(double frequency);
+
+/// Windows after which tone and total count meet the windows at equal phases again, to less than one spacing of the
+/// phases and to less than one pulse over all `samples`; `samples` where they do not. Given and returned: [1].
+double raster(double cycles_per_window, double pulses_per_window, double samples);
+
+/// Variance [1] of ln amplitude by the rounding of counts that repeat with the tone, (3.14): the rounding of the
+/// running total, 1/12 pulse^2, differenced, is 4 sin^2(pi f H) of it at f. Over a raster of P windows, after which
+/// tone and total repeat, only P of them are independent: 2/P of that on the square of the amplitude. Where tone and
+/// total do not repeat, rounding is noise and part of the residuals: 0.
+///
+/// Given: amplitude [pulse] of the counts of one window; the others [1], see `raster`.
+double rounding_log_variance(double amplitude, double cycles_per_window, double pulses_per_window, double samples);
+
+/// Place of a finding: the label of the segment, after the name of the unit where there are several.
+std::string place_of(const Data& data, const Series& series);
+
+/// Whether two findings have one code and equal values (numbers to 1e-5, relative), at any place.
+bool same_matter(const Finding& a, const Finding& b);
+
+/// Adds a finding unless there is one of the same matter at the same place.
+void add_once(Finding finding, Findings& findings);
 
 }  // namespace tumble::vibration

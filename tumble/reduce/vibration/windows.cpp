@@ -15,13 +15,13 @@ namespace {
 void refuse_backwards(const Channel& channel, const Clock& clock) {
   if (clock.backward == 0 && clock.duplicates == 0) return;
   throw Error(Error::Kind::bad_data,
-              fmt::format("'{}': {} not later than the one before: counting windows cannot be told from such a clock; "
-                          "write the stamps with more digits, or leave them out and give the rate (--set rate=200)",
+              fmt::format("'{}': {} not later than the one before: such a clock does not determine counting windows; "
+                          "write the stamps with more digits, or omit them and give the rate (--set rate=200)",
                           channel.name, say_count(clock.backward + clock.duplicates, "stamp")));
 }
 
-/// Samples beside a gap of the clock or beside missing samples.
-void leave_out_neighbours(const Channel& channel, const Clock& clock, Windows& windows) {
+/// Samples beside a gap of the clock or beside missing samples are not usable.
+void exclude_neighbours(const Channel& channel, const Clock& clock, Windows& windows) {
   const std::size_t n = channel.values.size();
   std::vector<bool> bad(n, false);
   for (std::size_t i = 0; i < n; ++i) {
@@ -37,7 +37,7 @@ void leave_out_neighbours(const Channel& channel, const Clock& clock, Windows& w
   for (std::size_t i = 0; i < n; ++i) windows.usable[i] = !bad[i];
 }
 
-/// What an even clock leaves of the stamps of samples `from` to `to`: the mean over 257 neighbours follows a clock that
+/// Stamps of samples `from` to `to` less an even clock, averaged over 257 neighbours: the mean follows a clock that
 /// wanders, and not the scatter of single stamps.
 std::vector<double> wander(const Channel& channel, std::size_t from, std::size_t to, double rate) {
   constexpr std::size_t half = 128;
@@ -60,15 +60,29 @@ void set_even_times(const Channel& channel, const Clock& clock, Windows& windows
     const std::size_t to = g < clock.gaps.size() ? clock.gaps[g].after + 1 : n;
     const double length = static_cast<double>(to - from);
     const double rate = length > 64.0 ? (length - 1.0) / (channel.time(to - 1) - channel.time(from)) : clock.rate;
-    const auto off = wander(channel, from, to, rate);
+    const auto departure = wander(channel, from, to, rate);
     double mean = 0.0, squares = 0.0;
-    for (const double x : off) mean += x / length;
-    for (const double x : off) squares += (x - mean) * (x - mean) / length;
+    for (const double x : departure) mean += x / length;
+    for (const double x : departure) squares += (x - mean) * (x - mean) / length;
     const bool wanders = std::sqrt(squares) > 1e-3 / rate;
     for (std::size_t i = from; i < to; ++i)
-      windows.begin[i] = channel.time(from) + static_cast<double>(i - from) / rate + (wanders ? off[i - from] : mean);
+      windows.begin[i] =
+          channel.time(from) + static_cast<double>(i - from) / rate + (wanders ? departure[i - from] : mean);
     from = to;
   }
+}
+
+void report_missing(const Channel& channel, const Clock& clock, Findings& findings) {
+  std::size_t lost = 0, holes = clock.gaps.size();
+  for (const auto& gap : clock.gaps) lost += gap.lost;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    if (!std::isnan(channel.values[i])) continue;
+    ++lost;
+    holes += i == 0 || !std::isnan(channel.values[i - 1]) ? 1 : 0;
+  }
+  if (lost > 0)
+    findings.push_back(
+        {Finding::Severity::warning, "windows_missing", {{"windows", lost}, {"gaps", holes}}, channel.name});
 }
 
 }  // namespace
@@ -84,7 +98,7 @@ Windows even_windows(const Channel& channel, Findings& findings) {
   const Clock clock = clock_of(channel);
   refuse_backwards(channel, clock);
   if (!(clock.rate > 0.0))
-    throw Error(Error::Kind::bad_data, fmt::format("'{}': the counting period cannot be told", channel.name));
+    throw Error(Error::Kind::bad_data, fmt::format("'{}': the stamps do not show the counting period", channel.name));
   Windows windows;
   windows.begin.resize(n);
   windows.length.assign(n, 1.0 / clock.rate);
@@ -95,22 +109,8 @@ Windows even_windows(const Channel& channel, Findings& findings) {
     for (std::size_t i = 0; i < n; ++i) windows.begin[i] = channel.time(i);
   else
     set_even_times(channel, clock, windows);
-  leave_out_neighbours(channel, clock, windows);
-  std::size_t lost = 0, holes = clock.gaps.size();
-  for (const auto& gap : clock.gaps) lost += gap.lost;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!std::isnan(channel.values[i])) continue;
-    ++lost;
-    holes += i == 0 || !std::isnan(channel.values[i - 1]) ? 1 : 0;
-  }
-  if (lost > 0)
-    findings.push_back(
-        {Finding::Severity::warning,
-         fmt::format("{} missed in {}: nothing is put in their place, and the windows on either side are "
-                     "left out, since a card that goes on counting gives the pulses of several windows "
-                     "as one",
-                     say_count(lost, "window"), say_count(holes, "gap")),
-         channel.name});
+  exclude_neighbours(channel, clock, windows);
+  report_missing(channel, clock, findings);
   return windows;
 }
 
@@ -143,10 +143,10 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
       if (std::isnan(channel.values[i])) continue;
       const double interval = (channel.time(i + 1) - channel.time(i)) * n / time - 1.0;
       if (std::abs(interval) > 0.5) continue;  // a gap
-      const double more = channel.values[i] * n / count - 1.0;
-      with += interval * more;
+      const double excess = channel.values[i] * n / count - 1.0;
+      with += interval * excess;
       squares += interval * interval;
-      counts += more * more;
+      counts += excess * excess;
       ++windows;
     }
   }
@@ -195,6 +195,30 @@ Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
     if (std::abs(sum / n - expected) > 0.1 * reach) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
   }
   return {};
+}
+
+std::optional<Finding> hidden_tone(double frequency, double window, double interval, double span,
+                                   const std::string& where) {
+  constexpr auto error = Finding::Severity::error;
+  const double turns = frequency * window, null = std::round(turns);
+  if (null > 0.0 && std::abs(turns - null) < 0.05)
+    return Finding{error,
+                   "tone_on_null",
+                   {{"frequency", frequency, "Hz"},
+                    {"window", window, "s"},
+                    {"lower", (null - 0.1) / window, "Hz"},
+                    {"upper", (null + 0.1) / window, "Hz"}},
+                   where};
+  const double half = 0.5 / interval, multiple = half * std::round(frequency / half);
+  if (!(multiple > 0.0) || std::abs(frequency - multiple) * span >= 1.5) return {};
+  const double apart = std::max(0.003 * multiple, 3.0 / span);
+  return Finding{error,
+                 "tone_on_half_rate",
+                 {{"frequency", frequency, "Hz"},
+                  {"rate", 1.0 / interval, "Hz"},
+                  {"lower", multiple - apart, "Hz"},
+                  {"upper", multiple + apart, "Hz"}},
+                 where};
 }
 
 }  // namespace tumble::vibration

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <vector>
 
+#include "tumble/math/matrix.hpp"
 #include "tumble/math/noise/noise_bands.hpp"
 
 namespace tumble::noise_likelihood {
@@ -17,13 +18,14 @@ struct WeightedTerm {
 /// Counted: cosines of one scale, in the same block and up to three blocks apart; of neighbouring scales; of the last
 /// scale with the sines; of the ends of the sines under quantization. The others are far apart in time or frequency.
 ///
-/// Given     weights  one row a band, one column a sum
-Eigen::MatrixXd covariance_of_dependence(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms,
-                                         const Eigen::MatrixXd& weights);
+/// Given     weights  [bands x sums]
+/// Returned  [sums x sums]
+Matrix covariance_of_dependence(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms,
+                                const Matrix& weights);
 
-/// What of the mean square of each band quantization at the two ends of the record gives: it is the same two values in
-/// all sines.
-Eigen::VectorXd variance_of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms);
+/// The part of the mean square of each band [u^2] that quantization at the two ends of the record gives: these two
+/// values are in all sines.
+std::vector<double> variance_of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms);
 
 /// Covariance [u^2] of means over `unit` [samples] at a lag of `lag` [units], up to what contrasts do not see.
 double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit, int lag);

@@ -3,13 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/eigen/view.hpp"
-
 namespace tumble::noise_likelihood {
 namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
 
 constexpr double residual_count = 30.0;  ///< contrasts that make a residual
 
@@ -22,13 +17,12 @@ std::vector<NoiseResidual> residuals_of(const BandData& data, const ScoringFit& 
                    [&](std::size_t a, std::size_t b) { return data.bands[a].frequency < data.bands[b].frequency; });
   std::vector<NoiseResidual> residuals;
   double count = 0.0, ratio = 0.0, frequency = 0.0;
-  for (const std::size_t i : order) {
-    const Index b = at(i);
+  for (const std::size_t b : order) {
     const double z = data.z[b] - 2.0 * fit.slope * data.with_ramp[b] + fit.slope * fit.slope * data.ramp_square[b] +
                      fit.slope_variance * data.ramp_square[b];
     count += data.count[b];
     ratio += data.count[b] * z / fit.s[b];
-    frequency += data.count[b] * data.bands[i].frequency;
+    frequency += data.count[b] * data.bands[b].frequency;
     if (count < residual_count) continue;
     residuals.push_back({frequency / count, ratio / count, std::sqrt(2.0 / count)});
     count = ratio = frequency = 0.0;
@@ -46,8 +40,9 @@ double residual_freedom(const std::vector<NoiseResidual>& residuals, const Tried
   return static_cast<double>(residuals.size()) - size_of(one.terms) - (ramp ? 1.0 : 0.0);
 }
 
-VectorXd counts_with(const VectorXd& count, double error) {
-  return count.array() / (1.0 + 0.5 * error * error * count.array());
+std::vector<double> counts_with(std::vector<double> count, double error) {
+  for (double& n : count) n /= 1.0 + 0.5 * error * error * n;
+  return count;
 }
 
 double model_error(const BandData& whole, bool ramp, const TriedTerms& full) {

@@ -18,7 +18,7 @@ double residual_freedom(const std::vector<NoiseResidual>& residuals, const Tried
 
 /// Degrees of freedom of each band [1] with an independent relative error [1] of the power in each range of
 /// frequencies.
-Eigen::VectorXd counts_with(const Eigen::VectorXd& count, double error);
+std::vector<double> counts_with(std::vector<double> count, double error);
 
 /// The relative error [1] that makes chi-square of the model with all terms equal its degrees of freedom.
 double model_error(const BandData& whole, bool ramp, const TriedTerms& full);

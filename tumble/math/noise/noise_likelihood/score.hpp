@@ -13,6 +13,6 @@ namespace tumble::noise_likelihood {
 /// Returned  probability [1]; 0 where these covariances matter little: the fall of -2 ln L is then the stronger test
 /// See       score test with the variance that holds for a composite likelihood: C. Varin, N. Reid and D. Firth, An
 ///           overview of composite likelihood methods, Statistica Sinica 21 (2011)
-double chance_by_slope(const BandData& data, const TriedTerms& without, const Eigen::VectorXd& column);
+double chance_by_slope(const BandData& data, const TriedTerms& without, std::span<const double> column);
 
 }  // namespace tumble::noise_likelihood

@@ -1,161 +1,168 @@
 #include "tumble/math/noise/noise_likelihood/scoring.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 
 namespace tumble::noise_likelihood {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Power over that of white noise, averaged over frequencies within a factor of 2 either way.
-VectorXd smoothed(const BandData& data) {
-  const Index n = data.z.size();
-  const VectorXd white = data.design.col(1);
-  VectorXd s(n);
-  for (Index i = 0; i < n; ++i) {
-    const double f = data.bands[static_cast<std::size_t>(i)].frequency;
+std::vector<double> smoothed(const BandData& data) {
+  const auto white = column(data.design, 1);
+  std::vector<double> s;
+  for (std::size_t i = 0; i < data.z.size(); ++i) {
     double sum = 0.0, count = 0.0;
-    for (Index j = 0; j < n; ++j) {
-      const double ratio = data.bands[static_cast<std::size_t>(j)].frequency / f;
+    for (std::size_t j = 0; j < data.z.size(); ++j) {
+      const double ratio = data.bands[j].frequency / data.bands[i].frequency;
       if (ratio < 0.5 || ratio > 2.0) continue;
       sum += data.count[j] * data.z[j] / white[j];
       count += data.count[j];
     }
-    s[i] = sum / count * white[i];
+    s.push_back(sum / count * white[i]);
   }
-  return s.cwiseMax(1e-12 * s.maxCoeff());
+  const double least = s.empty() ? 0.0 : 1e-12 * std::ranges::max(s);
+  for (double& value : s) value = std::max(value, least);
+  return s;
+}
+
+/// The terms in `free` that make 1/2 c'Gc - b'c least, zeros for the others.
+std::vector<double> solve_for(const std::vector<bool>& free, const Matrix& gram, std::span<const double> right) {
+  std::vector<std::size_t> list;
+  std::vector<double> chosen, c(free.size());
+  for (std::size_t t = 0; t < free.size(); ++t)
+    if (free[t]) list.push_back(t), chosen.push_back(right[t]);
+  const auto solved = solve_symmetric(chosen_rows(chosen_columns(gram, list), list), chosen);
+  for (std::size_t k = 0; k < list.size(); ++k) c[list[k]] = solved[k];
+  return c;
 }
 
 /// min 1/2 c'Gc - b'c for c >= 0: terms leave while they are negative and return while that pays.
-VectorXd nonnegative(const MatrixXd& gram, const VectorXd& right) {
-  const Index p = right.size();
-  std::vector<bool> free(static_cast<std::size_t>(p), true);
-  VectorXd c = VectorXd::Zero(p);
-  for (int round = 0; round < 4 * static_cast<int>(p) + 4; ++round) {
-    std::vector<Index> list;
-    for (Index t = 0; t < p; ++t)
-      if (free[static_cast<std::size_t>(t)]) list.push_back(t);
-    c.setZero();
-    if (!list.empty()) {
-      const MatrixXd part = gram(list, list);
-      const VectorXd solved = part.ldlt().solve(VectorXd(right(list)));
-      c(list) = solved;
-    }
-    Index worst = 0;
-    if (p > 0 && c.minCoeff(&worst) < 0.0) {
-      free[static_cast<std::size_t>(worst)] = false;
+std::vector<double> nonnegative(const Matrix& gram, std::span<const double> right) {
+  const std::size_t p = right.size();
+  std::vector<bool> free(p, true);
+  std::vector<double> c(p);
+  for (std::size_t round = 0; round < 4 * p + 4; ++round) {
+    c = solve_for(free, gram, right);
+    const auto worst = std::ranges::min_element(c);
+    if (p > 0 && *worst < 0.0) {
+      free[static_cast<std::size_t>(worst - c.begin())] = false;
       continue;
     }
-    const VectorXd gradient = right - gram * c;
-    Index best = -1;
-    for (Index t = 0; t < p; ++t)
-      if (!free[static_cast<std::size_t>(t)] && gradient[t] > 1e-9 && (best < 0 || gradient[t] > gradient[best]))
-        best = t;
-    if (best < 0) break;
-    free[static_cast<std::size_t>(best)] = true;
+    const auto gradient = difference(right, gram * c);
+    std::size_t best = p;
+    for (std::size_t t = 0; t < p; ++t)
+      if (!free[t] && gradient[t] > 1e-9 && (best == p || gradient[t] > gradient[best])) best = t;
+    if (best == p) break;
+    free[best] = true;
   }
-  return c.cwiseMax(0.0);
+  for (double& value : c) value = std::max(value, 0.0);
+  return c;
 }
 
-VectorXd about_ramp(const BandData& data, double slope) {
-  return data.z.array() - 2.0 * slope * data.with_ramp.array() + slope * slope * data.ramp_square.array();
+/// Mean squares of x - slope a.
+double about_ramp(const BandData& data, double slope, std::size_t i) {
+  return data.z[i] - 2.0 * slope * data.with_ramp[i] + slope * slope * data.ramp_square[i];
 }
 
-double minus_twice(const BandData& data, const VectorXd& s, bool ramp, RampFit& fitted) {
-  if (!ramp) return (data.count.array() * (s.array().log() + data.z.array() / s.array())).sum();
-  fitted = fit_ramp(data, s);
-  return (data.count.array() * (s.array().log() + about_ramp(data, fitted.slope).array() / s.array())).sum() -
-         std::log(fitted.variance);
+double minus_twice(const BandData& data, std::span<const double> s, bool ramp, RampFit& fitted) {
+  if (ramp) fitted = fit_ramp(data, s);
+  double sum = ramp ? -std::log(fitted.variance) : 0.0;
+  for (std::size_t i = 0; i < s.size(); ++i)
+    sum += data.count[i] * (std::log(s[i]) + (ramp ? about_ramp(data, fitted.slope, i) : data.z[i]) / s[i]);
+  return sum;
 }
 
-VectorXd step(const BandData& data, const MatrixXd& x, const VectorXd& rest, const VectorXd& s) {
-  const VectorXd weight = (0.5 * data.count).cwiseSqrt().cwiseQuotient(s);
-  MatrixXd weighted = weight.asDiagonal() * x;
-  const VectorXd scale = weighted.colwise().norm().cwiseInverse();
-  weighted = weighted * scale.asDiagonal();
-  const VectorXd c = nonnegative(weighted.transpose() * weighted, weighted.transpose() * weight.cwiseProduct(rest));
-  return scale.cwiseProduct(c);
+/// Mean squares that the terms are to explain: without what is known, the uncertainty of the ramp counted.
+std::vector<double> rest_of(const BandData& data, bool ramp, const RampFit& line, std::span<const double> known) {
+  std::vector<double> rest = data.z;
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    if (ramp) rest[i] = about_ramp(data, line.slope, i) + line.variance * data.ramp_square[i];
+    if (!known.empty()) rest[i] -= known[i];
+  }
+  return rest;
+}
+
+std::vector<double> step(const BandData& data, const Matrix& x, std::span<const double> rest,
+                         std::span<const double> s) {
+  const auto weight = root_weights(data, s);
+  Matrix weighted = scaled_rows(weight, x);
+  const auto scale = inverses(column_norms(weighted));
+  weighted = scaled_columns(std::move(weighted), scale);
+  return scaled(scale, nonnegative(gram(weighted), transposed_product(weighted, scaled(weight, rest))));
 }
 
 }  // namespace
 
-BandData::BandData(const NoiseBands& from) : bands(from.bands) {
-  const Index n = at(bands.size());
-  z.resize(n);
-  count.resize(n);
-  with_ramp.resize(n);
-  ramp_square.resize(n);
-  slow.resize(n);
-  design.resize(n, at(power_law_terms.size()));
-  for (Index i = 0; i < n; ++i) {
-    const NoiseBand& band = bands[static_cast<std::size_t>(i)];
-    z[i] = band.mean_square;
-    count[i] = band.count;
-    with_ramp[i] = band.with_ramp;
-    ramp_square[i] = band.ramp_square;
-    slow[i] = band.radix == 0 ? 1.0 : 0.0;
-    for (Index t = 0; t < design.cols(); ++t) design(i, t) = band.expected[static_cast<std::size_t>(t)];
+BandData::BandData(const NoiseBands& from) : design(from.bands.size(), power_law_terms.size()), bands(from.bands) {
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const NoiseBand& band = bands[i];
+    z.push_back(band.mean_square);
+    count.push_back(band.count);
+    with_ramp.push_back(band.with_ramp);
+    ramp_square.push_back(band.ramp_square);
+    slow.push_back(band.radix == 0 ? 1.0 : 0.0);
+    for (std::size_t t = 0; t < design.columns; ++t) design(i, t) = band.expected[t];
   }
   start = smoothed(*this);
 }
 
-VectorXd BandData::markov(double time) const {
-  VectorXd column(z.size());
-  for (Index i = 0; i < column.size(); ++i) column[i] = expected_markov(bands[static_cast<std::size_t>(i)], time);
-  return column;
+std::vector<double> BandData::markov(double time) const {
+  std::vector<double> expected;
+  for (const NoiseBand& band : bands) expected.push_back(expected_markov(band, time));
+  return expected;
 }
 
-RampFit fit_ramp(const BandData& data, const VectorXd& s) {
-  const Eigen::ArrayXd weight = data.slow.array() * data.count.array() / s.array();
-  const double variance = 1.0 / (weight * data.ramp_square.array()).sum();
-  return {variance * (weight * data.with_ramp.array()).sum(), variance};
+std::vector<double> root_weights(const BandData& data, std::span<const double> s) {
+  std::vector<double> weights;
+  weights.reserve(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) weights.push_back(std::sqrt(0.5 * data.count[i]) / s[i]);
+  return weights;
 }
 
-ScoringFit fit_by_scoring(const BandData& data, const MatrixXd& x, bool ramp, const VectorXd& start,
-                          const VectorXd* known) {
-  ScoringFit fit;
-  fit.s = start;
-  fit.c = VectorXd::Zero(x.cols());
+RampFit fit_ramp(const BandData& data, std::span<const double> s) {
+  double squares = 0.0, products = 0.0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const double weight = data.slow[i] * data.count[i] / s[i];
+    squares += weight * data.ramp_square[i];
+    products += weight * data.with_ramp[i];
+  }
+  return {products / squares, 1.0 / squares};
+}
+
+ScoringFit fit_by_scoring(const BandData& data, const Matrix& x, bool ramp, const std::vector<double>& start,
+                          std::span<const double> known) {
+  ScoringFit fit{std::vector<double>(x.columns), start};
   RampFit line;
   fit.minus_twice_log_likelihood = minus_twice(data, fit.s, ramp, line);
-  const auto expectation = [&](const VectorXd& c) {
-    VectorXd s = x * c;
-    if (known != nullptr) s += *known;
-    return s;
-  };
   bool placed = false;  // whether s is that of c
   for (int iteration = 0; iteration < 60; ++iteration) {
-    VectorXd rest = ramp ? VectorXd(about_ramp(data, line.slope) + line.variance * data.ramp_square) : data.z;
-    if (known != nullptr) rest -= *known;
-    const VectorXd to = step(data, x, rest, fit.s);
+    const auto to = step(data, x, rest_of(data, ramp, line, known), fit.s);
     double share = 1.0, likelihood = 0.0;
-    VectorXd c, s;
+    std::vector<double> c, s;
     RampFit moved;
     for (int halving = 0; halving < 12; ++halving, share *= 0.5) {
-      c = placed ? VectorXd(fit.c + share * (to - fit.c)) : to;
-      s = expectation(c);
-      likelihood = s.minCoeff() > 0.0 ? minus_twice(data, s, ramp, moved) : INFINITY;
+      c = placed ? scaled_sum(fit.c, share, difference(to, fit.c)) : to;
+      s = known.empty() ? x * c : scaled_sum(x * c, 1.0, known);
+      likelihood = std::ranges::min(s) > 0.0 ? minus_twice(data, s, ramp, moved) : INFINITY;
       if (!placed || likelihood <= fit.minus_twice_log_likelihood + 1e-9) break;
     }
     const double fall = fit.minus_twice_log_likelihood - likelihood;
     if (placed && !(fall > -1e-9)) break;
     const bool settled = placed && fall < 1e-7;
-    fit.c = c;
-    fit.s = s.cwiseMax(1e-300);
+    for (double& value : s) value = std::max(value, 1e-300);
+    fit.c = std::move(c);
+    fit.s = std::move(s);
     fit.minus_twice_log_likelihood = likelihood;
     line = moved;
     placed = true;
     if (settled) break;
   }
-  if (ramp) line = fit_ramp(data, fit.s);
-  fit.slope = ramp ? line.slope : 0.0;
-  fit.slope_variance = ramp ? line.variance : 0.0;
+  if (!ramp) return fit;
+  const auto [slope, variance] = fit_ramp(data, fit.s);
+  fit.slope = slope;
+  fit.slope_variance = variance;
   return fit;
 }
 

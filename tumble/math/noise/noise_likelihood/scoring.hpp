@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <span>
 #include <vector>
 
+#include "tumble/math/matrix.hpp"
 #include "tumble/math/noise/noise_bands.hpp"
 
 namespace tumble::noise_likelihood {
@@ -13,19 +14,19 @@ namespace tumble::noise_likelihood {
 struct BandData {
   explicit BandData(const NoiseBands& bands);
 
-  Eigen::VectorXd z, count, with_ramp, ramp_square;
-  Eigen::VectorXd slow;    ///< 1 for the sines, which alone estimate the ramp: beside a walk the rest repeats them
-  Eigen::VectorXd start;   ///< s before any model: z smoothed over frequency
-  Eigen::MatrixXd design;  ///< of power_law_terms
+  std::vector<double> z, count, with_ramp, ramp_square;
+  std::vector<double> slow;   ///< 1 for the sines, which alone estimate the ramp: beside a walk the rest repeats them
+  std::vector<double> start;  ///< s before any model: z smoothed over frequency
+  Matrix design;              ///< of power_law_terms
   std::vector<NoiseBand> bands;
 
   /// Expected mean squares [bands] of a process of unit variance with this correlation time [samples].
-  Eigen::VectorXd markov(double time) const;
+  std::vector<double> markov(double time) const;
 };
 
 struct ScoringFit {
-  Eigen::VectorXd c;  ///< squared coefficients [u^2], none below zero
-  Eigen::VectorXd s;  ///< expected mean squares
+  std::vector<double> c;  ///< squared coefficients [u^2], none below zero
+  std::vector<double> s;  ///< expected mean squares
   double minus_twice_log_likelihood = 0.0;
   double slope = 0.0, slope_variance = 0.0;  ///< of the ramp [u a sample]; zero without
 };
@@ -33,15 +34,19 @@ struct ScoringFit {
 /// Maximum of the likelihood by Fisher's scoring: least squares of z on X with weights count/(2 s^2), iterated, with
 /// steps halved until the likelihood rises. `known` [u^2] is added to the expectations.
 ///
-/// Given     x  one column a term; start  expectations to begin with
+/// Given     x  [bands x terms] expected mean squares of unit terms; start [bands] expectations to begin with
+///           known  [bands]; empty: nothing
 /// Accuracy  1e-7 in -2 ln L
-ScoringFit fit_by_scoring(const BandData& data, const Eigen::MatrixXd& x, bool ramp, const Eigen::VectorXd& start,
-                          const Eigen::VectorXd* known = nullptr);
+ScoringFit fit_by_scoring(const BandData& data, const Matrix& x, bool ramp, const std::vector<double>& start,
+                          std::span<const double> known = {});
+
+/// Roots of the weights count/(2 s^2) of the bands [1/u^2] in least squares.
+std::vector<double> root_weights(const BandData& data, std::span<const double> s);
 
 /// Slope of the ramp and its variance for given expectations.
 struct RampFit {
   double slope = 0.0, variance = 0.0;
 };
-RampFit fit_ramp(const BandData& data, const Eigen::VectorXd& s);
+RampFit fit_ramp(const BandData& data, std::span<const double> s);
 
 }  // namespace tumble::noise_likelihood

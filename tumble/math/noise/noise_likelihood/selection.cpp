@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/score.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble::noise_likelihood {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process: 0.1 % of chi-square of two
 
@@ -23,22 +20,21 @@ double aicc(const TriedTerms& one, bool ramp, double contrasts) {
 
 }  // namespace
 
-MatrixXd columns(const BandData& data, const NoiseTerms& terms) {
-  std::vector<Index> list;
-  for (Index t = 0; t < power_laws; ++t)
-    if (terms.used[static_cast<std::size_t>(t)]) list.push_back(t);
-  MatrixXd x(data.z.size(), at(list.size() + terms.times.size()));
-  x.leftCols(at(list.size())) = data.design(Eigen::all, list);
-  for (std::size_t m = 0; m < terms.times.size(); ++m) x.col(at(list.size() + m)) = data.markov(terms.times[m]);
+Matrix columns(const BandData& data, const NoiseTerms& terms) {
+  std::vector<std::size_t> list;
+  for (std::size_t t = 0; t < power_laws; ++t)
+    if (terms.used[t]) list.push_back(t);
+  Matrix x = chosen_columns(data.design, list);
+  for (const double time : terms.times) x = beside(x, as_column(data.markov(time)));
   return x;
 }
 
-TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const VectorXd& start) {
+TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start) {
   return {terms, fit_by_scoring(data, columns(data, terms), ramp, start)};
 }
 
-TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const VectorXd& start, std::size_t which,
-                     double low, double high) {
+TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const std::vector<double>& start,
+                     std::size_t which, double low, double high) {
   const auto of = [&](double log_time) {
     terms.times[which] = std::exp(log_time);
     return tried(data, terms, ramp, start);
@@ -91,7 +87,7 @@ double chance_without(const BandData& data, const TriedTerms& without, const Tri
   constexpr double beyond_doubt = 300.0;
   const double fall = without.value() - with.value(), chance = chance_of(fall);
   if (chance > 0.5 || fall > beyond_doubt) return chance;
-  return std::max(chance, chance_by_slope(data, without, data.design.col(at(term))));
+  return std::max(chance, chance_by_slope(data, without, column(data.design, term)));
 }
 
 TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, double significance) {
@@ -100,6 +96,7 @@ TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, do
   selection.all.resize(subsets);
   selection.supported.assign(subsets, false);
   selection.aicc.assign(subsets, INFINITY);
+  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
   double least = INFINITY;
   for (std::size_t mask = 0; mask < subsets; ++mask) {
     NoiseTerms terms = full.terms;
@@ -111,14 +108,14 @@ TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, do
     if (size_of(terms) == 0 || !within) continue;
     selection.all[mask] = tried(data, terms, ramp, full.fit.s);
     const TriedTerms& one = selection.all[mask];
-    bool supported = one.fit.c.minCoeff() > 0.0;
+    bool supported = std::ranges::min(one.fit.c) > 0.0;
     for (std::size_t t = 0; t < power_laws && supported; ++t) {
       const std::size_t without = mask & ~(std::size_t{1} << t);
-      if (without == mask || selection.all[without].fit.c.size() == 0) continue;
+      if (without == mask || selection.all[without].fit.c.empty()) continue;
       supported = chance_without(data, selection.all[without], one, t) < significance;
     }
     selection.supported[mask] = supported;
-    selection.aicc[mask] = aicc(one, ramp, data.count.sum());
+    selection.aicc[mask] = aicc(one, ramp, contrasts);
     if (!supported || selection.aicc[mask] >= least) continue;
     least = selection.aicc[mask];
     selection.chosen = mask;

@@ -7,7 +7,7 @@
 
 namespace tumble::noise_likelihood {
 
-constexpr auto power_laws = static_cast<Eigen::Index>(power_law_terms.size());
+constexpr std::size_t power_laws = power_law_terms.size();
 constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to the sampling interval it would be a filter
 
 /// NoiseTerms of one model: columns of the four power laws, then processes.
@@ -16,7 +16,8 @@ struct NoiseTerms {
   std::vector<double> times;                       ///< [samples] of the processes
 };
 
-Eigen::MatrixXd columns(const BandData& data, const NoiseTerms& terms);
+/// Expected mean squares of the terms with unit coefficients [bands x terms].
+Matrix columns(const BandData& data, const NoiseTerms& terms);
 
 struct TriedTerms {
   NoiseTerms terms;
@@ -24,12 +25,12 @@ struct TriedTerms {
   double value() const { return fit.minus_twice_log_likelihood; }  ///< -2 ln L [1]
 };
 
-TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const Eigen::VectorXd& start);
+TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start);
 
 /// The model with the correlation time of process `which` set to its best between `low` and `high` [samples], by golden
 /// section.
-TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const Eigen::VectorXd& start, std::size_t which,
-                     double low, double high);
+TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const std::vector<double>& start,
+                     std::size_t which, double low, double high);
 
 /// One process more beside the terms of `before`, where it lowers -2 ln L enough. Given: longest correlation time
 /// [samples]. Returned: whether it does.

@@ -1,37 +1,46 @@
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
 
-#include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble::noise_likelihood {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+/// A weighted design with columns of length 1.
+struct Weighted {
+  std::vector<double> weight, scale;
+  Matrix unit;  ///< weight x scale
+};
+
+Weighted weighted(const BandData& data, const Matrix& x, std::span<const double> s) {
+  Weighted out{root_weights(data, s), {}, {}};
+  out.unit = scaled_rows(out.weight, x);
+  out.scale = inverses(column_norms(out.unit));
+  out.unit = scaled_columns(std::move(out.unit), out.scale);
+  return out;
+}
 
 /// P(estimate of one coefficient <= `estimate`) if it were c: the estimate as a sum of mean squares, of which variance
 /// and third moment make a shifted chi-square.
-double chance_below(const BandData& data, const MatrixXd& x, const VectorXd& fitted, Index column, double estimate,
-                    double c, double widening) {
-  const VectorXd s = (fitted + (c - estimate) * x.col(column)).cwiseMax(1e-6 * fitted);
-  const VectorXd weight = (0.5 * data.count).cwiseSqrt().cwiseQuotient(s);
-  MatrixXd weighted = weight.asDiagonal() * x;
-  const VectorXd scale = weighted.colwise().norm().cwiseInverse();
-  weighted = weighted * scale.asDiagonal();
-  const VectorXd row = (weighted.transpose() * weighted).ldlt().solve(VectorXd::Unit(x.cols(), column));
-  const double sd = scale[column] * std::sqrt(row[column]);
-  const VectorXd gain = scale[column] * (weight.asDiagonal() * (weighted * row));
-  const double third = (gain.array().cube() * 8.0 * s.array().cube() / data.count.array().square()).sum();
+double chance_below(const BandData& data, const Matrix& x, std::span<const double> fitted, std::size_t which,
+                    double estimate, double c, double widening) {
+  auto s = scaled_sum(fitted, c - estimate, column(x, which));
+  for (std::size_t b = 0; b < s.size(); ++b) s[b] = std::max(s[b], 1e-6 * fitted[b]);
+  const auto [weight, scale, unit] = weighted(data, x, s);
+  std::vector<double> chosen(x.columns);
+  chosen[which] = scale[which];
+  const auto row = solve_symmetric(gram(unit), chosen);
+  const double sd = std::sqrt(scale[which] * row[which]);
+  const auto gain = scaled(weight, unit * row);
+  double third = 0.0;
+  for (std::size_t b = 0; b < s.size(); ++b) third += 8.0 * std::pow(gain[b] * s[b], 3) / std::pow(data.count[b], 2);
   const double skew = third / (sd * sd * sd), edf = 8.0 / std::max(skew * skew, 1e-6);
   const double off = (estimate - c) / (widening * sd * std::sqrt(0.5 * edf));
   return skew > 0.0 ? 1.0 - chi_square_tail(1.0 + off, edf) : chi_square_tail(1.0 - off, edf);
@@ -59,67 +68,64 @@ double freedom_for(const std::function<double(double)>& missed) {
 
 LinearNoise linear(const BandData& data, const TriedTerms& chosen) {
   LinearNoise result;
-  const MatrixXd x = columns(data, chosen.terms);
-  Index column = 0;
-  std::vector<Index> list;
-  std::vector<VectorXd> slopes;
+  std::vector<std::size_t> list;
+  std::size_t place = 0;
   for (std::size_t t = 0; t < power_laws; ++t) {
     if (!chosen.terms.used[t]) continue;
-    if (chosen.fit.c[column] > 0.0) {
-      list.push_back(column);
+    if (chosen.fit.c[place] > 0.0) {
+      list.push_back(place);
       result.terms.push_back(t);
     }
-    ++column;
+    ++place;
   }
-  for (std::size_t m = 0; m < chosen.terms.times.size(); ++m, ++column) {
-    list.push_back(column);
+  Matrix slopes;
+  for (std::size_t m = 0; m < chosen.terms.times.size(); ++m, ++place) {
+    list.push_back(place);
     result.terms.push_back(power_laws + m);
     result.processes.push_back(m);
     constexpr double h = 1e-3;
     const double time = chosen.terms.times[m];
-    slopes.push_back(chosen.fit.c[column] * (data.markov(time * std::exp(h)) - data.markov(time * std::exp(-h))) /
-                     (2.0 * h));
+    const auto change = difference(data.markov(time * std::exp(h)), data.markov(time * std::exp(-h)));
+    slopes = beside(slopes, as_column(scaled(chosen.fit.c[place] / (2.0 * h), change)));
   }
-  result.x.resize(x.rows(), at(list.size() + slopes.size()));
-  result.x.leftCols(at(list.size())) = x(Eigen::all, list);
-  for (std::size_t m = 0; m < slopes.size(); ++m) result.x.col(at(list.size() + m)) = slopes[m];
+  result.x = beside(chosen_columns(columns(data, chosen.terms), list), slopes);
   return result;
 }
 
 std::vector<WeightedTerm> weighted_terms(const TriedTerms& chosen) {
   std::vector<WeightedTerm> terms;
-  Index column = 0;
+  auto squared = chosen.fit.c.begin();
   for (std::size_t t = 0; t < power_laws; ++t)
-    if (chosen.terms.used[t]) terms.push_back({{power_law_terms[t]}, chosen.fit.c[column++]});
-  for (const double time : chosen.terms.times) terms.push_back({{NoiseTerm::markov, time}, chosen.fit.c[column++]});
+    if (chosen.terms.used[t]) terms.push_back({{power_law_terms[t]}, *squared++});
+  for (const double time : chosen.terms.times) terms.push_back({{NoiseTerm::markov, time}, *squared++});
   return terms;
 }
 
-NoiseSpread spread(const BandData& data, const VectorXd& statistical_count, const LinearNoise& model,
+NoiseSpread spread(const BandData& data, const std::vector<double>& statistical_count, const LinearNoise& model,
                    const TriedTerms& chosen) {
-  const ScoringFit& fit = chosen.fit;
-  const VectorXd weight = (0.5 * data.count).cwiseSqrt().cwiseQuotient(fit.s);
-  const MatrixXd weighted = weight.asDiagonal() * model.x;
-  const VectorXd scale = weighted.colwise().norm().cwiseInverse();
-  const MatrixXd unit = weighted * scale.asDiagonal(), gram = unit.transpose() * unit;
-  const MatrixXd inverse = gram.ldlt().solve(MatrixXd::Identity(gram.rows(), gram.cols()));
+  const auto& s = chosen.fit.s;
+  const auto [weight, scale, unit] = weighted(data, model.x, s);
+  const Matrix information = gram(unit);
+  const Matrix inverse = scaled_columns(inverse_symmetric(information), scale);
+  const Matrix independent = scaled_rows(scale, inverse);
+  std::vector<double> each, errors;  // weight of each contrast in the derivative; variance by model error
+  for (std::size_t b = 0; b < s.size(); ++b) {
+    each.push_back(data.count[b] / statistical_count[b] / (s[b] * s[b]));
+    errors.push_back(s[b] * s[b] * (2.0 / data.count[b] - 2.0 / statistical_count[b]));
+  }
+  const Matrix more = covariance_of_dependence(data.bands, weighted_terms(chosen), scaled_rows(each, model.x));
   NoiseSpread result;
-  const MatrixXd independent = scale.asDiagonal() * inverse * scale.asDiagonal();
-  // Weight of each contrast in the derivative.
-  const VectorXd each = data.count.cwiseQuotient(statistical_count).cwiseQuotient(fit.s.cwiseAbs2());
-  const MatrixXd more = covariance_of_dependence(data.bands, weighted_terms(chosen), each.asDiagonal() * model.x);
-  result.covariance = independent + independent * more * independent;
-  result.widening = (result.covariance.diagonal().array() / independent.diagonal().array()).sqrt();
-  const MatrixXd gain = independent * weighted.transpose() * weight.asDiagonal();  // c = gain z
-  const Eigen::ArrayXd s = fit.s.array(), error = 2.0 / data.count.array() - 2.0 / statistical_count.array();
-  result.by_error = gain * (s.square() * error).matrix().asDiagonal() * gain.transpose();
-  const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(gram).eigenvalues();
-  result.condition = std::sqrt(values.maxCoeff() / std::max(values.minCoeff(), 1e-300));
+  result.covariance = independent + sandwich(independent, more);
+  for (std::size_t i = 0; i < independent.rows; ++i)
+    result.widening.push_back(std::sqrt(result.covariance(i, i) / independent(i, i)));
+  result.by_error = sandwich(transposed(scaled_rows(weight, unit * inverse)), errors);  // of c = gain z
+  const auto values = eigenvalues_symmetric(information);
+  result.condition = std::sqrt(values.back() / std::max(values.front(), 1e-300));
   return result;
 }
 
-double interval_freedom(const BandData& data, const MatrixXd& x, const VectorXd& s, Index column, double squared,
-                        double value, double sd, double widening) {
+double interval_freedom(const BandData& data, const Matrix& x, const std::vector<double>& s, std::size_t column,
+                        double squared, double value, double sd, double widening) {
   return freedom_for([&](double t) {
     const double lower = value - t * sd;
     return chance_below(data, x, s, column, squared, std::pow(value + t * sd, 2), widening) +
@@ -150,12 +156,12 @@ double time_freedom(double sd) {
   });
 }
 
-double upper_limit(const BandData& data, const MatrixXd& others, const VectorXd& column, bool ramp,
+double upper_limit(const BandData& data, const Matrix& others, std::span<const double> column, bool ramp,
                    const ScoringFit& free, double value, double sd) {
   const auto rise = [&](double c) {
-    const VectorXd known = c * column;
-    const VectorXd start = free.s + (c - value) * column;
-    return fit_by_scoring(data, others, ramp, start.cwiseMax(free.s * 1e-3), &known).minus_twice_log_likelihood -
+    auto start = scaled_sum(free.s, c - value, column);
+    for (std::size_t b = 0; b < start.size(); ++b) start[b] = std::max(start[b], 1e-3 * free.s[b]);
+    return fit_by_scoring(data, others, ramp, start, scaled(c, column)).minus_twice_log_likelihood -
            free.minus_twice_log_likelihood;
   };
   double low = value, high = value + 1.645 * sd;

@@ -10,7 +10,7 @@ namespace tumble::noise_likelihood {
 
 /// Columns of the terms above zero and, last, the derivatives by ln T_c of the processes, at the fitted model.
 struct LinearNoise {
-  Eigen::MatrixXd x;
+  Matrix x;                            ///< [bands x columns]
   std::vector<std::size_t> terms;      ///< index in NoiseFit::terms of the first columns
   std::vector<std::size_t> processes;  ///< of the last columns
 };
@@ -21,14 +21,14 @@ std::vector<WeightedTerm> weighted_terms(const TriedTerms& chosen);
 
 /// Of the estimates as linear sums of the mean squares.
 struct NoiseSpread {
-  Eigen::MatrixXd covariance, by_error;
-  Eigen::VectorXd widening;  ///< of the sd by dependence
+  Matrix covariance, by_error;
+  std::vector<double> widening;  ///< of the sd by dependence
   double condition = 0.0;
 };
 
 /// The inverse of the information, or, where contrasts depend on each other, the covariance of the maximum all the
 /// same: with A the information and B the covariance of the derivative of ln L, A^-1 B A^-1.
-NoiseSpread spread(const BandData& data, const Eigen::VectorXd& statistical_count, const LinearNoise& model,
+NoiseSpread spread(const BandData& data, const std::vector<double>& statistical_count, const LinearNoise& model,
                    const TriedTerms& chosen);
 
 /// Degrees of freedom for which value +- t sd holds the coefficient with 95 %: so that the chances of an estimate as
@@ -37,7 +37,7 @@ NoiseSpread spread(const BandData& data, const Eigen::VectorXd& statistical_coun
 /// Given     x        [bands x columns] of the model; s [bands] expected mean squares
 ///           squared  coefficient [u^2]; value, sd  of its root [u]; widening [1] of the sd
 /// Returned  degrees of freedom [1]
-double interval_freedom(const BandData& data, const Eigen::MatrixXd& x, const Eigen::VectorXd& s, Eigen::Index column,
+double interval_freedom(const BandData& data, const Matrix& x, const std::vector<double>& s, std::size_t column,
                         double squared, double value, double sd, double widening);
 
 /// Degrees of freedom [1] for a correlation time, whose logarithm is nearly normal and whose sd grows as its power 3/2:
@@ -50,7 +50,7 @@ double time_freedom(double sd);
 ///
 /// Given     others [bands x columns], column [bands] of the terms; value, sd of the root of the coefficient [u]
 /// Returned  upper limit of the root [u]
-double upper_limit(const BandData& data, const Eigen::MatrixXd& others, const Eigen::VectorXd& column, bool ramp,
+double upper_limit(const BandData& data, const Matrix& others, std::span<const double> column, bool ramp,
                    const ScoringFit& free, double value, double sd);
 
 }  // namespace tumble::noise_likelihood

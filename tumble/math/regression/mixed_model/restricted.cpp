@@ -6,14 +6,24 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::mixed_model {
 namespace {
 
 double square(double x) { return x * x; }
+
+using Variances = std::vector<double>;
+
+std::vector<double> values_of(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }
+
+/// sum a_ij b_ij.
+double sum_of_products(const Matrix& a, const Matrix& b) { return dot(a.values, b.values); }
+
+/// Rows first, first + 1, ... of a matrix.
+Matrix rows_from(const Matrix& a, std::size_t first) { return block(a, first, a.rows - first, 0, a.columns); }
 
 /// The restricted likelihood of the variances: that of the contrasts A'y, A'X = 0, which know nothing of b.
 ///
@@ -23,152 +33,152 @@ double square(double x) { return x * x; }
 class Restricted {
  public:
   Restricted(const MixedData& data, const Compressed& rows, const VectorXd& residuals)
-      : within_squares_(rows.within_squares), within_freedom_(rows.within_freedom) {
-    const Index n = rows.design.rows(), p = rows.design.cols();
-    const Eigen::HouseholderQR<MatrixXd> qr(rows.design);
-    const auto contrast = [&](MatrixXd m) -> MatrixXd {
-      m.applyOnTheLeft(qr.householderQ().transpose());
-      return m.bottomRows(n - p);
+      : held_{false}, within_squares_(rows.within_squares), within_freedom_(rows.within_freedom) {
+    const HouseholderQr qr = householder_qr(plain(rows.design));
+    const auto contrast = [&](Matrix m) {
+      return rows_from(q_transposed_product(qr, std::move(m)), qr.packed.columns);
     };
-    z_ = contrast(residuals);
-    shifts_ = contrast(rows.incidence);
-    MatrixXd factor = contrast(known_factor(rows));
-    keep_what_is_not_white(factor);
-    known_ = factor * factor.transpose();
-    held_.push_back(false);
+    z_ = contrast(as_column(values_of(residuals))).values;
+    shifts_ = contrast(plain(rows.incidence));
+    Matrix factor = contrast(plain(known_factor(rows)));
+    separate_white(factor);
+    known_ = gram(transposed(factor));
     for (const auto& slow : data.slow) {
-      kernels_.push_back(map(slow.kernel));
+      kernels_.push_back(slow.kernel);
+      slow_.push_back(sandwich(shifts_, slow.kernel));
       held_.push_back(slow.known);
     }
   }
 
-  Index contrasts() const { return z_.size(); }
-  Index size() const { return at(kernels_.size()) + 1; }
+  std::size_t contrasts() const { return z_.size(); }
+  std::size_t size() const { return kernels_.size() + 1; }
   /// Whether a variance is known beforehand.
-  bool held(Index i) const { return held_[static_cast<std::size_t>(i)]; }
-  double freedom() const { return within_freedom_ + static_cast<double>(z_.size()); }
-  double total_squares() const { return within_squares_ + z_.squaredNorm(); }
-  /// Of what is known at these variances.
-  double known_mean(const VectorXd& variances) const {
-    double mean = contrasts() > 0 ? known_.trace() / static_cast<double>(contrasts()) : 0.0;
-    for (Index i = 1; i < size(); ++i)
+  bool held(std::size_t i) const { return held_[i]; }
+  double freedom() const { return within_freedom_ + static_cast<double>(contrasts()); }
+  double total_squares() const { return within_squares_ + dot(z_, z_); }
+  /// Mean variance of the contrasts by what is known at these variances.
+  double known_mean(const Variances& variances) const {
+    double mean = mean_variance(known_);
+    for (std::size_t i = 1; i < size(); ++i)
       if (held(i)) mean += variances[i] * shift_mean(i - 1);
     return mean;
   }
   double within() const { return within_freedom_ > 0.0 ? within_squares_ / within_freedom_ : 0.0; }
   /// Mean variance of the contrasts for a unit of each slow component.
-  double shift_mean(Index c) const {
-    return (shifts_ * kernels_[static_cast<std::size_t>(c)] * shifts_.transpose()).trace() /
-           static_cast<double>(std::max<Index>(1, contrasts()));
-  }
+  double shift_mean(std::size_t c) const { return mean_variance(slow_[c]); }
 
   /// -2 l, its halved gradient pieces and expected information at these variances.
   struct Point {
     double value = 0.0;
-    VectorXd fits, expects;  ///< z'PK_iPz and tr(PK_i): the gradient of l is (fits - expects)/2
-    MatrixXd information;    ///< tr(PK_iPK_j)/2
+    std::vector<double> fits, expects;  ///< z'PK_iPz and tr(PK_i): the gradient of l is (fits - expects)/2
+    Matrix information;                 ///< tr(PK_iPK_j)/2
   };
 
-  Point at_variances(const VectorXd& variances) const {
-    MatrixXd v = known_;
-    v.diagonal().array() += variances[0];
-    for (std::size_t c = 0; c < kernels_.size(); ++c)
-      if (variances[at(c) + 1] > 0.0) v += variances[at(c) + 1] * shifts_ * kernels_[c] * shifts_.transpose();
-    const Eigen::LLT<MatrixXd> root(v);
-    const MatrixXd inverse = root.solve(MatrixXd::Identity(contrasts(), contrasts()));
-    const VectorXd white = inverse * z_;
-    const MatrixXd through = inverse * shifts_, middle = shifts_.transpose() * through;
-    const VectorXd felt = shifts_.transpose() * white;
+  Point at_variances(const Variances& variances) const {
     const double s2 = variances[0];
-    Point point{0.0, VectorXd(size()), VectorXd(size()), MatrixXd(size(), size())};
-    point.value = 2.0 * root.matrixLLT().diagonal().array().log().sum() + z_.dot(white) +
-                  within_freedom_ * std::log(s2) + within_squares_ / s2;
-    point.fits[0] = white.squaredNorm() + within_squares_ / square(s2);
-    point.expects[0] = inverse.trace() + within_freedom_ / s2;
-    point.information(0, 0) = 0.5 * (inverse.squaredNorm() + within_freedom_ / square(s2));
-    const MatrixXd twice = through.transpose() * through;
-    std::vector<MatrixXd> passed;
+    Matrix v = known_;
+    for (std::size_t i = 0; i < v.rows; ++i) v(i, i) += s2;
+    for (std::size_t c = 0; c < slow_.size(); ++c)
+      if (variances[c + 1] > 0.0) v += variances[c + 1] * slow_[c];
+    Cholesky factor = cholesky(v);
+    if (!factor.positive) factor = cholesky(v + 1e-14 * trace(v) * identity(contrasts()));  // singular to rounding
+    if (!factor.positive) throw Error(Error::Kind::internal, "mixed model: covariance not positive");
+    const Matrix inverse = solve(factor, identity(contrasts()));
+    const auto white = inverse * z_, felt = transposed_product(shifts_, white);
+    const Matrix through = inverse * shifts_, middle = transposed_product(shifts_, through), twice = gram(through);
+    Point point{factor.log_determinant + dot(z_, white) + within_freedom_ * std::log(s2) + within_squares_ / s2,
+                {dot(white, white) + within_squares_ / square(s2)},
+                {trace(inverse) + within_freedom_ / s2},
+                Matrix(size(), size())};
+    point.information(0, 0) = 0.5 * (sum_of_products(inverse, inverse) + within_freedom_ / square(s2));
+    std::vector<Matrix> passed;
     for (std::size_t c = 0; c < kernels_.size(); ++c) {
-      const Index i = at(c) + 1;
       passed.push_back(kernels_[c] * middle);
-      point.fits[i] = felt.dot(kernels_[c] * felt);
-      point.expects[i] = passed.back().trace();
-      point.information(0, i) = point.information(i, 0) = 0.5 * kernels_[c].cwiseProduct(twice).sum();
+      point.fits.push_back(quadratic_form(felt, kernels_[c]));
+      point.expects.push_back(trace(passed.back()));
+      point.information(0, c + 1) = point.information(c + 1, 0) = 0.5 * sum_of_products(kernels_[c], twice);
+      const Matrix turned = transposed(passed.back());
       for (std::size_t d = 0; d <= c; ++d)
-        point.information(i, at(d) + 1) = point.information(at(d) + 1, i) =
-            0.5 * passed[c].cwiseProduct(passed[d].transpose()).sum();
+        point.information(c + 1, d + 1) = point.information(d + 1, c + 1) = 0.5 * sum_of_products(turned, passed[d]);
     }
     return point;
   }
 
  private:
-  /// Turns the contrasts so that known effects and shifts fill the first few; the rest has white noise alone and goes
-  /// to the squares within the segments.
-  void keep_what_is_not_white(MatrixXd& factor) {
-    const Index m = z_.size(), used = factor.cols() + shifts_.cols();
-    if (used >= m) return;
-    MatrixXd both(m, used);
-    both << factor, shifts_;
-    const Eigen::HouseholderQR<MatrixXd> qr(both);
-    const MatrixXd r = qr.matrixQR().topRows(used).triangularView<Eigen::Upper>();
-    factor = r.leftCols(factor.cols());
-    shifts_ = MatrixXd(r.rightCols(shifts_.cols()));
-    z_.applyOnTheLeft(qr.householderQ().transpose());
-    within_squares_ += z_.tail(m - used).squaredNorm();
-    within_freedom_ += static_cast<double>(m - used);
-    z_ = VectorXd(z_.head(used));
+  double mean_variance(const Matrix& covariance) const {
+    return trace(covariance) / static_cast<double>(std::max<std::size_t>(1, contrasts()));
   }
 
-  VectorXd z_;
-  MatrixXd shifts_, known_;
-  std::vector<MatrixXd> kernels_;
+  /// Turns the contrasts so that known effects and shifts fill the first few; the rest has white noise alone and goes
+  /// to the squares within the segments.
+  void separate_white(Matrix& factor) {
+    const std::size_t m = contrasts(), used = factor.columns + shifts_.columns;
+    if (used >= m) return;
+    const HouseholderQr qr = householder_qr(beside(factor, shifts_));
+    const Matrix upper = upper_of(qr);
+    shifts_ = block(upper, 0, used, factor.columns, shifts_.columns);
+    factor = block(upper, 0, used, 0, factor.columns);
+    z_ = q_transposed_product(qr, z_);
+    const auto rest = std::span(z_).subspan(used);
+    within_squares_ += dot(rest, rest);
+    within_freedom_ += static_cast<double>(m - used);
+    z_.resize(used);
+  }
+
+  std::vector<double> z_;
+  Matrix shifts_, known_;
+  std::vector<Matrix> kernels_, slow_;  ///< of the shifts, and what they make of the contrasts
   std::vector<bool> held_;
   double within_squares_, within_freedom_;
 };
 
 /// One step of Fisher's scoring over the variances that are neither known nor held at zero.
-VectorXd scoring_step(const Restricted& likelihood, const Restricted::Point& point, const VectorXd& variances) {
-  const VectorXd gradient = 0.5 * (point.fits - point.expects);
-  std::vector<Index> free;
-  for (Index i = 0; i < variances.size(); ++i)
-    if (i == 0 || (!likelihood.held(i) && (variances[i] > 0.0 || gradient[i] > 0.0))) free.push_back(i);
-  const MatrixXd information = point.information(free, free);
-  const VectorXd unit = information.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const VectorXd step =
-      unit.cwiseProduct(scaled.completeOrthogonalDecomposition().solve(unit.cwiseProduct(VectorXd(gradient(free)))));
-  VectorXd next = variances;
-  for (std::size_t k = 0; k < free.size(); ++k) next[free[k]] = std::max(0.0, variances[free[k]] + step[at(k)]);
+Variances scoring_step(const Restricted& likelihood, const Restricted::Point& point, const Variances& variances) {
+  const auto gradient = scaled(0.5, difference(point.fits, point.expects));
+  std::vector<std::size_t> free;
+  std::vector<double> unit, slope;
+  for (std::size_t i = 0; i < variances.size(); ++i) {
+    if (i > 0 && (likelihood.held(i) || !(variances[i] > 0.0 || gradient[i] > 0.0))) continue;
+    free.push_back(i);
+    unit.push_back(1.0 / std::max(std::sqrt(point.information(i, i)), 1e-300));
+    slope.push_back(unit.back() * gradient[i]);
+  }
+  const Matrix information = chosen_rows(chosen_columns(point.information, free), free);
+  const auto step = pseudo_inverse(scaled_columns(scaled_rows(unit, information), unit)) * slope;
+  Variances next = variances;
+  for (std::size_t k = 0; k < free.size(); ++k) next[free[k]] = std::max(0.0, variances[free[k]] + unit[k] * step[k]);
   next[0] = std::max(next[0], 0.1 * variances[0]);
   return next;
 }
 
 /// theta_i sqrt(z'PK_iPz/tr(PK_i)): never leads downhill (Zhou, Hu, Zhou and Lange, J. Comput. Graph. Stat. 28 (2019)
-/// 350), but slow where a variance is zero.
-VectorXd sure_step(const Restricted::Point& point, const VectorXd& variances) {
-  return variances.cwiseProduct((point.fits.cwiseQuotient(point.expects.cwiseMax(1e-300))).cwiseSqrt());
+/// 350), but slow where a variance is zero. Rounding may put z'PK_iPz below zero where data that repeat exactly cancel.
+Variances sure_step(const Restricted::Point& point, Variances variances) {
+  for (std::size_t i = 0; i < variances.size(); ++i)
+    variances[i] *= std::sqrt(std::max(0.0, point.fits[i]) / std::max(point.expects[i], 1e-300));
+  return variances;
 }
 
 /// Variances and what the likelihood says there.
 struct Top {
-  VectorXd variances;
+  Variances variances;
   Restricted::Point point;
 };
 
 /// Climbs from `start`; a variance that begins at zero stays there, and one that is known where it is.
-Top climb(const Restricted& likelihood, const VectorXd& start, double floor) {
+Top climb(const Restricted& likelihood, const Variances& start, double floor) {
   Top top{start, likelihood.at_variances(start)};
   int still = 0;  // rounds that gained nothing
   for (int round = 0; round < 200 && still < 2; ++round) {
-    VectorXd next =
+    Variances next =
         round < 4 ? sure_step(top.point, top.variances) : scoring_step(likelihood, top.point, top.variances);
-    for (Index i = 0; i < next.size(); ++i)
+    for (std::size_t i = 0; i < next.size(); ++i)
       if (start[i] == 0.0 || likelihood.held(i)) next[i] = start[i];
     next[0] = std::max(next[0], floor);
     auto there = likelihood.at_variances(next);
     const double value = top.point.value;
     for (int half = 0; half < 8 && !(there.value <= value + 1e-12 * std::abs(value)); ++half) {
-      next = 0.5 * (next + top.variances);
+      next = scaled(0.5, scaled_sum(next, 1.0, top.variances));
       there = likelihood.at_variances(next);
     }
     still = round >= 4 && value - there.value < 1e-9 ? still + 1 : 0;
@@ -177,17 +187,17 @@ Top climb(const Restricted& likelihood, const VectorXd& start, double floor) {
   return top;
 }
 
-/// Slow noise is left out where the likelihood hardly misses it and something like it stays: other slow noise of the
-/// same source's name, or of known size. Two variances that the data cannot tell apart make intervals too wide.
+/// Slow noise is removed where the likelihood hardly needs it and something like it remains: other slow noise of its
+/// source's name, or of known size. Two variances that the data cannot distinguish make intervals too wide.
 Top without_needless(const MixedData& data, const Restricted& likelihood, Top top, double floor) {
   const bool some_known = std::ranges::any_of(data.slow, &SlowNoise::known);
   for (std::size_t c = 0; c < data.slow.size(); ++c) {
-    const Index i = at(c) + 1;
+    const std::size_t i = c + 1;
     const bool alternative = std::any_of(data.slow.begin() + static_cast<std::ptrdiff_t>(c) + 1, data.slow.end(),
                                          [&](const SlowNoise& other) { return other.source == data.slow[c].source; });
     if (likelihood.held(i) || !(alternative || some_known) || !(top.variances[i] > 0.0)) continue;
-    VectorXd start = top.variances;
-    for (Index later = i + 1; later < start.size(); ++later)
+    Variances start = top.variances;
+    for (std::size_t later = i + 1; later < start.size(); ++later)
       if (!likelihood.held(later)) start[later] = std::max(start[later], 1e-3 * top.variances[i]);
     start[i] = 0.0;
     Top less = climb(likelihood, start, floor);
@@ -204,27 +214,29 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
     throw Error(Error::Kind::bad_data, fmt::format("{} observations leave nothing to tell the noise of {} parameters",
                                                    data.design.rows, data.design.columns));
   const double mean = likelihood.total_squares() / likelihood.freedom();
-  VectorXd start = VectorXd::Constant(likelihood.size(), 0.0);
+  Variances start(likelihood.size());
   for (std::size_t c = 0; c < data.slow.size(); ++c)
-    if (data.slow[c].known) start[at(c) + 1] = data.slow[c].variance;
+    if (data.slow[c].known) start[c + 1] = data.slow[c].variance;
   // Below, the observations are free of noise to rounding: V would lose its own digits.
   const double floor = std::max({1e-10 * likelihood.known_mean(start), square(1e-16) * rows.observations.squaredNorm(),
                                  std::numeric_limits<double>::min() * 1e20});
   start[0] = std::max(likelihood.within() > 0.0 ? likelihood.within() : mean, floor);
-  for (Index c = 0; c + 1 < start.size(); ++c)
+  for (std::size_t c = 0; c + 1 < start.size(); ++c)
     if (const double unit = likelihood.shift_mean(c);
         !likelihood.held(c + 1) && likelihood.contrasts() > 0 && unit > 0.0)
       start[c + 1] = std::max(mean, floor) / unit / static_cast<double>(start.size());
   const auto [now, point] = without_needless(data, likelihood, climb(likelihood, start, floor), floor);
   // A variance found to be zero is taken as known: counting its uncertainty as well would make the intervals wider
   // still where there is no slow noise.
-  MatrixXd information = point.information;
-  for (Index i = 1; i < now.size(); ++i)
-    if (!(now[i] > 0.0) || likelihood.held(i)) information.row(i).setZero(), information.col(i).setZero();
-  const VectorXd unit =
-      information.diagonal().cwiseSqrt().cwiseInverse().unaryExpr([](double u) { return std::isfinite(u) ? u : 0.0; });
-  const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  return {now, unit.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse() * unit.asDiagonal()};
+  std::vector<double> unit(now.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const bool free = i == 0 || (now[i] > 0.0 && !likelihood.held(i));
+    const double inverse = 1.0 / std::sqrt(point.information(i, i));
+    unit[i] = free && std::isfinite(inverse) ? inverse : 0.0;
+  }
+  const Matrix inverse = pseudo_inverse(scaled_columns(scaled_rows(unit, point.information), unit));
+  return {Eigen::Map<const VectorXd>(now.data(), at(now.size())),
+          map(scaled_columns(scaled_rows(unit, inverse), unit))};
 }
 
 }  // namespace tumble::mixed_model

@@ -62,7 +62,7 @@ inline Channel& counts(Evidence& evidence) {
   throw std::runtime_error("no accelerometer");
 }
 
-/// Of the table `response`.
+/// A cell of the table `response` in SI.
 inline double cell(const Estimate& estimate, std::size_t row, const char* column) {
   const Table* table = find_table(estimate, "response");
   for (std::size_t c = 0; c < table->columns.size(); ++c)

@@ -6,25 +6,25 @@
 #include "tumble/methods/dtg_centrifuge/lines.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 
-/// What the plan's rig makes the instruments feel, as lines at the angles that its encoders show.
+/// Rate and force on the plan's rig, as lines at the angles that its encoders show.
 namespace tumble::dtg_centrifuge {
 
-/// Along the instrument's x and y axes.
-struct Seen {
+/// Lines along the instrument's x and y axes.
+struct RigLines {
   Phasors force[2];                         ///< [m/s^2]
   Phasors rate[2];                          ///< [rad/s]
   double force_along = 0.0;                 ///< [m/s^2] mean f_Z
   double arm_rate = 0.0, table_rate = 0.0;  ///< [rad/s] as the encoders show them
 };
 
-/// Without errors.
-Seen seen_of(const Test& test, const Spin& spin);
+/// Lines on a rig without errors.
+RigLines rig_lines_of(const Test& test, const Spin& spin);
 
-/// One error of a plan's rig, off by one standard deviation, and what is then seen at the spins given.
-using SeenShift = WithError<Seen>;
+/// One error of a plan's rig, off by one standard deviation, and the lines at the spins given with it.
+using RigLinesShift = WithError<RigLines>;
 
 /// Each error of the rigs of all plans, off by one standard deviation, at the spins given.
-std::vector<SeenShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
-                                 const std::vector<Seen>& nominal);
+std::vector<RigLinesShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
+                                     const std::vector<RigLines>& nominal);
 
 }  // namespace tumble::dtg_centrifuge

@@ -1,0 +1,108 @@
+#include "tumble/methods/dtg_centrifuge/rig_lines.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "tumble/math/circle.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble::dtg_centrifuge {
+namespace {
+
+constexpr std::size_t points = 192;
+
+/// Lines that errors of the rig give in addition to those of the estimator: multiples of arm and theta.
+constexpr std::array<std::array<int, 2>, 8> others{{{1, 0}, {2, 0}, {1, 2}, {1, -2}, {2, 1}, {2, -1}, {2, -2}, {0, 4}}};
+constexpr std::size_t all = columns + 2 * others.size();
+
+struct Instants {
+  std::array<double, points> tau, arm, theta;
+  Matrix felt{points, 5};  ///< columns f_x, f_y, f_z, w_x, w_y
+};
+
+double angle(const Reference& reference, const char* name, double time) {
+  double reading = 0.0;
+  for (const auto& sensor : reference.sensors)
+    if (sensor.channel.name == name) sensor.read(time, 0.0, std::span(&reading, 1));
+  return reading;
+}
+
+/// So spaced that the instants fall in step with nothing.
+Instants look(const Reference& reference, const Spin& spin) {
+  constexpr double golden = 0.6180339887498949;
+  Instants out;
+  const double begin = spin.begin - spin.power_on, length = spin.end - spin.begin;
+  for (std::size_t k = 0; k < points; ++k) {
+    const double share = std::fmod(golden * static_cast<double>(k) + 0.5 / points, 1.0), time = begin + share * length;
+    Felt felt;
+    reference.felt(time, 0.0, std::span(&felt, 1));
+    out.tau[k] = 2.0 * share - 1.0;
+    out.arm[k] = angle(reference, "arm_angle", time);
+    out.theta[k] = -angle(reference, "table_angle", time);
+    const double sensed[] = {felt.specific_force.x, felt.specific_force.y, felt.specific_force.z, felt.rate.x,
+                             felt.rate.y};
+    for (std::size_t c = 0; c < 5; ++c) out.felt(k, c) = sensed[c];
+  }
+  return out;
+}
+
+RigLines lines_of(const Instants& at) {
+  Matrix design(points, all, 1.0);
+  std::ranges::copy(at.tau, column(design, 1).begin());
+  std::size_t next = 2;
+  const auto line = [&](int of_arm, int of_theta) {
+    for (std::size_t k = 0; k < points; ++k) {
+      const double turns = (of_arm * at.arm[k] + of_theta * at.theta[k]) * 0.5 / pi;
+      const CirclePoint p = on_circle(turns);
+      design(k, next) = p.cosine;
+      design(k, next + 1) = p.sine;
+    }
+    next += 2;
+  };
+  for (int h = 1; h <= 3; ++h) line(0, h);
+  line(1, -1);
+  line(1, 1);
+  for (const auto& [of_arm, of_theta] : others) line(of_arm, of_theta);
+  // Other lines may coincide with those of the estimator: what cannot be distinguished then belongs to the estimator's.
+  Matrix normal = gram(design);
+  for (std::size_t k = 0; k < all; ++k)
+    normal(k, k) += (k < columns ? 1e-12 : 1e-6 + 1e-12) * static_cast<double>(points);
+  Matrix b = solve_symmetric(normal, transposed_product(design, at.felt));
+  b += solve_symmetric(normal, transposed_product(design, at.felt - design * b));
+  const auto phasors = [&](std::size_t c) {
+    return Phasors{{Complex(b(2, c), -b(3, c)), Complex(b(4, c), -b(5, c)), Complex(b(6, c), -b(7, c))},
+                   Complex(b(8, c), -b(9, c))};
+  };
+  RigLines lines;
+  lines.force[0] = phasors(0);
+  lines.force[1] = phasors(1);
+  lines.force_along = b(0, 2);
+  lines.rate[0] = phasors(3);
+  lines.rate[1] = phasors(4);
+  return lines;
+}
+
+RigLines rig_lines_at(const Reference& reference, const Spin& spin) {
+  const Instants at = look(reference, spin);
+  RigLines lines = lines_of(at);
+  const double begin = spin.begin - spin.power_on, end = spin.end - spin.power_on;
+  for (const auto& [name, rate] : {std::pair{"arm_angle", &RigLines::arm_rate}, {"table_angle", &RigLines::table_rate}})
+    lines.*rate = (angle(reference, name, end) - angle(reference, name, begin)) / (end - begin);
+  return lines;
+}
+
+}  // namespace
+
+RigLines rig_lines_of(const Test& test, const Spin& spin) {
+  return rig_lines_at(test.power_ups[spin.power_up].reference, spin);
+}
+
+std::vector<RigLinesShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
+                                     const std::vector<RigLines>& nominal) {
+  return observed_with_errors(test.power_ups, spins, nominal, rig_lines_at);
+}
+
+}  // namespace tumble::dtg_centrifuge
