@@ -3,7 +3,6 @@
 namespace Eigen {
 
 template class JacobiSVD<MatrixXd>;
-template class BDCSVD<MatrixXd>;
 template class PartialPivLU<MatrixXd>;
 template class HouseholderQR<MatrixXd>;
 template class ColPivHouseholderQR<MatrixXd>;

@@ -7,7 +7,6 @@
 namespace Eigen {
 
 extern template class JacobiSVD<MatrixXd>;
-extern template class BDCSVD<MatrixXd>;
 extern template class PartialPivLU<MatrixXd>;
 extern template class HouseholderQR<MatrixXd>;
 extern template class ColPivHouseholderQR<MatrixXd>;

@@ -12,7 +12,7 @@ namespace tumble {
 
 struct NoiseLikelihoodOptions {
   std::vector<NoiseTerm> terms{power_law_terms.begin(), power_law_terms.end()};  ///< power laws tried
-  double significance = 0.01;   ///< a term is kept if chance alone would give it with less than this probability
+  double significance = 0.01;   ///< a term remains if chance alone would give it with less than this probability
   std::size_t most_markov = 2;  ///< Gauss-Markov processes tried beside the power laws
   double shortest = 0.0;        ///< [samples] averaging times tau whose frequencies 1/(2 tau) are used
   double longest = std::numeric_limits<double>::infinity();
@@ -44,7 +44,7 @@ struct NoiseResidual {
 struct NoiseFit {
   std::vector<FittedTerm> terms;  ///< quantization, white, flicker, random walk, then the Gauss-Markov processes kept
   Matrix covariance;  ///< of the squared coefficients [u^2] of `terms`, then of T_c [samples] of each process
-  std::vector<double> model_error_variance;  ///< what of its diagonal comes from model_error
+  std::vector<double> model_error_variance;  ///< the part of its diagonal that comes from model_error
   NoiseRamp ramp;
   std::vector<NoiseComposite> composites;  ///< by AICc, the one chosen first
   std::vector<NoiseResidual> residuals;

@@ -19,7 +19,7 @@ struct LeastSquaresOptions {
   std::vector<double> prior_sd;    ///< empty, or one a parameter; +inf: no prior. Random effects are columns with one
   bool known_sigma = false;        ///< true: the observations are whitened to unit variance; false: s^2 estimated
   bool robust = false;             ///< Huber, k = 1.345, scale by MAD, leverage-corrected
-  double condition_limit = 1e6;    ///< above: the weakest combination is unobservable and left out
+  double condition_limit = 1e6;    ///< above: the weakest combination is unobservable and not estimated
 };
 
 struct LeastSquaresFit {

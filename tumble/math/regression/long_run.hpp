@@ -49,7 +49,7 @@ struct LongRun {
 /// degree of freedom (Whittle). `slow` is taken in where it raises twice the logarithm of the likelihood by 7 or more.
 /// The correlation is that of the X_k over sqrt(S) of the lowest frequencies.
 ///
-/// Given     series   n each, missing samples NaN: taken as the mean
+/// Given     series   n each, missing samples NaN: counted as the mean
 ///           highest  [cycles a sample] to which S(f) has this form; at least 16 ordinates are used
 ///           slow     whether slow/f may be there
 /// Throws    Error::bad_data for fewer than 64 samples

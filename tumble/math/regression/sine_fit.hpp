@@ -48,13 +48,13 @@ struct SineFit {
 ///
 /// Given     times [s], increasing, n; values [u], n, NaN where missing; frequency [Hz], > 0
 /// Throws    Error::bad_data for fewer than 4 samples above the parameters, a value that is infinite, less than one
-///           cycle, a frequency that cannot be told from an offset or its mirror image at these times (near k rate/2),
-///           or a four-parameter fit that walks off by more than one cycle over the span
+///           cycle, a frequency that cannot be distinguished from an offset or its mirror image at these times (near k
+///           rate/2), or a four-parameter fit that walks off by more than one cycle over the span
 /// See       IEEE Std 1057; noise at a line: var = S1/T with S1 the one-sided density
 SineFit fit_sine(std::span<const double> times, std::span<const double> values, double frequency,
                  const SineFitOptions& options);
 
-/// Frequency [Hz] of the highest line of an evenly sampled signal (mean and drift taken off, Hann window, parabola
+/// Frequency [Hz] of the highest line of an evenly sampled signal (mean and drift subtracted, Hann window, parabola
 /// through the peak): good to a small part of 1/T. Missing samples (NaN) count as the mean.
 /// Throws Error::bad_data for fewer than 8 samples or a signal that does not move.
 double strongest_frequency(std::span<const double> values, double rate);

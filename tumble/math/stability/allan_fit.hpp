@@ -18,14 +18,14 @@ struct AllanObservation {
 struct AllanFitOptions {
   std::vector<NoiseTerm> terms{NoiseTerm::quantization, NoiseTerm::white, NoiseTerm::flicker, NoiseTerm::random_walk};
   double markov_time = 0.0;    ///< above zero: also one Gauss-Markov process of this correlation time [samples]
-  bool select = true;          ///< leave out what is not supported; false: keep all that came out positive
-  double significance = 0.05;  ///< a term is kept if chance alone would give it with less than this probability
+  bool select = true;          ///< only the terms that the data support; false: all that are positive
+  double significance = 0.05;  ///< a term remains if chance alone would give it with less than this probability
 };
 
 struct FittedTerm {
   UnitTerm unit;
   bool kept = false;
-  double squared = 0.0;             ///< squared coefficient [u^2], see UnitTerm; as tried if left out
+  double squared = 0.0;             ///< squared coefficient [u^2], see UnitTerm; as tried if not kept
   double squared_sd = 0.0;          ///< under the fitted model if kept, under the model without the term if not
   double z = 0.0;                   ///< squared over its sd under the model without the term
   double improvement = 0.0;         ///< of -2 log likelihood by the term; kept terms only
@@ -37,13 +37,13 @@ struct FittedTerm {
 
 struct AllanFit {
   std::vector<FittedTerm> terms;               ///< everything tried, in the order of the options, then markov
-  std::vector<double> squared;                 ///< of every term tried, zero where left out [u^2]
+  std::vector<double> squared;                 ///< of every term tried, zero where not kept [u^2]
   Matrix covariance;                           ///< of `squared` [u^4]; with select = false also of those at zero
-  std::vector<double> model_error_variance;    ///< what of its diagonal comes from model_error [u^4]
+  std::vector<double> model_error_variance;    ///< the part of its diagonal that comes from model_error [u^4]
   std::vector<double> markov_time_covariance;  ///< of T_c [samples] with `squared`, then its variance; if kept
   std::vector<double> fitted;                  ///< Allan variance of the fitted model at each factor [u^2]
   std::vector<double> residual;                ///< measured over fitted minus one
-  std::vector<double> residual_sd;             ///< statistical, of the same
+  std::vector<double> residual_sd;             ///< statistical, of the residual
   double chi_square = 0.0;                     ///< with the statistical covariance alone
   double degrees_of_freedom = 0.0;             ///< of chi_square
   double model_error = 0.0;                 ///< relative sd per factor that the terms miss beyond statistics; 0: none

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/eigen/dense.hpp"
 
 // Symbols: M information of a design, C = M^-1, U a square root of a visit's information (U U' = I(d), p x k),
 // W the weights of criterion A. A visit added to a design changes the criteria by
@@ -15,97 +15,101 @@ namespace {
 
 constexpr double ridge = 1e-10;  ///< share of what effort spread over all points would tell, added to start from
 
-void add_to_diagonal(Matrix& a, double value) {
-  for (std::size_t i = 0; i < a.rows; ++i) a(i, i) += value;
-}
-
 }  // namespace
 
 Worth::Worth(const DesignProblem& problem) : problem_(problem) {
   scale();
   for (std::size_t i = 0; i < problem.weights.size(); ++i)
-    if (!(problem.weights[i] > 0.0)) nuisance_.push_back(i);
+    if (!(problem.weights[i] > 0.0)) nuisance_.push_back(static_cast<Index>(i));
 }
 
 /// Parameters are scaled so that effort spread over all points would tell as much about each.
 void Worth::scale() {
-  const std::size_t p = problem_.parameters;
-  const double each = problem_.effort / static_cast<double>(std::max<std::size_t>(1, problem_.points.size()));
-  prior_ = problem_.prior.empty() ? Matrix(p, p) : problem_.prior;
-  auto unit = diagonal_of(prior_);
-  for (const auto& point : problem_.points)
-    for (std::size_t i = 0; i < p; ++i) unit[i] += each * dot(column(point.rows, i), column(point.rows, i));
-  for (double& u : unit) u = u > 0.0 ? 1.0 / std::sqrt(u) : 1.0;
-  prior_ = scaled_columns(scaled_rows(unit, std::move(prior_)), unit);
-  add_to_diagonal(prior_, ridge);
-  weights_ = scaled(problem_.weights, scaled(unit, unit));
+  const auto p = static_cast<Index>(problem_.parameters);
+  VectorXd told = VectorXd::Zero(p);
   for (const auto& point : problem_.points) {
-    columns_.push_back(scaled_rows(unit, transposed(point.rows)));
-    disturbance_.push_back(point.disturbance.empty() ? Matrix() : gram(transposed(point.disturbance)));
+    const Eigen::Map<const MatrixXd> x(point.rows.values.data(), static_cast<Index>(point.rows.rows), p);
+    told += x.colwise().squaredNorm().transpose();
+  }
+  told *= problem_.effort / static_cast<double>(std::max<std::size_t>(1, problem_.points.size()));
+  prior_ = MatrixXd::Zero(p, p);
+  if (!problem_.prior.empty()) prior_ = Eigen::Map<const MatrixXd>(problem_.prior.values.data(), p, p);
+  told += prior_.diagonal();
+  for (Index i = 0; i < p; ++i)
+    if (!(told[i] > 0.0)) told[i] = 1.0;
+  const VectorXd unit = told.cwiseSqrt().cwiseInverse();
+  prior_ = (unit.asDiagonal() * prior_ * unit.asDiagonal()).eval();
+  prior_.diagonal().array() += ridge;
+  weights_ = Eigen::Map<const VectorXd>(problem_.weights.data(), p).cwiseProduct(unit.cwiseAbs2());
+  for (const auto& point : problem_.points) {
+    const auto k = static_cast<Index>(point.rows.rows);
+    rows_.push_back(Eigen::Map<const MatrixXd>(point.rows.values.data(), k, p) * unit.asDiagonal());
+    const Eigen::Map<const MatrixXd> n(point.disturbance.values.data(), k,
+                                       static_cast<Index>(point.disturbance.columns));
+    disturbance_.push_back(point.disturbance.empty() ? MatrixXd() : MatrixXd(n * n.transpose()));
   }
 }
 
-Matrix Worth::root(std::size_t point, long quanta) const {
+MatrixXd Worth::root(std::size_t point, long quanta) const {
   const double effort = problem_.quantum * static_cast<double>(quanta);
-  const Matrix& x = columns_[point];
-  if (disturbance_[point].empty()) return std::sqrt(effort) * x;
-  if (x.columns == 1) return 1.0 / std::sqrt(1.0 / effort + disturbance_[point](0, 0)) * x;
-  Matrix noise = disturbance_[point];
-  add_to_diagonal(noise, 1.0 / effort);
-  return transposed(solve_lower(cholesky(noise).lower, transposed(x)));
+  const MatrixXd& x = rows_[point];
+  if (disturbance_[point].size() == 0) return std::sqrt(effort) * x.transpose();
+  if (x.rows() == 1) return x.transpose() / std::sqrt(1.0 / effort + disturbance_[point](0, 0));
+  MatrixXd noise = disturbance_[point];
+  noise.diagonal().array() += 1.0 / effort;
+  return noise.llt().matrixL().solve(x).transpose();
 }
 
-State Worth::state(const Matrix& information) const {
+State Worth::state(MatrixXd information) const {
   State out;
-  const Cholesky factor = cholesky(information);
-  if (!factor.positive) return out;
-  out.covariance = solve(factor, identity(information.rows));
+  const Eigen::LLT<MatrixXd> llt(information);
+  if (llt.info() != Eigen::Success) return out;
+  out.covariance = llt.solve(MatrixXd::Identity(information.rows(), information.cols()));
   if (problem_.criterion == DesignCriterion::A) {
-    out.value = dot(weights_, diagonal_of(out.covariance));
+    out.value = weights_.dot(out.covariance.diagonal());
     return out;
   }
-  out.value = -factor.log_determinant;
+  const MatrixXd lower = llt.matrixL();
+  out.value = -2.0 * lower.diagonal().array().log().sum();
   if (!nuisance_.empty()) {
-    const Cholesky part = cholesky(chosen_rows(chosen_columns(information, nuisance_), nuisance_));
-    out.value += part.log_determinant;
-    out.nothing = solve(part, identity(nuisance_.size()));
+    const Eigen::LLT<MatrixXd> block(MatrixXd(information(nuisance_, nuisance_)));
+    const MatrixXd half = block.matrixL();
+    out.value += 2.0 * half.diagonal().array().log().sum();
+    out.nothing = block.solve(MatrixXd::Identity(half.rows(), half.cols()));
   }
   return out;
 }
 
 State Worth::state(const Visits& visits) const {
-  Matrix information = prior_;
+  MatrixXd information = prior_;
   for (const auto& visit : visits) {
-    const Matrix u = root(visit.point, visit.quanta);
-    for (std::size_t k = 0; k < u.columns; ++k) add_square(information, 1.0, column(u, k));
+    const MatrixXd u = root(visit.point, visit.quanta);
+    information.noalias() += u * u.transpose();
   }
-  return state(information);
+  return state(std::move(information));
 }
 
-double Worth::gain(const State& state, const Matrix& u) const {
-  const Matrix g = state.covariance * u;
-  if (u.columns == 1 && (problem_.criterion == DesignCriterion::A || nuisance_.empty())) {
-    double s = 1.0, squares = 0.0;
-    for (std::size_t i = 0; i < g.rows; ++i) {
-      s += u.values[i] * g.values[i];
-      squares += weights_[i] * g.values[i] * g.values[i];
-    }
-    return problem_.criterion == DesignCriterion::A ? squares / s : std::log(s);
+double Worth::gain(const State& state, const MatrixXd& u) const {
+  const MatrixXd g = state.covariance * u;
+  if (u.cols() == 1) {
+    const double s = 1.0 + u.col(0).dot(g.col(0));
+    if (problem_.criterion == DesignCriterion::A) return g.col(0).dot(weights_.cwiseProduct(g.col(0))) / s;
   }
-  Matrix s = transposed_product(u, g);
-  add_to_diagonal(s, 1.0);
-  const Cholesky factor = cholesky(s);
-  if (problem_.criterion == DesignCriterion::A) {
-    const Matrix half = solve_lower(factor.lower, transposed(g));
-    double sum = 0.0;
-    for (std::size_t i = 0; i < half.columns; ++i) sum += weights_[i] * dot(column(half, i), column(half, i));
-    return sum;
+  MatrixXd s = u.transpose() * g;
+  s.diagonal().array() += 1.0;
+  const Eigen::LLT<MatrixXd> llt(s);
+  if (problem_.criterion == DesignCriterion::A) return llt.solve(g.transpose() * weights_.asDiagonal() * g).trace();
+  const auto log_det = [](const Eigen::LLT<MatrixXd>& l) {
+    return 2.0 * MatrixXd(l.matrixL()).diagonal().array().log().sum();
+  };
+  double out = log_det(llt);
+  if (!nuisance_.empty()) {
+    const MatrixXd part = u(nuisance_, Eigen::all);
+    MatrixXd t = part.transpose() * state.nothing * part;
+    t.diagonal().array() += 1.0;
+    out -= log_det(Eigen::LLT<MatrixXd>(t));
   }
-  if (nuisance_.empty()) return factor.log_determinant;
-  const Matrix part = chosen_rows(u, nuisance_);
-  Matrix t = transposed_product(part, state.nothing * part);
-  add_to_diagonal(t, 1.0);
-  return factor.log_determinant - cholesky(t).log_determinant;
+  return out;
 }
 
 }  // namespace tumble::optimal_design

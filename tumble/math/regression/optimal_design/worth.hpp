@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <limits>
 #include <vector>
 
@@ -7,6 +8,10 @@
 
 /// What designs are worth, fast enough to try many.
 namespace tumble::optimal_design {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 /// A visit to a point, its effort in quanta.
 struct Visit {
@@ -18,8 +23,8 @@ using Visits = std::vector<Visit>;
 /// What a design is worth, and what is needed to see what one more visit would change.
 struct State {
   double value = std::numeric_limits<double>::infinity();
-  Matrix covariance;
-  Matrix nothing;  ///< D: inverse of the block of no interest; empty without
+  MatrixXd covariance;
+  MatrixXd nothing;  ///< D: inverse of the block of no interest; empty without
 };
 
 /// A problem in scaled parameters. It must outlive this.
@@ -31,22 +36,22 @@ class Worth {
   /// The criterion of the visits [1].
   double value(const Visits& visits) const { return state(visits).value; }
   /// Square root of the information of a visit.
-  Matrix root(std::size_t point, long quanta) const;
+  MatrixXd root(std::size_t point, long quanta) const;
   /// Decrease of the criterion [1] by a visit whose information is u u'; u [p x k].
-  double gain(const State& state, const Matrix& u) const;
+  double gain(const State& state, const MatrixXd& u) const;
   /// Parameters of interest.
   std::size_t interest() const { return problem_.parameters - nuisance_.size(); }
 
  private:
   void scale();
-  State state(const Matrix& information) const;
+  State state(MatrixXd information) const;
 
   const DesignProblem& problem_;
-  std::vector<Matrix> columns_;      ///< X' in scaled parameters
-  std::vector<Matrix> disturbance_;  ///< N N'
-  Matrix prior_;                     ///< with the ridge
-  std::vector<double> weights_;      ///< in scaled parameters
-  std::vector<std::size_t> nuisance_;
+  std::vector<MatrixXd> rows_;         ///< X in scaled parameters
+  std::vector<MatrixXd> disturbance_;  ///< N N'
+  MatrixXd prior_;                     ///< with the ridge
+  VectorXd weights_;                   ///< in scaled parameters
+  std::vector<Index> nuisance_;
 };
 
 }  // namespace tumble::optimal_design
