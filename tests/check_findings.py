@@ -10,9 +10,9 @@ examples/adding/ (tests do not count). Its code is written there, also as `condi
   format        what follows the colon of a placeholder is one of the words and formats of tumble/core/finding.hpp
   page          the table of docs/findings.md is that of text/en.toml
 
-A finding whose sentence is written at its place is counted.
+A place that takes its code from a variable is counted: the code is looked for in the whole file.
 
-    check_findings.py REPOSITORY            exit 1 and one line a fault; prints how many findings say their own sentence
+    check_findings.py REPOSITORY            exit 1 and one line a fault; prints how many places take their code from a variable
     check_findings.py REPOSITORY --own      these, one line each
     check_findings.py REPOSITORY --write    writes the table of docs/findings.md
     check_findings.py --self-test           a sound small tree passes, and every kind of tampering with it is caught
@@ -122,7 +122,7 @@ def sources(root):
 
 
 def faults_of_site(where, arguments, text, table):
-    """Faults of one place, and whether it says its own sentence."""
+    """Faults of one place, and whether its code comes from a variable."""
     codes = literals_of(arguments[1])
     if not codes or not all(CODE.match(code) for code in codes):
         return [], True
@@ -174,7 +174,7 @@ def table_of(root):
 
 
 def check(root):
-    """Faults, and where findings say their own sentence."""
+    """Faults, and places that take their code from a variable."""
     findings, phrases = table_of(root)
     faults, own, written = [], [], set()
     for path in sources(root):
@@ -261,7 +261,7 @@ def main():
 
     def reported(root):
         faults, own = check(root)
-        return faults, f"findings that say their own sentence: {len(own)}"
+        return faults, f"places that take their code from a variable: {len(own)}"
 
     return check_tools.main(__doc__, reported, self_test, "findings, sentences and their page agree")
 

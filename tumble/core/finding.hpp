@@ -69,10 +69,6 @@ struct Finding {
   Finding() = default;
   Finding(Severity how_severe, std::string what, std::vector<FindingValue> with, std::string place = "",
           Occurrences often = {});
-  /// A sentence without a code, as files of earlier versions hold it.
-  template <std::convertible_to<std::string> Text>
-  Finding(Severity how_severe, std::string said, Text place)
-      : severity(how_severe), message(std::move(said)), where(std::move(place)) {}
 };
 
 using Findings = std::vector<Finding>;

@@ -181,7 +181,7 @@ void slow_part(std::span<const double> values, double unit, NoiseBands& result) 
   std::stable_sort(sines.begin(), sines.end(),
                    [](const NoiseBand& a, const NoiseBand& b) { return a.frequency < b.frequency; });
   if (sines.empty() && result.bands.empty())
-    throw Error(Error::Kind::bad_data, "no two neighbouring samples: nothing to tell noise by");
+    throw Error(Error::Kind::bad_data, "no two samples are neighbours: they do not show the noise");
   std::size_t index = 0;
   double first = 0.0;
   for (const NoiseBand& one : sines) {

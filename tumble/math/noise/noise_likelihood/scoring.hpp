@@ -43,10 +43,10 @@ ScoringFit fit_by_scoring(const BandData& data, const Matrix& x, bool ramp, cons
 /// Roots of the weights count/(2 s^2) of the bands [1/u^2] in least squares.
 std::vector<double> root_weights(const BandData& data, std::span<const double> s);
 
-/// Slope of the ramp and its variance for given expectations.
 struct RampFit {
   double slope = 0.0, variance = 0.0;
 };
+/// Slope of the ramp and its variance, given the expectations s [u^2] of the bands.
 RampFit fit_ramp(const BandData& data, std::span<const double> s);
 
 }  // namespace tumble::noise_likelihood

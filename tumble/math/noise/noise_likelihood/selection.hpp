@@ -25,6 +25,7 @@ struct TriedTerms {
   double value() const { return fit.minus_twice_log_likelihood; }  ///< -2 ln L [1]
 };
 
+/// The likelihood of these terms, searched from the coefficients `start` [u^2].
 TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start);
 
 /// The model with the correlation time of process `which` set to its best between `low` and `high` [samples], by golden

@@ -26,8 +26,9 @@ struct NoiseSpread {
   double condition = 0.0;
 };
 
-/// The inverse of the information, or, where contrasts depend on each other, the covariance of the maximum all the
-/// same: with A the information and B the covariance of the derivative of ln L, A^-1 B A^-1.
+/// Covariance of the noise terms; `statistical_count` [1] holds how many independent contrasts each band has. It is the
+/// inverse of the information, or, where contrasts depend on each other, that of the maximum: with A the information
+/// and B the covariance of the derivative of ln L, A^-1 B A^-1.
 NoiseSpread spread(const BandData& data, const std::vector<double>& statistical_count, const LinearNoise& model,
                    const TriedTerms& chosen);
 

@@ -107,7 +107,7 @@ std::pair<VectorXd, VectorXd> ordinary(const Compressed& rows) {
                 fmt::format("{} independent observations cannot determine {} parameters", rows.design.rows(), p));
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.design * scale.cwiseInverse().asDiagonal());
   if (std::abs(qr.matrixQR()(p - 1, p - 1)) < 1e-12 * std::abs(qr.matrixQR()(0, 0)))
-    throw Error(Error::Kind::bad_data, "the parameters cannot be told apart");
+    throw Error(Error::Kind::bad_data, "the observations cannot distinguish the parameters");
   const VectorXd b = scale.cwiseInverse().cwiseProduct(qr.solve(rows.observations));
   return {b, rows.observations - rows.design * b};
 }
