@@ -31,12 +31,6 @@ TEST(Finding, IsBuiltWithItsSentence) {
   EXPECT_EQ(sentence(finding), finding.message);
 }
 
-TEST(Finding, SentenceOfAnEarlierVersionHasNoCode) {
-  const Finding finding(Severity::info, "gap of 0.31 s", "t.top");
-  EXPECT_EQ(finding.code, "");
-  EXPECT_EQ(finding.message, "gap of 0.31 s");
-}
-
 TEST(Finding, HasTheTextOfItsCount) {
   const std::vector<FindingValue> values{{"lost", 3}, {"longest", 0.31, "s"}};
   EXPECT_EQ(Finding(Severity::warning, "gap", values, "", {1, 2.5, 2.5}).message,
