@@ -19,7 +19,9 @@ Findings run(const Recording& recording, const Plan*) {
       if (std::abs(channel.values[k] - channel.values[k - 1]) > largest_step && jumps++ == 0) first = k;
     if (jumps == 0) continue;
     findings.push_back({Finding::Severity::warning,
-                        "temperature_jump",
+                        Phrase{"temperature_jump",
+                               "{count:jump} of more than {limit:difference} between two samples, first at {first}; "
+                               "check the contacts of the sensor"},
                         {{"limit", largest_step, "K"}},
                         channel.name,
                         {jumps, channel.time(first)}});

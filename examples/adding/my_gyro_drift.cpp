@@ -23,7 +23,7 @@ linear::Problem problem_of(const Settings& settings) {
   problem.role = "gyro";
   problem.input = [](const Felt& felt) { return felt.rate.x; };
   problem.columns = terms();
-  problem.advice = "add positions at other angles of the stand";
+  problem.advice = {"more_angles", "add positions at other angles of the stand"};
   linear::set_options(settings, problem);
   return problem;
 }

@@ -20,7 +20,8 @@ std::string say(double value, const Unit& unit, std::string_view how) {
   const std::string digits(space == 0 || how.empty() ? ".4g" : how.substr(0, space));
   const std::string_view other = space == how.npos ? std::string_view{} : how.substr(space + 1);
   const Unit shown = other.empty() || other == "-" ? unit : Unit::parse(other);
-  const std::string number = fmt::format(fmt::runtime("{:" + digits + "}"), shown.from_si(value));
+  std::string number = fmt::format(fmt::runtime("{:" + digits + "}"), shown.from_si(value));
+  if (number.starts_with('-') && number.find_first_not_of("-0.") == number.npos) number.erase(0, 1);  // -0.0
   return shown.text() == "1" || other == "-" ? number : number + " " + shown.text();
 }
 
@@ -34,7 +35,9 @@ struct Say {
     return how.empty() ? std::to_string(value) : say_count(static_cast<std::size_t>(value), std::string(how));
   }
   std::string operator()(const std::string& value) const { return value; }
-  std::string operator()(const Phrase& phrase) const { return text_of("phrase", phrase.key); }
+  std::string operator()(const Phrase& phrase) const {
+    return phrase.english.empty() ? text_of("phrase", phrase.key) : phrase.english;
+  }
 };
 
 FindingValue value_of(const char* name, const Place& place) {
@@ -64,15 +67,18 @@ struct fmt::formatter<tumble::FindingValue> {
 
 namespace tumble {
 
-Finding::Finding(Severity how_severe, std::string what, std::vector<FindingValue> with, std::string place,
-                 Occurrences often)
+Finding::Finding(Severity how_severe, Phrase what, std::vector<FindingValue> with, std::string place, Occurrences often)
     : severity(how_severe),
-      code(std::move(what)),
+      code(std::move(what.key)),
       where(std::move(place)),
       values(std::move(with)),
       occurrences(std::move(often)) {
-  message = sentence(*this);
+  message = what.english.empty() ? sentence(*this) : filled(what.english, *this);
 }
+
+Finding::Finding(Severity how_severe, std::string what, std::vector<FindingValue> with, std::string place,
+                 Occurrences often)
+    : Finding(how_severe, Phrase{std::move(what)}, std::move(with), std::move(place), std::move(often)) {}
 
 std::string sentence(const Finding& finding) {
   return filled(text_of("finding", finding.code, finding.occurrences.count), finding);

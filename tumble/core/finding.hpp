@@ -12,9 +12,11 @@
 
 namespace tumble {
 
-/// A piece of a sentence by its key in [phrase] of text/en.toml, so that every language can say it.
+/// A piece of a sentence by its key in [phrase] of text/en.toml, so that every language can say it. A method, rig or
+/// check of your own that stands in one file gives its English beside the key.
 struct Phrase {
   std::string key;
+  std::string english = {};  ///< empty: as the table has it
 };
 
 /// A value that a finding speaks of.
@@ -68,6 +70,9 @@ struct Finding {
 
   Finding() = default;
   Finding(Severity how_severe, std::string what, std::vector<FindingValue> with, std::string place = "",
+          Occurrences often = {});
+  /// With a sentence that text/en.toml lacks; it may hold what `sentence` says.
+  Finding(Severity how_severe, Phrase what, std::vector<FindingValue> with, std::string place = "",
           Occurrences often = {});
 };
 

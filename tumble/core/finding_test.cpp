@@ -31,6 +31,13 @@ TEST(Finding, IsBuiltWithItsSentence) {
   EXPECT_EQ(sentence(finding), finding.message);
 }
 
+TEST(Finding, OfAnotherProjectBringsItsSentence) {
+  const Finding finding(Severity::info, Phrase{"my_code", "{count:jump} of {size:.1f} {how}"},
+                        {{"size", -0.01, "K"}, {"how", Phrase{"my_word", "upwards"}}}, "oven", {2, 1.0, 3.0});
+  EXPECT_EQ(finding.code, "my_code");
+  EXPECT_EQ(finding.message, "2 jumps of 0.0 K upwards");  // without the sign of a zero
+}
+
 TEST(Finding, HasTheTextOfItsCount) {
   const std::vector<FindingValue> values{{"lost", 3}, {"longest", 0.31, "s"}};
   EXPECT_EQ(Finding(Severity::warning, "gap", values, "", {1, 2.5, 2.5}).message,
