@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
@@ -15,21 +17,26 @@ namespace {
 using Stamps = std::vector<double>;
 
 /// The interval that most of the neighbours keep to for most of the time, from up to 10 000 of them spread over the
-/// record; 0 when they do not keep to one.
+/// record; 0 when they do not keep to one. Samples that are lost one by one leave a few of its multiples; in a burst
+/// the common interval takes little of the time.
 double common_interval(const Stamps& t) {
+  constexpr double scatter = 0.25, most_multiple = 4.0;
   const std::size_t step = 1 + t.size() / 10'000;
   std::vector<double> intervals;
   for (std::size_t i = 0; i + 1 < t.size(); i += step) intervals.push_back(t[i + 1] - t[i]);
   const double middle = median(intervals);
-  double near = 0.0, all = 0.0;
+  double near = 0.0, multiples = 0.0, all = 0.0;
   std::size_t count = 0;
   for (const double interval : intervals) {
-    const bool is_near = std::abs(interval - middle) <= 0.1 * middle;
+    const double times = std::clamp(std::round(interval / middle), 1.0, most_multiple);
+    const bool fits = std::abs(interval - times * middle) <= scatter * middle;
+    const bool is_near = fits && times == 1.0;
     near += is_near ? interval : 0.0;
     count += is_near;
+    multiples += fits ? interval : 0.0;
     all += std::min(interval, 10.0 * middle);  // one long gap is no argument
   }
-  return 10 * count >= 8 * intervals.size() && 2.0 * near > all ? near / static_cast<double>(count) : 0.0;
+  return 10 * count >= 6 * intervals.size() && 2.0 * multiples > all ? near / static_cast<double>(count) : 0.0;
 }
 
 /// The interval of the clock behind the stamps.
@@ -87,15 +94,18 @@ std::size_t window(double lateness, double interval) {
 }
 
 /// The least departure after sample `i`, over the samples that the backlogs found there need; `before` when it is
-/// reached, or when the record ends while one comes through.
+/// reached, or when the record ends while one comes through. A lateness that only stays is no new backlog: over many
+/// samples the error of the interval would wear it down.
 double least_after(const Departure& r, std::size_t i, double before, double tolerance, bool pauses_are_usual) {
   std::size_t end = i + 2;
-  double least = r(i + 1);
+  double least = r(i + 1), greatest = -INFINITY;
   for (std::size_t j = i + 1; j < end; ++j) {
     if (j == r.t.size()) return in_a_hurry(r, i + 1, pauses_are_usual) ? before : least;
     const double departure = r(j);
     least = std::min(least, departure);
     if (least <= before + tolerance) return before;
+    if (departure <= greatest) continue;
+    greatest = departure;
     end = std::min(std::max(end, j + window(departure - before, r.interval)), i + window(INFINITY, r.interval));
   }
   return least;
@@ -133,24 +143,77 @@ void visit_stamps(const Stamps& t, const std::vector<Clock::Gap>& gaps, Visit vi
   }
 }
 
-/// Departures from the best straight line through the stamps; sets the clock's rate.
-std::vector<double> about_the_line(const Stamps& t, double interval, Clock& clock) {
-  const auto n = static_cast<double>(t.size());
+/// Mean and sum of squares about it of departures [s].
+struct Phase {
+  double mean = 0.0, squares = 0.0, count = 0.0;
+};
+
+Phase phase_of(std::span<const double> r) {
+  Phase phase{std::accumulate(r.begin(), r.end(), 0.0) / static_cast<double>(r.size()), 0.0,
+              static_cast<double>(r.size())};
+  for (const double value : r) phase.squares += (value - phase.mean) * (value - phase.mean);
+  return phase;
+}
+
+/// Whether the clock ran on while samples were lost: the phase after the gap is that before it, within half a per cent
+/// of an interval and four times what the scatter explains. A logger that was stopped and started again begins at any
+/// phase.
+bool ran_on(const Phase& before, const Phase& after, double interval) {
+  const double freedom = before.count + after.count - 2.0;
+  if (freedom < 4.0) return true;  // too few to see a difference
+  const double variance = (before.squares + after.squares) / freedom * (1.0 / before.count + 1.0 / after.count);
+  return std::abs(after.mean - before.mean) < 0.005 * interval + 4.0 * std::sqrt(variance);
+}
+
+/// Sums of one stretch in which the clock ran on, about its own level.
+struct Level {
+  double s = 0, sx = 0, sxx = 0, sr = 0, sxr = 0;
+  double slope_weight() const { return sxx - sx * sx / s; }
+  double slope_sum() const { return sxr - sx * sr / s; }
+};
+
+/// The first sample of each stretch in which the clock ran on, from the departures `r` [s] with the lost samples
+/// counted: up to 32 on either side of each gap are compared.
+std::vector<std::size_t> starts_of(std::span<const double> r, const std::vector<Clock::Gap>& gaps, double interval) {
+  constexpr std::size_t most = 32;
+  std::vector<std::size_t> starts{0};
+  for (std::size_t k = 0; k < gaps.size(); ++k) {
+    const std::size_t begin = gaps[k].after + 1, end = k + 1 == gaps.size() ? r.size() : gaps[k + 1].after + 1;
+    const std::size_t before = std::min(most, begin - starts.back()), after = std::min(most, end - begin);
+    if (!ran_on(phase_of(r.subspan(begin - before, before)), phase_of(r.subspan(begin, after)), interval))
+      starts.push_back(begin);
+  }
+  return starts;
+}
+
+/// Departures from straight lines through the stamps, of one slope for all and a level for each stretch in which the
+/// clock ran on; sets the clock's rate.
+std::vector<double> about_the_lines(const Stamps& t, double interval, Clock& clock) {
   std::size_t lost = 0;
   for (const auto& gap : clock.gaps) lost += gap.lost;
-  const double middle = (n - 1.0 + static_cast<double>(lost)) / 2.0;
-  double s = 0, sx = 0, sxx = 0, sr = 0, sxr = 0;
-  visit_stamps(t, clock.gaps, [&](std::size_t, double index, double time) {
-    const double x = (index - middle) / middle, r = time - index * interval;
-    s += 1.0, sx += x, sxx += x * x, sr += r, sxr += x * r;
+  const double middle = (static_cast<double>(t.size() + lost) - 1.0) / 2.0;
+  std::vector<double> r(t.size());
+  visit_stamps(t, clock.gaps, [&](std::size_t i, double index, double time) { r[i] = time - index * interval; });
+  const auto starts = starts_of(r, clock.gaps, interval);
+  std::vector<Level> levels(starts.size());
+  const auto visit = [&](const auto& use) {
+    std::size_t k = 0;
+    visit_stamps(t, clock.gaps, [&](std::size_t i, double index, double) {
+      if (k + 1 < starts.size() && starts[k + 1] == i) ++k;
+      use(levels[k], (index - middle) / middle, r[i]);
+    });
+  };
+  visit([](Level& level, double x, double& departure) {
+    level.s += 1.0, level.sx += x, level.sxx += x * x, level.sr += departure, level.sxr += x * departure;
   });
-  const double slope = (s * sxr - sx * sr) / (s * sxx - sx * sx), level = (sr - slope * sx) / s;
-  std::vector<double> departures(t.size());
-  visit_stamps(t, clock.gaps, [&](std::size_t i, double index, double time) {
-    departures[i] = time - index * interval - level - slope * (index - middle) / middle;
+  double weight = 0.0, sum = 0.0;
+  for (const Level& level : levels) weight += level.slope_weight(), sum += level.slope_sum();
+  const double slope = weight > 0.0 ? sum / weight : 0.0;
+  visit([&](const Level& level, double x, double& departure) {
+    departure -= level.sr / level.s + slope * (x - level.sx / level.s);
   });
   clock.rate = 1.0 / (interval + slope / middle);
-  return departures;
+  return r;
 }
 
 /// The rms and greatest change of the departure over `lag` samples, as a fraction of the time these take.
@@ -225,7 +288,7 @@ Clock clock_of(const Channel& channel) {
     return clock;
   }
   find_gaps(Departure{t, interval}, regular, clock);
-  const auto departures = about_the_line(t, interval, clock);
+  const auto departures = about_the_lines(t, interval, clock);
   double sum = 0.0;
   for (const double r : departures) {
     sum += r * r;

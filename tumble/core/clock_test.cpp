@@ -49,6 +49,47 @@ TEST(Clock, EvenStamps) {
   }
 }
 
+/// Stamps at 10 Hz of which this share is lost at random, with a jitter of this sd [s].
+std::vector<double> with_losses(std::size_t count, double share, double jitter, std::size_t& lost) {
+  const RandomStream random(71);
+  std::vector<double> stamps;
+  const auto full = even(count, 10.0);
+  for (std::size_t i = 0; i < count; ++i)
+    if (i == 0 || i + 1 == count || random.split("loss").uniform(i) >= share)
+      stamps.push_back(full[i] + jitter * random.split("jitter").normal(i));
+  lost = count - stamps.size();
+  return stamps;
+}
+
+std::size_t lost_of(const Clock& clock) {
+  std::size_t lost = 0;
+  for (const auto& gap : clock.gaps) lost += gap.lost;
+  return lost;
+}
+
+// The sd of a line's slope, jitter/sqrt(n^3/12) = 1.1e-7 s of an interval of 0.1 s; 4 of them.
+TEST(Clock, SamplesLostAmongJitterAreCounted) {
+  std::size_t lost = 0;
+  const Clock clock = clock_of(with_stamps(with_losses(4'000, 0.02, 8e-3, lost)));
+  EXPECT_EQ(lost_of(clock), lost);
+  EXPECT_NEAR(clock.rate, 10.0, 10.0 * 4.5e-6);
+}
+
+TEST(Clock, AThirdOfTheSamplesMayBeLost) {
+  std::size_t lost = 0;
+  const Clock clock = clock_of(with_stamps(with_losses(4'000, 0.33, 0.0, lost)));
+  EXPECT_EQ(lost_of(clock), lost);
+  EXPECT_NEAR(clock.rate, 10.0, 1e-8);
+}
+
+TEST(Clock, ALoggerThatWasStartedAgainKeepsItsRate) {
+  auto stamps = even(4'000, 10.0);
+  for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i] += 0.337 * static_cast<double>(i / 500);
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_EQ(clock.gaps.size(), 7u);
+  EXPECT_NEAR(clock.rate, 10.0, 1e-8);
+}
+
 TEST(Clock, RoundedStampsAreEven) {
   auto stamps = even(20'000, 300.0);
   for (double& t : stamps) t = std::round(t * 1000.0) / 1000.0;
