@@ -97,9 +97,11 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   std::ranges::sort(moves);
   const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum, moves);
   if (found.count == 0) return {};
+  // A distance has no zero: that of two temperatures is in K.
+  const Unit unit = channel.unit.offset() == 0.0 ? channel.unit : Unit::parse("K");
   return {{Finding::Severity::warning,
            "outlier",
-           {{"distance", found.distance, channel.unit}, {"times", found.distance / found.usual}},
+           {{"distance", found.distance, unit}, {"times", found.distance / found.usual}},
            channel.name,
            {found.count, channel.time(found.first), channel.time(found.farthest)}}};
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace tumble {
@@ -83,7 +84,13 @@ std::string Node::text() const {
 
 bool Node::is_text() const { return !absent() && json_of(value_).is_string(); }
 
-bool Node::is_whole() const { return !absent() && json_of(value_).is_number_integer(); }
+bool Node::is_whole() const {
+  constexpr auto most = static_cast<unsigned long long>(std::numeric_limits<long long>::max());
+  if (absent() || !json_of(value_).is_number_integer()) return false;
+  return !json_of(value_).is_number_unsigned() || json_of(value_).get<unsigned long long>() <= most;
+}
+
+long long Node::integer() const { return is_whole() ? json_of(value_).get<long long>() : 0; }
 
 bool Node::is_object() const { return !absent() && json_of(value_).is_object(); }
 

@@ -202,7 +202,7 @@ Fit fit_of(const Node& node) {
 
 FindingValue value_of(const std::string& name, const Node& node) {
   if (node.is_text()) return {name, node.text()};
-  if (node.is_whole()) return {name, static_cast<long long>(node.number(NAN))};
+  if (node.is_whole()) return {name, node.integer()};
   if (!node.is_object()) return {name, node.number(NAN)};
   if (const Node phrase = node.optional("phrase"); !phrase.absent()) return {name, Phrase{phrase.text()}};
   const Unit unit = unit_of(node["unit"]);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <functional>
@@ -14,14 +15,29 @@
 namespace tumble {
 namespace {
 
+/// Whether the method has reported already what a check reports of the segments of the plan.
+bool is_reported(const Finding& checked, const Findings& reported) {
+  const auto text = [](const Finding& finding) {
+    const auto* name = finding.values.empty() ? nullptr : std::get_if<std::string>(&finding.values.front().value);
+    return name ? *name : std::string();
+  };
+  return std::ranges::any_of(reported, [&](const Finding& finding) {
+    return (checked.code == "segment_not_recorded" && finding.code == "not_recorded") ||
+           (checked.code == "segment_not_scheduled" && finding.code == "segment_not_used" &&
+            text(checked) == text(finding));
+  });
+}
+
 /// What the readers and the checks noticed, with the file where there are several.
 void add_data_findings(const Evidence& evidence, Findings& findings) {
+  const Findings reported = findings;
   for (std::size_t i = 0; i < evidence.recordings.size(); ++i) {
     const auto& recording = evidence.recordings[i];
     auto found = recording.findings;
     const auto checked = run_checks(recording, &plan_of(evidence, i));
     found.insert(found.end(), checked.begin(), checked.end());
     for (auto& finding : found) {
+      if (is_reported(finding, reported)) continue;
       if (evidence.recordings.size() > 1)
         finding.where = recording.origin.file + (finding.where.empty() ? "" : ", " + finding.where);
       findings.push_back(std::move(finding));

@@ -415,9 +415,11 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   if (reading.sets.calibration && !method.takes_calibration)
     reading.problems.all.push_back(fmt::format("--set calibration: {} does not use a calibration", name));
   reading.plan.calibration.file = reading.sets.calibration.value_or("");
-  for (const auto* other : {&reading.sets.truth, &reading.sets.rig})
-    for (const auto& given : *other)
-      reading.problems.all.push_back("--set " + given.key + ": there is no plan that it could change");
+  const std::pair<const char*, const std::vector<Given>*> of_plans[]{
+      {"truth.", &reading.sets.truth}, {"rig.", &reading.sets.rig}, {"beside.", &reading.sets.beside}};
+  for (const auto& [prefix, sets_of_plan] : of_plans)
+    for (const auto& given : *sets_of_plan)
+      reading.problems.all.push_back("--set " + (prefix + given.key) + ": there is no plan that it could change");
   read_channel_sets(reading);
   if (!reading.problems.all.empty()) throw Error(Error::Kind::bad_input, reading.problems.all);
   return reading.plan;

@@ -38,7 +38,7 @@ std::vector<Option> options() {
                 "position"),
       quantity("same_temperature", "K").above(0).otherwise("2 K").says("temperatures closer than this count as one"),
       quantity("thermometer_sd", "K")
-          .at_least(0)
+          .between(0, 100)
           .otherwise("0 K")
           .says("standard uncertainty of the temperature, common to the test, in addition to that of the rig"),
       quantity("report_temperature", "degC")

@@ -33,10 +33,7 @@ struct Faulty {
 void add(const Faulty& faulty, Finding::Severity severity, const char* code, const char* list, const char* value,
          const char* unit, Findings& findings) {
   if (faulty.names.empty()) return;
-  constexpr std::size_t most = 4;
-  const auto end = faulty.names.begin() + static_cast<std::ptrdiff_t>(std::min(most, faulty.names.size()));
-  const auto names =
-      fmt::format("{}{}", fmt::join(faulty.names.begin(), end, ", "), faulty.names.size() > most ? ", ..." : "");
+  const auto names = fmt::format("{}", fmt::join(faulty.names, ", "));
   findings.push_back({severity,
                       code,
                       {{list, names}, {value, faulty.most, unit}},

@@ -123,7 +123,7 @@ void add_positions(const Evidence* measured, double averaging, Bench& bench) {
   if (!skipped.empty())
     bench.findings.push_back({Finding::Severity::warning,
                               "no_axis_vertical",
-                              {{"segments", accelerometer::quoted(skipped)}},
+                              {{"segments", accelerometer::all_quoted(skipped)}},
                               "",
                               {skipped.size(), {}, {}}});
 }

@@ -172,11 +172,10 @@ std::vector<std::string> short_of_the_others(const Solution& solution) {
 
 }  // namespace
 
-std::string quoted(const std::vector<std::string>& labels) {
-  constexpr std::size_t most = 6;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(labels.size(), most); ++i) text += (i == 0 ? "'" : ", '") + labels[i] + "'";
-  return labels.size() > most ? fmt::format("{}, ... ({})", text, labels.size()) : text;
+std::string quoted(const std::vector<std::string>& labels, std::size_t most) {
+  const auto end = labels.begin() + static_cast<std::ptrdiff_t>(std::min(most, labels.size()));
+  const std::string more = labels.size() > most ? fmt::format(", ... ({})", labels.size()) : "";
+  return labels.empty() ? "" : fmt::format("'{}'{}", fmt::join(labels.begin(), end, "', '"), more);
 }
 
 Findings about_labels(const Plan& plan) {
@@ -196,7 +195,7 @@ Findings about_labels(const Plan& plan) {
     }
     if (labels.size() > 1 && !done[a])
       findings.push_back(
-          {Finding::Severity::warning, "one_position_of_several_labels", {{"segments", quoted(labels)}}});
+          {Finding::Severity::warning, "one_position_of_several_labels", {{"segments", all_quoted(labels)}}});
   }
   for (const auto& label : doubtful)
     findings.push_back({Finding::Severity::warning, "one_label_of_several_positions", {{"label", label}}});

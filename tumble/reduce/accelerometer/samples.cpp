@@ -177,7 +177,7 @@ Findings about_unsettled(const Evidence& evidence, const Normalised& fit) {
       const Half first = half_of(values, 0, n / 2), second = half_of(values, n / 2, n);
       const double change = fit.problem.scale * (second.mean - first.mean);
       const double noise = std::abs(fit.problem.scale) * std::sqrt(first.variance + second.variance);
-      if (std::abs(change) < std::max(8.0 * noise, 1e-4 * std::abs(fit.problem.scale * first.mean))) continue;
+      if (std::abs(change) <= std::max(8.0 * noise, 1e-4 * std::abs(fit.problem.scale * first.mean))) continue;
       if (labels.empty() || std::abs(change) > std::abs(most)) worst = used.label, most = change;
       labels.push_back(used.label);
     }
@@ -185,7 +185,7 @@ Findings about_unsettled(const Evidence& evidence, const Normalised& fit) {
   if (labels.empty()) return {};
   return {{Finding::Severity::warning,
            "segment_still_changes",
-           {{"change", most, "g"}, {"segments", quoted(labels)}},
+           {{"change", most, "g"}, {"segments", all_quoted(labels)}},
            "",
            {labels.size(), labels.front(), worst}}};
 }

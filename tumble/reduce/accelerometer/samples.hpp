@@ -14,7 +14,9 @@ std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised
 /// A finding about segments whose output still changes between the halves of the samples used.
 Findings about_unsettled(const Evidence& evidence, const Normalised& fit);
 
-/// The labels as a list of names: "'a', 'b', 'c', 'd', 'e', 'f', ... (9)"
-std::string quoted(const std::vector<std::string>& labels);
+/// The labels as a list of names, at most so many of them: "'a', 'b', 'c', 'd', 'e', 'f', ... (9)"
+std::string quoted(const std::vector<std::string>& labels, std::size_t most = 6);
+/// All labels, for a finding, whose values hold all that it speaks of.
+inline std::string all_quoted(const std::vector<std::string>& labels) { return quoted(labels, labels.size()); }
 
 }  // namespace tumble::accelerometer
