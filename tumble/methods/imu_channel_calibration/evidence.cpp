@@ -1,9 +1,8 @@
-#include "tumble/methods/imu_channel_calibration/calibration.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "tumble/methods/imu_channel_calibration/calibration.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_channel_calibration {

@@ -1,11 +1,10 @@
-#include "tumble/methods/imu_multi_position/fit.hpp"
-
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/methods/imu_multi_position/fit.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_multi_position {

@@ -211,8 +211,9 @@ Top without_needless(const MixedData& data, const Restricted& likelihood, Top to
 Components restricted_likelihood(const MixedData& data, const Compressed& rows, const VectorXd& residuals) {
   const Restricted likelihood(data, rows, residuals);
   if (!(likelihood.freedom() > 0.0))
-    throw Error(Error::Kind::bad_data, fmt::format("{} observations do not show the noise of {} parameters: more than that are needed",
-                                                   data.design.rows, data.design.columns));
+    throw Error(Error::Kind::bad_data,
+                fmt::format("{} observations do not show the noise of {} parameters: more than that are needed",
+                            data.design.rows, data.design.columns));
   const double mean = likelihood.total_squares() / likelihood.freedom();
   Variances start(likelihood.size());
   for (std::size_t c = 0; c < data.slow.size(); ++c)
