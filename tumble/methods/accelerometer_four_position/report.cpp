@@ -151,9 +151,9 @@ Table positions(const Bench& bench) {
                    {"output", g},
                    {"noise_sd", g}};
   for (const auto& p : bench.positions) {
-    const double number = p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
+    const double place = p.place == Place::up ? 1 : p.place == Place::down ? 3 : p.upwards ? 2 : 4;
     const double noise = bench.white / p.seconds + pulses::rounding_variance(bench.pulse, p.seconds);
-    table.rows.push_back({p.label, static_cast<double>(p.run), number, p.temperature, p.seconds,
+    table.rows.push_back({p.label, static_cast<double>(p.run), place, p.temperature, p.seconds,
                           bench.evidence.test.stretches[p.stretch].step, p.output, std::sqrt(noise)});
   }
   return table;
