@@ -39,10 +39,14 @@ struct Clock {
 /// Stamps are often written when samples arrive, not when they are taken: samples that wait in a buffer arrive in
 /// bursts, and the stamps scatter about an even clock without drifting off it. A lost sample shifts all later stamps
 /// for good. So the departure r_i = t_i - t_0 - i T of the stamps from even spacing (T: median of the mean interval
-/// over 64 parts) tells them apart: at each long interval, the least r after it is compared with the least r before it,
-/// over as many samples as a backlog of that length needs to come through. A sample can be late, never early, so the
-/// least r is the true clock. A rise by three quarters of T or more, and beyond what the least r does elsewhere, is a
-/// gap.
+/// over 64 parts, or the interval that most neighbours keep to) shows the difference: at each long interval, the least
+/// r after it is compared with the least r before it, over as many samples as a backlog of that length needs to come
+/// through. A sample can be late, never early, so the least r is the true clock. A rise by three quarters of T or more,
+/// and beyond what the least r does elsewhere, is a gap.
+///
+/// The rate is the slope of straight lines through the stamps with the lost samples counted, one slope for all. Where
+/// the phase after a gap differs from that before it, the logger was stopped and started again: a new line begins
+/// there.
 ///
 /// Even means: no gap, no backward stamp, the time taken by 256 samples (a quarter of the record, if shorter) within 3
 /// % rms of its mean, and the rate over each sixteenth of the record within 1 % of the mean rate.
