@@ -11,7 +11,7 @@
 namespace tumble {
 namespace {
 
-constexpr double eps = 2.3e-16;
+constexpr double rounding = 2.3e-16;
 
 const Matrix3 general{{2.0, -1.0, 0.5}, {0.25, 3.0, -0.75}, {1.0, 0.125, -4.0}};
 const Matrix3 another{{0.0, 1.0, -2.0}, {3.5, 0.0, 0.25}, {-1.0, 2.0, 8.0}};
@@ -60,10 +60,11 @@ TEST(Matrix3, SumsAreTakenElementByElement) {
 }
 
 TEST(Matrix3, InverseTimesTheMatrixIsTheIdentity) {
-  // singular values between 2 and 4.3: the error of 10 eps s_1^2/(s_2 s_3) times the greatest element of the product
-  EXPECT_LT(greatest(inverse(general) * general - identity3()), 50.0 * eps);
-  EXPECT_LT(greatest(general * inverse(general) - identity3()), 50.0 * eps);
-  EXPECT_LT(greatest(inverse(general) - matrix3(inverse(dense(general)))), 20.0 * eps);
+  // singular values between 2 and 4.3: the error of 10 rounding s_1^2/(s_2 s_3) times the greatest element of the
+  // product
+  EXPECT_LT(greatest(inverse(general) * general - identity3()), 50.0 * rounding);
+  EXPECT_LT(greatest(general * inverse(general) - identity3()), 50.0 * rounding);
+  EXPECT_LT(greatest(inverse(general) - matrix3(inverse(dense(general)))), 20.0 * rounding);
 }
 
 TEST(Matrix3, InverseOfASingularMatrixIsNotFinite) {
@@ -75,7 +76,7 @@ TEST(Matrix3, InverseOfASingularMatrixIsNotFinite) {
 TEST(Matrix3, DeterminantOfAProductIsTheProduct) {
   const double product = determinant(general) * determinant(another);  // sums of multiples of 2^-9: exact
   EXPECT_EQ(determinant(general * another), product);
-  EXPECT_NEAR(determinant(dense(general)), determinant(general), 30.0 * eps * std::abs(determinant(general)));
+  EXPECT_NEAR(determinant(dense(general)), determinant(general), 30.0 * rounding * std::abs(determinant(general)));
   EXPECT_EQ(determinant(identity3()), 1.0);
 }
 
@@ -90,7 +91,7 @@ TEST(Matrix3, SkewIsTheCrossProduct) {
 TEST(Vector3, HelpersActOnComponents) {
   Vector3 v{3.0, -4.0, 12.0};
   EXPECT_EQ(norm(v), 13.0);
-  EXPECT_NEAR(norm(normalised(v)), 1.0, 2.0 * eps);
+  EXPECT_NEAR(norm(normalised(v)), 1.0, 2.0 * rounding);
   EXPECT_FALSE(is_finite(normalised(Vector3{})));
   EXPECT_EQ(absolute(v)[1], 4.0);
   EXPECT_EQ(scaled(v, v)[2], 144.0);
@@ -102,8 +103,8 @@ TEST(Vector3, HelpersActOnComponents) {
 
 TEST(Vector3, UnitAcrossIsAtARightAngle) {
   for (const Vector3 v : {Vector3{1.0, 2.0, 3.0}, {0.0, 0.0, -5.0}, {1e-14, 0.0, 1.0}, {1e-8, 0.0, 1.0}}) {
-    EXPECT_NEAR(norm(unit_across(v)), 1.0, 2.0 * eps);
-    EXPECT_NEAR(dot(unit_across(v), v), 0.0, 4.0 * eps * norm(v));
+    EXPECT_NEAR(norm(unit_across(v)), 1.0, 2.0 * rounding);
+    EXPECT_NEAR(dot(unit_across(v), v), 0.0, 4.0 * rounding * norm(v));
   }
 }
 
@@ -117,12 +118,12 @@ TEST(Rotation, TurnedByAVectorIsTurnedAboutItsDirection) {
 TEST(Rotation, TurnsAboutOneAxisAdd) {
   const Vector3 axis = normalised({0.3, 0.4, -1.2});
   EXPECT_LT(greatest(turned_by(0.7 * axis) * turned_by(0.05 * axis), turned_by(0.75 * axis)), 1e-14);
-  EXPECT_LT(greatest(inverse(turned_by(0.7 * axis)), turned_by(-0.7 * axis)), 4.0 * eps);
+  EXPECT_LT(greatest(inverse(turned_by(0.7 * axis)), turned_by(-0.7 * axis)), 4.0 * rounding);
 }
 
 TEST(Rotation, InverseTurnsVectorsByTheVector) {
   const Vector3 turned = inverse(turned_by({0.0, 0.0, 0.5 * std::acos(-1.0)})) * Vector3{1.0, 0.0, 0.0};
-  EXPECT_LT(norm(turned - Vector3{0.0, 1.0, 0.0}), 4.0 * eps);
+  EXPECT_LT(norm(turned - Vector3{0.0, 1.0, 0.0}), 4.0 * rounding);
 }
 
 }  // namespace

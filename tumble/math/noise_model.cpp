@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -12,8 +13,6 @@ namespace {
 
 constexpr double log4 = 2.0 * std::numbers::ln2;
 constexpr std::size_t block = 4096;  ///< normal numbers drawn at a time
-
-double square(double x) { return x * x; }
 
 /// The normal numbers of one stream in order, drawn in blocks.
 class Normals {

@@ -9,7 +9,7 @@
 namespace tumble {
 namespace {
 
-constexpr std::size_t block_samples = 1 << 20;
+constexpr std::size_t samples_at_a_time = 1 << 20;
 
 /// Adds the samples of one block to a summary. Mean and variance by the update for joined sets of Chan, Golub and
 /// LeVeque (1979), their equation 2.1: exact for blocks of any size, no cancellation. `summary.sd` holds the sum of
@@ -81,7 +81,7 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
   } else {
     stream_recording(
-        format_of(path), path, options, block_samples, [&](const Recording& block) { add(block, inspection); },
+        format_of(path), path, options, samples_at_a_time, [&](const Recording& block) { add(block, inspection); },
         progress);
     inspection.findings.push_back({Finding::Severity::info, "too_large_for_checks", {}, path});
   }

@@ -15,7 +15,7 @@ namespace {
 
 using namespace prediction;
 
-void describe(const Plan& plan, Estimate& estimate) {
+void describe_prediction(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method.empty() ? "predict" : plan.method;
   estimate.instrument_model = plan.instrument_model;
   estimate.instrument_serial = plan.instrument_serial;
@@ -52,7 +52,7 @@ Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, 
   auto estimate = predict_outputs(plan, outputs);
   for (const auto& output : outputs)
     if (advise) add_advice(plan, felt, output, estimate.findings);
-  describe(plan, estimate);
+  describe_prediction(plan, estimate);
   return estimate;
 }
 
@@ -63,7 +63,7 @@ Estimate predict(const Plan& plan) {
   Plan whole = plan;
   read_calibration(whole);
   auto estimate = method->predict(whole);
-  describe(whole, estimate);
+  describe_prediction(whole, estimate);
   return estimate;
 }
 

@@ -9,7 +9,7 @@ namespace tumble::file {
 namespace {
 
 /// The nearest number with `digits` significant decimal digits.
-double rounded(double value, int digits) {
+double to_digits(double value, int digits) {
   char text[40];
   const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits - 1).ptr;
   double result = value;
@@ -21,9 +21,9 @@ double rounded(double value, int digits) {
 double plainest_rate(double low, double high) {
   const double middle = 0.5 * (low + high);
   for (int digits = 1; digits <= 17; ++digits) {
-    const double rate = rounded(1.0 / middle, digits);
+    const double rate = to_digits(1.0 / middle, digits);
     if (rate > 0.0 && 1.0 / rate >= low && 1.0 / rate <= high) return rate;
-    const double interval = rounded(middle, digits);
+    const double interval = to_digits(middle, digits);
     if (interval >= low && interval <= high) return 1.0 / interval;
   }
   return 1.0 / middle;

@@ -12,7 +12,7 @@ namespace tumble::hdf5 {
 namespace {
 
 constexpr std::size_t longest_text = std::size_t{1} << 24;
-constexpr hsize_t largest_chunk = hsize_t{1} << 30;  // bytes
+constexpr hsize_t largest_readable_chunk = hsize_t{1} << 30;  // bytes
 
 /// deflate packs at most 1032 to 1; a file that claims more is corrupt, and memory is not asked for.
 bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
@@ -28,7 +28,7 @@ void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, cons
   if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
   hsize_t bytes = 8;
   for (const hsize_t length : chunk)
-    if (length == 0 || (bytes *= length) > largest_chunk) fail("its chunks are larger than 1 GB");
+    if (length == 0 || (bytes *= length) > largest_readable_chunk) fail("its chunks are larger than 1 GB");
   const hsize_t along = chunk[numbers.axis];
   numbers.piece = std::max(along, numbers.piece / along * along);
   if (bytes <= hsize_t{1} << 20) return;

@@ -13,8 +13,8 @@ namespace tumble::hdf5 {
 
 namespace {
 
-constexpr hsize_t smallest_chunk = 1024;   // samples
-constexpr hsize_t largest_chunk = 131072;  // 1 MB: the size of the library's cache
+constexpr hsize_t smallest_written_chunk = 1024;   // samples
+constexpr hsize_t largest_written_chunk = 131072;  // 1 MB: the size of the library's cache
 
 class Writer {
  public:
@@ -150,7 +150,7 @@ class Writer {
 
   Dataset dataset(const std::string& path, std::size_t first_block) const {
     const hsize_t none = 0, unlimited = H5S_UNLIMITED;
-    const hsize_t chunk = std::clamp<hsize_t>(first_block, smallest_chunk, largest_chunk);
+    const hsize_t chunk = std::clamp<hsize_t>(first_block, smallest_written_chunk, largest_written_chunk);
     const Handle space = checked(H5Screate_simple(1, &none, &unlimited), H5Sclose);
     const Handle plist = creation(H5P_DATASET_CREATE);
     check(H5Pset_chunk(plist, 1, &chunk));
@@ -191,9 +191,9 @@ class Writer {
   }
 
   void extend(Dataset& target, const std::vector<double>& values, const Unit& unit) {
-    for (std::size_t first = 0; first < values.size(); first += largest_chunk) {
+    for (std::size_t first = 0; first < values.size(); first += largest_written_chunk) {
       const hsize_t start = target.count;
-      const hsize_t count = std::min<hsize_t>(largest_chunk, values.size() - first);
+      const hsize_t count = std::min<hsize_t>(largest_written_chunk, values.size() - first);
       scratch_.resize(count);
       for (hsize_t i = 0; i < count; ++i) {
         scratch_[i] = file::plain_value(values[first + i], unit);

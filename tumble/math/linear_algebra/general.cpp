@@ -1,8 +1,8 @@
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cassert>
 #include <utility>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/linear_algebra.hpp"
 
@@ -13,16 +13,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-using Vector = Eigen::Map<const VectorXd>;
-using Reflections = Eigen::HouseholderSequence<Eigen::Map<const MatrixXd>, Vector>;
-
-Vector vector(std::span<const double> values) { return {values.data(), at(values.size())}; }
-
-Eigen::Map<MatrixXd> view(Matrix& m) { return {m.values.data(), at(m.rows), at(m.columns)}; }
+using Reflections = Eigen::HouseholderSequence<Eigen::Map<const MatrixXd>, Eigen::Map<const VectorXd>>;
 
 /// Q, which reads the factors where they are.
 Reflections reflections(const HouseholderQr& qr) {
-  return Reflections(map(qr.packed), vector(qr.coefficients)).setLength(at(qr.coefficients.size()));
+  return Reflections(map(qr.packed), map(qr.coefficients)).setLength(at(qr.coefficients.size()));
 }
 
 }  // namespace
@@ -58,7 +53,7 @@ QrFit qr_fit(const Matrix& a, std::span<const double> b, double relative_toleran
   const Index rank = qr.rank();
   out.rank = static_cast<std::size_t>(rank);
   const MatrixXd upper = qr.matrixQR().topLeftCorner(rank, rank);
-  const VectorXd rotated = qr.householderQ().adjoint() * vector(b);
+  const VectorXd rotated = qr.householderQ().adjoint() * map(b);
   const VectorXd x = upper.triangularView<Eigen::Upper>().solve(rotated.head(rank));
   MatrixXd root = MatrixXd::Identity(rank, rank);
   upper.triangularView<Eigen::Upper>().solveInPlace(root);

@@ -1,18 +1,12 @@
+#include <Eigen/Dense>
 #include <cassert>
 #include <utility>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/linear_algebra.hpp"
 
 namespace tumble {
 namespace {
-
-using Vector = Eigen::Map<const Eigen::VectorXd>;
-
-Vector view(std::span<const double> values) { return {values.data(), at(values.size())}; }
-
-Eigen::Map<Eigen::MatrixXd> view(Matrix& m) { return {m.values.data(), at(m.rows), at(m.columns)}; }
 
 /// The upper triangle from the lower one.
 Matrix mirrored(Matrix a) {
@@ -76,7 +70,7 @@ Matrix operator*(const Matrix& a, const Matrix& b) {
 std::vector<double> operator*(const Matrix& a, std::span<const double> x) {
   assert(a.columns == x.size());
   std::vector<double> out(a.rows);
-  Eigen::Map<Eigen::VectorXd>(out.data(), at(a.rows)).noalias() = map(a) * view(x);
+  Eigen::Map<Eigen::VectorXd>(out.data(), at(a.rows)).noalias() = map(a) * map(x);
   return out;
 }
 
@@ -90,7 +84,7 @@ Matrix transposed_product(const Matrix& a, const Matrix& b) {
 std::vector<double> transposed_product(const Matrix& a, std::span<const double> x) {
   assert(a.rows == x.size());
   std::vector<double> out(a.columns);
-  Eigen::Map<Eigen::VectorXd>(out.data(), at(a.columns)).noalias() = map(a).transpose() * view(x);
+  Eigen::Map<Eigen::VectorXd>(out.data(), at(a.columns)).noalias() = map(a).transpose() * map(x);
   return out;
 }
 

@@ -1,7 +1,7 @@
+#include <Eigen/Dense>
 #include <algorithm>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/linear_algebra.hpp"
 

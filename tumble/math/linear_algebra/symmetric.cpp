@@ -1,20 +1,14 @@
+#include <Eigen/Dense>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/linear_algebra.hpp"
 
 namespace tumble {
 
 using Eigen::MatrixXd;
-
-namespace {
-
-Eigen::Map<MatrixXd> view(Matrix& m) { return {m.values.data(), at(m.rows), at(m.columns)}; }
-
-}  // namespace
 
 std::vector<double> solve_symmetric(const Matrix& a, std::span<const double> b) {
   return solve_symmetric(a, as_column(b)).values;

@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
-
-#include "tumble/math/eigen/dense.hpp"
 
 namespace tumble {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/random.hpp"
 

@@ -8,12 +8,11 @@
 #include <numeric>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
-
-double square(double x) { return x * x; }
 
 /// The parameters that have a prior.
 std::vector<std::size_t> priors_of(const LeastSquaresOptions& options) {

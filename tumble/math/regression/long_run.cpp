@@ -160,7 +160,7 @@ DensityAtZero density_of(const std::vector<double>& x, std::size_t n, bool slow)
   return density;
 }
 
-double at(const DensityAtZero& d, double f) { return d.white + d.blue * f * f + d.slow / f; }
+double density_at(const DensityAtZero& d, double f) { return d.white + d.blue * f * f + d.slow / f; }
 
 /// Of the projections at the lowest frequencies, each over the root of its density.
 Matrix correlation_of(const std::vector<std::vector<double>>& x, const std::vector<DensityAtZero>& density,
@@ -170,7 +170,7 @@ Matrix correlation_of(const std::vector<std::vector<double>>& x, const std::vect
   for (std::size_t s = 0; s < x.size(); ++s)
     for (std::size_t i = 0; i < lowest; ++i) {
       const std::size_t k = first_ordinate + i;
-      const double variance = at(density[s], static_cast<double>(k) / static_cast<double>(2 * n));
+      const double variance = density_at(density[s], static_cast<double>(k) / static_cast<double>(2 * n));
       z(i, s) = variance > 0.0 ? x[s][k] / std::sqrt(variance) : 0.0;
     }
   Matrix correlation = gram(z);

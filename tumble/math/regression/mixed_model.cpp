@@ -1,10 +1,10 @@
 #include "tumble/math/regression/mixed_model.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/math/regression/mixed_model/estimator.hpp"
 #include "tumble/math/regression/mixed_model/restricted.hpp"

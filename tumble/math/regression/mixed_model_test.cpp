@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/vector3.hpp"
 #include "tumble/units/error.hpp"

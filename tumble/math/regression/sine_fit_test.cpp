@@ -11,7 +11,7 @@
 namespace tumble {
 namespace {
 
-constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr double turn = 2.0 * std::numbers::pi;
 
 struct Made {
   std::vector<double> time, value;
@@ -22,20 +22,20 @@ Made wave(double f, double amplitude, double phase, double rate, std::size_t sam
   Made made;
   for (std::size_t i = 0; i < samples; ++i) {
     made.time.push_back(3.0 + static_cast<double>(i) / rate);
-    made.value.push_back(amplitude * std::cos(two_pi * f * made.time.back() + phase));
+    made.value.push_back(amplitude * std::cos(turn * f * made.time.back() + phase));
   }
   return made;
 }
 
 /// The line with its phase counted from t = 0.
 std::complex<double> at_zero(const SineFit& fit, double f) {
-  return fit.line[0] * std::polar(1.0, -two_pi * f * fit.centre);
+  return fit.line[0] * std::polar(1.0, -turn * f * fit.centre);
 }
 
 TEST(SineFit, FourParametersWithHarmonicsDriftAndGapToRounding) {
   Made made = wave(13.37, 2.0, 0.4, 200.0, 2000);
   for (std::size_t i = 0; i < made.time.size(); ++i) {
-    made.value[i] += 1.5 + 0.1 * made.time[i] + 0.3 * std::sin(two_pi * 2.0 * 13.37 * made.time[i]);
+    made.value[i] += 1.5 + 0.1 * made.time[i] + 0.3 * std::sin(turn * 2.0 * 13.37 * made.time[i]);
     if (i > 500 && i < 700) made.value[i] = std::nan("");
   }
   const SineFit fit = fit_sine(made.time, made.value, 13.33, {.harmonics = 2, .fit_frequency = true, .rate = 200.0});
@@ -78,7 +78,7 @@ TEST(SineFitCoverage, UncertaintiesHoldInWhiteAndInColouredNoise) {
       double noise = 0.0;
       for (std::size_t i = 0; i < 800; ++i) made.value[i] += noise = memory * noise + random.normal(i);
       const SineFit fit = fit_sine(made.time, made.value, 4.1, {.fit_frequency = true, .rate = 100.0});
-      const auto ratio = fit.line[0] / (30.0 * std::polar(1.0, 0.2 + two_pi * 4.13 * fit.centre));
+      const auto ratio = fit.line[0] / (30.0 * std::polar(1.0, 0.2 + turn * 4.13 * fit.centre));
       gain += std::pow(std::log(std::abs(ratio)), 2) / fit.log_gain_variance() / seeds;
       phase += std::pow(std::arg(ratio), 2) / fit.phase_variance() / seeds;
       expected += fit.degrees_of_freedom / (fit.degrees_of_freedom - 2.0) / seeds;
@@ -102,7 +102,7 @@ TEST(SineFit, RefusesWhatCannotBeTold) {
 
 TEST(SineFit, FindsTheStrongestLine) {
   Made made = wave(7.3, 1.0, 0.3, 200.0, 1000);
-  for (std::size_t i = 0; i < 1000; ++i) made.value[i] += 50.0 + 0.2 * std::cos(two_pi * 41.0 * made.time[i]);
+  for (std::size_t i = 0; i < 1000; ++i) made.value[i] += 50.0 + 0.2 * std::cos(turn * 41.0 * made.time[i]);
   EXPECT_NEAR(strongest_frequency(made.value, 200.0), 7.3, 0.02);  // a tenth of 1/T
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double turn = 2.0 * std::numbers::pi;
 
-std::vector<double> white(std::size_t samples, std::uint64_t seed) {
+std::vector<double> white_samples(std::size_t samples, std::uint64_t seed) {
   std::vector<double> values(samples, 3.0);
   add_noise({.angle_random_walk = 1.0}, 1.0, RandomStream(seed), values);
   return values;
@@ -33,7 +33,7 @@ TEST(Sines, HasTheScatterOfTheBoundAndIntervalsThatHold) {
   double held_a = 0.0, held_f = 0.0, off_a = 0.0, off_f = 0.0;
   for (unsigned seed = 1; seed <= records; ++seed) {
     const double frequency = 0.0711 + 0.37 * seed / samples;
-    auto values = white(static_cast<std::size_t>(samples), seed);
+    auto values = white_samples(static_cast<std::size_t>(samples), seed);
     put(amplitude, frequency, seed, values);
     Sines sines(values);
     sines.add(frequency + 1e-4, 5e-4);
@@ -82,7 +82,7 @@ TEST(Sines, DistinguishesASteadySineFromOneThatWanders) {
   // Mean square of 8 parts over what noise makes: chi-square of 13 degrees of freedom over 13, above 3.2 once in 1e4.
   // One that is a quarter of a turn off at either end, one whose amplitude doubles, one that is there half the time.
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    auto steady = white(16384, seed), turning = steady, growing = steady, gone = steady;
+    auto steady = white_samples(16384, seed), turning = steady, growing = steady, gone = steady;
     put(1.0, 0.1234, 1.0, steady);
     for (std::size_t n = 0; n < steady.size(); ++n) {
       const double t = static_cast<double>(n) / 16384.0 - 0.5, at = turn * 0.1234 * static_cast<double>(n);
@@ -108,7 +108,7 @@ TEST(Sines, DistinguishesASteadySineFromOneThatWanders) {
 TEST(Sines, NoPowerWhereThereIsNone) {
   // The largest of frequencies over 8 bins: exponential of mean 1, above 12 once in 1e4 times 16.
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    Sines sines(white(8192, seed));
+    Sines sines(white_samples(8192, seed));
     sines.add(0.2, 4.0 / 8192.0);
     EXPECT_LT(sines.quality(0, unit_level).power, 12.0) << seed;
   }
@@ -121,7 +121,7 @@ TEST(Sines, ReturnsWhatItTookOfTheNoise) {
   double before = 0.0, after = 0.0, count = 0.0, given = 0.0, lost = 0.0;
   constexpr double frequency = 40.3 / 4096.0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
-    auto values = white(4096, seed);
+    auto values = white_samples(4096, seed);
     put(2.0, frequency, seed, values);
     Sines sines(values);
     sines.add(frequency, 2.0 / 4096.0);

@@ -6,13 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
-
-double square(double value) { return value * value; }
 
 /// Gauss-Legendre, 8 points on -1 ... 1.
 constexpr std::array<double, 4> nodes{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};

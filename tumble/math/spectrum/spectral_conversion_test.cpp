@@ -14,13 +14,13 @@
 namespace tumble {
 namespace {
 
-constexpr double rate = 10.0, interval = 0.1;
+constexpr double conversion_rate = 10.0, interval = 0.1;
 
 /// From 1e-7 Hz to half the rate, 1 % apart.
 std::vector<double> frequencies() {
   std::vector<double> frequency{1e-7};
   while (frequency.back() < 4.95) frequency.push_back(1.01 * frequency.back());
-  frequency.push_back(0.5 * rate);
+  frequency.push_back(0.5 * conversion_rate);
   return frequency;
 }
 
@@ -30,10 +30,12 @@ std::vector<double> frequencies() {
 void expect(Stability measure, const NoiseModel& noise, const std::function<double(double)>& closed) {
   const auto frequency = frequencies();
   std::vector<double> density;
-  for (const double f : frequency) density.push_back(sampled_density(noise, f, rate));
+  for (const double f : frequency) density.push_back(sampled_density(noise, f, conversion_rate));
   for (const std::size_t m : {1u, 2u, 7u, 64u, 1000u}) {
     const double expected = closed(static_cast<double>(m));
-    EXPECT_NEAR(stability_variance_from_spectrum(measure, frequency, density, rate, m), expected, 6e-5 * expected) << m;
+    EXPECT_NEAR(stability_variance_from_spectrum(measure, frequency, density, conversion_rate, m), expected,
+                6e-5 * expected)
+        << m;
   }
 }
 
@@ -64,23 +66,23 @@ TEST(SpectralConversion, SamplesHaveTheContinuousDensityAtLowFrequencies) {
                          .markov_sd = 1.0,
                          .markov_time = 3.0};
   // sinc^2 takes (pi f T)^2/3 = 3e-7, aliases of the walk add 2 (f T)^2 zeta(2).. of it.
-  const double continuous = continuous_density(noise, 0.003, rate);
-  EXPECT_NEAR(sampled_density(noise, 0.003, rate), continuous, 1e-4 * continuous);
-  EXPECT_NEAR(continuous_density({.angle_random_walk = 1.0}, 1.0, rate), 2.0, 1e-15);  // one-sided
+  const double continuous = continuous_density(noise, 0.003, conversion_rate);
+  EXPECT_NEAR(sampled_density(noise, 0.003, conversion_rate), continuous, 1e-4 * continuous);
+  EXPECT_NEAR(continuous_density({.angle_random_walk = 1.0}, 1.0, conversion_rate), 2.0, 1e-15);  // one-sided
 }
 
 // The measured spectrum of simulated noise, every frequency alike, gives the measured Allan variance. Of 65536 samples,
 // the variance at m = 1 ... 64 has a relative sd of sqrt(3 m/N) and less: 5.4 %; both come from the same record.
 TEST(SpectralConversion, AMeasuredSpectrumGivesTheMeasuredDeviation) {
   std::vector<double> values(65536, 0.0);
-  add_noise({.quantization_noise = 0.05, .angle_random_walk = 1.0, .rate_random_walk = 0.05}, rate, RandomStream(5),
-            values);
+  add_noise({.quantization_noise = 0.05, .angle_random_walk = 1.0, .rate_random_walk = 0.05}, conversion_rate,
+            RandomStream(5), values);
   const std::vector<std::size_t> factors{1, 4, 16, 64};
   const auto measured = stability_of_rate(Stability::overlapping_allan, values, interval, factors, {});
-  const auto spectrum = power_spectrum(SpectrumEstimator::multitaper, values, rate, {});
+  const auto spectrum = power_spectrum(SpectrumEstimator::multitaper, values, conversion_rate, {});
   for (const auto& point : measured) {
     const double variance = stability_variance_from_spectrum(Stability::overlapping_allan, spectrum.frequency,
-                                                             spectrum.density, rate, point.factor);
+                                                             spectrum.density, conversion_rate, point.factor);
     EXPECT_NEAR(variance, point.deviation * point.deviation, 0.02 * variance) << point.factor;
   }
 }
@@ -88,7 +90,7 @@ TEST(SpectralConversion, AMeasuredSpectrumGivesTheMeasuredDeviation) {
 TEST(SpectralConversion, RefusesWhatItCannotUse) {
   const std::vector<double> frequency{1.0, 2.0}, density{1.0, 1.0};
   EXPECT_THROW(stability_transfer(Stability::total, 0.1, 1), Error);
-  EXPECT_THROW(stability_variance_from_spectrum(Stability::allan, density, density, rate, 1), Error);
+  EXPECT_THROW(stability_variance_from_spectrum(Stability::allan, density, density, conversion_rate, 1), Error);
   EXPECT_THROW(stability_variance_from_spectrum(Stability::allan, frequency, density, 3.0, 0), Error);
 }
 

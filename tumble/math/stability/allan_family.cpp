@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/stability/allan_differences.hpp"
 #include "tumble/math/stability/allan_edf.hpp"
 #include "tumble/math/stability/allan_edf_extended.hpp"
@@ -190,12 +191,6 @@ std::vector<int> types_of(Stability measure, const Phase& phase, std::span<const
   return identify_noise_types(phase, typed, second_difference_sums(phase, typed));
 }
 
-std::vector<double> scaled(std::span<const double> values, double factor) {
-  std::vector<double> result(values.begin(), values.end());
-  for (double& value : result) value *= factor;
-  return result;
-}
-
 }  // namespace
 
 std::vector<DeviationPoint> stability(Stability measure, std::span<const double> phase, double interval,
@@ -214,7 +209,7 @@ std::vector<DeviationPoint> stability_of_rate(Stability measure, std::span<const
                                               std::span<const std::size_t> factors, const StabilityOptions& options) {
   check(interval, factors, options);
   const auto phase = integrate_rate(rate, 1);
-  const auto values = scaled(phase.values, interval);
+  const auto values = scaled(interval, phase.values);
   return stability_of_runs(measure, {values, phase.runs, nullptr}, interval, factors, options);
 }
 
@@ -247,7 +242,7 @@ std::vector<DeviationPoint> stability_of_runs(Stability measure, const Phase& ph
 std::vector<double> phase_from_rate(std::span<const double> rate, double interval) {
   const auto phase = integrate_rate(rate, 1);
   if (phase.has_gaps()) throw Error(Error::Kind::bad_data, "the rate has missing samples: use stability_of_rate");
-  return scaled(phase.values, interval);
+  return scaled(interval, phase.values);
 }
 
 }  // namespace tumble

@@ -13,9 +13,9 @@
 namespace tumble {
 namespace {
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 constexpr unsigned records = 200;
-constexpr std::size_t samples = 400;
+constexpr std::size_t record_samples = 400;
 const std::vector<std::size_t> factors{1, 2, 6, 12, 24};
 
 enum class Gaps { none, blocks, singles };
@@ -24,23 +24,23 @@ enum class Gaps { none, blocks, singles };
 std::vector<double> record(unsigned seed, int alpha, Gaps gaps) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal;
-  std::vector<double> rate(samples);
+  std::vector<double> rate(record_samples);
   double before = normal(engine);
   for (double& value : rate) {
     const double next = normal(engine);
     value = alpha == 2 ? next - before : next;
     before = next;
   }
-  std::uniform_int_distribution<std::size_t> place(0, samples - 1);
+  std::uniform_int_distribution<std::size_t> place(0, record_samples - 1);
   if (gaps == Gaps::blocks)
     for (int block = 0; block < 4; ++block)
-      for (std::size_t first = place(engine) / 20 * 20, i = first; i < first + 20; ++i) rate[i] = missing;
+      for (std::size_t first = place(engine) / 20 * 20, i = first; i < first + 20; ++i) rate[i] = no_value;
   if (gaps == Gaps::singles)
-    for (std::size_t i = 0; i < samples / 5; ++i) rate[place(engine)] = missing;
+    for (std::size_t i = 0; i < record_samples / 5; ++i) rate[place(engine)] = no_value;
   return rate;
 }
 
-struct Tally {
+struct ErrorTally {
   double sum = 0.0, squares = 0.0, count = 0.0;
 
   void add(double value) {
@@ -52,8 +52,8 @@ struct Tally {
   double error() const { return std::sqrt((squares / count - mean() * mean()) / count); }
 };
 
-std::map<std::size_t, Tally> tallies(Stability measure, int alpha, Gaps gaps) {
-  std::map<std::size_t, Tally> result;
+std::map<std::size_t, ErrorTally> tallies(Stability measure, int alpha, Gaps gaps) {
+  std::map<std::size_t, ErrorTally> result;
   const unsigned base = gaps == Gaps::none ? 5000 : 0;
   for (unsigned seed = 0; seed < records; ++seed)
     for (const auto& point :
@@ -62,14 +62,14 @@ std::map<std::size_t, Tally> tallies(Stability measure, int alpha, Gaps gaps) {
   return result;
 }
 
-constexpr Stability measures[] = {
+constexpr Stability gap_measures[] = {
     Stability::allan,      Stability::overlapping_allan,    Stability::modified_allan, Stability::time,
     Stability::hadamard,   Stability::overlapping_hadamard, Stability::total,          Stability::modified_total,
     Stability::time_total, Stability::hadamard_total,       Stability::parabolic,      Stability::theo1,
     Stability::theoh,      Stability::rms_interval_error};
 
 TEST(StabilityGaps, DoNotChangeTheMean) {
-  for (const Stability measure : measures) {
+  for (const Stability measure : gap_measures) {
     for (const int alpha : {2, 0}) {
       if (measure == Stability::rms_interval_error && alpha == 0) continue;  // about the mean rate of a shorter record
       const auto whole = tallies(measure, alpha, Gaps::none);
@@ -95,7 +95,7 @@ TEST(StabilityGaps, DoNotChangeTheMean) {
 }
 
 TEST(StabilityGaps, LeaveLimitsWhereverThereIsAValue) {
-  for (const Stability measure : measures)
+  for (const Stability measure : gap_measures)
     for (const Gaps gaps : {Gaps::blocks, Gaps::singles})
       for (unsigned seed = 0; seed < 20; ++seed)
         for (const auto& point : stability_of_rate(measure, record(seed, 2, gaps), 1.0, factors, {.alpha = 2})) {
@@ -110,9 +110,9 @@ TEST(StabilityGaps, LeaveAPeakNoLargerThanTheWholeHas) {
     const auto whole = stability_of_rate(Stability::peak_interval_error, rate, 1.0, factors, {.alpha = 0});
     // The mean rate of what is left is another: the peak may move by m times their difference.
     double before = 0.0, after = 0.0;
-    for (const double value : rate) before += value / static_cast<double>(samples);
-    for (std::size_t i = 100; i < 180; ++i) rate[i] = missing;
-    for (const double value : rate) after += std::isnan(value) ? 0.0 : value / static_cast<double>(samples - 80);
+    for (const double value : rate) before += value / static_cast<double>(record_samples);
+    for (std::size_t i = 100; i < 180; ++i) rate[i] = no_value;
+    for (const double value : rate) after += std::isnan(value) ? 0.0 : value / static_cast<double>(record_samples - 80);
     const auto left = stability_of_rate(Stability::peak_interval_error, rate, 1.0, factors, {.alpha = 0});
     ASSERT_EQ(left.size(), whole.size());
     for (std::size_t i = 0; i < left.size(); ++i)

@@ -6,6 +6,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -13,8 +14,6 @@ namespace {
 
 using Active = std::vector<bool>;
 using Terms = std::vector<std::size_t>;
-
-double square(double x) { return x * x; }
 
 struct State {
   std::vector<double> c;  ///< squared coefficients, one a term, zero where not active

@@ -12,6 +12,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/room.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/math/stability/allan.hpp"
 #include "tumble/units/error.hpp"
 
@@ -32,8 +33,6 @@ void check_signals(std::span<const double> a, std::span<const double> b, double 
   if (a.size() != b.size() || !(confidence > 0.0 && confidence < 1.0))
     throw Error(Error::Kind::bad_input, "two signals of the same length and a confidence between 0 and 1 are needed");
 }
-
-double square(double value) { return value * value; }
 
 /// P(|t| > value)
 double tails(double value, double freedom) {

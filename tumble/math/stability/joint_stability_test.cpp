@@ -11,10 +11,10 @@
 namespace tumble {
 namespace {
 
-constexpr std::size_t samples = 1024;
+constexpr std::size_t joint_samples = 1024;
 
 std::vector<double> noise(const NoiseModel& model, std::uint64_t seed, const char* name) {
-  std::vector<double> values(samples, 0.0);
+  std::vector<double> values(joint_samples, 0.0);
   add_noise(model, 1.0, RandomStream(seed).split(name), values);
   return values;
 }
@@ -27,7 +27,7 @@ void expect_limits_hold(const NoiseModel& model, double correlation) {
   for (std::uint64_t seed = 0; seed < records; ++seed) {
     auto a = noise(model, seed, "a"), b = noise(model, seed, "b");
     const auto common = noise(model, seed, "common");
-    for (std::size_t i = 0; i < samples; ++i) {
+    for (std::size_t i = 0; i < joint_samples; ++i) {
       a[i] = std::sqrt(1.0 - correlation) * a[i] + std::sqrt(correlation) * common[i];
       b[i] = -7.0 * (std::sqrt(1.0 - correlation) * b[i] + std::sqrt(correlation) * common[i]);
     }
@@ -47,7 +47,7 @@ TEST(AllanCorrelationCoverage, LimitsHoldTheTruth) {
 
 TEST(AllanCorrelation, LeavesOutWhatOneOfThemMisses) {
   auto a = noise({.angle_random_walk = 1.0}, 1, "a"), b = a;
-  for (std::size_t i = 0; i < samples; ++i) b[i] = 3.0 * a[i] + 1.0;
+  for (std::size_t i = 0; i < joint_samples; ++i) b[i] = 3.0 * a[i] + 1.0;
   a[100] = b[200] = std::numeric_limits<double>::quiet_NaN();
   const auto points = allan_correlation(a, b, 1.0, std::vector<std::size_t>{1, 4}, 0.95);
   ASSERT_EQ(points.size(), 2u);
@@ -59,7 +59,7 @@ TEST(AllanCorrelation, LeavesOutWhatOneOfThemMisses) {
 TEST(AllanCorrelation, OfAllPairsIsThatOfEach) {
   std::vector<std::vector<double>> signals;
   for (const char* name : {"a", "b", "c", "d"}) signals.push_back(noise({.angle_random_walk = 1.0}, 8, name));
-  for (std::size_t i = 0; i < samples; ++i) signals[1][i] += signals[0][i];
+  for (std::size_t i = 0; i < joint_samples; ++i) signals[1][i] += signals[0][i];
   signals[2][50] = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::span<const double>> spans(signals.begin(), signals.end());
   const std::vector<std::size_t> factors{1, 8};
@@ -91,7 +91,7 @@ Held hats(const std::vector<double>& noises, std::size_t factor, std::uint64_t r
     const char* names[] = {"a", "b", "c", "d"};
     for (std::size_t k = 0; k < noises.size(); ++k) {
       signals.push_back(noise({.angle_random_walk = noises[k]}, seed, names[k]));
-      for (std::size_t i = 0; i < samples; ++i) signals[k][i] += common[i];
+      for (std::size_t i = 0; i < joint_samples; ++i) signals[k][i] += common[i];
     }
     const std::vector<std::span<const double>> spans(signals.begin(), signals.end());
     const auto points = three_cornered_hat(spans, 1.0, std::vector<std::size_t>{factor}, 0.95);

@@ -13,7 +13,7 @@ namespace tumble {
 namespace {
 
 constexpr std::size_t memory = 2 * StreamingAllan::exact_to;  // increments that the longest term of a stage spans
-constexpr std::size_t block = 2 * memory;                     // increments worked through at a time
+constexpr std::size_t increments_at_once = 2 * memory;        // increments worked through at a time
 
 /// Samples from one point of a stage to the next.
 std::size_t step_of(std::size_t stage) {
@@ -103,7 +103,7 @@ void StreamingAllan::work_through(std::size_t index) {
 
 void StreamingAllan::feed(std::size_t index, double increment) {
   stages_[index].pending.push_back(increment);
-  if (stages_[index].pending.size() == block) work_through(index);
+  if (stages_[index].pending.size() == increments_at_once) work_through(index);
 }
 
 void StreamingAllan::flush() {
@@ -127,12 +127,12 @@ void StreamingAllan::break_off() {
 void StreamingAllan::push(std::span<const double> rate) {
   while (!rate.empty()) {
     auto& pending = stages_[0].pending;
-    const auto some = rate.first(std::min(rate.size(), block - pending.size()));
+    const auto some = rate.first(std::min(rate.size(), increments_at_once - pending.size()));
     const auto end = std::find_if(some.begin(), some.end(), [](double value) { return !std::isfinite(value); });
     const auto good = static_cast<std::size_t>(end - some.begin());
     pending.insert(pending.end(), some.begin(), end);
     samples_ += good;
-    if (pending.size() == block) work_through(0);
+    if (pending.size() == increments_at_once) work_through(0);
     if (good < some.size()) {
       if (std::isinf(*end))
         throw Error(Error::Kind::bad_data, "infinite value at sample " + std::to_string(start_ + samples_));

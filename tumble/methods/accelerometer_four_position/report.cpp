@@ -108,7 +108,7 @@ void fill_parameters(const Reduced& reduced, const Reported& reported, Estimate&
   settle(estimate, carried(gradients, lines_of(reduced.sources)));
 }
 
-Table temperatures(const Bench& bench, const Reduced& reduced) {
+Table temperature_table(const Bench& bench, const Reduced& reduced) {
   const Unit ppm = Unit::parse("ppm"), mg = Unit::parse("mg"), kelvin = Unit::parse("K"), number;
   Table table{"temperatures", "one row for each set of positions: scale factor and bias by (3.5)", {}, {}};
   table.columns = {{"run", number},
@@ -230,7 +230,7 @@ Estimate described(const Bench& bench, const Reduced& reduced, const Settings& s
   fill_parameters(reduced, reported, estimate);
   estimate.fit = reduced.fit;
   if (measured) {
-    estimate.tables = {temperatures(bench, reduced), positions(bench)};
+    estimate.tables = {temperature_table(bench, reduced), positions(bench)};
     if (over)
       for (const Quantity quantity : {bias, scale_factor_error})
         add_curves(bench, reduced, quantity, face_of(quantity, two, false), estimate);

@@ -13,12 +13,12 @@
 namespace tumble::accelerometer_four_position {
 namespace {
 
-constexpr double temperatures[] = {-20.0, 0.0, 20.0, 40.0, 60.0};  ///< [degC]
+constexpr double plateaus[] = {-20.0, 0.0, 20.0, 40.0, 60.0};  ///< [degC]
 
 void add_schedule(Plan& plan) {
   const auto hold = [](double value) { return Motion{.kind = Motion::Kind::hold, .value = value}; };
   for (int run = 1; run <= 4; ++run)
-    for (const double t : temperatures) {
+    for (const double t : plateaus) {
       plan.schedule.push_back({fmt::format("soak at {} degC", t), 4500.0, run, {{"temperature", hold(t + 273.15)}}});
       for (int position = 1; position <= 4; ++position)
         plan.schedule.push_back({fmt::format("{} at {} degC", position, t),
@@ -52,10 +52,10 @@ FourResults exact(const Plan& plan, double celsius, double gravity) {
 /// The quadratic through the exact results at the temperatures of the test; what they differ from it by is 1e-8 of
 /// them.
 void add_truth(const Plan& plan, Quantity quantity, const char* letter, Trial& trial) {
-  Matrix design(std::size(temperatures), 3);
+  Matrix design(std::size(plateaus), 3);
   std::vector<double> values;
-  for (std::size_t i = 0; i < std::size(temperatures); ++i) {
-    const double t = temperatures[i];
+  for (std::size_t i = 0; i < std::size(plateaus); ++i) {
+    const double t = plateaus[i];
     design(i, 0) = 1.0;
     design(i, 1) = t;
     design(i, 2) = t * t;

@@ -133,7 +133,7 @@ std::string decision(const FittedTerm& term) {
   return term.chance < 1e-6 ? "used (p < 1e-6)" : fmt::format("used (p = {:.2g})", term.chance);
 }
 
-void add_rows(const ChannelNoise& channel, Table& table) {
+void add_stability_rows(const ChannelNoise& channel, Table& table) {
   for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
     const FittedTerm& term = channel.fit.terms[t];
     const TermWords said = words(term.unit.term, channel.kind);
@@ -174,7 +174,7 @@ Curve line(const ChannelNoise& channel, const std::string& name, const std::vect
   return curve;
 }
 
-void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
+void add_stability_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
   std::vector<double> measured, sum(channel.curve.size(), 0.0);
   for (const auto& point : channel.curve) measured.push_back(point.deviation * point.deviation);
   Curve points = line(channel, "allan_deviation", measured);
@@ -350,8 +350,8 @@ Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted
       continue;
     }
     sources.push_back(add_parameters(channel, estimate));
-    add_rows(channel, table);
-    add_curves(channel, estimate.curves);
+    add_stability_rows(channel, table);
+    add_stability_curves(channel, estimate.curves);
     add_departure(channel, estimate.findings);
     add_hidden(channel, hidden);
     estimate.fit.observations += channel.fit.residuals.size();

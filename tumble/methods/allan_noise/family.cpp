@@ -102,7 +102,7 @@ std::string noise_name(int alpha, QuantityKind kind) {
   }
 }
 
-void add_rows(const ChannelNoise& channel, const FamilyCurve& curve, Table& table) {
+void add_family_rows(const ChannelNoise& channel, const FamilyCurve& curve, Table& table) {
   const Member& member = member_of(curve.measure);
   const Unit unit = unit_of(member, channel.kind);
   const auto text = [&](double value) { return fmt::format("{:.4g}", unit.difference_from_si(value)); };
@@ -188,7 +188,7 @@ void describe_family(const std::vector<ChannelNoise>& channels, Estimate& estima
                      [&](const FamilyCurve& one) { return one.measure == plain.measure; }))
       estimate.curves.push_back(curve_of(channel, plain, channel.curve));
     for (const auto& one : channel.family) {
-      add_rows(channel, one, table);
+      add_family_rows(channel, one, table);
       estimate.curves.push_back(curve_of(channel, member_of(one.measure), one.points));
     }
   }

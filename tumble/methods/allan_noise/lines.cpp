@@ -10,7 +10,7 @@
 namespace tumble::allan_noise {
 namespace {
 
-constexpr std::size_t longest_segment = 4096, most_segments = 512, most_lines = 8, neighbours = 24;
+constexpr std::size_t longest_segment = 4096, most_averaged = 512, most_lines = 8, neighbours = 24;
 constexpr std::size_t lowest = 8;  ///< first frequency: below, a line and a slow drift cannot be distinguished
 constexpr std::size_t spread = 2;  ///< half-width of a line under the window
 
@@ -28,7 +28,7 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
     power += window[i] * window[i];
   }
   Periodogram result{std::vector<double>(length / 2 + 1, 0.0), 0.0};
-  const std::size_t segments = values.size() / length, stride = (segments + most_segments - 1) / most_segments;
+  const std::size_t segments = values.size() / length, stride = (segments + most_averaged - 1) / most_averaged;
   std::vector<std::complex<double>> spectrum;
   for (std::size_t first = 0; (first + 1) * length <= values.size(); first += stride) {
     const auto part = values.subspan(first * length, length);

@@ -12,7 +12,7 @@
 namespace tumble::allan_noise {
 namespace {
 
-std::vector<double> simulated(const NoiseModel& model, std::size_t samples, std::uint64_t seed) {
+std::vector<double> simulated_values(const NoiseModel& model, std::size_t samples, std::uint64_t seed) {
   std::vector<double> values(samples, 0.0);
   add_noise(model, 1.0, RandomStream(seed), values);
   return values;
@@ -32,7 +32,7 @@ TEST(SpectralLines, FindsASineWithItsFrequencyAndAmplitude) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     // Anywhere between two frequencies of the transform.
     const double frequency = (400.0 + 0.025 * seed) * resolution;
-    auto values = simulated({.angle_random_walk = 1.0}, samples, seed);
+    auto values = simulated_values({.angle_random_walk = 1.0}, samples, seed);
     add_sine(amplitude, frequency, values);
     const auto lines = spectral_lines(values);
     ASSERT_EQ(lines.size(), 1u) << seed;
@@ -45,7 +45,7 @@ TEST(SpectralLines, FindsASineWithItsFrequencyAndAmplitude) {
 }
 
 TEST(SpectralLines, StrongestFirstAndSeveral) {
-  auto values = simulated({.angle_random_walk = 1.0}, 65536, 7);
+  auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 7);
   add_sine(0.3, 0.2, values);
   add_sine(0.6, 0.05, values);
   const auto lines = spectral_lines(values);
@@ -58,18 +58,19 @@ TEST(SpectralLines, NoneInNoise) {
   // 10 sd above the median: of an average of 8 segments and more, once in 1e7 frequencies and less. 60 records of white
   // noise, of a walk and of flicker, and short ones.
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    EXPECT_TRUE(spectral_lines(simulated({.angle_random_walk = 1.0}, 32768, seed)).empty()) << seed;
-    EXPECT_TRUE(spectral_lines(simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.05}, 32768, seed)).empty())
+    EXPECT_TRUE(spectral_lines(simulated_values({.angle_random_walk = 1.0}, 32768, seed)).empty()) << seed;
+    EXPECT_TRUE(
+        spectral_lines(simulated_values({.angle_random_walk = 1.0, .rate_random_walk = 0.05}, 32768, seed)).empty())
         << seed;
-    EXPECT_TRUE(spectral_lines(simulated({.bias_instability = 1.0}, 8192, seed)).empty()) << seed;
-    EXPECT_TRUE(spectral_lines(simulated({.quantization_noise = 1.0}, 1000, seed)).empty()) << seed;
+    EXPECT_TRUE(spectral_lines(simulated_values({.bias_instability = 1.0}, 8192, seed)).empty()) << seed;
+    EXPECT_TRUE(spectral_lines(simulated_values({.quantization_noise = 1.0}, 1000, seed)).empty()) << seed;
   }
-  EXPECT_TRUE(spectral_lines(simulated({.angle_random_walk = 1.0}, 100, 1)).empty());  // too short to tell
+  EXPECT_TRUE(spectral_lines(simulated_values({.angle_random_walk = 1.0}, 100, 1)).empty());  // too short to tell
 }
 
 TEST(SpectralLines, BandsThatALineFallsIntoAreSkipped) {
   constexpr double frequency = 0.11;
-  auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.01}, 65536, 8);
+  auto values = simulated_values({.angle_random_walk = 1.0, .rate_random_walk = 0.01}, 65536, 8);
   add_sine(0.5, frequency, values);
   const NoiseBands bands(values);
   const auto lines = spectral_lines(values);
@@ -92,8 +93,9 @@ TEST(SpectralLines, BandsThatALineFallsIntoAreSkipped) {
 TEST(ChangesAlong, NoneInSteadyNoiseAndOneWhereItGrows) {
   // 5 sd in one of 16 parts: once in 1e5 records.
   for (unsigned seed = 1; seed <= 60; ++seed)
-    EXPECT_TRUE(changes_along(NoiseBands(simulated({.angle_random_walk = 1.0}, 32768, seed)), 0.0, 1.0, "x").empty());
-  auto values = simulated({.angle_random_walk = 1.0}, 65536, 9);
+    EXPECT_TRUE(
+        changes_along(NoiseBands(simulated_values({.angle_random_walk = 1.0}, 32768, seed)), 0.0, 1.0, "x").empty());
+  auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 9);
   for (std::size_t i = 6 * 4096; i < 7 * 4096; ++i) values[i] *= 1.3;  // the seventh sixteenth
   const Findings findings = changes_along(NoiseBands(values), 100.0, 1.0, "gyro");
   ASSERT_EQ(findings.size(), 1u);

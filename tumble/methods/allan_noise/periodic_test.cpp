@@ -14,7 +14,7 @@ namespace {
 
 constexpr double turn = 2.0 * std::numbers::pi;
 
-std::vector<double> simulated(const NoiseModel& model, std::size_t samples, std::uint64_t seed) {
+std::vector<double> simulated_samples(const NoiseModel& model, std::size_t samples, std::uint64_t seed) {
   std::vector<double> values(samples, 0.3);
   add_noise(model, 1.0, RandomStream(seed), values);
   return values;
@@ -55,7 +55,7 @@ TEST(FitBesideLinesCoverage, NoiseAndLinesAreHeldBesideEachOther) {
   const double frequencies[] = {0.05003, 0.15009, 12.3 / samples}, amplitudes[] = {30.0, 0.3, 5.0};
   Tally amplitude[3], frequency[3], white, walk;
   for (unsigned seed = 1; seed <= records; ++seed) {
-    auto values = simulated({.angle_random_walk = n, .rate_random_walk = k}, samples, seed);
+    auto values = simulated_samples({.angle_random_walk = n, .rate_random_walk = k}, samples, seed);
     for (std::size_t i = 0; i < 3; ++i) put(amplitudes[i], frequencies[i], seed + 2.0 * static_cast<double>(i), values);
     const PeriodicFit fit = fitted(values);
     ASSERT_EQ(fit.lines.size(), 3u) << seed;
@@ -89,14 +89,14 @@ TEST(FitBesideLines, NoneInNoise) {
          {NoiseModel{.angle_random_walk = 1.0}, NoiseModel{.angle_random_walk = 1.0, .rate_random_walk = 0.05},
           NoiseModel{.bias_instability = 1.0},
           NoiseModel{.angle_random_walk = 1.0, .markov_sd = 2.0, .markov_time = 60.0}})
-      EXPECT_TRUE(fitted(simulated(model, 6000, seed)).lines.empty()) << seed;
+      EXPECT_TRUE(fitted(simulated_samples(model, 6000, seed)).lines.empty()) << seed;
 }
 
 TEST(FitBesideLines, WhatWandersIsNotMistakenForASine) {
   // A vibration whose phase walks by a turn within some hundred samples, and one that drifts over 100 resolutions.
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    auto walking = simulated({.angle_random_walk = 1.0}, 32768, seed), drifting = walking;
-    const auto phase = simulated({.rate_random_walk = 0.05}, 32768, 100 + seed);
+    auto walking = simulated_samples({.angle_random_walk = 1.0}, 32768, seed), drifting = walking;
+    const auto phase = simulated_samples({.rate_random_walk = 0.05}, 32768, 100 + seed);
     for (std::size_t i = 0; i < walking.size(); ++i) {
       const double t = static_cast<double>(i);
       walking[i] += std::cos(turn * 0.2 * t + phase[i]);
@@ -115,7 +115,7 @@ TEST(FitBesideLines, WhatWandersIsNotMistakenForASine) {
 TEST(FitBesideLines, FindsLinesSlowerThanThePeriodogramSees) {
   // 262144 samples: the periodogram sees 8/4096 and up, of means over 16 samples 8/65536; below, the sines do.
   for (const double frequency : {30.3 / 262144, 70.7 / 262144, 1.0 / 1000.3, 0.31}) {
-    auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.003}, 262144, 5);
+    auto values = simulated_samples({.angle_random_walk = 1.0, .rate_random_walk = 0.003}, 262144, 5);
     const double amplitude = 0.3;
     put(amplitude, frequency, 2.0, values);
     const PeriodicFit fit = fitted(values);
@@ -147,16 +147,16 @@ TEST(FitBesideLines, AllanVarianceIsThatOfASampledSine) {
   }
 }
 
-Estimate identified(std::vector<double> values, const char* lines) {
+Estimate identified_lines(std::vector<double> values, const char* lines) {
   Evidence evidence = noise_evidence(std::move(values), 100.0);
   evidence.plan.settings.set_word("lines", lines);
   return identify_noise(evidence);
 }
 
 TEST(FitBesideLines, AreListedAndCanBeAvoidedInstead) {
-  auto values = simulated({.angle_random_walk = 1e-5}, 30000, 6);
+  auto values = simulated_samples({.angle_random_walk = 1e-5}, 30000, 6);
   put(2e-5, 0.12345, 1.0, values);
-  const Estimate fit = identified(values, "fit");
+  const Estimate fit = identified_lines(values, "fit");
   const Table* table = find_table(fit, "lines");
   ASSERT_NE(table, nullptr);
   ASSERT_EQ(table->rows.size(), 1u);
@@ -171,7 +171,7 @@ TEST(FitBesideLines, AreListedAndCanBeAvoidedInstead) {
   ASSERT_FALSE(lines.y.values.empty());
   for (std::size_t i = 0; i < 12; ++i)  // up to 0.16 s: 30 000 and more degrees of freedom of the noise
     EXPECT_NEAR(sum.y.values[i], measured.y.values[i], 0.03 * measured.y.values[i]) << i;
-  EXPECT_EQ(find_table(identified(values, "avoid"), "lines"), nullptr);
+  EXPECT_EQ(find_table(identified_lines(values, "avoid"), "lines"), nullptr);
 }
 
 }  // namespace

@@ -11,17 +11,17 @@
 namespace tumble::allan_noise {
 namespace {
 
-constexpr std::size_t most_averages = 4096;
+constexpr std::size_t most_ramp_averages = 4096;
 
-struct Averages {
+struct RampAverages {
   Matrix design;  ///< one row an average: 1, time [s] from the middle of the record, mean
   std::vector<double> share;
   double interval = 0.0;
 };
 
-Averages averages_of(std::span<const double> values, double rate) {
-  const std::size_t stride = (values.size() + most_averages - 1) / most_averages, n = values.size() / stride;
-  Averages averages{Matrix(n, 3), std::vector<double>(n, 0.0), static_cast<double>(stride) / rate};
+RampAverages averages_of(std::span<const double> values, double rate) {
+  const std::size_t stride = (values.size() + most_ramp_averages - 1) / most_ramp_averages, n = values.size() / stride;
+  RampAverages averages{Matrix(n, 3), std::vector<double>(n, 0.0), static_cast<double>(stride) / rate};
   double origin = 0.0;
   for (const double value : values)
     if (!std::isnan(value)) origin = value;
@@ -44,7 +44,7 @@ struct Line {
   double slope, variance;
 };
 
-Line regress(const Averages& averages, const NoiseModel& noise) {
+Line regress(const RampAverages& averages, const NoiseModel& noise) {
   Matrix block = averages.design;
   const std::size_t n = block.rows;
   Whitening(noise, averages.interval, averages.interval * static_cast<double>(n))(block, averages.share);
@@ -81,7 +81,7 @@ NoiseModel noise_of(const std::vector<FittedTerm>& terms, const std::vector<doub
 }  // namespace
 
 Ramp estimate_ramp(std::span<const double> values, double rate, const AllanFit& fit) {
-  const Averages averages = averages_of(values, rate);
+  const RampAverages averages = averages_of(values, rate);
   // A walk too weak for the Allan variance still moves the slope.
   auto squared = fit.squared;
   for (std::size_t t = 0; t < squared.size(); ++t)

@@ -39,7 +39,7 @@ Curve curve_of(const ChannelNoise& channel, const std::string& name, std::vector
   return curve;
 }
 
-void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
+void add_spectrum_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
   const PowerSpectrum& spectrum = *channel.spectrum;
   Curve measured = curve_of(channel, "power_spectrum", spectrum.density);
   measured.points = true;
@@ -93,7 +93,7 @@ void describe_spectra(const std::vector<ChannelNoise>& channels, Estimate& estim
   for (const auto& channel : channels) {
     if (!channel.spectrum || !channel.failure.empty() || channel.spectrum->edf.empty()) continue;
     const PowerSpectrum& spectrum = *channel.spectrum;
-    add_curves(channel, estimate.curves);
+    add_spectrum_curves(channel, estimate.curves);
     table.rows.push_back({channel.label, static_cast<double>(spectrum.segments), static_cast<double>(spectrum.length),
                           spectrum.bandwidth, std::round(10.0 * spectrum.edf.front()) / 10.0,
                           say_count(spectrum.left_out, "sample")});

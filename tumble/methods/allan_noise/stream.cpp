@@ -18,7 +18,7 @@
 namespace tumble::allan_noise {
 namespace {
 
-constexpr std::size_t most_blocks = 800, segment = 4096, most_segments = 512;
+constexpr std::size_t most_blocks = 800, segment = 4096, most_kept = 512;
 constexpr std::size_t longest_factor = std::size_t{1} << 45;  // stages beyond the record's length hold nothing
 
 /// Both together.
@@ -113,7 +113,7 @@ std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
 }
 
 /// Options that look at the record as a whole.
-void check(const Settings& settings) {
+void refuse_unstreamable(const Settings& settings) {
   std::vector<std::string> problems;
   const auto refuse = [&](bool asked, const char* what) {
     if (asked)
@@ -163,11 +163,11 @@ std::vector<Scatter> ScatterBlocks::blocks() const {
 void SegmentSample::push(std::span<const double> values) {
   while (!values.empty()) {
     const std::size_t into = position_ % segment;
-    if (into == 0 && position_ / segment % stride_ == 0 && kept_.size() == most_segments * segment) {
-      for (std::size_t i = 1; i < most_segments / 2; ++i)
+    if (into == 0 && position_ / segment % stride_ == 0 && kept_.size() == most_kept * segment) {
+      for (std::size_t i = 1; i < most_kept / 2; ++i)
         std::copy_n(kept_.begin() + static_cast<std::ptrdiff_t>(2 * i * segment), segment,
                     kept_.begin() + static_cast<std::ptrdiff_t>(i * segment));
-      kept_.resize(most_segments / 2 * segment);
+      kept_.resize(most_kept / 2 * segment);
       stride_ *= 2;
     }
     const auto some = values.first(std::min(values.size(), segment - into));
@@ -254,7 +254,7 @@ Findings EvenStream::findings() const {
 
 std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence) {
   const Settings& settings = evidence.plan.settings;
-  check(settings);
+  refuse_unstreamable(settings);
   std::vector<StreamedChannel> channels;
   std::future<void> working;
   evidence.play([&](const Recording& block) {

@@ -12,7 +12,7 @@
 namespace tumble::allan_noise {
 namespace {
 
-constexpr double rate = 100.0;
+constexpr double sampling = 100.0;
 
 std::string text(const Table& table, std::size_t row, std::size_t column) {
   return std::get<std::string>(table.rows.at(row).at(column));
@@ -36,12 +36,13 @@ ChannelNoise gyro(double n, double b, double k) {
   ChannelNoise channel;
   channel.label = "gyro";
   channel.kind = QuantityKind::angular_rate;
-  channel.rate = rate;
+  channel.rate = sampling;
   channel.samples = 360000;
-  channel.fit.terms = {term(NoiseTerm::quantization, false, 1e-20), term(NoiseTerm::white, n > 0.0, n * n * rate),
-                       term(NoiseTerm::flicker, b > 0.0, b * b), term(NoiseTerm::random_walk, k > 0.0, k * k / rate)};
+  channel.fit.terms = {term(NoiseTerm::quantization, false, 1e-20), term(NoiseTerm::white, n > 0.0, n * n * sampling),
+                       term(NoiseTerm::flicker, b > 0.0, b * b),
+                       term(NoiseTerm::random_walk, k > 0.0, k * k / sampling)};
   for (std::size_t m = 1; m <= 65536; m *= 2) {
-    const double tau = static_cast<double>(m) / rate;
+    const double tau = static_cast<double>(m) / sampling;
     const double variance = n * n / tau + 2.0 * std::numbers::ln2 / std::numbers::pi * b * b + k * k * tau / 3.0;
     channel.curve.push_back({m, tau, std::sqrt(variance), 1, 0, 1.0, 0.0, 0.0});
   }

@@ -30,7 +30,7 @@ Finding changed(const ChannelNoise& channel) {
           channel.label};
 }
 
-void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
+void add_window_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
   const DynamicStability& stability = *channel.windows;
   const std::size_t stride = (stability.whole.size() + most_curves - 1) / most_curves;
   for (std::size_t i = 0; i < stability.whole.size(); i += stride) {
@@ -53,7 +53,7 @@ void add_curves(const ChannelNoise& channel, std::vector<Curve>& curves) {
   }
 }
 
-void add_rows(const ChannelNoise& channel, Table& table) {
+void add_window_rows(const ChannelNoise& channel, Table& table) {
   const DynamicStability& stability = *channel.windows;
   const Unit unit = Unit::parse(rate_unit(channel.kind));
   for (std::size_t i = 0; i < stability.whole.size(); ++i) {
@@ -99,8 +99,8 @@ void describe_windows(const std::vector<ChannelNoise>& channels, Estimate& estim
               {}};
   for (const auto& channel : channels) {
     if (!channel.windows || !channel.failure.empty()) continue;
-    add_curves(channel, estimate.curves);
-    add_rows(channel, table);
+    add_window_curves(channel, estimate.curves);
+    add_window_rows(channel, table);
   }
   if (!table.rows.empty()) estimate.tables.push_back(std::move(table));
 }

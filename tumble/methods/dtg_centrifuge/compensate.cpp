@@ -139,15 +139,15 @@ bool within(const Range& range, Vector3 f) {
   return std::abs(f.z - (range.up ? g : -g)) < 0.1 * g;
 }
 
-struct Outcome {
+struct Subtracted {
   double raw = 0.0, compensated = 0.0;  ///< sums of squares about the mean
   double first_outside = 0.0;
   std::size_t samples = 0, outside = 0, blank = 0;
 };
 
-Outcome subtract(const Drift& drift, const Inputs& inputs, const Range& range, Channel& gyro, Channel& sd,
-                 Channel& outside) {
-  Outcome out;
+Subtracted subtract(const Drift& drift, const Inputs& inputs, const Range& range, Channel& gyro, Channel& sd,
+                    Channel& outside) {
+  Subtracted out;
   const std::size_t n = drift.terms.size();
   std::vector<double> phi(n);
   double sum[2] = {}, square[2] = {};
@@ -180,7 +180,7 @@ Outcome subtract(const Drift& drift, const Inputs& inputs, const Range& range, C
   return out;
 }
 
-void add_findings(const Outcome& outcome, const Range& range, const std::string& channel, Findings& findings) {
+void add_findings(const Subtracted& outcome, const Range& range, const std::string& channel, Findings& findings) {
   const double share = static_cast<double>(outcome.outside) / static_cast<double>(outcome.samples);
   if (outcome.outside > 0)
     findings.push_back({Severity::warning,
@@ -227,7 +227,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
     outside.kind = QuantityKind::other;
     outside.unit = Unit();
     Channel& gyro = out.recording.channels[index];
-    const Outcome outcome = subtract(drift_of(estimate, prefix), inputs, range, gyro, sd, outside);
+    const Subtracted outcome = subtract(drift_of(estimate, prefix), inputs, range, gyro, sd, outside);
     add_findings(outcome, range, gyro.name, out.findings);
     table.rows.push_back({gyro.name, outcome.raw, outcome.compensated, outcome.compensated / outcome.raw,
                           static_cast<double>(outcome.outside) / std::max(1.0, static_cast<double>(outcome.samples))});

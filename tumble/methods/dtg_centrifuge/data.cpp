@@ -19,7 +19,7 @@ namespace {
 
 using Severity = Finding::Severity;
 
-constexpr const char* roles[] = {"gyro", "gyro_y", "reference_gyro"};
+constexpr const char* signal_roles[] = {"gyro", "gyro_y", "reference_gyro"};
 
 bool usable(const Channel& channel) {
   return channel.values.size() > 1 && std::ranges::any_of(channel.values, [](double v) { return std::isfinite(v); });
@@ -52,8 +52,8 @@ Channels channels_of(const Evidence& evidence, std::size_t r, std::vector<std::s
   const Recording& recording = evidence.recordings[r];
   Channels out;
   for (const Signal s : {gyro, gyro_y, reference})
-    out.signal[s] =
-        s == gyro_y ? channel_for(evidence, recording, roles[s]) : &require_channel(evidence, recording, roles[s]);
+    out.signal[s] = s == gyro_y ? channel_for(evidence, recording, signal_roles[s])
+                                : &require_channel(evidence, recording, signal_roles[s]);
   out.arm = channel_for(evidence, recording, "arm_angle");
   out.table = channel_for(evidence, recording, "table_angle");
   const std::array all{out.signal[gyro], out.signal[gyro_y], out.signal[reference], out.arm, out.table};

@@ -16,7 +16,7 @@ namespace {
 /// lower value were enough, it would happen once in 7 tests, with intervals that are too narrow.
 constexpr double clearly_better = 4.0;
 
-Complex mean_of(const std::vector<Complex>& part, const std::vector<double>& weight) {
+Complex weighted_mean(const std::vector<Complex>& part, const std::vector<double>& weight) {
   Complex sum = 0.0;
   double total = 0.0;
   for (std::size_t k = 0; k < part.size(); ++k) {
@@ -35,7 +35,7 @@ struct Scatter {
 
 Scatter scatter_of(const std::vector<Complex>& part, const std::vector<double>& weight) {
   Scatter out;
-  const Complex mean = mean_of(part, weight);
+  const Complex mean = weighted_mean(part, weight);
   for (std::size_t k = 0; k < part.size(); ++k) out.squares += weight[k] * std::norm(part[k] - mean);
   out.degrees_of_freedom = 2.0 * (static_cast<double>(part.size()) - 1.0);
   return out;

@@ -52,13 +52,13 @@ struct Solver {
 };
 
 /// The signals that are recorded on one clock, and their sums over each part of the stretch.
-struct Group {
+struct OneClock {
   std::vector<Signal> signals;
   std::array<Sums, parts> sums;
   double expected = 0.0;  ///< samples
 };
 
-void add_up(const Channels& channels, const Spin& stretch, const Angles& angles, Group& group) {
+void add_up(const Channels& channels, const Spin& stretch, const Angles& angles, OneClock& group) {
   const Channel& clock = *channels.signal[group.signals.front()];
   const double step = channels.step[group.signals.front()], length = stretch.end - stretch.begin, slack = 1e-6 * step;
   std::vector<double> work;
@@ -83,14 +83,14 @@ void add_up(const Channels& channels, const Spin& stretch, const Angles& angles,
   group.expected = std::floor(length / step + 1e-3);
 }
 
-std::vector<Group> groups_of(const Channels& channels) {
-  std::vector<Group> groups;
+std::vector<OneClock> groups_of(const Channels& channels) {
+  std::vector<OneClock> groups;
   for (const Signal s : {gyro, reference, gyro_y}) {
     const Channel* channel = channels.signal[s];
     if (channel == nullptr) continue;
     const auto group = std::ranges::find_if(
-        groups, [&](const Group& g) { return one_clock(*channels.signal[g.signals.front()], *channel); });
-    (group == groups.end() ? *groups.insert(groups.end(), Group{}) : *group).signals.push_back(s);
+        groups, [&](const OneClock& g) { return one_clock(*channels.signal[g.signals.front()], *channel); });
+    (group == groups.end() ? *groups.insert(groups.end(), OneClock{}) : *group).signals.push_back(s);
   }
   return groups;
 }
@@ -113,7 +113,7 @@ Phasors operator/(Phasors p, const Phasors& gain) {
 /// The fit follows the parts, so that they scatter less about it than their noise: of the variance of column j a share
 /// h_j = [N^-1 SUM N_m N^-1 N_m N^-1]_jj/[N^-1]_jj is lost, 1/M where all parts are alike, more where they hold less
 /// than a period. Factor that makes the lost share 1/M, for cosine and sine of a line together.
-Columns inflation_of(const Group& group, const Solver& solver) {
+Columns inflation_of(const OneClock& group, const Solver& solver) {
   Matrix lost(columns, columns);
   double used = 0.0;
   for (const Sums& sums : group.sums) {
@@ -132,7 +132,7 @@ Columns inflation_of(const Group& group, const Solver& solver) {
 }
 
 /// Lines of one signal of a group: those of all parts, and b_m = b + (n/n_m) N^-1 (g_m - N_m b) of each.
-void solve_signal(const Group& group, std::size_t k, const Sums& all, const Solver& solver, const Columns& inflation,
+void solve_signal(const OneClock& group, std::size_t k, const Sums& all, const Solver& solver, const Columns& inflation,
                   const Phasors& gain, Lines& lines) {
   const Columns moment = moment_of(all, k), b = solver.solve(moment);
   lines.present = true;
@@ -153,7 +153,7 @@ void solve_signal(const Group& group, std::size_t k, const Sums& all, const Solv
 }
 
 /// Least squares over all parts, for the signals of a group.
-void solve(const Group& group, const Instruments& instruments, Measured& measured, const Channels& channels) {
+void solve(const OneClock& group, const Instruments& instruments, Measured& measured, const Channels& channels) {
   Sums all;
   for (const Sums& sums : group.sums) all += sums;
   const bool enough = all.samples > 4.0 * columns;
@@ -199,7 +199,7 @@ Rates rates_from_data(const Channels& channels, const Spin& stretch) {
   for (int round = 0; round < 8; ++round) {
     const Angles angles(rates.arm, rates.table, 0.5 * (stretch.begin + stretch.end));
     std::vector<Complex> theta, beta;
-    for (Group& group : groups_of(channels)) {
+    for (OneClock& group : groups_of(channels)) {
       if (std::ranges::find(group.signals, gyro) == group.signals.end()) continue;
       add_up(channels, stretch, angles, group);
       for (const Sums& sums : group.sums) {
@@ -305,7 +305,7 @@ Measured measure(const Test& test, const Spin& stretch, const Instruments& instr
     out.faults.push_back({Finding::Severity::error, "too_few_angles", {}, where_of(stretch)});
     return out;
   }
-  for (Group& group : groups_of(channels)) {
+  for (OneClock& group : groups_of(channels)) {
     add_up(channels, stretch, angles, group);
     solve(group, instruments, out, channels);
   }

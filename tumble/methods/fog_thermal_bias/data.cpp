@@ -74,13 +74,13 @@ double mean_of(const Slice& s, double until, const std::string& what) {
   return sum / static_cast<double>(count);
 }
 
-struct Role {
+struct Signals {
   const Channel* gyro;
   Sensors sensors;
 };
 
-Role roles_of(const Evidence& evidence, const Recording& recording) {
-  Role role{&require_channel(evidence, recording, "gyro"), {}};
+Signals signals_of(const Evidence& evidence, const Recording& recording) {
+  Signals role{&require_channel(evidence, recording, "gyro"), {}};
   role.sensors.top = channel_for(evidence, recording, "temperature_top");
   role.sensors.side = channel_for(evidence, recording, "temperature_side");
   if (role.sensors.top == nullptr || role.sensors.side == nullptr)
@@ -159,7 +159,7 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
 RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag, double interval,
                 double spacing) {
   const Settings& settings = evidence.plan.settings;
-  const Role role = roles_of(evidence, evidence.recordings[run.recording]);
+  const Signals role = signals_of(evidence, evidence.recordings[run.recording]);
   const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
   const Slice gyro = slice(*role.gyro, run.begin, run.end);
   if (gyro.time.size() < 2)

@@ -8,7 +8,7 @@
 namespace tumble::imu_channel_calibration {
 namespace {
 
-const char* word(Kind kind) { return kind == Kind::gyro ? "gyro" : "accelerometer"; }
+const char* noun_of(Kind kind) { return kind == Kind::gyro ? "gyro" : "accelerometer"; }
 
 /// The recordings with the marks that a predicate selects; a segment ends by the schedule's durations.
 template <class Selected>
@@ -40,7 +40,7 @@ void add_alone(const Evidence& evidence, std::size_t r, Sorted& out) {
       Evidence& alone = out.alone[choice->first];
       if (alone.recordings.empty()) {
         alone.plan = *plan;
-        alone.plan.channels = {{word(kind), choice->second}};
+        alone.plan.channels = {{noun_of(kind), choice->second}};
         if (const auto t = plan->channels.find("temperature"); t != plan->channels.end())
           alone.plan.channels.insert(*t);
         alone.plan.settings = evidence.plan.settings;

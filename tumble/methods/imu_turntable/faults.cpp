@@ -53,11 +53,11 @@ std::map<SegmentPlace, Summary> summaries_of(const Evidence& evidence, const lin
   return out;
 }
 
-using Triad = std::array<std::map<SegmentPlace, Summary>, 3>;
+using Summaries = std::array<std::map<SegmentPlace, Summary>, 3>;
 
 /// Segments that show the axes: what is felt stays as it is, accelerometers slow enough that levers do not matter,
 /// gyros turning.
-Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, const Triad& triad) {
+Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, const Summaries& triad) {
   const bool gyro = kind == Kind::gyro;
   constexpr double slow = 1.0;  // [rad/s]
   double least = 0.0;
@@ -118,7 +118,7 @@ Findings faults_of(const Evidence& evidence, const Task& task) {
   Findings findings;
   std::vector<std::string> unsettled;
   for (std::size_t k = 0; k < task.kinds.size(); ++k) {
-    Triad triad;
+    Summaries triad;
     for (std::size_t i = 0; i < 3; ++i) {
       triad[i] = summaries_of(evidence, task.problems[3 * k + i]);
       add_unsettled(task.kinds[k], task.look, triad[i], unsettled);

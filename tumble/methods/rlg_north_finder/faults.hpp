@@ -8,6 +8,8 @@
 /// Faults of such a test, by name.
 namespace tumble::rlg_north_finder {
 
+inline constexpr const char* axis_names[] = {"x", "y", "z"};
+
 /// Positions in another order, turns the other way, accelerometers exchanged or reversed: the accelerometers against
 /// the plan, stay by stay; the Earth's rate in the gyro distinguishes these cases.
 Findings order_faults(const Summaries& segments);

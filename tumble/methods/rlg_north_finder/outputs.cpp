@@ -19,17 +19,17 @@ double f_y(const Felt& felt) { return felt.specific_force.y; }
 double f_z(const Felt& felt) { return felt.specific_force.z; }
 
 constexpr const char *gyro_prefix = "gyro_", *accelerometer_prefix = "accelerometer_";
-constexpr const char* per_angle = "pulse/arcsec";
+constexpr const char* pulses_per_angle = "pulse/arcsec";
 constexpr const char* per_velocity = "pulse/(m/s)";
 
 }  // namespace
 
 const std::array<Wanted, outputs * per_output>& wanted() {
   static const std::array<Wanted, outputs * per_output> all{{
-      {gyro, "gyro.scale_factor", "K", per_angle, per_angle, "pulses for an angle about x", w_x},
+      {gyro, "gyro.scale_factor", "K", pulses_per_angle, pulses_per_angle, "pulses for an angle about x", w_x},
       {gyro, "gyro.bias", "eps", "deg/h", "pulse/s", "of the gyro, as a rate", one},
-      {gyro, "gyro.misalignment_y", "gamma_y", "arcsec", per_angle, "of the gyro's axis towards y", w_y},
-      {gyro, "gyro.misalignment_z", "gamma_z", "arcsec", per_angle, "of the gyro's axis towards z", w_z},
+      {gyro, "gyro.misalignment_y", "gamma_y", "arcsec", pulses_per_angle, "of the gyro's axis towards y", w_y},
+      {gyro, "gyro.misalignment_z", "gamma_z", "arcsec", pulses_per_angle, "of the gyro's axis towards z", w_z},
       {accelerometer_x, "accelerometer_x.scale_factor", "K_x", per_velocity, per_velocity,
        "pulses for a velocity along x", f_x},
       {accelerometer_x, "accelerometer_x.bias", "b_x", "ug", "pulse/s", "of the x accelerometer", one},

@@ -10,7 +10,6 @@ namespace {
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
 constexpr double significant = 6.0;  ///< standard deviations
-constexpr const char* axes[] = {"x", "y", "z"};
 
 /// Scale factor by the Earth's rate at rest, and its standard deviation by the scatter of the rests.
 struct AtRest {
@@ -89,10 +88,11 @@ void unequal_times(Segments segments, const Path& path, const Estimate& estimate
     const auto &f = segments[forward->segment], &r = segments[reverse->segment];
     const double rest = estimate.parameters[1].value + 0.5 * (f.felt.rate.x + r.felt.rate.x);
     const double leak = apart * rest / (two_pi * (std::round(forward->turns) - std::round(reverse->turns)));
-    const std::string parameter = axis == 0 ? "gyro.scale_factor" : std::string("gyro.misalignment_") + axes[axis];
+    const std::string parameter =
+        axis == 0 ? "gyro.scale_factor" : std::string("gyro.misalignment_") + axis_names[axis];
     findings.push_back({closed ? Severity::warning : Severity::info,
                         closed ? "unequal_times_in_formulas" : "unequal_times",
-                        {{"axis", axes[axis]},
+                        {{"axis", axis_names[axis]},
                          {"forward", forward->seconds, "s"},
                          {"reverse", reverse->seconds, "s"},
                          {"leak", leak, axis == 0 ? "ppm" : "arcsec"},

@@ -16,7 +16,6 @@ namespace {
 
 using Severity = Finding::Severity;
 using Segments = std::span<const linear::SegmentSummary>;
-constexpr const char* axes[] = {"x", "y", "z"};
 
 /// The samples of one rotation: which, and its place in the plan.
 struct Samples {
@@ -95,7 +94,7 @@ void judge_level(const Turning& turning, const linear::SegmentSummary& segment, 
     if ((i != about) != (swings[i].count > 1)) {
       findings.push_back({Severity::error,
                           "rotation_about_other_axis",
-                          {{"planned", axes[about]}, {"axis", turned_about(swings[0], swings[1])}},
+                          {{"planned", axis_names[about]}, {"axis", turned_about(swings[0], swings[1])}},
                           segment.label});
       return;
     }
@@ -104,7 +103,7 @@ void judge_level(const Turning& turning, const linear::SegmentSummary& segment, 
     const std::size_t other = 3 - i - about;
     const double turned = (i + 1) % 3 == about ? -1.0 : 1.0;  // d f_i/d angle = -(axis x f)_i
     const int sense = turned * up[other] * turning.turns > 0.0 ? 1 : -1;
-    const FindingValue channel{"channel", std::string("accelerometer_") + axes[i]};
+    const FindingValue channel{"channel", std::string("accelerometer_") + axis_names[i]};
     if (swings[i].first != sense)
       findings.push_back({Severity::error,
                           "rotation_reversed_by_gravity",

@@ -11,26 +11,24 @@ namespace {
 
 using namespace testing;
 
-const Method& method() { return sine_method(); }
-
 TEST(SineVibrationFaults, OnHalfOfTheRateItSaysWhatToUse) {
   Evidence evidence = shaken({.tones = {{40.0, 3.0}, {100.0, 3.0}}});
-  const auto e = method().identify(evidence, {});
+  const auto e = sine_method().identify(evidence, {});
   EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "rate"), 200.0, 1e-6);
   EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "lower"), 99.5, 1e-6);  // 3/T of 6 s
   EXPECT_NEAR(value_of(e.findings, "tone_on_half_rate", "upper"), 100.5, 1e-6);
   EXPECT_EQ(find_parameter(e, "gain_100Hz"), nullptr);
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
-  EXPECT_NE(refusal(method(), shaken({.tones = {{200.0, 3.0}}})).find("within 5 % of a null"), std::string::npos);
+  EXPECT_NE(refusal(sine_method(), shaken({.tones = {{200.0, 3.0}}})).find("within 5 % of a null"), std::string::npos);
 }
 
 // 10 000 pulse/s/g: 50 a window at rest, 2 g reach -50...150; a register of 8 bits holds -128...127.
 TEST(SineVibrationFaults, CounterThatOverflowedIsCorrected) {
   Evidence evidence = shaken({.tones = {{10.0, 2.0}, {40.0, 2.0}}, .scale = 10000.0});
-  const double before = value(method().identify(evidence, {}), "gain_40Hz");
+  const double before = value(sine_method().identify(evidence, {}), "gain_40Hz");
   for (double& v : counts(evidence).values)
     if (v > 127.0) v -= 256.0;
-  const auto e = method().identify(evidence, {});
+  const auto e = sine_method().identify(evidence, {});
   EXPECT_DOUBLE_EQ(value(e, "gain_40Hz"), before);
   EXPECT_EQ(value_of(e.findings, "counter_overflow_corrected", "bits"), 8.0);
 }
@@ -39,12 +37,12 @@ TEST(SineVibrationFaults, CounterThatOverflowedIsCorrected) {
 TEST(SineVibrationFaults, CounterThatOverflowedTooFarIsRefused) {
   Evidence evidence = shaken({.tones = {{10.0, 3.0}}, .scale = 10000.0});
   for (double& v : counts(evidence).values) v -= 256.0 * std::floor((v + 128.0) / 256.0);
-  EXPECT_NE(refusal(method(), evidence).find("passed the end of its 8 bits"), std::string::npos);
+  EXPECT_NE(refusal(sine_method(), evidence).find("passed the end of its 8 bits"), std::string::npos);
 }
 
 TEST(SineVibrationFaults, MissingWindowsAreSkippedWithTheirNeighbours) {
   Evidence evidence = shaken({});
-  const auto whole = method().identify(evidence, {});
+  const auto whole = sine_method().identify(evidence, {});
   auto& channel = counts(evidence);
   std::vector<double> stamps, values;
   for (std::size_t i = 0; i < channel.values.size(); ++i) {
@@ -55,7 +53,7 @@ TEST(SineVibrationFaults, MissingWindowsAreSkippedWithTheirNeighbours) {
   }
   channel.values = values;
   channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
-  const auto e = method().identify(evidence, {});
+  const auto e = sine_method().identify(evidence, {});
   EXPECT_EQ(value_of(e.findings, "windows_missing", "windows"), 3.0);
   EXPECT_EQ(value_of(e.findings, "windows_missing", "gaps"), 1.0);
   // rounding of the windows that were skipped: some pulses of 1300 windows of 300
@@ -84,17 +82,18 @@ TEST(SineVibrationFaults, UnequalWindowsAreDividedByTheirOwnTime) {
   channel.values.pop_back();
   stamps.pop_back();
   channel.timeline = {0.0, 0.0, std::make_shared<const std::vector<double>>(stamps)};
-  const auto e = method().identify(evidence, {});
+  const auto e = sine_method().identify(evidence, {});
   EXPECT_NE(finding_of(e.findings, "windows_of_unequal_length"), nullptr);
   EXPECT_NEAR(value(e, "gain_10Hz"), 1.0, 2e-3);
 }
 
 TEST(SineVibrationFaults, UnitThatClipsIsSkipped) {
   const auto narrow = [](Plan& plan) { plan.settings.set_number("range", si(3.5, "g"), Unit::parse("g")); };
-  EXPECT_NE(refusal(method(), shaken({.change = narrow})).find("exceed the unit's range of 3.5 g"), std::string::npos);
+  EXPECT_NE(refusal(sine_method(), shaken({.change = narrow})).find("exceed the unit's range of 3.5 g"),
+            std::string::npos);
   // If the range is not given, the flat tops show.
   const auto clipped = [](Plan& plan) { set_truth(plan, "range", 3.0, "g"); };
-  const auto e = method().identify(shaken({.change = clipped}), {});
+  const auto e = sine_method().identify(shaken({.change = clipped}), {});
   EXPECT_GT(value_of(e.findings, "tone_clipped", "harmonics"), 0.01);
   EXPECT_EQ(find_parameter(e, "gain_10Hz"), nullptr);
 }
@@ -105,7 +104,7 @@ TEST(SineVibrationFaults, UnitThatIsDeadIsNamed) {
   dead.name = "S2.accelerometer";
   std::fill(dead.values.begin() + 1000, dead.values.end(), 100.0);
   evidence.recordings[0].channels.push_back(dead);
-  const auto e = method().identify(evidence, {});
+  const auto e = sine_method().identify(evidence, {});
   ASSERT_NE(finding_of(e.findings, "unit_dead"), nullptr);
   EXPECT_TRUE(finding_of(e.findings, "unit_dead")->where.starts_with("S2, "));
   EXPECT_NE(find_parameter(e, "accelerometer.gain_40Hz"), nullptr);
@@ -116,15 +115,15 @@ TEST(SineVibrationFaults, ShakerThatWasNotOnOrAtAnotherFrequency) {
   Evidence evidence = shaken({});
   for (auto& segment : evidence.plan.schedule)
     if (segment.label == "tone 2") segment.axes["shake"].frequency = 55.0;
-  const auto other = method().identify(evidence, {});
+  const auto other = sine_method().identify(evidence, {});
   EXPECT_EQ(value_of(other.findings, "frequency_differs_from_plan", "planned"), 55.0);
   EXPECT_NEAR(value_of(other.findings, "frequency_differs_from_plan", "measured"), 40.0, 1e-3);
   for (double& v : counts(evidence).values) v = 100.0 + std::fmod(v, 2.0);
-  EXPECT_NE(refusal(method(), evidence).find("check that the shaker was on"), std::string::npos);
+  EXPECT_NE(refusal(sine_method(), evidence).find("check that the shaker was on"), std::string::npos);
 }
 
 TEST(SineVibrationFaults, WithoutRestNoShiftButGains) {
-  const auto e = method().identify(shaken({.rests = false}), {});
+  const auto e = sine_method().identify(shaken({.rests = false}), {});
   EXPECT_NE(finding_of(e.findings, "tone_without_rest"), nullptr);
   EXPECT_EQ(find_parameter(e, "vibration_rectification"), nullptr);
   EXPECT_NE(find_parameter(e, "gain_40Hz"), nullptr);
@@ -134,7 +133,7 @@ TEST(SineVibrationFaults, RestThatMovesIsNone) {
   Evidence evidence = shaken({});
   for (auto& segment : evidence.plan.schedule)
     if (segment.label == "tone 2") segment.axes.clear();
-  const auto e = method().identify(evidence, {});
+  const auto e = sine_method().identify(evidence, {});
   EXPECT_GT(value_of(e.findings, "moves_at_rest", "ratio"), 20.0);
   EXPECT_NEAR(value(e, "vibration_rectification"), si(20.0, "ug/g^2"), si(5.0, "ug/g^2"));
 }

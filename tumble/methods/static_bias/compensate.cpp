@@ -7,7 +7,7 @@
 namespace tumble::static_bias {
 namespace {
 
-std::vector<Term> terms() {
+std::vector<Term> subtracted_terms() {
   return {{"bias", "b", "", "constant output", [](const Felt&) { return 1.0; }}};
 }
 
@@ -40,7 +40,7 @@ void add_findings(const Estimate& estimate, const std::string& channel, Findings
 
 }  // namespace
 
-Table covered() { return regressors_table(terms(), {1.0}, {1.0}); }
+Table covered() { return regressors_table(subtracted_terms(), {1.0}, {1.0}); }
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
   const Parameter* bias = find_parameter(estimate, "bias");
@@ -52,7 +52,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   model.role = "signal";
   model.unit = channel.unit.text();
   model.shown = is_rate ? rate : force;
-  model.terms = terms();
+  model.terms = subtracted_terms();
   model.spread = "turn_on_repeatability";
   if (channel.unit.dimension() != bias->unit.dimension())
     throw Error(Error::Kind::bad_data, fmt::format("channel {} is in {}, but the bias in {}", channel.name,

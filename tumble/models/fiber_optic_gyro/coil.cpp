@@ -26,7 +26,7 @@ Coil coil_of(const Settings& truth) {
           .inner_insulated = truth.word("inner_face") == "insulated"};
 }
 
-void refuse(const Settings& truth) {
+void refuse_coil(const Settings& truth) {
   const int layers = truth.integer("layers");
   const std::string& winding = truth.word("winding");
   const int multiple = winding == "quadrupole" ? 4 : winding == "dipole" ? 2 : 1;
@@ -87,7 +87,7 @@ std::vector<Option> coil_options() {
 
 History coil_drift(const Settings& truth, double step) {
   if (truth.word("winding") == "none") return nullptr;
-  refuse(truth);
+  refuse_coil(truth);
   return Drift(coil_of(truth), step);
 }
 

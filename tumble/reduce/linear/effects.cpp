@@ -8,7 +8,7 @@
 namespace tumble::linear {
 namespace {
 
-constexpr double run_in = 2.0;  ///< [s] after which a response follows a ramp
+constexpr double ramp_length = 2.0;  ///< [s] after which a response follows a ramp
 
 /// Times that stand for an interval: few enough to be quick, and so spaced that they fall in step with nothing.
 std::vector<double> sampled(double begin, double length, std::size_t points) {
@@ -72,7 +72,7 @@ double mean_of_turns(const Reference& reference, const Segment& segment, double 
 /// How long the response lags behind a ramp [s].
 double delay_of(const Problem& problem, double step) {
   if (!problem.response) return 0.0;
-  std::vector<double> ramp(std::max<std::size_t>(64, static_cast<std::size_t>(run_in / step)));
+  std::vector<double> ramp(std::max<std::size_t>(64, static_cast<std::size_t>(ramp_length / step)));
   for (std::size_t k = 0; k < ramp.size(); ++k) ramp[k] = static_cast<double>(k) * step;
   const double last = ramp.back();
   problem.response(step)(ramp);

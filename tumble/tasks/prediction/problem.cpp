@@ -15,7 +15,7 @@ namespace tumble::prediction {
 namespace {
 
 constexpr double least_excitation = 1e-8;
-constexpr int instants_in_motion = 40;
+constexpr int instants_of_a_move = 40;
 constexpr int probes = 16;
 
 /// Fractions that no period of a motion hits twice: multiples of the golden section.
@@ -109,7 +109,7 @@ std::vector<Felt> felt_over(const Plan& plan) {
     for (std::size_t s = 0; s < run.segments.size(); ++s) {
       const double end = begin + run.segments[s].duration, from = std::clamp(reference.settled[s], begin, end);
       const bool rests = !reference.steady_until || reference.steady_until(from) >= end;
-      for (int i = 0; i < (rests ? 1 : instants_in_motion); ++i) {
+      for (int i = 0; i < (rests ? 1 : instants_of_a_move); ++i) {
         Felt felt;
         reference.felt(from + fraction(i) * (end - from), 1.0, {&felt, 1});
         out.push_back(felt);

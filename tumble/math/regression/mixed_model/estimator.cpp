@@ -1,8 +1,8 @@
 #include "tumble/math/regression/mixed_model/estimator.hpp"
 
+#include <Eigen/Dense>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::mixed_model {

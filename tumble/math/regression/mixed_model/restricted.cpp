@@ -13,8 +13,6 @@
 namespace tumble::mixed_model {
 namespace {
 
-double square(double x) { return x * x; }
-
 using Variances = std::vector<double>;
 
 std::vector<double> values_of(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }

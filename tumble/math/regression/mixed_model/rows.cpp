@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "tumble/math/eigen/dense.hpp"
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
 
@@ -34,8 +34,6 @@ Index compress(Block& block, const VectorXd& scale) {
   block.observations.applyOnTheLeft(qr.householderQ().setLength(std::min(n, qr.matrixQR().cols())).transpose());
   return rank;
 }
-
-double square(double x) { return x * x; }
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/math/regression/mixed_model.hpp"
+#include "tumble/math/square.hpp"
 
 /// The observations of a mixed model, each segment turned so that few rows hold all it says.
 namespace tumble::mixed_model {

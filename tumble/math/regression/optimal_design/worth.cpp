@@ -1,9 +1,8 @@
 #include "tumble/math/regression/optimal_design/worth.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-
-#include "tumble/math/eigen/dense.hpp"
 
 // Symbols: M information of a design, C = M^-1, U a square root of a visit's information (U U' = I(d), p x k),
 // W the weights of criterion A. A visit added to a design changes the criteria by
