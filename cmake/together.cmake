@@ -4,8 +4,8 @@
 option(TUMBLE_TOGETHER "compile the source files of one folder together" ON)
 set(tumble_most_together 8)
 
-# Files that stay by themselves: those with definitions or without precompiled headers, and the entries of a catalogue that
-# are one file each (every rig names its axes() and options() so). Compile options are those of a whole folder.
+# Files that stay by themselves: generated ones, those with definitions or without precompiled headers, and the entries of a
+# catalogue that are one file each (every rig names its axes() and options() so). Compile options are those of a whole folder.
 function(tumble_together name result)
   set(units "")
   set(folders "")
@@ -15,7 +15,8 @@ function(tumble_together name result)
     get_source_file_property(options ${source} COMPILE_OPTIONS)
     file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR} ${source})
     get_filename_component(folder ${path} DIRECTORY)
-    if(NOT TUMBLE_TOGETHER OR definitions OR plain OR path MATCHES "^(build/|\\.\\.)"
+    cmake_path(IS_PREFIX PROJECT_BINARY_DIR ${source} generated)
+    if(NOT TUMBLE_TOGETHER OR generated OR definitions OR plain
        OR folder MATCHES "^tumble/(models|rigs|checks|methods|formats)$")
       list(APPEND units ${source})
     else()

@@ -40,9 +40,9 @@ struct Method {
   Trial (*trial)(std::uint64_t seed);
   /// Null where there is nothing to subtract.
   /// The plan says by its rig and schedule what the instrument felt, where the recording does not; may be null.
-  Compensation (*compensate)(const Estimate& estimate, const Recording& recording, const Plan* plan);
+  Compensation (*compensate)(const Estimate& estimate, const Recording& recording, const Plan* plan) = nullptr;
   /// The uncertainties before the test is run, from the plan's schedule, rig and truth; null where not to be had.
-  Estimate (*predict)(const Plan& plan);
+  Estimate (*predict)(const Plan& plan) = nullptr;
   /// The plans of recordings may be of other instruments than the plan that names them: parts tested on their own.
   bool several_instruments = false;
   /// It builds on Plan::calibration where there is one; elsewhere a plan that names one is refused.

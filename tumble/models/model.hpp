@@ -77,12 +77,12 @@ struct Model {
   std::vector<Option> (*constants)();
   std::vector<Output> (*outputs)(const Settings& constants);
   /// Physical constants (masses, momenta, lengths) from which coefficients follow; null: none.
-  std::vector<Option> (*physics)();
+  std::vector<Option> (*physics)() = nullptr;
   /// Coefficients [SI] by term name that follow from the physics. A coefficient given in [truth] wins over these.
-  std::map<std::string, double> (*coefficients)(const Settings& truth);
+  std::map<std::string, double> (*coefficients)(const Settings& truth) = nullptr;
   /// The response of output number `output`; null: the indicated quantity is recorded as it is. `step` [s] is the time
   /// between the samples it will be given.
-  Recorded (*record)(const Settings& truth, std::size_t output, double step, const RandomStream& random);
+  Recorded (*record)(const Settings& truth, std::size_t output, double step, const RandomStream& random) = nullptr;
 };
 
 /// All that [truth] accepts for a model: a coefficient for every term, its constants, its physics, the noise and

@@ -73,7 +73,7 @@ HouseholderQr householder_qr(Matrix a) {
   if (a.empty()) return {a, {}};
   Eigen::Ref<MatrixXd> place = view(a);
   const Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(place);  // in place: `a` becomes the packed factors
-  const VectorXd coefficients = qr.hCoeffs();
+  const auto& coefficients = qr.hCoeffs();
   return {std::move(a), {coefficients.data(), coefficients.data() + coefficients.size()}};
 }
 

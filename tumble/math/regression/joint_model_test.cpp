@@ -131,7 +131,7 @@ TEST(JointModel, ItsCovarianceHoldsAndIsSmallerThanOfTheOutputsAlone) {
   constexpr int trials = 400;
   int inside = 0, of_draws = 0;
   for (int t = 0; t < trials; ++t) {
-    const Pair pair = pair_of(static_cast<std::uint64_t>(100 + t));
+    const Pair pair = pair_of(100 + static_cast<std::uint64_t>(t));
     const auto joint = fit_joint_model(pair.outputs, pair.alone);
     const double truth[4] = {2.0, 3.0, 2.0, 3.0};
     for (std::size_t j = 0; j < 4; ++j) {

@@ -307,5 +307,20 @@ TEST(UnobservableColumns, AreSkippedInTheOrderPreferred) {
   EXPECT_TRUE(unobservable_columns(design, weights, natural, {1}).empty());
 }
 
+TEST(UnobservableColumns, FewerRowsThanColumnsLeaveAsManyColumnsAsRows) {
+  Matrix design(2, 4);
+  for (std::size_t j = 0; j < 4; ++j) {
+    design(0, j) = 1.0;
+    design(1, j) = static_cast<double>(j * j);
+  }
+  const auto dropped = unobservable_columns(design, {1.0, 1.0}, {}, {1});
+  ASSERT_EQ(dropped.size(), 2u);
+  EXPECT_EQ(dropped[0].column, 1u);  // preferred
+  EXPECT_EQ(dropped[1].column, 3u);
+  // (1, 1) = 3/4 (1, 0) + 1/4 (1, 4)
+  EXPECT_NEAR(dropped[0].weights[0], 0.75, 1e-12);
+  EXPECT_NEAR(dropped[0].weights[2], 0.25, 1e-12);
+}
+
 }  // namespace
 }  // namespace tumble

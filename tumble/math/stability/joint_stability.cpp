@@ -136,6 +136,7 @@ HatPoint::Instrument instrument(const Matrix& covariances, double edf, const std
   if (!cholesky(scaled, lower))
     throw Error(Error::Kind::bad_data, "two of the instruments give the same signal, or one the sum of others");
   std::vector<double> values;
+  values.reserve(triangles.size());
   for (const auto& triangle : triangles) values.push_back(drawn(lower, triangle));
   std::sort(values.begin(), values.end());
   const auto at = [&](double p) { return values[static_cast<std::size_t>(p * static_cast<double>(draws))]; };

@@ -228,8 +228,6 @@ extern const Method allan_noise{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
-    .predict = nullptr,
     .stream = stream};
 
 }  // namespace tumble::allan_noise

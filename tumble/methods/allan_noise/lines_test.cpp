@@ -96,7 +96,7 @@ TEST(ChangesAlong, NoneInSteadyNoiseAndOneWhereItGrows) {
     EXPECT_TRUE(
         changes_along(NoiseBands(simulated_values({.angle_random_walk = 1.0}, 32768, seed)), 0.0, 1.0, "x").empty());
   auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 9);
-  for (std::size_t i = 6 * 4096; i < 7 * 4096; ++i) values[i] *= 1.3;  // the seventh sixteenth
+  for (std::size_t i = 24576; i < 28672; ++i) values[i] *= 1.3;  // the seventh sixteenth
   const Findings findings = changes_along(NoiseBands(values), 100.0, 1.0, "gyro");
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].severity, Finding::Severity::warning);

@@ -246,9 +246,9 @@ Findings EvenStream::findings() const {
   const double stamped = last_ > first_ ? (static_cast<double>(samples_) - 1.0) / (last_ - first_) : 0.0;
   if (given_ > 0.0 && stamped > 0.0 && std::abs(given_ / stamped - 1.0) > 0.01)
     findings.push_back(
-        {Severity::warning, "stated_rate_used", {{"rate", given_, "Hz"}, {"stamped", stamped, "Hz"}}, label_});
+        {Severity::warning, "rate_differs_from_file", {{"rate", given_, "Hz"}, {"stamped", stamped, "Hz"}}, label_});
   if (gaps_ > 0)
-    findings.push_back({Severity::info, "gaps_skipped", {{"lost", lost_}}, label_, {gaps_, first_gap_, {}}});
+    findings.push_back({Severity::info, "gaps_kept_as_missing", {{"lost", lost_}}, label_, {gaps_, first_gap_, {}}});
   return findings;
 }
 
@@ -269,6 +269,7 @@ std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence) {
   if (working.valid()) working.get();
   parallel_for(channels.size(), [&](std::size_t i) { finish(channels[i], settings); });
   std::vector<ChannelNoise> results;
+  results.reserve(channels.size());
   for (auto& channel : channels) results.push_back(std::move(channel.result));
   return results;
 }

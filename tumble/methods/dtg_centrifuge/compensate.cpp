@@ -221,7 +221,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   Compensation out{recording, {}, {}};
   Table table = empty_table();
   for (const auto& [prefix, index] : inputs.outputs) {
-    Channel sd = recording.channels[index], outside = sd;
+    Channel sd = recording.channels[index];
+    Channel outside = sd;
     sd.name += ".compensation_sd";
     outside.name += ".extrapolated";
     outside.kind = QuantityKind::other;

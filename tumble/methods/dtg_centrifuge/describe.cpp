@@ -248,8 +248,7 @@ void add_relation(const Relation& relation, Ledger& ledger) {
 /// The size of the shift from power-up to power-up, with an interval; a finding where it is not significant.
 void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger& ledger, Findings& findings) {
   if (outcome.levels.fit.slow_variance.empty()) {
-    if (prefix.empty() && outcome.power_ups < 2)
-      findings.push_back({Severity::info, "power_up_change_not_included", {}});
+    if (prefix.empty() && outcome.power_ups < 2) findings.push_back({Severity::info, "single_power_up", {}});
     return;
   }
   const double parts = static_cast<double>(outcome.polynomial.parts);

@@ -263,7 +263,6 @@ extern const Method dtg_centrifuge{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = compensate,
-    .predict = nullptr};
+    .compensate = compensate};
 
 }  // namespace tumble::dtg_centrifuge

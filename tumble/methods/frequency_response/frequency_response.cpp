@@ -150,8 +150,6 @@ extern const Method frequency_response{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of,
-    .compensate = nullptr,
-    .predict = nullptr};
+    .trial = trial_of};
 
 }  // namespace tumble::frequency_response

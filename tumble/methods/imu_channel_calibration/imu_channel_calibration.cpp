@@ -116,7 +116,6 @@ extern const Method imu_channel_calibration{
     .identify = identify,
     .trial = trial,
     .compensate = compensated,
-    .predict = nullptr,
     .several_instruments = true};
 
 }  // namespace tumble::imu_channel_calibration

@@ -168,7 +168,6 @@ extern const Method imu_ferraris{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
-    .predict = nullptr};
+    .compensate = compensate};
 
 }  // namespace tumble::imu_ferraris

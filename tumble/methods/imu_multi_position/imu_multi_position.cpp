@@ -153,7 +153,6 @@ extern const Method imu_multi_position{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = compensate,
-    .predict = nullptr};
+    .compensate = compensate};
 
 }  // namespace tumble::imu_multi_position

@@ -113,7 +113,6 @@ extern const Method north_finding{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = nullptr,
     .predict = predict,
     .takes_calibration = true};
 

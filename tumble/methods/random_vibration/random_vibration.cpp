@@ -93,8 +93,6 @@ extern const Method random_vibration{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of,
-    .compensate = nullptr,
-    .predict = nullptr};
+    .trial = trial_of};
 
 }  // namespace tumble::random_vibration

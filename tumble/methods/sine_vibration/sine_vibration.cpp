@@ -80,8 +80,6 @@ extern const Method sine_vibration{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of,
-    .compensate = nullptr,
-    .predict = nullptr};
+    .trial = trial_of};
 
 }  // namespace tumble::sine_vibration

@@ -365,7 +365,6 @@ extern const Method static_bias{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate,
-    .predict = nullptr};
+    .compensate = compensate};
 
 }  // namespace tumble::static_bias

@@ -141,8 +141,6 @@ extern const Model fiber_optic_gyro{
         "accelerometers, NWPU, 2015, slides 57-58; IEEE Std 528 names",
     .constants = constants,
     .outputs = outputs,
-    .physics = nullptr,
-    .coefficients = nullptr,
     .record = record};
 
 }  // namespace tumble::fiber_optic_gyro

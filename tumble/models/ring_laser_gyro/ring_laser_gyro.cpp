@@ -118,8 +118,6 @@ extern const Model ring_laser_gyro{
     .source = "Yan Gongmin, lecture on modelling gyros and accelerometers, NWPU, 2015, slides 49-56",
     .constants = constants,
     .outputs = outputs,
-    .physics = nullptr,
-    .coefficients = nullptr,
     .record = record};
 
 }  // namespace tumble::ring_laser_gyro

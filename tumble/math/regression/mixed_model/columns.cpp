@@ -39,6 +39,7 @@ std::vector<Dropped> unobservable_columns(const Matrix& design, const std::vecto
   MatrixXd scaled = w.cwiseSqrt().asDiagonal() * map(design);
   if (scaled.rows() > p)
     scaled = MatrixXd(Eigen::HouseholderQR<MatrixXd>(scaled).matrixQR().topRows(p).triangularView<Eigen::Upper>());
+  if (scaled.rows() < p) scaled.conservativeResizeLike(MatrixXd::Zero(p, p));  // so that V holds all null vectors
   const VectorXd norms = scaled.colwise().norm();
   std::vector<Index> order, kept, dropped;
   for (const auto column : preference) order.push_back(at(column));
