@@ -36,6 +36,7 @@ struct Entry {
   std::vector<Option> options;
 };
 
+// GoogleTest finds it by this name. NOLINTNEXTLINE(readability-identifier-naming)
 void PrintTo(const Entry& entry, std::ostream* out) { *out << entry.folder << "/" << entry.name; }
 
 std::string page_of(const std::string& folder, const std::string& name) {

@@ -413,7 +413,10 @@ const std::vector<Clean>& clean_signals() {
          return 0.01 * w + 5.0 * std::exp(-since / 3.0) * std::cos(2.5 * since);
        }},
       {"steps between positions",
-       [](std::size_t i, double w) { return std::cos(static_cast<double>(i / 3000)) + 1e-4 * w; }},
+       [](std::size_t i, double w) {
+         const std::size_t position = i / 3000;
+         return std::cos(static_cast<double>(position)) + 1e-4 * w;
+       }},
       {"few pulses", [](std::size_t i, double) { return i % 7 == 3 ? 1.0 : 0.0; }},
       {"random pulses", [](std::size_t, double w) { return w > 1.5 ? 1.0 : 0.0; }},
       {"truncated rate", [](std::size_t i, double w) { return std::floor(2.0 * w + 1e-4 * static_cast<double>(i)); }},

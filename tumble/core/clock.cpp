@@ -237,7 +237,7 @@ Unevenness unevenness(const std::vector<double>& departures, std::size_t lag, st
 void judge(const std::vector<double>& departures, Clock& clock) {
   const std::size_t n = departures.size(), lag = std::min<std::size_t>(256, std::max<std::size_t>(1, (n - 1) / 4));
   const double local = unevenness(departures, lag, 1, clock.rate).rms;
-  const double slow = n < 16 * 256 ? 0.0 : unevenness(departures, n / 16, n / 16, clock.rate).worst;
+  const double slow = n < 4096 ? 0.0 : unevenness(departures, n / 16, n / 16, clock.rate).worst;
   std::size_t lost = 0;
   for (const auto& gap : clock.gaps) lost += gap.lost;
   if (clock.backward > 0)

@@ -84,7 +84,10 @@ TEST(Clock, AThirdOfTheSamplesMayBeLost) {
 
 TEST(Clock, ALoggerThatWasStartedAgainKeepsItsRate) {
   auto stamps = even(4'000, 10.0);
-  for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i] += 0.337 * static_cast<double>(i / 500);
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const std::size_t starts = i / 500;
+    stamps[i] += 0.337 * static_cast<double>(starts);
+  }
   const Clock clock = clock_of(with_stamps(stamps));
   EXPECT_EQ(clock.gaps.size(), 7u);
   EXPECT_NEAR(clock.rate, 10.0, 1e-8);

@@ -18,7 +18,7 @@ namespace tumble {
 namespace {
 
 /// Values that a file could have said: decimals with up to 17 digits in the unit.
-Recording sample(std::size_t count, Timeline timeline = {0.5, 400.0, nullptr}) {
+Recording sample(std::size_t count, const Timeline& timeline = {0.5, 400.0, nullptr}) {
   std::mt19937_64 random(99);
   std::normal_distribution<double> normal;
   Recording recording;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
+#include <memory>
 #include <mutex>
 #include <new>
 #include <thread>
@@ -19,9 +20,8 @@ constexpr std::size_t large_page = std::size_t{1} << 21;
 /// Memory about to be written for the first time: in large pages where the system has them.
 void in_large_pages([[maybe_unused]] void* begin, [[maybe_unused]] std::size_t bytes) {
 #ifdef __linux__
-  const auto at = reinterpret_cast<std::uintptr_t>(begin);
-  const auto first = (at + large_page - 1) / large_page * large_page, last = (at + bytes) / large_page * large_page;
-  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);  // advice: may be refused
+  if (std::align(large_page, large_page, begin, bytes))
+    madvise(begin, bytes / large_page * large_page, MADV_HUGEPAGE);  // advice: may be refused
 #endif
 }
 

@@ -77,6 +77,16 @@ void add_line(const std::string& source, const std::string& key, const Matrix& f
     add_same(factor, line);
 }
 
+std::vector<Contribution> budget_of(const std::vector<ErrorLine>& lines, std::size_t parameters) {
+  std::vector<Contribution> budget;
+  for (const auto& line : lines) {
+    if (line.factor.rows != parameters)
+      throw Error(Error::Kind::internal, "budget line '" + line.source + "' has not one row a parameter");
+    add_line(line.source, line.key, line.factor, budget);
+  }
+  return budget;
+}
+
 /// Rows of zeros above and below.
 Matrix padded(const Matrix& factor, std::size_t above, std::size_t below) {
   Matrix out(above + factor.rows + below, factor.columns);
@@ -169,13 +179,12 @@ std::vector<ErrorLine> carried(const Matrix& gradients, std::vector<ErrorLine> i
   return inputs;
 }
 
+Matrix covariance_of(const std::vector<ErrorLine>& lines, std::size_t parameters) {
+  return covariance_of(budget_of(lines, parameters), parameters);
+}
+
 void settle(Estimate& estimate, const std::vector<ErrorLine>& lines) {
-  estimate.budget.clear();
-  for (const auto& line : lines) {
-    if (line.factor.rows != estimate.parameters.size())
-      throw Error(Error::Kind::internal, "budget line '" + line.source + "' has not one row a parameter");
-    add_line(line.source, line.key, line.factor, estimate.budget);
-  }
+  estimate.budget = budget_of(lines, estimate.parameters.size());
   complete(estimate);
   set_degrees_of_freedom(lines, estimate);
 }

@@ -58,6 +58,9 @@ ErrorLine carried(const Matrix& gradients, ErrorLine inputs);
 /// All lines of the inputs, each as above; gradients [p x n, SI].
 std::vector<ErrorLine> carried(const Matrix& gradients, std::vector<ErrorLine> inputs);
 
+/// Covariance [SI] (p x p) by lines of p rows, as `settle` has it.
+Matrix covariance_of(const std::vector<ErrorLine>& lines, std::size_t parameters);
+
 /// Gives the estimate its budget, its covariance, and where a line states degrees of freedom those of the parameters:
 ///
 ///   nu_i = v_i^2 / sum_s (v_is^2/nu_is)        v_i = sum_s v_is        (Welch and Satterthwaite)

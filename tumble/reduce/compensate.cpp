@@ -9,6 +9,7 @@
 
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/reduce/compensation/inputs.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/reduce/compensation/work.hpp"
 #include "tumble/units/error.hpp"
 
@@ -240,12 +241,14 @@ void take_sample(Works& works, Felt& felt, std::size_t i, Recording& recording) 
     work.counts.blank += measured && !informed[k];
     work.counts.lost += measured && informed[k] && !solved;
     recording.channels[work.place].values[i] = work.u;
-    work.flags.values[i] = !solved ? std::nan("") : take_terms(work, felt) ? 1.0 : 0.0;
+    work.trust.extrapolated.values[i] = !solved ? std::nan("") : take_terms(work, felt) ? 1.0 : 0.0;
     if (!solved) work.d.clear();
     work.counts.samples += solved;
-    if (work.flags.values[i] > 0.0 && work.counts.outside++ == 0) work.counts.first_outside = work.sd.time(i);
+    if (work.trust.extrapolated.values[i] > 0.0 && work.counts.outside++ == 0)
+      work.counts.first_outside = work.trust.sd.time(i);
   }
-  for (Work& work : works) work.sd.values[i] = std::isnan(work.u) ? work.u : std::sqrt(variance_of(works, work, felt));
+  for (Work& work : works)
+    work.trust.sd.values[i] = std::isnan(work.u) ? work.u : std::sqrt(variance_of(works, work, felt));
 }
 
 void take_all(const Inputs& known, Works& works, Recording& recording) {
@@ -258,25 +261,14 @@ void take_all(const Inputs& known, Works& works, Recording& recording) {
   }
 }
 
-std::size_t place_of(const Estimate& estimate, const Recording& recording, const std::string& role) {
-  const Channel* channel = channel_of(estimate, recording, role);
-  const std::string where = recording.origin.file.empty() ? "" : recording.origin.file + ": ";
-  if (!channel) throw Error(Error::Kind::bad_data, where + "the recording has no channel for the role " + role);
-  if (find_channel(recording, channel->name + ".compensation_sd"))
-    throw Error(Error::Kind::bad_data,
-                where + "channel " + channel->name + " is compensated already: it would be subtracted twice");
-  return static_cast<std::size_t>(channel - recording.channels.data());
-}
-
 /// Whether the channel is in the unit of K times u: as it is, or for each sample (counts, increments).
-void require_unit(const Work& work, const Channel& channel) {
+void add_unit_problem(const Work& work, const Channel& channel, std::vector<std::string>& problems) {
   if (work.scale_parameter == SIZE_MAX) return;
   const Unit& factor = work.estimate->parameters[work.scale_parameter].unit;
   const auto wanted = Unit::parse(fmt::format("({})*({})", factor.text(), work.model->unit)).dimension();
   const auto each_second = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();
   if (channel.unit.dimension() == wanted || each_second == wanted) return;
-  throw Error(
-      Error::Kind::bad_data,
+  problems.push_back(
       fmt::format("channel {} is in {}, but the result's {} is in {}: the recording is of another kind of output",
                   channel.name, channel.unit.text(), work.model->scale_factor, factor.text()));
 }
@@ -284,28 +276,24 @@ void require_unit(const Work& work, const Channel& channel) {
 /// The channels of all outputs, sampled together. Throws Error::bad_data with all that is wrong.
 void set_places(const Recording& recording, Works& works) {
   std::vector<std::string> problems;
-  for (Work& work : works) try {
-      work.place = place_of(*work.estimate, recording, work.model->role);
-      const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
-      require_unit(work, channel);
-      if (problems.empty() && !sampled_together(first, channel))
-        problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
-                                       first.name, channel.name));
-    } catch (const Error& error) {
-      problems.insert(problems.end(), error.problems.begin(), error.problems.end());
-    }
-  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  for (Work& work : works) {
+    const auto place = compensation::output_of(*work.estimate, recording, work.model->role, problems);
+    if (!place) continue;
+    work.place = *place;
+    const Channel &first = recording.channels[works.front().place], &channel = recording.channels[work.place];
+    add_unit_problem(work, channel, problems);
+    if (problems.empty() && !sampled_together(first, channel))
+      problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
+                                     first.name, channel.name));
+  }
+  compensation::refuse(recording, problems);
 }
 
 void set_channels(Recording& recording, Work& work) {
   Channel& channel = recording.channels[work.place];
   channel.unit = Unit::parse(work.model->unit);
   channel.kind = kind_of(channel.unit);
-  work.sd = work.flags = channel;
-  work.sd.name += ".compensation_sd";
-  work.flags.name += ".extrapolated";
-  work.flags.kind = QuantityKind::other;
-  work.flags.unit = Unit();
+  work.trust = compensation::trust_in(channel);
 }
 
 }  // namespace
@@ -362,8 +350,8 @@ Compensation compensate(const std::vector<ErrorModel>& models, const Estimate& e
     say(work.counts, channel.name, out.findings);
     out.tables.push_back(
         subtracted(work, works.size() > 1 ? "subtracted_" + work.model->role : "subtracted", channel.unit));
-    out.recording.channels.push_back(std::move(work.sd));
-    out.recording.channels.push_back(std::move(work.flags));
+    out.recording.channels.push_back(std::move(work.trust.sd));
+    out.recording.channels.push_back(std::move(work.trust.extrapolated));
   }
   return out;
 }

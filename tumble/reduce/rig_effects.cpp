@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/rigs/error_names.hpp"
 
 namespace tumble {
@@ -245,11 +246,27 @@ bool belongs_to_rig(const std::string& name) {
   return std::ranges::find(others, name) == others.end();
 }
 
-/// The rig of another test is the same one where the plans name the same equipment.
+}  // namespace
+
 std::string key_of(const ConductedTest& test, const PlanError& error) {
-  if (!belongs_to_rig(error.error.name)) return "";
   const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
-  return std::ranges::find_if(test.power_ups, with_plan)->plan->rig_equipment;
+  const Plan& plan = *std::ranges::find_if(test.power_ups, with_plan)->plan;
+  if (error.error.name == error_names::gravity)
+    return plan.site ? fmt::format("gravity {:.12g} m/s^2", gravity(*plan.site)) : "";
+  return belongs_to_rig(error.error.name) ? plan.rig_equipment : "";
+}
+
+namespace {
+
+/// Plans that share a key share the error: its shifts in the one and in the other are by one draw.
+void add(KnownEffect effect, std::vector<KnownEffect>& effects) {
+  const auto shared = std::ranges::find_if(effects, [&](const KnownEffect& other) {
+    return !effect.key.empty() && other.key == effect.key && other.source == effect.source;
+  });
+  if (shared == effects.end())
+    effects.push_back(std::move(effect));
+  else
+    for (std::size_t i = 0; i < effect.column.size(); ++i) shared->column[i] += effect.column[i];
 }
 
 }  // namespace
@@ -269,7 +286,8 @@ std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observatio
           {errors[k].error.name, std::move(all), false, {name_of(errors[k])}, key_of(test, errors[k])});
   });
   std::vector<KnownEffect> effects;
-  for (auto& part : by_error) std::ranges::move(part, std::back_inserter(effects));
+  for (auto& part : by_error)
+    for (auto& effect : part) add(std::move(effect), effects);
   return effects;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/rigs/error_names.hpp"
 
 namespace tumble {
@@ -84,7 +85,9 @@ TEST(RigEffects, StretchesAtOneAngleShareItsPositioning) {
 
 TEST(RigEffects, ErrorsOfDifferentPlansAreDifferent) {
   Plan plan = head_plan({held("a", 0.0)});
-  plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(plan)}};
+  Plan elsewhere = plan;
+  elsewhere.site->gravity = gravity(*plan.site) + 1e-9;  // measured by itself
+  plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(elsewhere)}};
   const auto test = stretches(plan, {.role = "accelerometer"});
   ASSERT_EQ(test.plans, 2u);
   const auto gravity = effects_named(rig_effects(test, rows_of(test)), names::gravity);
@@ -94,6 +97,22 @@ TEST(RigEffects, ErrorsOfDifferentPlansAreDifferent) {
   EXPECT_EQ(gravity[0].column[1], 0.0);
   EXPECT_EQ(gravity[1].column[0], 0.0);
   EXPECT_NE(gravity[1].column[1], 0.0);
+}
+
+TEST(RigEffects, PlansOfOneRigAndSiteShareTheirErrors) {
+  Plan plan = head_plan({held("a", 0.0)});
+  plan.rig_equipment = "head 7, certificate 12";
+  plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(plan)}};
+  const auto test = stretches(plan, {.role = "accelerometer"});
+  ASSERT_EQ(test.plans, 2u);
+  const auto all = rig_effects(test, rows_of(test));
+  const auto of_site = effects_named(all, names::gravity);
+  ASSERT_EQ(of_site.size(), 1u);
+  EXPECT_TRUE(of_site[0].key.starts_with("gravity 9.")) << of_site[0].key;
+  EXPECT_NEAR(of_site[0].column[0], of_site[0].column[1], 1e-14);
+  std::size_t of_rig = 0;
+  for (const auto& effect : all) of_rig += effect.key == "head 7, certificate 12";
+  EXPECT_GT(of_rig, 0u);
 }
 
 TEST(RigEffects, ObservedWithErrorsIsTheDifferenceThatTheColumnsHold) {

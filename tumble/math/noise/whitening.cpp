@@ -34,16 +34,13 @@ Whitening::Whitening(const NoiseModel& noise, double interval, double longest)
   if (noise.rate_random_walk > 0.0) states_.push_back(walk(noise.rate_random_walk, interval));
 }
 
-double Whitening::operator()(Matrix& block, std::span<const double> share) const {
-  const std::size_t n = block.rows, c = block.columns, s = states_.size();
+Whitening::Gains Whitening::gains_for(std::span<const double> share) const {
+  const std::size_t n = share.size(), s = states_.size();
   double inside = 0.0;
   for (const auto& state : states_) inside += state.inside;
-  std::vector<double> p(s * s, 0.0), gain(s), seen(s), x(s * c, 0.0);
+  std::vector<double> p(s * s, 0.0), gain(s), seen(s);
   for (std::size_t i = 0; i < s; ++i) p[i * s + i] = states_[i].variance;
-  double log_determinant = 0.0;
-  std::vector<double> scale(n, 0.0), gains(n * s, 0.0);
-
-  // The gains do not depend on the data: once, then every column runs through them.
+  Gains out{std::vector<double>(n, 0.0), std::vector<double>(n * s, 0.0)};
   for (std::size_t k = 0; k < n; ++k) {
     const bool data = share[k] > 0.0;
     double f = data ? white_ / share[k] + inside : 0.0;
@@ -53,12 +50,10 @@ double Whitening::operator()(Matrix& block, std::span<const double> share) const
       if (data) f += states_[i].seen * seen[i];
     }
     if (data) {
-      scale[k] = 1.0 / std::sqrt(f);
-      log_determinant += std::log(f);
-      for (std::size_t i = 0; i < s; ++i) {
-        gain[i] = (states_[i].keep * seen[i] + states_[i].cross) / f;
-        gains[k * s + i] = gain[i];
-      }
+      out.scale[k] = 1.0 / std::sqrt(f);
+      out.log_determinant += std::log(f);
+      for (std::size_t i = 0; i < s; ++i)
+        out.of_state[k * s + i] = gain[i] = (states_[i].keep * seen[i] + states_[i].cross) / f;
     }
     for (std::size_t i = 0; i < s; ++i)
       for (std::size_t j = 0; j < s; ++j) {
@@ -67,9 +62,15 @@ double Whitening::operator()(Matrix& block, std::span<const double> share) const
         p[i * s + j] = next;
       }
   }
-  for (std::size_t column = 0; column < c; ++column) {
+  return out;
+}
+
+double Whitening::operator()(Matrix& block, std::span<const double> share) const {
+  const std::size_t n = block.rows, s = states_.size();
+  const auto [scale, gains, log_determinant] = gains_for(share.first(n));
+  for (std::size_t column = 0; column < block.columns; ++column) {
     double* y = block.values.data() + column * n;
-    double* state = x.data() + column * s;
+    std::vector<double> state(s, 0.0);
     for (std::size_t k = 0; k < n; ++k) {
       double innovation = 0.0;
       if (scale[k] > 0.0) {

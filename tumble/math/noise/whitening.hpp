@@ -37,6 +37,14 @@ class Whitening {
   static State markov(const MarkovComponent& component, double interval);
   static State walk(double density, double interval);
 
+  /// What the rows with data have in common for all columns.
+  struct Gains {
+    std::vector<double> scale;     ///< [n] 1/sd of each innovation; 0 where there are no data
+    std::vector<double> of_state;  ///< [n x s] row by row: change of each state by an innovation
+    double log_determinant = 0.0;
+  };
+  Gains gains_for(std::span<const double> share) const;
+
   std::vector<State> states_;
   double white_;  ///< variance of the white part of a whole interval
 };

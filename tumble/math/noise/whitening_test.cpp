@@ -23,7 +23,8 @@ MatrixXd covariance_by_fine_sums(const NoiseModel& noise, double interval, doubl
         full(i, j) += m.sd * m.sd * std::exp(-lag / m.time);
     }
   MatrixXd averages = MatrixXd::Zero(n, total);
-  for (int i = 0; i < n; ++i) averages.row(i).segment(static_cast<Eigen::Index>(i) * fine, fine).setConstant(1.0 / fine);
+  for (int i = 0; i < n; ++i)
+    averages.row(i).segment(static_cast<Eigen::Index>(i) * fine, fine).setConstant(1.0 / fine);
   MatrixXd v = averages * full * averages.transpose();
   v.diagonal().array() += noise.angle_random_walk * noise.angle_random_walk / interval;
   return v;

@@ -34,7 +34,7 @@ DesignProblem problem_of(const std::vector<Row>& rows, double effort, DesignCrit
 }
 
 /// 1, x, ... x^degree at the points of a grid on [-1, 1].
-DesignProblem polynomial(int degree, std::vector<double> grid, double effort, DesignCriterion criterion) {
+DesignProblem polynomial(int degree, const std::vector<double>& grid, double effort, DesignCriterion criterion) {
   std::vector<Row> rows;
   for (const double x : grid) {
     Row row;

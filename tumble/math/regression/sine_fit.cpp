@@ -53,7 +53,7 @@ Matrix design(const Samples& s, double frequency, const SineFitOptions& how) {
   const std::size_t n = s.time.size(), waves_end = 2 * static_cast<std::size_t>(how.harmonics);
   Matrix x(n, waves_end + static_cast<std::size_t>(how.polynomial) + 1, 1.0);
   for (std::size_t k = 0; k < waves_end; k += 2)
-    waves(s, static_cast<double>(k / 2 + 1) * frequency, column(x, k), column(x, k + 1));
+    waves(s, 0.5 * static_cast<double>(k + 2) * frequency, column(x, k), column(x, k + 1));
   for (std::size_t p = waves_end + 1; p < x.columns; ++p)
     for (std::size_t i = 0; i < n; ++i) x(i, p) = x(i, p - 1) * (s.time[i] * (2.0 / s.span));
   return x;
@@ -144,7 +144,7 @@ void find_noise(const Samples& s, const Solved& solved, const SineFitOptions& ho
 }
 
 void refuse(const Samples& s, double frequency, const SineFitOptions& how) {
-  const auto parameters = static_cast<std::size_t>(2 * how.harmonics + how.polynomial + 2);
+  const auto parameters = 2 * static_cast<std::size_t>(how.harmonics) + static_cast<std::size_t>(how.polynomial) + 2;
   if (s.time.size() < parameters + 4)
     throw Error(Error::Kind::bad_data,
                 fmt::format("sine fit: {} samples are too few for {} parameters", s.time.size(), parameters));
@@ -195,7 +195,7 @@ SineFit fit_sine(std::span<const double> times, std::span<const double> values, 
   fit.centre = samples.centre;
   fit.span = samples.span;
   fit.samples = samples.time.size();
-  const auto polynomial = solved.b.begin() + 2 * options.harmonics;
+  const auto polynomial = solved.b.begin() + 2 * static_cast<std::ptrdiff_t>(options.harmonics);
   for (auto b = solved.b.begin(); b != polynomial; b += 2) fit.line.emplace_back(b[0], -b[1]);
   fit.polynomial.assign(polynomial, solved.b.end());
   find_noise(samples, solved, options, fit);

@@ -111,37 +111,23 @@ double phase_difference_edf(int alpha, const PhaseDifference& difference, std::s
   const double S = difference.overlapping ? m : 1.0;
   const double r = M / S;
   const std::size_t J = std::min(terms, (static_cast<std::size_t>(d) + 1) * (difference.overlapping ? factor : 1));
-  const bool few_lags = J <= most_lags;
-  const bool many_terms = r > d + 1;
   const double lags = static_cast<double>(most_lags);
+  // F samples are averaged; `tabled` is the approximation for many terms
+  const auto inverse_with = [&](double F, double F_of_lags, double variance, double tabled) {
+    if (J <= most_lags) return inverse_edf(J, M, S, F, alpha, d, s_z(0.0, F, alpha, d));
+    if (r > d + 1) return tabled;
+    return inverse_edf(most_lags, lags, lags / r, F_of_lags, alpha, d, variance);
+  };
 
   double inverse = 1.0;
   if (difference.modified && factor > 1) {
-    if (few_lags) {
-      inverse = inverse_edf(J, M, S, 1.0, alpha, d, s_z(0.0, 1.0, alpha, d));
-    } else if (many_terms) {
-      inverse = large_r(table_1[2 - alpha][d - 1], r);
-    } else {
-      inverse = inverse_edf(most_lags, lags, lags / r, 1.0, alpha, d, s_z(0.0, 1.0, alpha, d));
-    }
+    inverse = inverse_with(1.0, 1.0, s_z(0.0, 1.0, alpha, d), large_r(table_1[2 - alpha][d - 1], r));
   } else if (alpha <= 0) {
     // F = m would stand for phase averaged over t0. Ours is the integral of a rate, not filtered: F infinite at any m.
-    if (few_lags) {
-      inverse = inverse_edf(J, M, S, infinite, alpha, d, s_z(0.0, infinite, alpha, d));
-    } else if (many_terms) {
-      inverse = large_r(table_2[2 - alpha][d - 1], r);
-    } else {
-      inverse = inverse_edf(most_lags, lags, lags / r, infinite, alpha, d, s_z(0.0, infinite, alpha, d));
-    }
+    inverse = inverse_with(infinite, infinite, s_z(0.0, infinite, alpha, d), large_r(table_2[2 - alpha][d - 1], r));
   } else if (alpha == 1) {
     const double variance = table_3[d - 1].a0 + table_3[d - 1].a1 * std::log(m);
-    if (few_lags) {
-      inverse = inverse_edf(J, M, S, m, alpha, d, s_z(0.0, m, alpha, d));
-    } else if (many_terms) {
-      inverse = large_r(table_2[1][d - 1], r) / (variance * variance);
-    } else {
-      inverse = inverse_edf(most_lags, lags, lags / r, lags / r, alpha, d, variance);
-    }
+    inverse = inverse_with(m, lags / r, variance, large_r(table_2[1][d - 1], r) / (variance * variance));
   } else {
     inverse = inverse_edf_white_phase(M, r, d);
   }

@@ -133,7 +133,7 @@ std::vector<DeviationPoint> of_theoh(const Job& job, const std::vector<std::size
     else if (const std::size_t left = (m + 3 * block / 2) / (3 * block) * 3; far.empty() || far.back() < left)
       far.push_back(left);
   }
-  const double typed = job.interval * std::max(1.0, static_cast<double>(samples / points_that_tell));
+  const double typed = job.interval * static_cast<double>(std::max<std::size_t>(1, samples / points_that_tell));
   Job allan = job;
   allan.measure = Stability::overlapping_allan;
   auto points = points_at(allan, job.phase, 1, direct, INFINITY);

@@ -18,7 +18,7 @@ constexpr std::size_t width = sizeof(Lanes) / sizeof(double);
 /// sum += z z, rounded once.
 template <bool avx2>
 [[gnu::always_inline]] inline void add_square(const Lanes& z, Lanes& sum) {
-#ifdef __x86_64__
+#if defined(__x86_64__) && !defined(__clang__)  // clang takes no such operand without AVX2 for the whole file
   if constexpr (avx2) {
     Lanes next = sum;
     asm("vfmadd231pd %1, %1, %0" : "+x"(next) : "x"(z));

@@ -71,7 +71,6 @@ Spectra spectra(std::span<const double> x, const Stretches& stretches, std::size
 }
 
 using Lanes = double __attribute__((vector_size(32)));
-using Order = long long __attribute__((vector_size(32)));
 
 /// out = sum_{a<count} conj(A_a) B_a over `step` complex values, A_a and B_a `stride` apart. The order of addition is
 /// fixed and nothing is fused, so that the result is the same on every processor.
@@ -86,7 +85,7 @@ using Order = long long __attribute__((vector_size(32)));
       std::memcpy(&u, a + k * stride + 4 * i, sizeof u);
       std::memcpy(&v, b + k * stride + 4 * i, sizeof v);
       straight[i] += u * v;
-      crossed[i] += u * __builtin_shuffle(v, Order{1, 0, 3, 2});
+      crossed[i] += u * __builtin_shufflevector(v, v, 1, 0, 3, 2);
     }
   }
 #pragma GCC unroll 4

@@ -7,6 +7,7 @@
 
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
 #include "tumble/methods/accelerometer_four_position/design.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -42,11 +43,6 @@ Coefficients coefficients_of(const Estimate& estimate) {
   return out;
 }
 
-const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto setting = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, setting == estimate.provenance.settings.end() ? name : setting->second);
-}
-
 double scale_factor_of(const Estimate& estimate, const Channel& channel) {
   const auto output = accelerometer::output_of(channel);
   if (output.scale_factor == Unit()) return 1.0;
@@ -63,20 +59,13 @@ struct Channels {
 };
 
 Channels channels_of(const Estimate& estimate, const Recording& recording, bool needs_temperature) {
-  const Channel* accelerometer = role(estimate, recording, "accelerometer");
-  Channels out{0, role(estimate, recording, "temperature")};
   std::vector<std::string> problems;
-  if (!accelerometer) problems.push_back("the recording has no channel for the role accelerometer");
+  const auto accelerometer = compensation::output_of(estimate, recording, "accelerometer", problems);
+  Channels out{0, channel_of(estimate, recording, "temperature")};
   if (needs_temperature && !out.temperature)
     problems.push_back("the recording has no channel for the role temperature, over which the result was fitted");
-  if (accelerometer && find_channel(recording, accelerometer->name + ".extrapolated"))
-    problems.push_back("channel " + accelerometer->name + " is compensated already: it would be done twice");
-  if (!problems.empty()) {
-    for (auto& problem : problems)
-      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
-    throw Error(Error::Kind::bad_data, problems);
-  }
-  out.accelerometer = static_cast<std::size_t>(accelerometer - recording.channels.data());
+  compensation::refuse(recording, problems);
+  out.accelerometer = *accelerometer;
   return out;
 }
 
@@ -141,11 +130,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   channel.values = per_second(evidence, "accelerometer", out.findings).recordings[0].channels[0].values;
   channel.kind = QuantityKind::specific_force;
   channel.unit = Unit::parse("g");
-  Channel sd = channel, outside = channel;
-  sd.name += ".compensation_sd";
-  outside.name += ".extrapolated";
-  outside.kind = QuantityKind::other;
-  outside.unit = Unit{};
+  auto [sd, outside] = compensation::trust_in(channel);
   Counts counts;
   for (std::size_t k = 0; k < channel.values.size(); ++k) {
     const double t = channels.temperature ? reading_at(*channels.temperature, raw.time(k)) : low;

@@ -35,7 +35,7 @@ void set_commanded_temperature(const PowerUp& power_up, const Stretch& stretch, 
   const double length = stretch.duration(), step = length / points;
   power_up.reference.felt(stretch.first + 0.5 * step, step, felt);
   double halves[2] = {0.0, 0.0};
-  for (std::size_t k = 0; k < points; ++k) halves[k / (points / 2)] += felt[k].temperature / (points / 2);
+  for (std::size_t k = 0; k < points; ++k) halves[2 * k / points] += 2.0 / points * felt[k].temperature;
   position.temperature = 0.5 * (halves[0] + halves[1]);
   position.temperature_drift = halves[1] - halves[0];
 }

@@ -60,7 +60,8 @@ void fill_parameters(const Matrix& gain, const std::vector<double>& z, const std
   out.parameters = gain * z;
   out.covariance = Matrix(gain.rows, gain.rows);
   for (const auto& source : sources) {
-    out.sources.push_back({source.name, sandwich(gain, source.covariance)});
+    out.sources.push_back({source.name, sandwich(gain, source.covariance),
+                           source.shifts.empty() ? Matrix() : gain * source.shifts, source.key});
     out.covariance += out.sources.back().covariance;
   }
 }

@@ -34,7 +34,8 @@ Term model_of(const Bench& bench, const Stacked& all, const Design& design, cons
 }  // namespace
 
 void add(std::vector<Source>& sources, const std::string& name, const Matrix& covariance) {
-  const auto source = std::ranges::find(sources, name, &Source::name);
+  const auto source =
+      std::ranges::find_if(sources, [&](const Source& one) { return one.name == name && one.shifts.empty(); });
   if (source == sources.end())
     sources.push_back({name, covariance});
   else
@@ -62,8 +63,12 @@ std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const 
   for (const auto& effect : linear::effects_of(bench.evidence, problem, bench.rows, {1.0})) {
     std::vector<double> shift(all.slope.columns);
     for (std::size_t i = 0; i < effect.column.size(); ++i) shift[bench.rows.segment[i]] = effect.column[i];
+    if (effect.each_segment) {
+      add(sources, effect.source, sandwich(all.slope, scaled(shift, shift)));
+      continue;
+    }
     const auto moved = all.slope * shift;
-    add(sources, effect.source, effect.each_segment ? sandwich(all.slope, scaled(shift, shift)) : outer(moved, moved));
+    sources.push_back({effect.source, outer(moved, moved), as_column(moved), effect.key});
   }
   return sources;
 }

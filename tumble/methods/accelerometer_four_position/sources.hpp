@@ -10,10 +10,12 @@ namespace tumble::accelerometer_four_position {
 /// Uncertainty of the results of the cells from one cause.
 struct Source {
   std::string name;
-  Matrix covariance;  ///< of Stacked::z
+  Matrix covariance;     ///< [n x n] of Stacked::z
+  Matrix shifts = {};    ///< n x 1, of one error: shift by one standard deviation; empty: several errors
+  std::string key = {};  ///< of one error, see SourceCovariance
 };
 
-/// Adds a covariance [n x n] of Stacked::z to the source of that name, or a new one.
+/// Adds a covariance [n x n] of Stacked::z to the source of that name that has no shifts, or a new one.
 void add(std::vector<Source>& sources, const std::string& name, const Matrix& covariance);
 
 /// Covariance [n x n] of Stacked::z from all sources.

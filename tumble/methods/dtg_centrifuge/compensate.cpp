@@ -7,23 +7,20 @@
 #include <cmath>
 #include <map>
 
-#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 #include "tumble/models/model.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
 
+using compensation::known_terms;
+using compensation::KnownTerms;
+using compensation::output_of;
+using compensation::Trust;
 using Severity = Finding::Severity;
-
-/// Terms of the drift that one output's parameters give, with their covariance.
-struct Drift {
-  std::vector<Term> terms;
-  std::vector<double> coefficients;
-  Matrix covariance;
-};
 
 /// Specific force that the test covered.
 struct Range {
@@ -31,26 +28,13 @@ struct Range {
   bool up = false, down = false;  ///< orientations of the spin axis
 };
 
-Drift drift_of(const Estimate& estimate, const std::string& prefix) {
-  Drift drift;
-  std::vector<std::size_t> used;
+/// Terms of the drift that one output's parameters give, without the quadratic one, which a rate of the table gives
+/// too.
+KnownTerms drift_of(const Estimate& estimate, const std::string& prefix) {
   const Settings constants = defaults(truth_options(find_model("dynamically_tuned_gyro")));
-  const auto outputs = find_model("dynamically_tuned_gyro").outputs(constants);
-  for (const auto& term : outputs[prefix.empty() ? 0 : 1].terms)
-    for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
-      const Parameter& parameter = estimate.parameters[p];
-      if (parameter.name != term.name || parameter.name == prefix + "D_xy") continue;
-      if (!std::isfinite(parameter.value) || parameter.unit.dimension() != Unit::parse(term.unit).dimension())
-        throw Error(Error::Kind::bad_file,
-                    fmt::format("the result's parameter '{}' has no value in {}", parameter.name, term.unit));
-      drift.terms.push_back(term);
-      drift.coefficients.push_back(parameter.value);
-      used.push_back(p);
-    }
-  drift.covariance = Matrix(used.size(), used.size());
-  for (std::size_t r = 0; r < used.size(); ++r)
-    for (std::size_t c = 0; c < used.size(); ++c) drift.covariance(r, c) = estimate.covariance(used[r], used[c]);
-  return drift;
+  auto terms = find_model("dynamically_tuned_gyro").outputs(constants)[prefix.empty() ? 0 : 1].terms;
+  std::erase_if(terms, [&](const Term& term) { return term.name == prefix + "D_xy"; });
+  return known_terms(estimate, terms);
 }
 
 Range range_of(const Estimate& estimate) {
@@ -69,15 +53,10 @@ Range range_of(const Estimate& estimate) {
   return range;
 }
 
-const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto setting = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, setting == estimate.provenance.settings.end() ? name : setting->second);
-}
-
 /// Specific force along an axis: as the plan names it, else specific_force_x, accelerometer_x or the only
 /// <name>.accelerometer_x.
 const Channel* force_along(const Estimate& estimate, const Recording& recording, const std::string& axis) {
-  if (const Channel* named = role(estimate, recording, "specific_force_" + axis)) return named;
+  if (const Channel* named = channel_of(estimate, recording, "specific_force_" + axis)) return named;
   const std::string model = "accelerometer_" + axis;
   const Channel* only = find_channel(recording, model);
   if (only != nullptr) return only;
@@ -98,12 +77,11 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording) {
   Inputs out;
   std::vector<std::string> problems;
   for (const std::string prefix : {"", "y_"}) {
-    const Channel* gyro = role(estimate, recording, prefix.empty() ? "gyro" : "gyro_y");
-    if (gyro == nullptr && prefix.empty()) problems.push_back("the recording has no channel for the role gyro");
-    if (gyro == nullptr || find_parameter(estimate, prefix + "D_x") == nullptr) continue;
-    if (find_channel(recording, gyro->name + ".extrapolated") != nullptr)
-      problems.push_back("channel " + gyro->name + " is compensated already: its drift would be subtracted twice");
-    out.outputs[prefix] = static_cast<std::size_t>(gyro - recording.channels.data());
+    const std::string role = prefix.empty() ? "gyro" : "gyro_y";
+    if (!prefix.empty() &&
+        (!channel_of(estimate, recording, role) || find_parameter(estimate, prefix + "D_x") == nullptr))
+      continue;
+    if (const auto place = output_of(estimate, recording, role, problems)) out.outputs[prefix] = *place;
   }
   const char* axes[] = {"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -123,11 +101,7 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording) {
         if (!one_clock(recording.channels[index], *force))
           problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
                                          recording.channels[index].name, force->name));
-  if (!problems.empty()) {
-    for (auto& problem : problems)
-      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
-    throw Error(Error::Kind::bad_data, problems);
-  }
+  compensation::refuse(recording, problems);
   return out;
 }
 
@@ -145,23 +119,19 @@ struct Subtracted {
   std::size_t samples = 0, outside = 0, blank = 0;
 };
 
-Subtracted subtract(const Drift& drift, const Inputs& inputs, const Range& range, Channel& gyro, Channel& sd,
-                    Channel& outside) {
+Subtracted subtract(const KnownTerms& drift, const Inputs& inputs, const Range& range, Channel& gyro, Trust& trust) {
   Subtracted out;
-  const std::size_t n = drift.terms.size();
-  std::vector<double> phi(n);
+  std::vector<double> phi;
   double sum[2] = {}, square[2] = {};
   for (std::size_t i = 0; i < gyro.values.size(); ++i) {
     Felt felt;
     felt.specific_force = {inputs.force[0]->values[i], inputs.force[1]->values[i], inputs.force[2]->values[i]};
-    double predicted = 0.0;
-    for (std::size_t t = 0; t < n; ++t) predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
-    const double variance = quadratic_form(phi, drift.covariance);
+    const auto [predicted, sd] = compensation::predicted(drift, felt, phi);
     const double raw = gyro.values[i];
     gyro.values[i] -= predicted;
-    sd.values[i] = std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
+    trust.sd.values[i] = sd;
     const bool beyond = !within(range, felt.specific_force);
-    outside.values[i] = beyond ? 1.0 : 0.0;
+    trust.extrapolated.values[i] = beyond ? 1.0 : 0.0;
     out.blank += std::isnan(predicted) && !std::isnan(raw);
     if (std::isnan(gyro.values[i])) continue;
     if (beyond && out.outside++ == 0) out.first_outside = gyro.time(i);
@@ -221,19 +191,14 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   Compensation out{recording, {}, {}};
   Table table = empty_table();
   for (const auto& [prefix, index] : inputs.outputs) {
-    Channel sd = recording.channels[index];
-    Channel outside = sd;
-    sd.name += ".compensation_sd";
-    outside.name += ".extrapolated";
-    outside.kind = QuantityKind::other;
-    outside.unit = Unit();
+    Trust trust = compensation::trust_in(recording.channels[index]);
     Channel& gyro = out.recording.channels[index];
-    const Subtracted outcome = subtract(drift_of(estimate, prefix), inputs, range, gyro, sd, outside);
+    const Subtracted outcome = subtract(drift_of(estimate, prefix), inputs, range, gyro, trust);
     add_findings(outcome, range, gyro.name, out.findings);
     table.rows.push_back({gyro.name, outcome.raw, outcome.compensated, outcome.compensated / outcome.raw,
                           static_cast<double>(outcome.outside) / std::max(1.0, static_cast<double>(outcome.samples))});
-    out.recording.channels.push_back(std::move(sd));
-    out.recording.channels.push_back(std::move(outside));
+    out.recording.channels.push_back(std::move(trust.sd));
+    out.recording.channels.push_back(std::move(trust.extrapolated));
   }
   out.tables.push_back(std::move(table));
   return out;

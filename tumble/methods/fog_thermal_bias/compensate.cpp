@@ -6,21 +6,16 @@
 #include <cmath>
 
 #include "tumble/core/sampling_rate.hpp"
-#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
 
-/// The identified terms with their coefficients and covariance.
-struct Drift {
-  std::vector<Term> terms;
-  std::vector<double> coefficients;
-  Matrix covariance;
-};
+using compensation::KnownTerms;
 
 /// Faults of a result file that was edited or damaged: an identification does not write them.
 std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<Term>& terms) {
@@ -46,44 +41,13 @@ std::vector<std::string> faults_of(const Estimate& estimate, const std::vector<T
   return faults;
 }
 
-Drift drift_of(const Estimate& estimate, const Settings& settings) {
-  Drift drift;
-  std::vector<std::size_t> used;
-  const auto terms = find_model("fiber_optic_gyro").outputs(constants_of(settings))[0].terms;
+KnownTerms drift_of(const Estimate& estimate, const Settings& settings) {
+  auto terms = find_model("fiber_optic_gyro").outputs(constants_of(settings))[0].terms;
   if (const auto faults = faults_of(estimate, terms); !faults.empty()) throw Error(Error::Kind::bad_file, faults);
-  for (const auto& term : terms) {
-    if (term.name.starts_with("bias_")) continue;  // the level stays
-    for (std::size_t p = 0; p < estimate.parameters.size(); ++p)
-      if (estimate.parameters[p].name == term.name) {
-        drift.terms.push_back(term);
-        drift.coefficients.push_back(estimate.parameters[p].value);
-        used.push_back(p);
-      }
-  }
+  std::erase_if(terms, [](const Term& term) { return term.name.starts_with("bias_"); });  // the level stays
+  KnownTerms drift = compensation::known_terms(estimate, terms);
   if (drift.terms.empty()) throw Error(Error::Kind::bad_file, "the result holds no coefficient of the thermal model");
-  drift.covariance = Matrix(used.size(), used.size());
-  for (std::size_t r = 0; r < used.size(); ++r)
-    for (std::size_t c = 0; c < used.size(); ++c) drift.covariance(r, c) = estimate.covariance(used[r], used[c]);
   return drift;
-}
-
-Settings settings_of(const Estimate& estimate) {
-  std::vector<Given> given;
-  const auto options = find_method("fog_thermal_bias").options();
-  for (const auto& option : options) {
-    const auto found = estimate.provenance.settings.find(option.name);
-    if (found != estimate.provenance.settings.end() && !found->second.empty())
-      given.push_back({option.name, found->second, "result settings", true, true});
-  }
-  std::vector<std::string> problems;
-  Settings settings = resolve(options, given, "method fog_thermal_bias", problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
-  return settings;
-}
-
-const Channel* role(const Estimate& estimate, const Recording& recording, const std::string& name) {
-  const auto found = estimate.provenance.settings.find("channels." + name);
-  return find_channel(recording, found == estimate.provenance.settings.end() ? name : found->second);
 }
 
 struct Channels {
@@ -93,27 +57,21 @@ struct Channels {
 
 Channels channels_of(const Estimate& estimate, const Recording& recording) {
   Channels out{};
-  const Channel* gyro = role(estimate, recording, "gyro");
-  out.sensors = {role(estimate, recording, "temperature_top"), role(estimate, recording, "temperature_side")};
-  if (out.sensors.top == nullptr || out.sensors.side == nullptr)
-    out.sensors = {role(estimate, recording, "temperature"), nullptr};
   std::vector<std::string> problems;
-  if (gyro == nullptr) problems.push_back("the recording has no channel for the role gyro");
+  const auto gyro = compensation::output_of(estimate, recording, "gyro", problems);
+  out.sensors = {channel_of(estimate, recording, "temperature_top"),
+                 channel_of(estimate, recording, "temperature_side")};
+  if (out.sensors.top == nullptr || out.sensors.side == nullptr)
+    out.sensors = {channel_of(estimate, recording, "temperature"), nullptr};
   if (out.sensors.top == nullptr)
     problems.push_back("the recording has no channel for temperature (or temperature_top and temperature_side)");
   if (out.sensors.side == nullptr && find_parameter(estimate, "B1_0") != nullptr)
     problems.push_back(
         "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
-  if (gyro != nullptr && find_channel(recording, gyro->name + ".extrapolated") != nullptr)
-    problems.push_back("channel " + gyro->name + " is compensated already: its drift would be subtracted twice");
-  if (!problems.empty()) {
-    for (auto& problem : problems)
-      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
-    throw Error(Error::Kind::bad_data, problems);
-  }
-  for (const Channel* channel : {gyro, out.sensors.top, out.sensors.side})
+  compensation::refuse(recording, problems);
+  out.gyro = *gyro;
+  for (const Channel* channel : {&recording.channels[out.gyro], out.sensors.top, out.sensors.side})
     if (channel != nullptr) refuse_backward(*channel);
-  out.gyro = static_cast<std::size_t>(gyro - recording.channels.data());
   return out;
 }
 
@@ -189,25 +147,17 @@ double sd_of_averages(const std::vector<double>& values, std::size_t first, std:
   return means.size() > 1 ? std::sqrt(squares / static_cast<double>(means.size() - 1)) : std::nan("");
 }
 
-/// The recording with the channels that compensation writes, as copies of the gyro's.
+/// The gyro as it was and as it becomes, with the channels written beside it.
 struct Written {
   const Channel& raw;
   Channel& gyro;
-  Channel sd, outside;
-
-  Written(const Recording& from, Recording& to, std::size_t index)
-      : raw(from.channels[index]), gyro(to.channels[index]), sd(raw), outside(raw) {
-    sd.name = raw.name + ".compensation_sd";
-    outside.name = raw.name + ".extrapolated";
-    outside.kind = QuantityKind::other;
-    outside.unit = Unit{};
-  }
+  compensation::Trust trust;
 };
 
 /// Correction that all runs share.
 struct Correction {
   const Settings& settings;
-  const Drift& drift;
+  const KnownTerms& drift;
   const InRange& in_range;
   double rate;  ///< [Hz] of the gyro's clock, so that lost samples do not change the averages
 };
@@ -216,22 +166,20 @@ Outcome compensate_run(const Correction& correction, const Sensors& sensors, con
   const auto& [settings, drift, in_range, rate] = correction;
   const Thermal thermal = thermal_of(sensors, run.begin, run.end, settings, settings.number("sensor_lag"));
   const Channel& raw = written.raw;
-  const std::size_t first = index_at(raw, run.begin), last = index_at(raw, run.end), n = drift.terms.size();
+  const std::size_t first = index_at(raw, run.begin), last = index_at(raw, run.end);
   const double interval = settings.number("averaging");
   const auto intervals_outside = outside_of(in_range, thermal, interval);
-  std::vector<double> phi(n);
+  std::vector<double> phi;
   Outcome out;
   for (std::size_t k = first; k < last; ++k) {
     const Felt felt = felt_at(thermal, raw.time(k));
-    double predicted = 0.0;
-    for (std::size_t t = 0; t < n; ++t) predicted += drift.coefficients[t] * (phi[t] = drift.terms[t].regressor(felt));
-    const double variance = quadratic_form(phi, drift.covariance);
+    const auto [predicted, sd] = compensation::predicted(drift, felt, phi);
     double& value = written.gyro.values[k];
     out.blank += std::isnan(predicted) && !std::isnan(value);
     value -= predicted;
-    written.sd.values[k] = std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
+    written.trust.sd.values[k] = sd;
     const auto at = std::min(intervals_outside.size() - 1, static_cast<std::size_t>(felt.since_power_on / interval));
-    written.outside.values[k] = intervals_outside[at] ? 1.0 : 0.0;
+    written.trust.extrapolated.values[k] = intervals_outside[at] ? 1.0 : 0.0;
     if (intervals_outside[at] && out.outside++ == 0.0) out.first_outside = raw.time(k);
   }
   const auto each = std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(interval * rate)));
@@ -265,12 +213,13 @@ Table table_of(const std::vector<Run>& runs, const std::vector<Outcome>& outcome
 }  // namespace
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
-  const Settings settings = settings_of(estimate);
-  const Drift drift = drift_of(estimate, settings);
+  const Settings settings = settings_of(estimate, find_method("fog_thermal_bias").options());
+  const KnownTerms drift = drift_of(estimate, settings);
   const Channels channels = channels_of(estimate, recording);
   const InRange in_range(*find_table(estimate, "calibrated_range"));
   Compensation out{recording, {}, {}};
-  Written written(recording, out.recording, channels.gyro);
+  const Channel& raw = recording.channels[channels.gyro];
+  Written written{raw, out.recording.channels[channels.gyro], compensation::trust_in(raw)};
   const Correction correction{settings, drift, in_range, sampling_rate(written.raw)};
   const auto runs = runs_of({recording});
   std::vector<Outcome> outcomes(runs.size());
@@ -282,9 +231,9 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
     out.findings.push_back(
         {Finding::Severity::warning, "samples_without_temperature", {}, written.raw.name, {blank, {}, {}}});
   if (std::ranges::any_of(outcomes, [](const Outcome& o) { return o.outside > 0.0; }))
-    out.findings.push_back(extrapolation(runs, outcomes, written.outside.name));
-  out.recording.channels.push_back(std::move(written.sd));
-  out.recording.channels.push_back(std::move(written.outside));
+    out.findings.push_back(extrapolation(runs, outcomes, written.trust.extrapolated.name));
+  out.recording.channels.push_back(std::move(written.trust.sd));
+  out.recording.channels.push_back(std::move(written.trust.extrapolated));
   out.tables.push_back(table_of(runs, outcomes));
   return out;
 }

@@ -59,7 +59,7 @@ void append_scores(Estimate& estimate, const Answer& answer) {
 /// L_0 over start temperature by least squares on the runs' levels; the scatter is the turn-on repeatability.
 void append_levels(Estimate& estimate, const Answer& answer, const Settings& settings, const std::vector<Term>& terms) {
   const Candidate& chosen = answer.candidates[answer.chosen];
-  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power") + 1);
+  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
   std::vector<double> levels, starts;
   for (const auto& run : answer.runs) {
     if (run.held_out) continue;

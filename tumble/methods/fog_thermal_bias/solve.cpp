@@ -94,7 +94,7 @@ std::size_t distinct_starts(const std::vector<RunData>& runs) {
 }
 
 void refuse_too_few(const std::vector<RunData>& runs, const Settings& settings) {
-  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power") + 1);
+  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
   const std::size_t starts = distinct_starts(runs);
   std::size_t averages = 0;
   for (const auto& run : runs)
@@ -152,7 +152,7 @@ LinearFit fit_chosen(Answer& answer, const Factors& factors, const std::vector<s
   std::vector<double> starts;
   for (const auto& run : answer.runs)
     if (!run.held_out) starts.push_back(run.start_temperature - settings.number("start_temperature_reference"));
-  return two_stage(factors, positions, static_cast<std::size_t>(settings.integer("start_temperature_power") + 1),
+  return two_stage(factors, positions, static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1,
                    starts, answer.not_used);
 }
 

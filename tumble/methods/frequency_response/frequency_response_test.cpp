@@ -304,7 +304,7 @@ TEST(FrequencyResponse, RefusesWithWords) {
 }
 
 /// A servo accelerometer of 150 Hz, 0.6 on the shaker of the catalogue, read at 2 kHz.
-Plan shaken(Motion motion, double duration) {
+Plan shaken(const Motion& motion, double duration) {
   Plan plan;
   plan.instrument_model = "pendulous_accelerometer";
   plan.sample_rate = 2000.0;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/core/evidence.hpp"
+#include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 
@@ -51,7 +52,7 @@ constexpr std::size_t other_axis(std::size_t axis, std::size_t which) {
 struct Calibration {
   std::vector<double> value;               ///< 12 [SI]
   std::vector<double> degrees_of_freedom;  ///< 12
-  std::vector<SourceCovariance> sources;   ///< 12 x 12 each
+  std::vector<ErrorLine> lines;            ///< of the 12
   std::vector<double> least, greatest;     ///< 12 [SI], of the regressor of each term in the test of the whole unit
   double temperature = 293.15;             ///< [K] at which it holds
   Findings findings;

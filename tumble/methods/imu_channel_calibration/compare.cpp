@@ -31,89 +31,63 @@ Entry entry_of(Kind kind, std::size_t axis, std::size_t which) {
           fmt::format("share of the output of channel {} in channel {}", other, letter)};
 }
 
-/// Covariance of (whole, split) by one source: 24 x 24.
-Matrix joint(const Pair& pair, const std::string& source, bool shared) {
-  Matrix out(2 * terms, 2 * terms);
-  const auto covariance_of = [&](const Calibration& c) {
-    const auto entry = std::ranges::find(c.sources, source, &SourceCovariance::source);
-    return entry == c.sources.end() ? Matrix(terms, terms) : entry->covariance;
-  };
-  const Matrix whole = covariance_of(pair.whole), split = covariance_of(pair.split);
-  set_block(out, 0, 0, whole);
-  set_block(out, terms, terms, split);
-  if (!shared) return out;
-  // One number moves both: each covariance is a square, with the sign of dK_x as the sense.
-  const auto shift = [](const Matrix& c) {
-    const std::size_t k = index_of(0, 1);
-    return c(k, k) > 0.0 ? scaled(1.0 / std::sqrt(c(k, k)), column(c, k)) : std::vector<double>(terms);
-  };
-  const Matrix both = outer(shift(whole), shift(split));
-  set_block(out, 0, terms, both);
-  set_block(out, terms, 0, transposed(both));
-  return out;
-}
-
-std::vector<std::string> sources_of(const std::vector<Pair>& pairs) {
-  std::vector<std::string> names;
-  for (const auto& pair : pairs)
-    for (const auto* calibration : {&pair.whole, &pair.split})
-      for (const auto& source : calibration->sources)
-        if (std::ranges::find(names, source.source) == names.end()) names.push_back(source.source);
-  return names;
-}
-
-double freedom_of(const Matrix& total, const Pair& pair, std::size_t set, std::size_t i) {
-  const double nu_w = pair.whole.degrees_of_freedom[i], nu_s = pair.split.degrees_of_freedom[i];
-  if (set == 0) return nu_w;
-  if (set == 1) return nu_s;
-  const double v_w = total(i, i), v_s = total(terms + i, terms + i), v = v_w + v_s - 2.0 * total(i, terms + i);
-  const double of_v = v_w * v_w / nu_w + v_s * v_s / nu_s;
-  return of_v > 0.0 ? std::max(1.0, v * v / of_v) : std::numeric_limits<double>::infinity();
-}
-
 /// Index of a term among the parameters: set after set, kind after kind.
 std::size_t place(std::size_t pairs, std::size_t set, std::size_t pair, std::size_t term) {
   return (set * pairs + pair) * terms + term;
 }
 
-/// The three parameters of every term (whole, split, difference) from (whole, split).
-Matrix gradients_of(std::size_t pairs, std::size_t pair) {
-  const double weights[3][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0, -1.0}};
-  Matrix gradients(3 * pairs * terms, 2 * terms);
+/// The three parameters of every term (whole, split, difference) from those of the whole unit or of the channels alone.
+Matrix gradients_of(std::size_t pairs, std::size_t pair, const std::array<double, 3>& weights) {
+  Matrix gradients(3 * pairs * terms, terms);
   for (std::size_t set = 0; set < 3; ++set)
-    for (std::size_t i = 0; i < terms; ++i)
-      for (std::size_t a = 0; a < 2; ++a) gradients(place(pairs, set, pair, i), a * terms + i) = weights[set][a];
+    for (std::size_t i = 0; i < terms; ++i) gradients(place(pairs, set, pair, i), i) = weights[set];
   return gradients;
+}
+
+/// nu = v^2/(v_w^2/nu_w + v_s^2/nu_s) of each difference, with v from the settled covariance.
+void set_degrees_of_freedom(const std::vector<Pair>& pairs, Estimate& estimate) {
+  for (std::size_t p = 0; p < pairs.size(); ++p)
+    for (std::size_t i = 0; i < terms; ++i) {
+      const std::array<double, 2> nu{pairs[p].whole.degrees_of_freedom[i], pairs[p].split.degrees_of_freedom[i]};
+      double of_v = 0.0;
+      for (std::size_t set = 0; set < 2; ++set) {
+        const std::size_t k = place(pairs.size(), set, p, i);
+        estimate.parameters[k].degrees_of_freedom = nu[set];
+        of_v += std::pow(estimate.covariance(k, k), 2) / nu[set];
+      }
+      const std::size_t k = place(pairs.size(), 2, p, i);
+      if (of_v > 0.0)
+        estimate.parameters[k].degrees_of_freedom = std::max(1.0, std::pow(estimate.covariance(k, k), 2) / of_v);
+    }
 }
 
 }  // namespace
 
-void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate& estimate) {
-  const std::size_t n = 3 * pairs.size() * terms;
-  estimate.parameters.resize(n);
-  const auto names = sources_of(pairs);
+void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate) {
+  estimate.parameters.resize(3 * pairs.size() * terms);
   std::vector<ErrorLine> lines;
+  const auto add_lines = [&](const Matrix& gradients, const std::vector<ErrorLine>& of) {
+    std::ranges::move(carried(gradients, of), std::back_inserter(lines));
+  };
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Pair& pair = pairs[p];
-    Matrix total(2 * terms, 2 * terms);
-    std::vector<SourceCovariance> sources;
-    for (const auto& name : names) {
-      sources.push_back({name, joint(pair, name, same_gravity && name == "gravity")});
-      total += sources.back().covariance;
-    }
-    for (auto& line : carried(gradients_of(pairs.size(), p), lines_of(sources))) lines.push_back(std::move(line));
+    add_lines(gradients_of(pairs.size(), p, {1.0, 0.0, 1.0}), pair.whole.lines);
+    add_lines(gradients_of(pairs.size(), p, {0.0, 1.0, -1.0}), pair.split.lines);
     for (std::size_t set = 0; set < 3; ++set)
       for (std::size_t i = 0; i < terms; ++i) {
         const Entry entry = entry_of(pair.kind, i / per_axis, i % per_axis);
         const double w = pair.whole.value[i], s = pair.split.value[i];
-        const std::size_t index = place(pairs.size(), set, p, i);
         const char* what[] = {", whole unit", ", channel alone", ", whole unit minus channel alone"};
-        estimate.parameters[index] = {sets[set] + entry.name,        entry.symbol,
-                                      Unit::parse(entry.unit),       set == 0 ? w : set == 1 ? s : w - s,
-                                      entry.description + what[set], freedom_of(total, pair, set, i)};
+        estimate.parameters[place(pairs.size(), set, p, i)] = {sets[set] + entry.name, entry.symbol,
+                                                               Unit::parse(entry.unit),
+                                                               set == 0   ? w
+                                                               : set == 1 ? s
+                                                                          : w - s,
+                                                               entry.description + what[set]};
       }
   }
   settle(estimate, lines);
+  set_degrees_of_freedom(pairs, estimate);
 }
 
 namespace {

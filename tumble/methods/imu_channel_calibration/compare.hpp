@@ -12,8 +12,8 @@ struct Pair {
   Calibration whole, split;
 };
 
-/// Parameters of both and their differences; the error of gravity is common to both where `same_gravity`.
-void add_parameters(const std::vector<Pair>& pairs, bool same_gravity, Estimate& estimate);
+/// Parameters of both and their differences; errors of one key (gravity of one site, one rig) are common to both.
+void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate);
 
 /// A finding for each term that differs by more than twice the standard uncertainty and the tolerance, and the number
 /// of those that agree.

@@ -63,14 +63,6 @@ std::vector<Option> options() {
   return options;
 }
 
-/// Whether every plan states one gravity: then it was measured once for all.
-bool same_gravity(const Evidence& evidence) {
-  for (const auto& plan : evidence.plans)
-    if (plan && (!plan->site || !evidence.plan.site || gravity(*plan->site) != gravity(*evidence.plan.site)))
-      return false;
-  return true;
-}
-
 void add(const Findings& findings, Estimate& estimate) {
   estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
 }
@@ -92,7 +84,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     pairs.push_back(std::move(pair));
   }
   add(all.findings, estimate);
-  add_parameters(pairs, same_gravity(evidence), estimate);
+  add_parameters(pairs, estimate);
   estimate.tables = {comparison(pairs, all, estimate.findings), side_by_side(pairs, estimate), covered(pairs)};
   add_agreement(pairs, evidence.plan.settings, estimate);
   return estimate;

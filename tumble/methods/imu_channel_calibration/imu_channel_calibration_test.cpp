@@ -93,6 +93,10 @@ TEST(ImuChannels, GravityCancelsInTheDifference) {
   EXPECT_GT(sd(shared, "accelerometer_x_scale_factor_error"), 4.9e-6);
   EXPECT_GT(sd(shared, "split.accelerometer_x_scale_factor_error"), 4.9e-6);
   EXPECT_LT(sd(shared, "whole_minus_split.accelerometer_x_scale_factor_error"), 2.5e-6);
+  const auto line = std::ranges::find(shared.budget, "gravity", &Contribution::source);
+  ASSERT_NE(line, shared.budget.end());
+  EXPECT_TRUE(line->key.starts_with("gravity 9.")) << line->key;  // one error of all channels and both ways
+  EXPECT_EQ(line->factor.columns, 1u);
   for (auto& plan : evidence.plans) {
     if (!plan) continue;
     Plan part = *plan;

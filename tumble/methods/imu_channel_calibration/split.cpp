@@ -14,11 +14,11 @@
 namespace tumble::imu_channel_calibration {
 namespace {
 
-/// Bias and scale factor error of one channel in the form of (3.4), with their covariance by source.
+/// Bias and scale factor error of one channel in the form of (3.4).
 struct Alone {
   double value[2] = {0.0, 0.0};
   double degrees_of_freedom[2] = {0.0, 0.0};
-  std::vector<std::pair<std::string, Matrix>> sources;  ///< 2 x 2
+  std::vector<ErrorLine> lines;  ///< of the two
   Findings findings;
 };
 
@@ -53,8 +53,7 @@ Alone accelerometer_alone(Evidence evidence, double temperature) {
     out.value[k] = accelerometer_four_position::at_temperature(reduced.parameters, polynomial, from);
     out.degrees_of_freedom[k++] = freedom;
   }
-  for (const auto& source : reduced.sources)
-    out.sources.emplace_back(source.source, sandwich(weights, source.covariance));
+  out.lines = carried(weights, lines_of(reduced.sources));
   const double slack = evidence.plan.settings.number("same_temperature");
   if (temperature < low - slack || temperature > high + slack)
     out.findings.push_back({Finding::Severity::warning,
@@ -95,42 +94,19 @@ Alone gyro_alone(const Evidence& evidence) {
   const double b = solution.fit.parameters[0], s = 1.0 + solution.fit.parameters[1];
   Matrix slopes(2, 2);
   slopes(0, 0) = 1.0 / s, slopes(0, 1) = -b / (s * s), slopes(1, 1) = -1.0 / (s * s);
-  Alone out{{b / s, 1.0 / s - 1.0}, {}, {}, solution.findings};
+  Alone out{{b / s, 1.0 / s - 1.0}, {}, carried(slopes, lines_of(solution.fit.sources)), solution.findings};
   for (std::size_t k = 0; k < 2; ++k) out.degrees_of_freedom[k] = degrees_of_freedom(solution.fit, row(slopes, k));
-  for (const auto& source : solution.fit.sources)
-    out.sources.emplace_back(source.source, sandwich(slopes, source.covariance));
   return out;
 }
 
-Matrix& source(Calibration& calibration, const std::string& name) {
-  const auto entry = std::ranges::find(calibration.sources, name, &SourceCovariance::source);
-  if (entry != calibration.sources.end()) return entry->covariance;
-  calibration.sources.push_back({name, Matrix(terms, terms)});
-  return calibration.sources.back().covariance;
-}
-
 void add_channel(std::size_t axis, const Alone& alone, Calibration& out) {
+  Matrix rows(terms, 2);
   for (std::size_t a = 0; a < 2; ++a) {
     out.value[index_of(axis, a)] = alone.value[a];
     out.degrees_of_freedom[index_of(axis, a)] = alone.degrees_of_freedom[a];
-    for (const auto& [name, covariance] : alone.sources)
-      for (std::size_t b = 0; b < 2; ++b) source(out, name)(index_of(axis, a), index_of(axis, b)) += covariance(a, b);
+    rows(index_of(axis, a), a) = 1.0;
   }
-}
-
-/// The error of gravity is common to all channels: a greater gravity makes every dK smaller.
-void join_gravity(Calibration& out) {
-  for (auto& source : out.sources) {
-    if (source.source != "gravity") continue;
-    std::vector<double> shift(terms, 0.0);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::size_t k = index_of(axis, 1);
-      const double sd = std::sqrt(source.covariance(k, k));
-      for (std::size_t a = 0; a < per_axis && sd > 0.0; ++a)
-        shift[index_of(axis, a)] = -source.covariance(index_of(axis, a), k) / sd;
-    }
-    source.covariance = outer(shift, shift);
-  }
+  std::ranges::move(carried(rows, alone.lines), std::back_inserter(out.lines));
 }
 
 }  // namespace
@@ -141,6 +117,7 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
   out.degrees_of_freedom.assign(terms, std::numeric_limits<double>::infinity());
   out.temperature = temperature;
   const double assembly = sorted.whole.plan.settings.number("assembly_sd");
+  std::vector<double> assembled(terms, 0.0);
   std::vector<std::string> problems;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto role = role_of(kind, axis);
@@ -156,11 +133,10 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
       if (error.kind == Error::Kind::internal) throw;
       for (const auto& problem : error.problems) problems.push_back(role + " alone: " + problem);
     }
-    for (const std::size_t which : {2u, 3u})
-      source(out, "assembly")(index_of(axis, which), index_of(axis, which)) = assembly * assembly;
+    for (const std::size_t which : {2u, 3u}) assembled[index_of(axis, which)] = assembly * assembly;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
-  join_gravity(out);
+  out.lines.push_back(from_variances("assembly", assembled));
   return out;
 }
 

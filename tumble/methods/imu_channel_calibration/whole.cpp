@@ -33,10 +33,10 @@ linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings
   return problem;
 }
 
-/// Estimate of the channels: y = (1 + S) u + b, 12 terms, and their covariance by source.
+/// Estimate of the channels: y = (1 + S) u + b, 12 terms.
 struct Forward {
   std::vector<double> value, degrees_of_freedom;  ///< [12]
-  std::vector<SourceCovariance> sources;          ///< [12 x 12] each
+  std::vector<ErrorLine> lines;                   ///< of the 12
 };
 
 Forward forward_of(const linear::JointSolution& solution) {
@@ -50,8 +50,7 @@ Forward forward_of(const linear::JointSolution& solution) {
     out.value.push_back(fit.parameters[chosen.back()]);
     out.degrees_of_freedom.push_back(degrees_of_freedom(fit, weights));
   }
-  for (const auto& source : fit.sources)
-    out.sources.push_back({source.source, chosen_rows(chosen_columns(source.covariance, chosen), chosen)});
+  out.lines = carried(chosen_rows(identity(fit.parameters.size()), chosen), lines_of(fit.sources));
   return out;
 }
 
@@ -147,8 +146,7 @@ Calibration whole_of(Kind kind, const Evidence& all) {
   out.value = result.value;
   out.degrees_of_freedom = forward.degrees_of_freedom;
   set_limits(problems, solution, out);
-  for (const auto& source : forward.sources)
-    out.sources.push_back({source.source, sandwich(result.slope, source.covariance)});
+  out.lines = carried(result.slope, forward.lines);
   return out;
 }
 

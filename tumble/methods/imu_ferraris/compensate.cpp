@@ -9,6 +9,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/units/error.hpp"
 
@@ -91,25 +92,19 @@ Channels channels_of(const Estimate& estimate, const Recording& recording, const
   std::vector<std::string> problems;
   for (std::size_t k = 0; k < (out.gyros ? outputs : 3); ++k) {
     const auto role = imu::role_of(k < 3 ? imu::Kind::accelerometer : imu::Kind::gyro, k % 3);
-    const auto given = estimate.provenance.settings.find("channels." + role);
-    const auto& name = given == estimate.provenance.settings.end() ? role : given->second;
-    const Channel* channel = find_channel(recording, name);
-    if (!channel) {
-      problems.push_back(fmt::format("no channel '{}' for {}", name, role));
-      continue;
-    }
-    out.index[k] = static_cast<std::size_t>(channel - recording.channels.data());
+    const auto place = compensation::output_of(estimate, recording, role, problems);
+    if (!place) continue;
+    out.index[k] = *place;
+    const Channel& channel = recording.channels[*place];
     const Parameter* bias = find_parameter(estimate, role + "_bias");
     if (!bias) throw Error(Error::Kind::bad_file, fmt::format("the result lacks {}_bias", role));
-    if (channel->unit.dimension() != bias->unit.dimension())
-      problems.push_back(
-          fmt::format("{} is in {}, but was calibrated in {}", name, channel->unit.text(), bias->unit.text()));
-    if (find_channel(recording, name + ".compensation_sd"))
-      problems.push_back(name + " is compensated already: the method would subtract it twice");
-    if (channel->values.size() != recording.channels[out.index[0]].values.size())
-      problems.push_back(name + " has not as many samples as the accelerometers");
+    if (channel.unit.dimension() != bias->unit.dimension())
+      problems.push_back(fmt::format("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(),
+                                     bias->unit.text()));
+    if (channel.values.size() != recording.channels[out.index[0]].values.size())
+      problems.push_back(channel.name + " has not as many samples as the accelerometers");
   }
-  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+  compensation::refuse(recording, problems);
   return out;
 }
 
@@ -128,8 +123,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
     Channel& channel = out.recording.channels[channels.index[k]];
     channel.kind = k < 3 ? QuantityKind::specific_force : QuantityKind::angular_rate;
     channel.unit = Unit::parse(k < 3 ? "m/s^2" : "deg/s");
-    sd.push_back(channel);
-    sd.back().name += ".compensation_sd";
+    sd.push_back(compensation::trust_in(channel).sd);
   }
   const auto take = [&](std::size_t first, std::size_t i) {
     Vector3 v;

@@ -70,28 +70,28 @@ constexpr double least_ratio = 1e-3, greatest_ratio = 1e12;  ///< scatter to noi
 class Deviance {
  public:
   Deviance(const Fit& of, std::vector<std::size_t> scattering)
-      : fit(of), which(std::move(scattering)), fixed(empty_chain(of)) {
-    for (const std::size_t i : which) varies[i] = true;
-    fixed_sum = add_groups(fit, fit.scatter, varies, false, fixed);
+      : fit_(of), which_(std::move(scattering)), fixed_(empty_chain(of)) {
+    for (const std::size_t i : which_) varies_[i] = true;
+    fixed_sum_ = add_groups(fit_, fit_.scatter, varies_, false, fixed_);
   }
 
   /// Given: logarithms of the scatter of those parts.
   double operator()(const std::vector<double>& logs) const {
-    Scatter scatter = fit.scatter;
-    for (std::size_t i = 0; i < which.size(); ++i) scatter[which[i]] = std::exp(logs[i]);
-    Chain chain = fixed;
-    const double sum = fixed_sum + add_groups(fit, scatter, varies, true, chain);
+    Scatter scatter = fit_.scatter;
+    for (std::size_t i = 0; i < which_.size(); ++i) scatter[which_[i]] = std::exp(logs[i]);
+    Chain chain = fixed_;
+    const double sum = fixed_sum_ + add_groups(fit_, scatter, varies_, true, chain);
     const ChainSolution solution = solve(std::move(chain), false);
     if (!solution.positive_definite) throw_singular();
     return sum + solution.log_determinant - solution.gain;
   }
 
  private:
-  const Fit& fit;
-  std::vector<std::size_t> which;
-  std::array<bool, 4> varies{};
-  Chain fixed;
-  double fixed_sum = 0.0;
+  const Fit& fit_;
+  std::vector<std::size_t> which_;
+  std::array<bool, 4> varies_{};
+  Chain fixed_;
+  double fixed_sum_ = 0.0;
 };
 
 /// Covariance of the logarithms of the scatter of those parts: twice the inverse of the second derivatives.

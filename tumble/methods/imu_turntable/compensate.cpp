@@ -7,6 +7,7 @@
 
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::imu_turntable {
@@ -18,12 +19,10 @@ using Severity = Finding::Severity;
 
 constexpr int passes = 4;  ///< each takes the second order and the levers a factor of a thousand further
 
-/// One output: its terms beyond bias and matrix, and all with their covariance.
+/// One output: bias, scale factor and misalignments are inverted by a matrix, the other terms subtracted.
 struct OutputModel {
-  std::vector<Term> all;
-  std::vector<double> coefficients;
-  std::vector<bool> inverted;  ///< bias, scale factor and misalignments: by the matrix
-  Matrix covariance;
+  compensation::KnownTerms known;
+  std::vector<bool> inverted;  ///< for each known term
 };
 
 struct Triad {
@@ -35,36 +34,14 @@ struct Triad {
   Vector3 bias;
 };
 
-/// The two scale factors that the estimate was made with.
-Settings settings_of(const Estimate& estimate) {
-  Settings settings = defaults(imu::scale_factor_options());
-  for (const char* name : {"gyro_scale_factor", "accelerometer_scale_factor"})
-    if (const auto given = estimate.provenance.settings.find(name); given != estimate.provenance.settings.end())
-      settings.set_word(name, given->second);
-  return settings;
-}
-
 OutputModel model_of(const Estimate& estimate, Kind kind, std::size_t axis) {
   OutputModel model;
-  std::vector<std::size_t> used;
-  const auto terms =
-      linear::terms_of("imu", defaults(find_model("imu").constants()), imu_turntable::terms_of(kind, axis));
-  for (const auto& term : terms)
-    for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
-      const Parameter& parameter = estimate.parameters[p];
-      if (parameter.name != term.name) continue;
-      if (!std::isfinite(parameter.value) || parameter.unit.dimension() != Unit::parse(term.unit).dimension())
-        throw Error(Error::Kind::bad_file,
-                    fmt::format("the result's parameter '{}' has no value in {}", parameter.name, term.unit));
-      const auto has = [&](const char* part) { return term.name.find(part) != std::string::npos; };
-      model.all.push_back(term);
-      model.coefficients.push_back(parameter.value);
-      model.inverted.push_back(has("_bias") || has("_scale_factor_error") || has("_misalignment"));
-      used.push_back(p);
-    }
-  model.covariance = Matrix(used.size(), used.size());
-  for (std::size_t r = 0; r < used.size(); ++r)
-    for (std::size_t c = 0; c < used.size(); ++c) model.covariance(r, c) = estimate.covariance(used[r], used[c]);
+  model.known = compensation::known_terms(
+      estimate, linear::terms_of("imu", defaults(find_model("imu").constants()), imu_turntable::terms_of(kind, axis)));
+  for (const Term& term : model.known.terms) {
+    const auto has = [&](const char* part) { return term.name.find(part) != std::string::npos; };
+    model.inverted.push_back(has("_bias") || has("_scale_factor_error") || has("_misalignment"));
+  }
   return model;
 }
 
@@ -84,7 +61,7 @@ bool calibrated(const Estimate& estimate, Kind kind) {
 }
 
 std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recording) {
-  const Settings settings = settings_of(estimate);
+  const Settings settings = settings_of(estimate, imu::scale_factor_options());
   std::vector<Triad> triads;
   std::vector<std::string> problems;
   const Channel* first = nullptr;
@@ -92,19 +69,15 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
     if (!calibrated(estimate, kind)) continue;
     Triad triad{.kind = kind};
     for (std::size_t i = 0; i < 3; ++i) {
-      const Channel* channel = channel_of(estimate, recording, role_of(kind, i));
-      if (!channel) {
-        problems.push_back("the recording has no channel for the role " + role_of(kind, i));
-        continue;
-      }
-      if (find_channel(recording, channel->name + ".compensation_sd"))
-        problems.push_back("channel " + channel->name + " is compensated already: the method would subtract it twice");
-      if (first && !sampled_together(*first, *channel))
+      const auto place = compensation::output_of(estimate, recording, role_of(kind, i), problems);
+      if (!place) continue;
+      const Channel& channel = recording.channels[*place];
+      if (first && !sampled_together(*first, channel))
         problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
-                                       first->name, channel->name));
-      first = first ? first : channel;
-      triad.channels[i] = static_cast<std::size_t>(channel - recording.channels.data());
-      triad.scale[i] = imu::reading_of(kind, settings, *channel).scale;
+                                       first->name, channel.name));
+      first = first ? first : &channel;
+      triad.channels[i] = *place;
+      triad.scale[i] = imu::reading_of(kind, settings, channel).scale;
       triad.models[i] = model_of(estimate, kind, i);
     }
     set_matrix(estimate, triad);
@@ -112,11 +85,7 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
   }
   if (triads.empty() && problems.empty())
     throw Error(Error::Kind::bad_file, "the result holds neither gyros nor accelerometers");
-  if (!problems.empty()) {
-    for (auto& problem : problems)
-      problem = (recording.origin.file.empty() ? "" : recording.origin.file + ": ") + problem;
-    throw Error(Error::Kind::bad_data, problems);
-  }
+  compensation::refuse(recording, problems);
   return triads;
 }
 
@@ -124,10 +93,10 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
 Vector3 compensated(const Triad& triad, const Recording& recording, std::size_t k, const Felt& felt) {
   Vector3 y;
   for (std::size_t i = 0; i < 3; ++i) {
-    const OutputModel& model = triad.models[i];
+    const auto& [known, inverted] = triad.models[i];
     y[i] = triad.scale[i] * recording.channels[triad.channels[i]].values[k] - triad.bias[i];
-    for (std::size_t t = 0; t < model.all.size(); ++t)
-      if (!model.inverted[t]) y[i] -= model.coefficients[t] * model.all[t].regressor(felt);
+    for (std::size_t t = 0; t < known.terms.size(); ++t)
+      if (!inverted[t]) y[i] -= known.coefficients[t] * known.terms[t].regressor(felt);
   }
   return triad.inverse * y;
 }
@@ -160,16 +129,6 @@ std::vector<Felt> felt_by(const std::vector<Triad>& triads, const Recording& rec
   return felt;
 }
 
-double sd_of(const OutputModel& model, const Felt& felt, std::vector<double>& phi) {
-  const std::size_t n = model.all.size();
-  phi.resize(n);
-  for (std::size_t t = 0; t < n; ++t) phi[t] = model.all[t].regressor(felt);
-  double variance = 0.0;
-  for (std::size_t c = 0; c < n; ++c)
-    for (std::size_t r = 0; r < n; ++r) variance += phi[r] * phi[c] * model.covariance(r, c);
-  return std::isnan(variance) ? variance : std::sqrt(std::max(0.0, variance));
-}
-
 /// The greatest that the test covered, with a fiftieth over.
 Felt limits_of(const Estimate& estimate) {
   const Table* table = find_table(estimate, "covered");
@@ -200,15 +159,12 @@ void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, con
     channel.kind = triad.kind == Kind::gyro ? QuantityKind::angular_rate : QuantityKind::specific_force;
     channel.unit = Unit::parse(triad.kind == Kind::gyro ? "deg/s" : "g");
   }
-  Channel sd = channel, extrapolated = channel;
-  sd.name += ".compensation_sd";
-  extrapolated.name += ".extrapolated";
-  extrapolated.kind = QuantityKind::other;
-  extrapolated.unit = Unit();
+  auto [sd, extrapolated] = compensation::trust_in(channel);
   std::vector<double> phi;
   for (std::size_t k = 0; k < felt.size(); ++k) {
     const double value = imu::component(imu::field_of(triad.kind, felt[k]), i);
-    sd.values[k] = std::isnan(value) ? value : sd_of(triad.models[i], felt[k], phi) / std::abs(scale);
+    sd.values[k] =
+        std::isnan(value) ? value : compensation::predicted(triad.models[i].known, felt[k], phi).sd / std::abs(scale);
     extrapolated.values[k] = outside[k] ? 1.0 : 0.0;
     channel.values[k] = value / scale;
   }

@@ -62,6 +62,7 @@ struct Move {
 /// One draw of an error of the rig, at one standard deviation: the rows of each signal that it moves.
 struct Disturbance {
   std::string source;
+  std::string key;  ///< see Contribution
   std::vector<std::vector<Move>> moves;
 };
 

@@ -72,7 +72,8 @@ std::vector<Disturbance> disturbances_of(const Bench& bench, bool estimates_pitc
   std::vector<Disturbance> disturbances(draws.size());
   parallel_for(draws.size(), [&](std::size_t k) {
     const ErrorDraw& draw = draws[k];
-    disturbances[k] = {draw.error.error.name, std::vector<std::vector<Move>>(bench.signals.size())};
+    disturbances[k] = {draw.error.error.name, draw.only ? "" : key_of(*channels.front(), draw.error),
+                       std::vector<std::vector<Move>>(bench.signals.size())};
     const auto& power_ups = bench.signals.front().evidence.test.power_ups;
     for (std::size_t u = 0; u < power_ups.size(); ++u)
       if (draw.only ? draw.only->power_up == u : power_ups[u].plan_number == draw.error.plan)

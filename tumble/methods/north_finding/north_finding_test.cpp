@@ -172,6 +172,20 @@ TEST(NorthFinding, ErrorOfAnIndexIsThatOf215) {
   EXPECT_NEAR((value(estimate, "azimuth") - a) / arcsec, expected, 0.02);  // second order: (60 arcsec)^2 is 0.02
 }
 
+TEST(NorthFinding, ErrorsOfTheTableCarryItsKey) {
+  Plan plan = table_at(25.0 * degree, 0.0, 0.0, {0, 90, 180, 270});
+  plan.rig.set_flag("ideal", false);
+  plan.rig_equipment = "table 7, certificate 12";
+  const auto estimate = identified(plan, gyro_alone(plan));
+  std::size_t keyed = 0;
+  for (const auto& line : estimate.budget) {
+    if (line.key != plan.rig_equipment) continue;
+    ++keyed;
+    EXPECT_EQ(line.factor.columns, 1u) << line.source;
+  }
+  EXPECT_GT(keyed, 0u);
+}
+
 TEST(NorthFinding, DriftShiftsTheAzimuthAsOf216UnlessTheOrderCancelsIt) {
   const double a = 25.0 * degree, stay = 100.0;
   const double step = si(0.05, "deg/h/h") * stay, c = earth_rate * std::cos(latitude);

@@ -50,7 +50,7 @@ void add_parameters(const Bench& bench, const Solution& solution, Estimate& esti
     estimate.parameters.push_back({face.name, face.symbol, Unit::parse(face.unit), k == 0 ? wrapped(value) : value,
                                    face.description, solution.degrees_of_freedom[k]});
   }
-  settle(estimate, lines_of(solution.sources));
+  settle(estimate, solution.lines);
   estimate.fit = solution.fit;
 }
 

@@ -14,7 +14,8 @@ namespace {
 /// Effects of one source, each by one standard deviation of its own.
 struct Source {
   std::string name;
-  Matrix columns;  ///< [rows x effects]
+  Matrix columns;        ///< [rows x effects]
+  std::string key = {};  ///< see Contribution
 };
 
 /// All rows of all signals at one state.
@@ -69,7 +70,7 @@ void add_rig(const Bench& bench, const State& state, const std::vector<Disturban
       const auto effect = effect_of(bench.signals[c], disturbance.moves[c], state);
       shift.insert(shift.end(), effect.begin(), effect.end());
     }
-    system.sources.push_back({disturbance.source, as_column(shift)});
+    system.sources.push_back({disturbance.source, as_column(shift), disturbance.key});
   }
 }
 
@@ -211,21 +212,19 @@ Matrix counted_turns(const Bench& bench, const std::vector<std::size_t>& firsts,
 void fill(const Bench& bench, const std::vector<Noise>& noise, const System& system, const Estimator& estimator,
           Solution& out) {
   const Matrix& g = estimator.gain;
-  out.covariance = Matrix(g.rows, g.rows);
-  const auto add = [&](const std::string& name, const Matrix& covariance) {
-    auto line = std::ranges::find(out.sources, name, &SourceCovariance::source);
-    if (line == out.sources.end()) line = out.sources.insert(line, {name, Matrix(g.rows, g.rows)});
-    line->covariance += covariance;
-    out.covariance += covariance;
-  };
   const auto firsts = firsts_of(bench);
   for (std::size_t c = 0; c < bench.signals.size(); ++c) {
     const std::size_t rows = bench.signals[c].rows.size();
-    add(bench.signals.size() > 1 ? "output noise of " + bench.signals[c].problem.role : "output noise",
-        sandwich(block(g, 0, g.rows, firsts[c], rows), std::span(system.white).subspan(firsts[c], rows)));
+    const auto white = std::span(system.white).subspan(firsts[c], rows);
+    out.lines.push_back(
+        from_covariance(bench.signals.size() > 1 ? "output noise of " + bench.signals[c].problem.role : "output noise",
+                        sandwich(block(g, 0, g.rows, firsts[c], rows), white)));
   }
-  for (const auto& source : system.sources) add(source.name, gram(transposed(g * source.columns)));
-  if (const Matrix turns = counted_turns(bench, firsts, g); trace(turns) > 0.0) add("counting of turns", turns);
+  for (const auto& source : system.sources)
+    out.lines.push_back(from_shifts(source.name, g * source.columns, source.key));
+  if (const Matrix turns = counted_turns(bench, firsts, g); trace(turns) > 0.0)
+    out.lines.push_back(from_covariance("counting of turns", turns));
+  out.covariance = covariance_of(out.lines, g.rows);
   for (std::size_t k = 0; k < g.rows; ++k)
     out.degrees_of_freedom.push_back(freedom_of(bench, noise, firsts, row(g, k), out.covariance(k, k)));
   out.gain = g;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tumble/methods/north_finding/noise.hpp"
+#include "tumble/reduce/answer.hpp"
 
 namespace tumble::north_finding {
 
@@ -27,7 +28,7 @@ struct Solution {
   State state{};
   std::vector<Quantity> free;
   Matrix covariance;
-  std::vector<SourceCovariance> sources;
+  std::vector<ErrorLine> lines;
   std::vector<double> degrees_of_freedom;
   Matrix gain;  ///< free quantities by rows, the rows of the signals one after the other
   Fit fit;

@@ -166,10 +166,15 @@ void add_noise(const linear::Work& work, std::size_t first, const Matrix& jacobi
         work.solution.fit.slow_variance[c] * sandwich(of_means, work.data.slow[c].kernel);
 }
 
-/// The errors of the table, by draw: one moves all outputs.
-void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& jacobian, Sources& sources) {
+/// Lines of the errors of the table, by draw: one moves all outputs.
+void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& jacobian,
+                 std::vector<ErrorLine>& lines) {
+  struct Shift {
+    std::vector<double> means;
+    std::string key;
+  };
   const auto first = offsets(works);
-  std::map<std::pair<std::string, std::string>, std::vector<double>> shifts;
+  std::map<std::pair<std::string, std::string>, Shift> shifts;
   for (std::size_t i = 0; i < outputs; ++i)
     for (std::size_t e = 0; e < works[i].data.effects.size(); ++e) {
       const KnownEffect& effect = works[i].data.effects[e];
@@ -178,11 +183,14 @@ void add_effects(const std::array<linear::Work, outputs>& works, const Matrix& j
         std::string draw = std::to_string(i) + " " + std::to_string(e);  // its own
         if (effect.each_segment) draw += " " + std::to_string(g);
         if (!effect.draws.empty()) draw = effect.draws[effect.each_segment ? g : 0];
-        auto& shift = shifts.try_emplace({effect.source, draw}, jacobian.columns, 0.0).first->second;
-        shift[first[i] + g] += means[g];
+        auto& shift = shifts[{effect.source, draw}];
+        shift.means.resize(jacobian.columns);
+        shift.means[first[i] + g] += means[g];
+        shift.key = effect.key;
       }
     }
-  for (const auto& [key, shift] : shifts) add_square(sources[key.first], 1.0, jacobian * shift);
+  for (const auto& [draw, shift] : shifts)
+    lines.push_back(from_shifts(draw.first, as_column(jacobian * shift.means), shift.key));
 }
 
 }  // namespace
@@ -195,11 +203,12 @@ Estimate closed_form_estimate(const std::array<linear::Work, outputs>& works, do
   const auto first = offsets(works);
   Sources sources;
   for (std::size_t i = 0; i < outputs; ++i) add_noise(works[i], first[i], jacobian, sources);
-  add_effects(works, jacobian, sources);
+  auto lines = lines_of(sources.list);
+  add_effects(works, jacobian, lines);
   std::vector<double> freedom;
   for (std::size_t i = 0; i < outputs; ++i)
     for (std::size_t k = 0; k < per_output; ++k) freedom.push_back(freedom_of(works[i].solution.fit, k));
-  Estimate estimate = estimate_from(closed_form(means, segments, gravity), freedom, lines_of(sources.list));
+  Estimate estimate = estimate_from(closed_form(means, segments, gravity), freedom, lines);
   for (const auto& work : works) {
     estimate.fit.observations += work.solution.segments.size();
     estimate.fit.chi_square += work.solution.fit.chi_square;

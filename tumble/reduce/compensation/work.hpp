@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/reduce/compensate.hpp"
+#include "tumble/reduce/compensation/outputs.hpp"
 
 /// An error model while it is subtracted.
 namespace tumble::compensation {
@@ -35,7 +36,7 @@ struct Work {
   double staying_variance = 0.0, spread_variance = 0.0;  ///< [SI^2] of u
   std::vector<std::size_t> others;                       ///< outputs that show an input of a term
   std::size_t place = 0;                                 ///< of the channel
-  Channel sd, flags;
+  Trust trust;
   Counts counts;
   double y = 0.0, u = 0.0, slope = 0.0;           ///< of the present sample: (y - offset)/K, u, dE/du
   std::vector<std::pair<std::size_t, double>> d;  ///< of the present sample: derivatives of u by own parameters
