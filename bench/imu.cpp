@@ -60,13 +60,13 @@ void set_all(tumble::Plan& plan) {
 }
 
 void run(benchmark::State& state, const tumble::Plan& plan) {
-  const auto runs = tumble::sim::power_ups(plan.schedule, plan.sample_rate);
+  const auto runs = tumble::power_ups(plan.schedule, plan.sample_rate);
   std::vector<std::vector<double>> samples(6, std::vector<double>(runs[0].samples));
   std::uint64_t seed = 0;
   for (auto _ : state) {
     const tumble::RandomStream random(++seed);
-    const auto reference = tumble::sim::reference_of(plan, runs[0], random);
-    tumble::sim::outputs_of(plan, reference, runs[0], random).next({samples.begin(), samples.end()});
+    const auto reference = tumble::reference_of(plan, runs[0], random);
+    tumble::outputs_of(plan, reference, runs[0], random).next({samples.begin(), samples.end()});
     benchmark::DoNotOptimize(samples.data());
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * 6 * runs[0].samples));

@@ -71,7 +71,10 @@ struct Add {
   CLI::Option* operator()(std::uint64_t* value) const {
     auto* option = app.add_option(argument.name, *value, argument.description);
     if (argument.bytes.empty()) return option->check(seed_problem, "SEED")->capture_default_str();
-    return option->transform(CLI::AsSizeValue(true))->default_str(argument.bytes);
+    const auto not_below_zero = [](std::string& text) {
+      return text.starts_with('-') ? "at least 0 is expected, not " + text : CLI::AsSizeValue(true)(text);
+    };
+    return option->transform(CLI::Validator(not_below_zero, ""))->default_str(argument.bytes);
   }
 };
 
@@ -109,7 +112,7 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
   }
   for (const auto& verb : verbs)
     if (program.got_subcommand(verb.name)) return verb.run(terminal);
-  fmt::print(stderr, "{}", program.help());
+  std::fputs(program.help().c_str(), stderr);
   return usage;
 }
 

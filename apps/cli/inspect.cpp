@@ -149,7 +149,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     ProgressLine line(terminal);
     inspection = tumble::inspect(arguments.recording, options, line.progress());
   }
-  print(arguments.json ? json(inspection).dump(2) + "\n" : text(inspection));
+  print(arguments.json ? json(inspection).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"
+                       : text(inspection));
   return 0;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <new>
 
@@ -57,6 +58,17 @@ extern "C" void last_words(int) {
   _exit(internal);
 }
 
+/// Last words on a stack of their own: the fault may be that the other one has ended.
+void on_fault() {
+  static std::array<char, 1 << 16> room;
+  const stack_t stack{.ss_sp = room.data(), .ss_flags = 0, .ss_size = room.size()};
+  sigaltstack(&stack, nullptr);
+  struct sigaction action {};
+  action.sa_handler = last_words;
+  action.sa_flags = SA_ONSTACK;
+  for (const int fault : {SIGSEGV, SIGBUS, SIGFPE}) sigaction(fault, &action, nullptr);
+}
+
 /// Ctrl-C and the like: nothing half written stays behind, and the shell learns which signal it was.
 extern "C" void interrupted(int number) {
   unlink_unfinished();
@@ -72,6 +84,6 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
   for (const int end : {SIGINT, SIGTERM, SIGHUP})
     if (std::signal(end, tumble::cli::interrupted) == SIG_IGN) std::signal(end, SIG_IGN);  // as under nohup
-  for (const int fault : {SIGSEGV, SIGBUS, SIGFPE}) std::signal(fault, tumble::cli::last_words);
+  tumble::cli::on_fault();
   return tumble::cli::run_and_catch(argc, argv);
 }

@@ -18,7 +18,8 @@ struct Terminal {
 
 Terminal terminal_of_process();
 
-/// To standard output, all of it. Throws Error::bad_file when it cannot be written (a full disk behind it).
+/// To standard output, all of it, without control characters. Throws Error::bad_file when it cannot be written (a full
+/// disk behind it).
 void print(std::string_view text);
 
 /// "tumble: wrote fog.h5", unless quiet.

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "tumble/formats/file/input_file.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -138,21 +139,19 @@ void write_file_atomically(const std::string& path, std::string_view content) {
 }
 
 std::string read_text_file(const std::string& path) {
-  const auto refuse = [&path](int code) {
-    throw Error{Error::Kind::bad_file, "cannot read '" + path + "': " + reason(code)};
-  };
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) refuse(errno);
-  std::string content;
-  for (std::string block(1 << 16, '\0');;) {
-    const auto count = ::read(descriptor, block.data(), block.size());
-    if (count < 0 && errno == EINTR) continue;
-    const int code = errno;
-    if (count <= 0) close(descriptor);
-    if (count < 0) refuse(code);
-    if (count == 0) return content;
-    content.append(block, 0, static_cast<std::size_t>(count));
+  constexpr std::size_t most = std::size_t{1} << 29;
+  file::InputFile input(path);
+  if (input.size() > most)
+    throw Error{Error::Kind::bad_file,
+                "cannot read '" + path + "': it has more than 512 MB, which no plan or result has"};
+  std::string content(input.size() + 1, '\0');  // the one more shows that the file did not grow
+  std::size_t filled = 0;
+  while (const std::size_t count = input.read(content.data() + filled, content.size() - filled)) {
+    filled += count;
+    if (filled == content.size()) content.resize(2 * filled);
   }
+  content.resize(filled);
+  return content;
 }
 
 }  // namespace tumble

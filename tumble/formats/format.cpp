@@ -1,5 +1,7 @@
 #include "tumble/formats/format.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "tumble/formats/file/input_file.hpp"
@@ -44,6 +46,17 @@ std::string written_formats(const FormatList& formats) {
   return text;
 }
 
+/// No instrument samples that fast: the time is in another unit, or the column is not the time.
+void refuse_impossible_clocks(const Recording& recording, const std::string& path) {
+  constexpr double fastest = 1e10;  // Hz
+  std::vector<std::string> problems;
+  for (const auto& channel : recording.channels)
+    if (const double rate = mean_rate(channel); rate > fastest)
+      problems.push_back(fmt::format("'{}': channel '{}' has {:.2g} samples a second: in which unit is the time?", path,
+                                     channel.name, rate));
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
 }  // namespace
 
 const Format& format_of(const std::string& path, const FormatList& formats) {
@@ -73,7 +86,9 @@ const Format& format_to_write(const std::string& path, const FormatList& formats
 
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,
                          const FormatList& formats) {
-  return format_of(path, formats).read(path, options, progress);
+  Recording recording = format_of(path, formats).read(path, options, progress);
+  refuse_impossible_clocks(recording, path);
+  return recording;
 }
 
 RecordingWriter recording_writer(const std::string& path, const FormatList& formats) {

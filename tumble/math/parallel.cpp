@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -26,7 +27,10 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
   };
   const std::size_t helpers = std::min<std::size_t>(count, std::max(1u, std::thread::hardware_concurrency()));
   std::vector<std::thread> threads;
-  for (std::size_t t = 1; t < helpers; ++t) threads.emplace_back(work);
+  try {
+    for (std::size_t t = 1; t < helpers; ++t) threads.emplace_back(work);
+  } catch (const std::system_error&) {  // no more threads to be had: those there are do it all
+  }
   work();
   for (auto& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
@@ -35,6 +39,14 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
 void parallel_pieces(std::size_t count, std::size_t length, const std::function<void(std::size_t, std::size_t)>& body) {
   parallel_for((count + length - 1) / length,
                [&](std::size_t k) { body(k * length, std::min(count, (k + 1) * length)); });
+}
+
+std::future<void> in_background(std::function<void()> work) {
+  try {
+    return std::async(std::launch::async, work);
+  } catch (const std::system_error&) {
+    return std::async(std::launch::deferred, std::move(work));
+  }
 }
 
 }  // namespace tumble

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <future>
 
 namespace tumble {
 
@@ -13,5 +14,8 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
 /// Calls a body for [0, count) in pieces: body(first, last). The length of the pieces is given, so that what is added
 /// up within each does not depend on the number of threads.
 void parallel_pieces(std::size_t count, std::size_t length, const std::function<void(std::size_t, std::size_t)>& body);
+
+/// Does the work on a thread of its own, or when it is asked for where the system gives no thread.
+std::future<void> in_background(std::function<void()> work);
 
 }  // namespace tumble

@@ -71,8 +71,7 @@ std::vector<double> with_gaps(const std::vector<double>& values, const std::vect
 
 /// Mean of the samples whose stamps lie within half an interval of each point of the grid; NaN where none does.
 std::vector<double> on_grid(const std::vector<double>& stamps, const std::vector<double>& values, double rate) {
-  const double most = 64.0 * static_cast<double>(values.size());
-  const double last = std::min(most, std::floor((stamps.back() - stamps.front()) * rate + 0.5));
+  const double last = std::floor((stamps.back() - stamps.front()) * rate + 0.5);
   std::vector<double> sum(static_cast<std::size_t>(last) + 1, 0.0);
   std::vector<unsigned> count(sum.size(), 0);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -85,16 +84,29 @@ std::vector<double> on_grid(const std::vector<double>& stamps, const std::vector
   return sum;
 }
 
+/// Lost samples are put in one by one: a week between two short pieces takes more memory than all else.
+void refuse_pieces_far_apart(const std::vector<double>& stamps, double rate) {
+  const double length = stamps.back() - stamps.front();
+  if (may_be_filled(length * rate, stamps.size())) return;
+  std::size_t longest = 1;
+  for (std::size_t i = 1; i < stamps.size(); ++i)
+    if (stamps[i] - stamps[i - 1] > stamps[longest] - stamps[longest - 1]) longest = i;
+  throw Error(Error::Kind::bad_data,
+              fmt::format("{} samples in {}, with a pause of {} at {}: the pieces are too far apart to be one "
+                          "record. Put each piece into a file of its own, or mark each as a run of its own",
+                          stamps.size(), say_seconds(length), say_seconds(stamps[longest] - stamps[longest - 1]),
+                          say_instant(stamps[longest - 1])));
+}
+
 void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& signal) {
   const Channel times = times_of(stretch);
   const auto& stamps = *times.timeline.stamps;
   const Clock clock = clock_of(times);
   if (clock.backward > 0)
-    throw Error(
-        Error::Kind::bad_data,
-        fmt::format("{}: the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
-                    "the samples as evenly spaced",
-                    stretch.label, say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
+    throw Error(Error::Kind::bad_data,
+                fmt::format("the clock runs backwards at {} ({} in all): mend the stamps, or say rate=... to take "
+                            "the samples as evenly spaced",
+                            say_instant(stamps[clock.first_backward]), say_count(clock.backward, "step")));
   signal.rate = clock.rate > 0.0 ? clock.rate : mean_rate(times);
   if (!(signal.rate > 0.0) || !std::isfinite(signal.rate)) return;
   const FindingValue rms{"rms", clock.jitter_rms, "s"};
@@ -106,7 +118,10 @@ void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& 
     if (timing == "even") signal.rate = mean_rate(times);
     if (clock.worst * signal.rate > 0.5)
       say("uneven_stamps_taken_as_even", {{"rate", signal.rate, "Hz"}, rms, {"greatest", clock.worst, "s"}});
-  } else if (timing == "auto" && !clock.gaps.empty()) {
+    return;
+  }
+  refuse_pieces_far_apart(stamps, signal.rate);
+  if (timing == "auto" && !clock.gaps.empty()) {
     std::size_t lost = 0;
     for (const auto& gap : clock.gaps) lost += gap.lost;
     const auto& longest = *std::ranges::max_element(clock.gaps, {}, &Clock::Gap::lost);

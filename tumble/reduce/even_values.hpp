@@ -58,6 +58,11 @@ class EvenValues {
   std::vector<double> copy_;
 };
 
+/// Whether so many places [1] may be filled for `present` samples [1], one by one: 64 for each, or 2^24 (128 MB).
+constexpr bool may_be_filled(double places, std::size_t present) {
+  return places <= 16777216.0 || places <= 64.0 * static_cast<double>(present);
+}
+
 /// Samples on an even grid.
 struct EvenSamples {
   double first = 0.0;     ///< [s, channel's clock] stamp of the first one
@@ -71,6 +76,7 @@ struct EvenSamples {
 /// Given     rate         [Hz] of the channel
 ///           begin, end   [s, channel's clock]
 ///           scale        output for one SI unit of the channel
+/// Throws    Error::bad_data where by far most of the samples are missing; see may_be_filled
 EvenSamples even_samples(const Channel& channel, double rate, double begin, double end, double scale);
 
 }  // namespace tumble

@@ -23,8 +23,23 @@ namespace {
 using plan_file::Problems;
 using plan_file::Section;
 
+/// A table lies in a table for each part of a dotted key, and the parser calls itself for each: the stack would end.
+void refuse_deep_keys(const std::string& text, const std::string& path) {
+  constexpr std::ptrdiff_t most = 1000;
+  std::size_t line = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    ++line;
+    const auto key = std::string_view(text).substr(begin, std::min(text.find_first_of("=#", begin), end) - begin);
+    if (std::ranges::count(key, '.') > most)
+      throw Error(Error::Kind::bad_input, fmt::format("{}:{}: a key of more than {} parts", path, line, most));
+    begin = end + 1;
+  }
+}
+
 toml::table parse(const std::string& path) {
   const auto text = read_text_file(path);
+  refuse_deep_keys(text, path);
   try {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {

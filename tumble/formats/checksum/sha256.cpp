@@ -2,10 +2,11 @@
 
 #include <openssl/evp.h>
 
-#include <future>
+#include <memory>
 
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/math/parallel.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::checksum {
@@ -63,7 +64,11 @@ std::string sha256_of(std::string_view bytes) {
 std::string sha256_of_file(const std::string& path) { return checksum::sha256_of_file(path); }
 
 std::function<std::string()> sha256_in_background(const std::string& path) {
-  return [sum = std::async(std::launch::async, checksum::sha256_of_file, path).share()] { return sum.get(); };
+  const auto sum = std::make_shared<std::string>();
+  return [sum, done = in_background([sum, path] { *sum = checksum::sha256_of_file(path); }).share()] {
+    done.get();
+    return *sum;
+  };
 }
 
 }  // namespace tumble

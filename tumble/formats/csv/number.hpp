@@ -183,7 +183,10 @@ inline const char* parse_number(const char* p, char mark, double& value, int& ex
   p = decimal.end;
   if (p == nullptr) return nullptr;
   exponent = -decimal.fraction;
-  if ((*p | 0x20) == 'e' && !(p = detail::take_exponent(p + 1, exponent))) return nullptr;
+  if ((*p | 0x20) == 'e') {
+    p = detail::take_exponent(p + 1, exponent);
+    if (p == nullptr) return nullptr;
+  }
   if (!detail::scaled(decimal.mantissa, exponent, value)) return nullptr;
   // The sign bit, not a branch on a sign that noise makes random.
   value = std::bit_cast<double>(std::bit_cast<std::uint64_t>(value) ^ static_cast<std::uint64_t>(negative) << 63);

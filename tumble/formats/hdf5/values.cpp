@@ -27,8 +27,10 @@ void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, cons
   std::vector<hsize_t> chunk(extent.size());
   if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
   hsize_t bytes = 8;
-  for (const hsize_t length : chunk)
-    if (length == 0 || (bytes *= length) > largest_readable_chunk) fail("its chunks are larger than 1 GB");
+  for (const hsize_t length : chunk) {
+    bytes *= length;
+    if (bytes == 0 || bytes > largest_readable_chunk) fail("its chunks are larger than 1 GB");
+  }
   const hsize_t along = chunk[numbers.axis];
   numbers.piece = std::max(along, numbers.piece / along * along);
   if (bytes <= hsize_t{1} << 20) return;

@@ -70,7 +70,10 @@ class Writer {
 
   bool close() {
     bool good = true;
-    for (Target& target : channels_) good = target.values.dataset.close() & target.stamps.dataset.close() & good;
+    for (Target& target : channels_) {
+      const bool values = target.values.dataset.close(), stamps = target.stamps.dataset.close();
+      good = good && values && stamps;
+    }
     return file_.close() && good;
   }
 

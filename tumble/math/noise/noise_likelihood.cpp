@@ -100,6 +100,7 @@ NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNo
   auto s = chosen.fit.s;
   if (!walk.kept) s = scaled_sum(s, walk.upper_limit, column(data.design, power_laws - 1));
   const RampFit best = fit_ramp(data, s);
+  if (!std::isfinite(best.variance)) return {.sd = INFINITY};
   std::vector<double> each;  // share of each band in the information about the slope, over s
   for (std::size_t b = 0; b < s.size(); ++b)
     each.push_back(best.variance * data.slow[b] * data.count[b] * data.ramp_square[b] / (s[b] * s[b]));
@@ -198,6 +199,8 @@ NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& option
   const BandData data(used);
   if (data.count.size() < 2 || !(std::ranges::max(data.z) > 0.0))
     throw Error(Error::Kind::bad_data, "nothing that changes between the averaging times to fit");
+  // Pieces too short for neighbours among the slow values show no trend.
+  if (!std::isfinite(fit_ramp(data, data.start).variance)) return fit_beside(data, false, bands.samples, options);
   NoiseFit with = fit_beside(data, true, bands.samples, options);
   const bool unseen = !with.terms[power_laws - 1].kept && with.terms.size() == power_law_terms.size();
   if (unseen) weigh_against_walk(data, options, with.ramp);

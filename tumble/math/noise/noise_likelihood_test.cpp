@@ -293,6 +293,24 @@ TEST(NoiseLikelihoodCoverage, IntervalsOfAProcessHold) {
   EXPECT_GE(held, 0.95 * found - 4.0 * std::sqrt(0.95 * 0.05 * found));
 }
 
+// Two pieces with nothing between them: no two slow values are neighbours, and nothing shows a ramp.
+TEST(NoiseLikelihood, TwoShortPiecesFarApartShowTheirNoise) {
+  std::vector<double> values(4'000'000, NAN);
+  const auto piece = simulated({.angle_random_walk = 1.0}, 1.0, 4000, 5);
+  std::ranges::copy(piece, values.begin());
+  std::ranges::copy(piece, values.end() - 4000);
+  const auto fit = fit_noise(NoiseBands(values), {});
+  EXPECT_FALSE(fit.ramp.kept);
+  ASSERT_TRUE(fit.terms[1].kept);
+  EXPECT_NEAR(fit.terms[1].squared, 1.0, 0.1);  // 4000 values: 0.022 each, 4 sigma
+}
+
+TEST(NoiseLikelihood, RefusesASampleFarBeyondTheOthers) {
+  auto values = simulated({.angle_random_walk = 1.0}, 1.0, 2000, 5);
+  values[700] = 1e200;
+  EXPECT_THROW(fit_noise(NoiseBands(values), {}), Error);
+}
+
 TEST(NoiseLikelihood, RefusesWhatDoesNotChange) {
   EXPECT_THROW(fit_noise(NoiseBands(std::vector<double>(100, 1.0)), {}), Error);
   EXPECT_THROW(NoiseBands(std::vector<double>(100, std::nan(""))), Error);

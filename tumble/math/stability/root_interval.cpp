@@ -37,8 +37,10 @@ double interval_factor(double edf, double share) {
   }
   std::sort(pivots.begin(), pivots.end());
   double within = 0.0;
-  for (const auto& [pivot, weight] : pivots)
-    if ((within += weight) >= 0.95 * total) return pivot;
+  for (const auto& [pivot, weight] : pivots) {
+    within += weight;
+    if (within >= 0.95 * total) return pivot;
+  }
   return pivots.back().first;
 }
 

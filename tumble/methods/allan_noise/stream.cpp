@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/median.hpp"
@@ -262,9 +261,8 @@ std::vector<ChannelNoise> noise_of_stream(const StreamedEvidence& evidence) {
     for (auto& channel : channels) take(block, channel);
     if (working.valid()) working.get();
     for (auto& channel : channels) std::swap(channel.now, channel.next);
-    working = std::async(std::launch::async, [&] {
-      parallel_for(2 * channels.size(), [&](std::size_t i) { work_through(channels[i / 2], i % 2 == 0); });
-    });
+    working = in_background(
+        [&] { parallel_for(2 * channels.size(), [&](std::size_t i) { work_through(channels[i / 2], i % 2 == 0); }); });
   });
   if (working.valid()) working.get();
   parallel_for(channels.size(), [&](std::size_t i) { finish(channels[i], settings); });

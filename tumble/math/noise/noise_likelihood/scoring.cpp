@@ -128,6 +128,7 @@ RampFit fit_ramp(const BandData& data, std::span<const double> s) {
     squares += weight * data.ramp_square[i];
     products += weight * data.with_ramp[i];
   }
+  if (!(squares > 0.0)) return {0.0, INFINITY};
   return {products / squares, 1.0 / squares};
 }
 

@@ -7,6 +7,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/score.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/units/error.hpp"
 
 namespace tumble::noise_likelihood {
 namespace {
@@ -120,6 +121,9 @@ TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, do
     least = selection.aicc[mask];
     selection.chosen = mask;
   }
+  if (!std::isfinite(least))
+    throw Error(Error::Kind::bad_data,
+                "no noise term fits: the values differ too much in size; look for samples out of range");
   return selection;
 }
 
