@@ -44,7 +44,7 @@ std::map<std::string, std::pair<double, double>> limits_of(const Estimate& estim
   std::map<std::string, std::pair<double, double>> limits;
   for (const auto& row : table->rows)
     if (const auto* name = std::get_if<std::string>(&row[0]))
-      limits[*name] = {std::get<double>(row[1]), std::get<double>(row[2])};
+      limits[*name] = {compensation::number_in(*table, row[1]), compensation::number_in(*table, row[2])};
   return limits;
 }
 
@@ -58,6 +58,9 @@ std::vector<UsedTerm> used_terms(const ErrorModel& model, const Estimate& estima
     const auto range = limits.find(term.name);
     const double value = estimate.parameters[p].value;
     if (!std::isfinite(value)) faults.push_back(fmt::format("the result's parameter '{}' has no value", term.name));
+    if (!term.unit.empty() && estimate.parameters[p].unit.dimension() != Unit::parse(term.unit).dimension())
+      faults.push_back(fmt::format("the result's parameter '{}' is in {}, but must be in {} or the like", term.name,
+                                   estimate.parameters[p].unit.text(), term.unit));
     if (range == limits.end())
       faults.push_back(
           fmt::format("the result's table regressors does not say what the test covered of '{}'", term.name));
@@ -197,7 +200,7 @@ double variance_of(const Works& works, const Work& work, Felt& felt) {
   double sum = 0.0;
   for (const auto& [i, a] : d)
     for (const auto& [j, b] : d) sum += a * b * work.estimate->covariance(i, j);
-  return std::max(0.0, sum) + staying + work.spread_variance;
+  return (sum < 0.0 ? 0.0 : sum) + staying + work.spread_variance;  // what is no number stays so
 }
 
 bool outside(const UsedTerm& used, double x) {
@@ -263,7 +266,10 @@ void take_all(const Inputs& known, Works& works, Recording& recording) {
 
 /// Whether the channel is in the unit of K times u: as it is, or for each sample (counts, increments).
 void add_unit_problem(const Work& work, const Channel& channel, std::vector<std::string>& problems) {
-  if (work.scale_parameter == SIZE_MAX) return;
+  if (work.scale_parameter == SIZE_MAX) {
+    if (work.model->scale == 1.0) compensation::require_dimension(&channel, work.model->unit, problems);
+    return;
+  }
   const Unit& factor = work.estimate->parameters[work.scale_parameter].unit;
   const auto wanted = Unit::parse(fmt::format("({})*({})", factor.text(), work.model->unit)).dimension();
   const auto each_second = Unit::parse(fmt::format("({})/s", channel.unit.text())).dimension();

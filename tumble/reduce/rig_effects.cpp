@@ -248,25 +248,35 @@ bool belongs_to_rig(const std::string& name) {
 
 }  // namespace
 
+std::string gravity_key(double gravity) { return fmt::format("gravity {:.12g} m/s^2", gravity); }
+
 std::string key_of(const ConductedTest& test, const PlanError& error) {
   const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
   const Plan& plan = *std::ranges::find_if(test.power_ups, with_plan)->plan;
-  if (error.error.name == error_names::gravity)
-    return plan.site ? fmt::format("gravity {:.12g} m/s^2", gravity(*plan.site)) : "";
+  if (error.error.name == error_names::gravity) return plan.site ? gravity_key(gravity(*plan.site)) : "";
   return belongs_to_rig(error.error.name) ? plan.rig_equipment : "";
 }
 
 namespace {
 
-/// Plans that share a key share the error: its shifts in the one and in the other are by one draw.
-void add(KnownEffect effect, std::vector<KnownEffect>& effects) {
-  const auto shared = std::ranges::find_if(effects, [&](const KnownEffect& other) {
-    return !effect.key.empty() && other.key == effect.key && other.source == effect.source;
+/// An error of one plan, with its standard deviation.
+struct Keyed {
+  KnownEffect effect;
+  double sd = 0.0;
+};
+
+/// Plans that share a key share the error: its shifts in the one and in the other are by one draw. Where they state
+/// different standard deviations for it, they do not speak of the same error, and each is independent.
+void add(Keyed one, std::vector<Keyed>& all) {
+  const auto shared = std::ranges::find_if(all, [&](const Keyed& other) {
+    return !one.effect.key.empty() && other.effect.key == one.effect.key && other.effect.source == one.effect.source;
   });
-  if (shared == effects.end())
-    effects.push_back(std::move(effect));
-  else
-    for (std::size_t i = 0; i < effect.column.size(); ++i) shared->column[i] += effect.column[i];
+  if (shared != all.end() && std::abs(shared->sd - one.sd) <= 1e-9 * shared->sd) {
+    for (std::size_t i = 0; i < one.effect.column.size(); ++i) shared->effect.column[i] += one.effect.column[i];
+    return;
+  }
+  if (shared != all.end()) one.effect.key.clear();
+  all.push_back(std::move(one));
 }
 
 }  // namespace
@@ -285,9 +295,11 @@ std::vector<KnownEffect> rig_effects(const ConductedTest& test, const Observatio
       by_error[k].push_back(
           {errors[k].error.name, std::move(all), false, {name_of(errors[k])}, key_of(test, errors[k])});
   });
+  std::vector<Keyed> all_errors;
+  for (std::size_t k = 0; k < errors.size(); ++k)
+    for (auto& effect : by_error[k]) add({std::move(effect), errors[k].error.sd}, all_errors);
   std::vector<KnownEffect> effects;
-  for (auto& part : by_error)
-    for (auto& effect : part) add(std::move(effect), effects);
+  for (auto& one : all_errors) effects.push_back(std::move(one.effect));
   return effects;
 }
 

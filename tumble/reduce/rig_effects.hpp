@@ -40,6 +40,9 @@ std::vector<PlanError> rig_errors(const std::vector<PowerUp>& power_ups);
 /// Unique among the plans: "gravity", "gravity of plan 2".
 std::string name_of(const PlanError& error);
 
+/// The key of errors of gravity [m/s^2], as stated or as it follows from latitude and height.
+std::string gravity_key(double gravity);
+
 /// What another test must share for an error drawn once to be the same there: the equipment that its plan names, or
 /// gravity as stated; empty: nothing. How the instrument was mounted is an error of this test alone.
 std::string key_of(const ConductedTest& test, const PlanError& error);

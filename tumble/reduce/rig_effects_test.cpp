@@ -115,6 +115,19 @@ TEST(RigEffects, PlansOfOneRigAndSiteShareTheirErrors) {
   EXPECT_GT(of_rig, 0u);
 }
 
+// A worse value of gravity beside a good one would otherwise show the good one's error by their ratio.
+TEST(RigEffects, PlansThatStateDifferentUncertaintiesDoNotShare) {
+  Plan plan = head_plan({held("a", 0.0)});
+  Plan worse = plan;
+  worse.rig.set_number("gravity_sd", 10.0 * *rig_sd(plan, names::gravity), Unit::parse("ug"));
+  plan.recordings = {{.file = "other.csv", .plan = std::make_shared<const Plan>(worse)}};
+  const auto test = stretches(plan, {.role = "accelerometer"});
+  const auto of_site = effects_named(rig_effects(test, rows_of(test)), names::gravity);
+  ASSERT_EQ(of_site.size(), 2u);
+  EXPECT_FALSE(of_site[0].key.empty());
+  EXPECT_TRUE(of_site[1].key.empty());
+}
+
 TEST(RigEffects, ObservedWithErrorsIsTheDifferenceThatTheColumnsHold) {
   const Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi)});
   const auto test = stretches(plan, {.role = "accelerometer"});

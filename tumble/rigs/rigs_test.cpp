@@ -194,9 +194,9 @@ TEST(Centrifuge, RadiusGrowsWithTheSquareOfTheRate) {
   EXPECT_NEAR(at.specific_force.x, -w * w * (1.0 + 3e-6 * w * w), 1e-11 * w * w);
 }
 
-std::string refused(const Rig& rig, const Schedule& schedule, std::vector<Given> given = {}) {
+std::string refused(const Rig& rig, const Schedule& schedule, const std::vector<Given>& given = {}) {
   std::string all;
-  for (const auto& problem : rig.refusals(schedule, with(rig, std::move(given)))) all += problem + "\n";
+  for (const auto& problem : rig.refusals(schedule, with(rig, given))) all += problem + "\n";
   return all;
 }
 

@@ -70,6 +70,10 @@ void refuse_unusable(const MixedData& data, bool with_observations) {
   bool good = std::ranges::all_of(data.design.values, finite) && std::ranges::all_of(data.observations, finite);
   for (const auto& effect : data.effects) good = good && std::ranges::all_of(effect.column, finite);
   if (!good) throw Error(Error::Kind::bad_data, "the observations or what is predicted of them are not finite");
+  constexpr double most = 1e100;  // squares of squares have to stay finite
+  if (std::ranges::any_of(data.observations, [](double v) { return std::abs(v) > most; }))
+    throw Error(Error::Kind::bad_data,
+                "an observation is beyond 1e100: no instrument shows that; look for samples out of range");
 }
 
 MatrixXd covariance_of(const MixedData& data, const Compressed& rows, const VectorXd& variances) {
@@ -81,13 +85,104 @@ MatrixXd covariance_of(const MixedData& data, const Compressed& rows, const Vect
   return v;
 }
 
+/// Variance of the means of parts of a segment beyond white noise [u^2], with the variance of that.
+struct WithinSegments {
+  double variance = 0.0, of_variance = 0.0;
+  bool shown = false;
+};
+
+/// Weighted sums over some rows.
+struct Sums {
+  double weight = 0.0, sum = 0.0, squares = 0.0;
+
+  void add(double w, double value) { weight += w, sum += w * value, squares += w * square(value); }
+  double about_mean() const { return squares - square(sum) / weight; }
+};
+
+/// Sums of squares with their degrees of freedom, of the means of parts and within the parts.
+struct Scatters {
+  double between = 0.0, between_freedom = 0.0, inside = 0.0, inside_freedom = 0.0;
+  double weight = 0.0, parts = 0.0;  ///< of all parts
+
+  /// Given: rows [first, last) of one segment, and their residuals [u].
+  void add(const MixedData& data, const VectorXd& residuals, std::size_t first, std::size_t last) {
+    constexpr std::size_t most_parts = 8, least_rows = 2;
+    const std::size_t rows = last - first, count = std::min(most_parts, rows / least_rows);
+    if (count < 2) return;
+    Sums means;
+    for (std::size_t part = 0; part < count; ++part) {
+      Sums of_part;
+      for (std::size_t i = first + rows * part / count; i < first + rows * (part + 1) / count; ++i)
+        of_part.add(data.weights[i], residuals[at(i)]);
+      inside += of_part.about_mean();
+      means.add(of_part.weight, of_part.sum / of_part.weight);
+    }
+    inside_freedom += static_cast<double>(rows - count);
+    between += means.about_mean();
+    between_freedom += static_cast<double>(count) - 1.0;
+    weight += means.weight;
+    parts += static_cast<double>(count);
+  }
+};
+
+/// From the residuals of a fit: scatter of the means of up to eight parts about the mean of their segment, less what
+/// the scatter within the parts explains.
+WithinSegments within_segments(const MixedData& data, const VectorXd& parameters) {
+  const Eigen::Map<const VectorXd> observations(data.observations.data(), at(data.observations.size()));
+  const VectorXd residuals = observations - map(data.design) * parameters;
+  Scatters scatters;
+  for (std::size_t first = 0, last = 0; first < data.segment.size(); first = last) {
+    while (last < data.segment.size() && data.segment[last] == data.segment[first]) ++last;
+    scatters.add(data, residuals, first, last);
+  }
+  const auto& [between, between_freedom, inside, inside_freedom, weight, parts] = scatters;
+  if (!(between_freedom > 0.0 && inside_freedom > 0.0)) return {};
+  const double white = inside / inside_freedom, mean = between / between_freedom, of_part = weight / parts;
+  return {std::max(0.0, mean - white) / of_part,
+          2.0 * (square(mean) / between_freedom + square(white) / inside_freedom) / square(of_part), true};
+}
+
+/// Slow noise that no contrast shows, held at what else is known of it.
+struct Held {
+  std::vector<SlowNoise> slow;
+  std::vector<SlowOrigin> origin;
+  std::vector<double> of_variance;  ///< variance of each variance that is from the parts of the segments; else 0
+};
+
+Held held_where_not_shown(const MixedData& data, const Compressed& rows, const VectorXd& start) {
+  constexpr double least_shown = 1e-3;
+  Held out{data.slow, {}, std::vector<double>(data.slow.size(), 0.0)};
+  const auto shown = mixed_model::shown_by_contrasts(data.slow, rows);
+  const bool given =
+      std::ranges::any_of(data.slow, [](const SlowNoise& slow) { return slow.known && slow.variance > 0.0; });
+  for (std::size_t c = 0; c < data.slow.size(); ++c) {
+    SlowNoise& slow = out.slow[c];
+    out.origin.push_back(slow.known ? SlowOrigin::known : SlowOrigin::contrasts);
+    if (slow.known || shown[c] > least_shown) continue;
+    slow.known = true;
+    slow.variance = 0.0;
+    out.origin.back() = given ? SlowOrigin::beside_known : SlowOrigin::nothing_shows;
+    const bool of_each_segment = map(slow.kernel).isDiagonal();
+    if (given || !of_each_segment) continue;
+    const WithinSegments within = within_segments(data, start);
+    if (!within.shown) continue;
+    slow.variance = within.variance;
+    out.of_variance[c] = within.variance > 0.0 ? within.of_variance : 0.0;
+    out.origin.back() = SlowOrigin::within;
+  }
+  return out;
+}
+
 }  // namespace
 
 MixedFit fit_mixed_model(const MixedData& data) {
   refuse_unusable(data, true);
   const Compressed rows = mixed_model::compress(data, mixed_model::scatter_within(data));
   const auto [start, residuals] = mixed_model::ordinary(rows);
-  const mixed_model::Components found = mixed_model::restricted_likelihood(data, rows, residuals);
+  Held held = held_where_not_shown(data, rows, start);
+  mixed_model::Components found = mixed_model::restricted_likelihood(held.slow, rows, residuals);
+  for (std::size_t c = 0; c < held.of_variance.size(); ++c)
+    found.covariance(at(c) + 1, at(c) + 1) += held.of_variance[c];
   const MatrixXd v = covariance_of(data, rows, found.variances);
   const mixed_model::Estimator g = mixed_model::estimator(rows.design, v);
   const VectorXd correction = g.gain * residuals;
@@ -98,6 +193,7 @@ MixedFit fit_mixed_model(const MixedData& data) {
   add_sources(data, rows, g.gain, found.variances, fit);
   fit.white_variance = found.variances[0];
   fit.slow_variance.assign(found.variances.data() + 1, found.variances.data() + found.variances.size());
+  fit.slow_origin = std::move(held.origin);
   fit.component_covariance = plain(found.covariance);
   fit.condition = g.condition;
   const VectorXd last = residuals - rows.design * correction;

@@ -51,12 +51,22 @@ struct SourceCovariance {
   std::string key = {};  ///< as KnownEffect gives it: what makes the effect the same in another test; empty: nothing
 };
 
+/// Where the variance of a slow noise is from.
+enum class SlowOrigin {
+  contrasts,      ///< of the observations between segments
+  known,          ///< as given
+  within,         ///< the parameters explain every contrast between segments: means of parts of the segments
+  beside_known,   ///< they explain every contrast: what is given stands for it
+  nothing_shows,  ///< they explain every contrast, and nothing else shows it: it is zero
+};
+
 struct MixedFit {
   std::vector<double> parameters;         ///< b; zeros from predict_mixed_model
   Matrix covariance;                      ///< of b: the sum of all sources
   std::vector<SourceCovariance> sources;  ///< white noise first, then slow noise, then known effects, as given
   double white_variance = 0.0;            ///< s^2 [u^2 s]
   std::vector<double> slow_variance;      ///< t_c^2
+  std::vector<SlowOrigin> slow_origin;    ///< where each is from; empty from predict_mixed_model
   /// Covariance of (s^2, t_c^2) relative to the estimates that `sources` begin with, zero for those known; empty where
   /// all are.
   Matrix component_covariance;
@@ -70,6 +80,10 @@ struct MixedFit {
 /// Generalised least squares with variances estimated by restricted maximum likelihood.
 ///
 ///   b = G y,  G = (X' V^-1 X)^-1 X' V^-1,   Cov b = sum over sources of G V_source G'
+///
+/// Slow noise that the contrasts do not show (as many segments as parameters) is not estimated from them: it is taken
+/// to be what is known, else what the means of up to eight parts of each segment show, if it is no smaller between the
+/// segments, else zero; see SlowOrigin.
 ///
 /// Every segment is first compressed to its sufficient statistics (Householder QR of [X | D | 1]), so that a segment at
 /// rest becomes one row and a sum of squares, whatever the number of its observations. The estimate is found as a

@@ -270,6 +270,71 @@ TEST(MixedModel, ShiftsBeyondTheKnownSizeAreFound) {
   EXPECT_NEAR(found, 0.99, 4.0 * std::sqrt(2.0 / 23.0 / tests));
 }
 
+/// As many segments as parameters, whose regressors change a little within the segments too.
+MixedData saturated(std::size_t segments, std::size_t blocks, const RandomStream& random) {
+  MixedData data;
+  data.design = Matrix(segments * blocks, segments);
+  for (std::size_t i = 0; i < data.design.rows; ++i) {
+    for (std::size_t j = 0; j < segments; ++j)
+      data.design(i, j) = j == 0 ? 1.0
+                                 : random.split("mean").split(std::uint64_t{j}).normal(i / blocks) +
+                                       1e-3 * random.split("within").split(std::uint64_t{j}).normal(i);
+    data.segment.push_back(i / blocks);
+    data.weights.push_back(2.0);
+  }
+  data.slow = {{"drift between positions", identity(segments), 0.0}};
+  return data;
+}
+
+TEST(MixedModel, UnknownVarianceNeverChangesASaturatedEstimate) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const RandomStream random(seed);
+    MixedData data = saturated(3 + seed % 5, 12, random);
+    const std::vector<double> truth(data.design.columns, 1.0);
+    data.observations = drawn(data, truth, 0.01, 0.003, random);
+    const MixedFit with = fit_mixed_model(data);
+    EXPECT_EQ(with.slow_origin[0], SlowOrigin::within);
+    MixedData other = data;
+    other.slow.clear();
+    const MixedFit without = fit_mixed_model(other);
+    add_effects(other);
+    other.slow = {{"known", identity(other.design.columns), 1.0, true}, data.slow[0]};
+    const MixedFit most = fit_mixed_model(other);
+    EXPECT_EQ(most.slow_origin[1], SlowOrigin::beside_known);
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const double rounding = 1e-9 * (1.0 + std::abs(without.parameters[k]));
+      EXPECT_NEAR(with.parameters[k], without.parameters[k], rounding) << seed;
+      EXPECT_NEAR(most.parameters[k], without.parameters[k], rounding) << seed;
+      EXPECT_GT(with.covariance(k, k), 0.0);
+      EXPECT_TRUE(std::isfinite(with.covariance(k, k)));
+    }
+  }
+}
+
+TEST(MixedModelCoverage, SaturatedIntervalsHoldTheTruth) {
+  // Drift that lasts: the same in all blocks of a quarter of a segment, so that the parts of a segment show it.
+  int held = 0, all = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const RandomStream random(1000 + seed);
+    MixedData data = saturated(6, 32, random);
+    const std::vector<double> truth(data.design.columns, 1.0);
+    data.observations = drawn(data, truth, 0.01, 0.0, random);
+    for (std::size_t i = 0; i < data.observations.size(); ++i)
+      data.observations[i] += 0.01 * random.split("quarter").normal(i / 8);
+    const MixedFit fit = fit_mixed_model(data);
+    for (std::size_t k = 0; k < truth.size(); ++k, ++all)
+      held += std::abs(fit.parameters[k] - truth[k]) < 2.0 * std::sqrt(fit.covariance(k, k));
+  }
+  // the drift of parts is taken to last for a whole segment, so the intervals are rather too wide than too narrow
+  EXPECT_GT(held, 0.95 * all);
+}
+
+TEST(MixedModel, OneRepeatedSegmentShowsTheSlowNoise) {
+  MixedData data = line(3, 12);
+  data.observations = drawn(data, {1.0, 1.0}, 0.01, 0.1, RandomStream(5));
+  EXPECT_EQ(fit_mixed_model(data).slow_origin[0], SlowOrigin::contrasts);
+}
+
 TEST(MixedModel, RefusesWhatItCannotFit) {
   auto data = line(6, 4);
   data.observations = predicted(data, {1.0, 2.0});

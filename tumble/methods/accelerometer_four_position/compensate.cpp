@@ -8,6 +8,7 @@
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
 #include "tumble/methods/accelerometer_four_position/design.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -64,6 +65,7 @@ Channels channels_of(const Estimate& estimate, const Recording& recording, bool 
   Channels out{0, channel_of(estimate, recording, "temperature")};
   if (needs_temperature && !out.temperature)
     problems.push_back("the recording has no channel for the role temperature, over which the result was fitted");
+  compensation::require_dimension(out.temperature, "degC", problems);
   compensation::refuse(recording, problems);
   out.accelerometer = *accelerometer;
   return out;
@@ -90,12 +92,27 @@ double variance_of(const Estimate& estimate, const Coefficients& c, double y, do
   double sum = 0.0;
   for (const auto& [i, a] : weights)
     for (const auto& [j, b] : weights) sum += a * b * estimate.covariance(i, j);
-  return std::max(0.0, sum);
+  return sum < 0.0 ? 0.0 : sum;  // what is no number stays so
 }
 
-/// Samples that have no temperature, or one outside of the calibrated range.
+/// Variance [(m/s^2)^2] of the terms that stay in, K_2 a_i^2 and the misalignment: neither is in (3.4) as the source
+/// compensates, and nothing says what acts across the axis. Specific force is anywhere within 1 g.
+double staying_variance(const Estimate& estimate) {
+  double sum = 0.0;
+  for (const auto& [name, square] : {std::pair{"second_order_coefficient", std::pow(standard_gravity, 4)},
+                                     std::pair{"misalignment_o", std::pow(standard_gravity, 2)},
+                                     std::pair{"misalignment_p", std::pow(standard_gravity, 2)}}) {
+    const auto match = std::ranges::find(estimate.parameters, name, &Parameter::name);
+    if (match == estimate.parameters.end()) continue;
+    const auto p = static_cast<std::size_t>(match - estimate.parameters.begin());
+    sum += (match->value * match->value + estimate.covariance(p, p)) * square / 3.0;
+  }
+  return sum;
+}
+
+/// Samples that have no temperature, or one outside of the calibrated range, and those beyond the positions in gravity.
 struct Counts {
-  std::size_t outside = 0, blank = 0;
+  std::size_t outside = 0, blank = 0, strong = 0;
 };
 
 void add_findings(const Counts& counts, std::size_t samples, const Table& range, const std::string& channel,
@@ -108,6 +125,13 @@ void add_findings(const Counts& counts, std::size_t samples, const Table& range,
                          {"low", std::get<double>(range.rows[0][0]), "degC"},
                          {"high", std::get<double>(range.rows[0][1]), "degC"},
                          {"channel", channel + ".extrapolated"}}});
+  if (counts.strong > 0)
+    findings.push_back({Finding::Severity::warning,
+                        "beyond_gravity",
+                        {{"share", static_cast<double>(counts.strong) / static_cast<double>(samples), "%"},
+                         {"channel", channel + ".extrapolated"}},
+                        channel,
+                        {counts.strong, {}, {}}});
   if (counts.blank > 0)
     findings.push_back({Finding::Severity::warning, "no_temperature_at_sample", {}, channel, {counts.blank, {}, {}}});
 }
@@ -119,7 +143,8 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   const bool over = c.bias.size() > 1 || c.scale.size() > 1;
   const Channels channels = channels_of(estimate, recording, over);
   const Table& range = *find_table(estimate, "calibrated_range");
-  const double slack = 1.0, low = std::get<double>(range.rows[0][0]), high = std::get<double>(range.rows[0][1]);
+  const double slack = 1.0, low = compensation::number_in(range, range.rows[0][0]),
+               high = compensation::number_in(range, range.rows[0][1]), staying = staying_variance(estimate);
   Compensation out{recording, {}, {}};
   const Channel& raw = recording.channels[channels.accelerometer];
   const double reference = scale_factor_of(estimate, raw);
@@ -136,9 +161,13 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
     const double t = channels.temperature ? reading_at(*channels.temperature, raw.time(k)) : low;
     const double degrees = over ? celsius(t) : 0.0, y = channel.values[k] / reference;
     channel.values[k] = y * (1.0 + polynomial(estimate, c.scale, degrees)) - polynomial(estimate, c.bias, degrees);
-    sd.values[k] = std::isnan(channel.values[k]) ? std::nan("") : std::sqrt(variance_of(estimate, c, y, degrees));
-    outside.values[k] = t < low - slack || t > high + slack ? 1.0 : 0.0;
-    counts.outside += outside.values[k] > 0.0;
+    sd.values[k] =
+        std::isnan(channel.values[k]) ? std::nan("") : std::sqrt(variance_of(estimate, c, y, degrees) + staying);
+    const bool cold_or_hot = t < low - slack || t > high + slack;
+    const bool strong = std::abs(channel.values[k]) > 1.05 * standard_gravity;
+    outside.values[k] = std::isnan(channel.values[k]) ? std::nan("") : cold_or_hot || strong ? 1.0 : 0.0;
+    counts.outside += cold_or_hot;
+    counts.strong += strong;
     counts.blank += over && std::isnan(t) && !std::isnan(y);
   }
   add_findings(counts, channel.values.size(), range, raw.name, out.findings);

@@ -81,7 +81,10 @@ Inputs inputs_of(const Estimate& estimate, const Recording& recording) {
     if (!prefix.empty() &&
         (!channel_of(estimate, recording, role) || find_parameter(estimate, prefix + "D_x") == nullptr))
       continue;
-    if (const auto place = output_of(estimate, recording, role, problems)) out.outputs[prefix] = *place;
+    const auto place = output_of(estimate, recording, role, problems);
+    if (!place) continue;
+    compensation::require_dimension(&recording.channels[*place], "deg/h", problems);
+    out.outputs[prefix] = *place;
   }
   const char* axes[] = {"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k) {

@@ -68,6 +68,9 @@ Channels channels_of(const Estimate& estimate, const Recording& recording) {
   if (out.sensors.side == nullptr && find_parameter(estimate, "B1_0") != nullptr)
     problems.push_back(
         "the result uses the temperature gradient: the recording needs temperature_top and temperature_side");
+  if (gyro) compensation::require_dimension(&recording.channels[*gyro], "deg/h", problems);
+  for (const Channel* sensor : {out.sensors.top, out.sensors.side})
+    compensation::require_dimension(sensor, "degC", problems);
   compensation::refuse(recording, problems);
   out.gyro = *gyro;
   for (const Channel* channel : {&recording.channels[out.gyro], out.sensors.top, out.sensors.side})

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "tumble/reduce/compensation/outputs.hpp"
+
 namespace tumble::fog_thermal_bias {
 namespace {
 
@@ -77,7 +79,7 @@ Table calibrated_range(const std::vector<RunData>& runs) {
 
 InRange::InRange(const Table& table) {
   for (const auto& row : table.rows) {
-    const auto cell = [&](std::size_t c) { return std::get<double>(row.at(c)); };
+    const auto cell = [&](std::size_t c) { return compensation::number_in(table, row.at(c)); };
     // Two per cent of the width: unrest of the air moves the extremes of equal runs by about that much.
     const double slack = 0.02 * (cell(5) - cell(4)) + 1e-12 * std::abs(cell(5));
     slabs_.push_back({cell(0), cell(1), cell(2), cell(3), cell(4) - slack, cell(5) + slack});

@@ -303,6 +303,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
           {static_cast<int>(std::get<double>(row[0])), std::get<double>(row[1]), std::get<double>(row[2])});
   model.terms = terms_of(powers);
   std::erase_if(model.terms, [&](const Term& term) { return term.name == model.scale_factor; });
+  std::ranges::find(model.terms, "bias", &Term::name)->unit = "deg/h";  // after K, where the fit has it before
   if (const Channel* channel = channel_of(estimate, recording, model.role)) model.scale = per_second_of(*channel);
   return tumble::compensate(model, estimate, recording, plan);
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
 #include "tumble/methods/imu_ferraris/sections.hpp"
@@ -21,9 +22,10 @@ Matrix3 matrix_of(const Table& table, const std::string& name, std::size_t rows 
   Matrix3 m;
   std::size_t row = 0;
   for (const auto& cells : table.rows) {
-    if (std::get<std::string>(cells[0]) != name || row > 2) continue;
-    const Unit unit = Unit::parse(std::get<std::string>(cells[2]));
-    for (std::size_t j = 0; j < 3; ++j) m(row, j) = std::get<double>(cells[3 + j]) * unit.factor();
+    const auto *of = std::get_if<std::string>(&cells[0]), *unit = std::get_if<std::string>(&cells[2]);
+    if (!of || !unit || *of != name || row > 2) continue;
+    for (std::size_t j = 0; j < 3; ++j)
+      m(row, j) = compensation::number_in(table, cells[3 + j]) * Unit::parse(*unit).factor();
     ++row;
   }
   if (row != rows) throw Error(Error::Kind::bad_file, "the result's table matrices lacks " + name);
@@ -101,8 +103,9 @@ Channels channels_of(const Estimate& estimate, const Recording& recording, const
     if (channel.unit.dimension() != bias->unit.dimension())
       problems.push_back(fmt::format("channel {} is in {}, but was calibrated in {}", channel.name, channel.unit.text(),
                                      bias->unit.text()));
-    if (channel.values.size() != recording.channels[out.index[0]].values.size())
-      problems.push_back(channel.name + " has not as many samples as the accelerometers");
+    if (const Channel& first = recording.channels[out.index[0]]; problems.empty() && !sampled_together(first, channel))
+      problems.push_back(fmt::format("channels {} and {} are not sampled together: bring them to one clock first",
+                                     first.name, channel.name));
   }
   compensation::refuse(recording, problems);
   return out;

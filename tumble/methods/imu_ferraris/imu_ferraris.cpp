@@ -124,7 +124,10 @@ void check_settings(const Settings& settings) {
 void add_uncertainty(const std::vector<Cause>& causes, const Means& means, Estimate& estimate) {
   std::vector<ErrorLine> lines;
   for (const auto& cause : causes) {
-    lines.push_back(from_covariance(cause.name, second_moments(cause, means)));
+    if (cause.key.empty())
+      lines.push_back(from_covariance(cause.name, second_moments(cause, means)));
+    else
+      lines.push_back(from_shifts(cause.name, as_column(signed_shift(cause, means)), cause.key));
     lines.back().degrees_of_freedom.assign(estimate.parameters.size(), cause.freedom);
   }
   settle(estimate, lines);

@@ -10,6 +10,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/rig_effects.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -97,8 +98,10 @@ Cause tilts_of(const Calibration& c, const Squareness& square) {
           true};
 }
 
-Cause gravity_cause(double sd) {
-  return {"gravity", {sd}, infinite, [](std::span<const double> z, Means& means) { means.gravity += z[0]; }};
+Cause gravity_cause(const Known& known) {
+  Cause cause{"gravity", {known.sd}, infinite, [](std::span<const double> z, Means& means) { means.gravity += z[0]; }};
+  if (known.origin.key != "gravity_unknown") cause.key = gravity_key(known.value);
+  return cause;
 }
 
 Cause axes_of(const Calibration& c, double sd, double freedom) {
@@ -198,8 +201,7 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
                           const Recorded& recorded, Findings& findings) {
   const auto& settings = plan.settings;
   const Squareness square = agreed(plan, squareness(means, calibration, recorded), findings);
-  std::vector<Cause> all{accelerometer_noise(recorded), tilts_of(calibration, square),
-                         gravity_cause(gravity_of(plan).sd)};
+  std::vector<Cause> all{accelerometer_noise(recorded), tilts_of(calibration, square), gravity_cause(gravity_of(plan))};
   if (!means.gyros) return all;
   all.push_back(gyro_noise(means, recorded));
   const bool stated = settings.has("rotation_axis_sd");
@@ -208,6 +210,16 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
   all.push_back(angles_of(settings.number("rotation_angle_sd")));
   all.push_back(earth_of(plan, calibration, means));
   return all;
+}
+
+std::vector<double> signed_shift(const Cause& cause, const Means& means) {
+  const auto with = [&](double sd) {
+    Means disturbed = means;
+    cause.disturb(std::vector{sd}, disturbed);
+    return parameters_of(closed_form(disturbed));
+  };
+  // the parameters come out as with the disturbance taken away
+  return scaled(0.5, difference(with(-cause.sd[0]), with(cause.sd[0])));
 }
 
 Matrix second_moments(const Cause& cause, const Means& means) {

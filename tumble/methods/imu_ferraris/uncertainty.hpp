@@ -33,7 +33,8 @@ struct Cause {
   std::vector<double> sd;
   double freedom;
   std::function<void(std::span<const double> z, Means& means)> disturb;
-  bool curved = false;  ///< its square matters
+  bool curved = false;   ///< its square matters
+  std::string key = {};  ///< of one error, see Contribution
 };
 
 std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibration& calibration,
@@ -43,5 +44,8 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
 /// the cause is curved, (tr(H_a S) tr(H_b S) + 2 tr(H_a S H_b S))/4 for normal errors, with derivatives by differences.
 /// Returned: [p x p] in SI.
 Matrix second_moments(const Cause& cause, const Means& means);
+
+/// Errors [SI] of the parameters (p) where the one error of a cause is at one standard deviation.
+std::vector<double> signed_shift(const Cause& cause, const Means& means);
 
 }  // namespace tumble::imu_ferraris

@@ -119,9 +119,9 @@ std::vector<Entry> entries_of(const std::vector<Session>& sessions, const Fit& f
   return all;
 }
 
-/// Change of the fit's parameters by one standard uncertainty of gravity, to which A and G are relative.
+/// Error of the fit's parameters where gravity is greater by one standard uncertainty: A and G are relative to it.
 std::vector<double> by_gravity(const Fit& fit, const Surroundings& surroundings) {
-  const double share = -surroundings.gravity_sd / surroundings.gravity;
+  const double share = surroundings.gravity_sd / surroundings.gravity;
   std::vector<double> d(fit.parameters);
   for (std::size_t row = 0; row < 3; ++row)
     for (std::size_t column = 0; column <= row; ++column)
@@ -178,7 +178,7 @@ void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& 
     lines.push_back(from_covariance(source, sandwich(slopes, covariance)));
   };
   for (std::size_t s = 0; s < sources.size(); ++s) add(sources[s], fit.shares[s]);
-  lines.push_back(from_shifts("gravity", as_column(slopes * by_gravity(fit, surroundings))));
+  lines.push_back(from_shifts("gravity", as_column(slopes * by_gravity(fit, surroundings)), surroundings.gravity_key));
   add(linear::stated_source, by_level(fit, rests, surroundings, step));
   settle(estimate, lines);
   for (std::size_t i = 0; i < all.size(); ++i) {

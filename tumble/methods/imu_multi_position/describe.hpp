@@ -12,6 +12,7 @@ namespace tumble::imu_multi_position {
 struct Surroundings {
   double gravity = standard_gravity;  ///< [m/s^2]
   double gravity_sd = 0.0;
+  std::string gravity_key = {};    ///< see Contribution
   Phrase gravity_from;             ///< where it comes from
   std::optional<double> latitude;  ///< [rad]
   /// Bias instabilities as stated [m/s^2], [rad/s]; 0: not stated.

@@ -72,6 +72,7 @@ Surroundings surroundings_of(const Plan& plan) {
     problems.emplace_back(
         "gravity is the reference of the accelerometers: state it, --set gravity=\"9.81 m/s^2\", or [site] in a plan");
   }
+  surroundings.gravity_key = gravity_key(surroundings.gravity);
   const double of_rig = rig_sd(plan, error_names::gravity).value_or(si(30.0, "ug"));
   surroundings.gravity_sd = or_else(settings, "gravity_sd", of_rig);
   if (settings.has("latitude"))

@@ -231,7 +231,7 @@ TEST(ImuMultiPosition, SkipsMovesBeyondTheRangeOfTheGyros) {
 TEST(ImuMultiPosition, SaysWhichPosesAreMissing) {
   Evidence evidence = method().trial(10).evidence;
   for (auto& recording : evidence.recordings)
-    for (auto& c : recording.channels) c.values.resize(8 * 440);
+    for (auto& c : recording.channels) c.values.resize(3520);
   const std::string few = refusal(evidence);
   EXPECT_NE(few.find("8 stretches at rest were found"), std::string::npos) << few;
   EXPECT_NE(few.find("lay it also with these up: "), std::string::npos) << few;

@@ -136,7 +136,7 @@ Felt limits_of(const Estimate& estimate) {
     throw Error(Error::Kind::bad_file,
                 "the result has no table covered: it cannot be said where the compensation holds");
   const auto cell = [&](std::size_t row, std::size_t column) {
-    return 1.02 * std::get<double>(table->rows[row][column]);
+    return 1.02 * compensation::number_in(*table, table->rows[row][column]);
   };
   Felt felt;
   felt.rate = {cell(0, 1), cell(1, 1), cell(2, 1)};
@@ -165,7 +165,7 @@ void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, con
     const double value = imu::component(imu::field_of(triad.kind, felt[k]), i);
     sd.values[k] =
         std::isnan(value) ? value : compensation::predicted(triad.models[i].known, felt[k], phi).sd / std::abs(scale);
-    extrapolated.values[k] = outside[k] ? 1.0 : 0.0;
+    extrapolated.values[k] = std::isnan(value) ? value : outside[k] ? 1.0 : 0.0;
     channel.values[k] = value / scale;
   }
   recording.channels.push_back(std::move(sd));

@@ -26,7 +26,7 @@ void say_scheme(const Bench& bench, Findings& out) {
     return;
   }
   std::set<long> angles;
-  constexpr long cells = 10 * 360;  // of a tenth of a degree
+  constexpr long cells = 10L * 360;  // of a tenth of a degree
   for (const auto& position : positions) angles.insert(std::lround(wrapped(position.angle) / two_pi * cells) % cells);
   out.push_back({Severity::info, "positions_and_stays", {{"positions", angles.size()}, {"stays", positions.size()}}});
 }

@@ -149,7 +149,7 @@ std::vector<ErrorLine> lines_of(const Exposure& exposure, const vibration::Data&
 
 }  // namespace
 
-void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
+void append(const Exposure& exposure, const vibration::Data& data, const std::vector<Statistic>& statistics,
             Estimate& estimate) {
   Estimate part;
   for (const auto& statistic : statistics) {

@@ -42,7 +42,7 @@ std::vector<Statistic> statistics_of(const Exposure& exposure, const vibration::
 
 /// Parameters, covariance and budget of statistics of one vibration, appended. Errors that all vibrations of a test
 /// share (level, gain of the reference, scale factors) give the covariance with those of earlier vibrations.
-void append(const Exposure& exposure, const vibration::Data& data, std::vector<Statistic> statistics,
+void append(const Exposure& exposure, const vibration::Data& data, const std::vector<Statistic>& statistics,
             Estimate& estimate);
 
 /// K_2 and K_3 of each unit that was vibrated in positions whose a_0 differ by more than 1 g, from the rectification

@@ -137,7 +137,7 @@ MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool lo
   }
   data.effects.push_back(std::move(counts));
   for (std::size_t e = 0; e < sweep.effects.size(); ++e) {
-    KnownEffect effect{sweep.effects[e].source, {}, sweep.effects[e].each_segment};
+    KnownEffect effect{sweep.effects[e].source, {}, sweep.effects[e].each_segment, {}, sweep.effects[e].key};
     for (const std::size_t i : band.rows) effect.column.push_back(sweep.points[i].effect[e]);
     data.effects.push_back(std::move(effect));
   }

@@ -64,7 +64,7 @@ Sweep assemble(const linear::Evidences& evidence, const linear::Problem& problem
     }
     sweep.points.push_back(std::move(point));
   }
-  for (const auto& effect : effects) sweep.effects.push_back({effect.source, effect.each_segment});
+  for (const auto& effect : effects) sweep.effects.push_back({effect.source, effect.each_segment, effect.key});
   return sweep;
 }
 

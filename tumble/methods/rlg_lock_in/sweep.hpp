@@ -25,6 +25,7 @@ struct Point {
 struct RigEffect {
   std::string source;
   bool each_segment = false;
+  std::string key = {};  ///< see KnownEffect
 };
 
 struct Sweep {

@@ -74,9 +74,9 @@ ExpectedScatter expected_scatter(const std::vector<UnitTerm>& terms, const std::
                                  std::size_t samples, std::size_t shorter, std::size_t ratio) {
   constexpr std::size_t most = 4000;
   ExpectedScatter result;
-  const std::size_t rows = std::min(most, samples / shorter), columns = rows / ratio;
+  const std::size_t averages = samples / shorter, rows = std::min(most, averages), columns = rows / ratio;
   if (rows < 2) return result;
-  const double thinned = static_cast<double>(rows) / static_cast<double>(samples / shorter);
+  const double thinned = static_cast<double>(rows) / static_cast<double>(averages);
   const double n1 = static_cast<double>(rows) - 1.0, n2 = static_cast<double>(columns) - 1.0;
   const Centred of_shorter = centred(terms, squared, shorter, 1, rows, rows);
   result.shorter = of_shorter.trace / n1;

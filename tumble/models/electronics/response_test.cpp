@@ -16,7 +16,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-std::vector<double> through(Response response, std::vector<double> samples) {
+std::vector<double> through(const Response& response, std::vector<double> samples) {
   response(samples);
   return samples;
 }

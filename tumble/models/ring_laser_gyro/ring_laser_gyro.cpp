@@ -106,8 +106,8 @@ Recorded record(const Settings& truth, std::size_t, double step, const RandomStr
   if (truth.word("output") == "rate" && truth.number("lock_in_rate") == 0.0 && truth.word("readout") == "case")
     return {QuantityKind::angular_rate, "deg/h", false, nullptr};
   Readout readout(truth, step, random);
-  if (truth.word("output") == "rate") return {QuantityKind::angular_rate, "deg/h", false, std::move(readout)};
-  return {QuantityKind::count, "pulse", true, std::move(readout)};
+  if (truth.word("output") == "rate") return {QuantityKind::angular_rate, "deg/h", false, readout};
+  return {QuantityKind::count, "pulse", true, readout};
 }
 
 }  // namespace

@@ -25,6 +25,18 @@ std::optional<std::size_t> output_of(const Estimate& estimate, const Recording& 
   return static_cast<std::size_t>(channel - recording.channels.data());
 }
 
+void require_dimension(const Channel* channel, const std::string& unit, std::vector<std::string>& problems) {
+  if (channel && channel->unit.dimension() != Unit::parse(unit).dimension())
+    problems.push_back(
+        fmt::format("channel {} is in {}, but must be in {} or the like", channel->name, channel->unit.text(), unit));
+}
+
+double number_in(const Table& table, const Table::Cell& cell) {
+  if (const auto* number = std::get_if<double>(&cell)) return *number;
+  throw Error(Error::Kind::bad_file, fmt::format("the result's table {} holds '{}' where a number belongs", table.name,
+                                                 std::get<std::string>(cell)));
+}
+
 void refuse(const Recording& recording, std::vector<std::string> problems) {
   if (problems.empty()) return;
   if (!recording.origin.file.empty())

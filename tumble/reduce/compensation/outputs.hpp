@@ -18,6 +18,12 @@ namespace tumble::compensation {
 std::optional<std::size_t> output_of(const Estimate& estimate, const Recording& recording, const std::string& role,
                                      std::vector<std::string>& problems);
 
+/// Adds a problem where a channel is there and its dimension is not that of `unit`.
+void require_dimension(const Channel* channel, const std::string& unit, std::vector<std::string>& problems);
+
+/// A number [SI] of a result's table. Throws Error::bad_file where the cell holds text.
+double number_in(const Table& table, const Table::Cell& cell);
+
 /// Throws    Error::bad_data with all problems, each with the recording's file before it, where there are any
 void refuse(const Recording& recording, std::vector<std::string> problems);
 

@@ -36,8 +36,10 @@ double slope_of(std::span<const Vector3> felt, std::span<const Vector3> shown, s
   }
   std::ranges::sort(ratios);
   double sum = 0.0;
-  for (const auto& [ratio, weight] : ratios)
-    if ((sum += weight) >= 0.5 * all) return ratio;
+  for (const auto& [ratio, weight] : ratios) {
+    sum += weight;
+    if (sum >= 0.5 * all) return ratio;
+  }
   return 0.0;
 }
 

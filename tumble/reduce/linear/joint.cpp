@@ -74,6 +74,7 @@ void say_unstated(std::span<const Problem> problems, JointSolution& solution) {
   for (std::size_t i = 0; i < problems.size(); ++i) {
     if (problems[i].bias_instability > 0.0) continue;
     const Solution& output = solution.outputs[i];
+    if (std::ranges::find(output.fit.slow_origin, SlowOrigin::contrasts) == output.fit.slow_origin.end()) continue;
     // as many as the likelihood needs to look for flicker
     if (output.segments.size() < output.columns.size() + 4) severity = Finding::Severity::warning;
     if (std::ranges::find(settings, problems[i].stated_by) == settings.end()) settings.push_back(problems[i].stated_by);

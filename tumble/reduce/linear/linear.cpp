@@ -112,6 +112,20 @@ double shift_sd(const std::string& source, const std::vector<SlowNoise>& slow, c
   return std::sqrt(sum);
 }
 
+/// What the intervals rest on where the terms explain every difference between the segments.
+void say_origin(const Problem& problem, const std::vector<SlowNoise>& slow, Solution& solution) {
+  using Severity = Finding::Severity;
+  for (std::size_t c = 0; c < slow.size(); ++c)
+    if (const SlowOrigin origin = solution.fit.slow_origin[c]; origin == SlowOrigin::within)
+      solution.findings.push_back(
+          {Severity::info, "drift_from_within_segments", {{"setting", problem.stated_by}}, problem.role});
+    else if (origin == SlowOrigin::nothing_shows)
+      solution.findings.push_back({Severity::warning,
+                                   "slow_noise_not_included",
+                                   {{"source", slow[c].source}, {"setting", problem.stated_by}},
+                                   problem.role});
+}
+
 double white_variance(const NoiseModel& noise) { return noise.angle_random_walk * noise.angle_random_walk; }
 
 }  // namespace
@@ -138,6 +152,7 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.used.size(), step,
                                  stated_for(problem, work.used, look));
   solution.fit = fit_mixed_model(data);
+  say_origin(problem, data.slow, solution);
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
   solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);

@@ -101,7 +101,8 @@ inline void add_tables(Estimate& e) {
               {"sd after", rate}},
              {}};
   for (int run = 1; run <= 64; ++run) {
-    runs.rows.push_back({static_cast<double>(run), 253.15 + 10.0 * ((run - 1) / 8) + 0.1 * wiggle(run), 7200.0,
+    const int step = (run - 1) / 8;
+    runs.rows.push_back({static_cast<double>(run), 253.15 + 10.0 * step + 0.1 * wiggle(run), 7200.0,
                          (0.45 + 0.02 * wiggle(run + 0.5)) * rate.factor(),
                          (0.031 + 0.003 * wiggle(run + 0.25)) * rate.factor(),
                          run == 17 ? NAN : (0.0097 + 0.001 * wiggle(run + 0.75)) * rate.factor()});

@@ -36,7 +36,7 @@ void round_to(double quantum, std::span<double> readings) {
 
 }  // namespace
 
-Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quantum, double rate,
+Sensor thermometer(const std::shared_ptr<const Chain>& chain, double noise, double quantum, double rate,
                    const RandomStream& random) {
   Sensor sensor{{"temperature", QuantityKind::temperature, Unit::parse("degC"), {0.0, rate, nullptr}, {}}, nullptr};
   sensor.read = [=, stream = random.split("thermometer")](double first, double step, std::span<double> readings) {
@@ -52,7 +52,7 @@ Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quan
   return sensor;
 }
 
-Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std::size_t axis, double noise,
+Sensor encoder(const std::string& name, const std::shared_ptr<const Chain>& chain, std::size_t axis, double noise,
                double quantum, double rate, const RandomStream& random) {
   Sensor sensor{{name, QuantityKind::angle, Unit::parse("deg"), {0.0, rate, nullptr}, {}}, nullptr};
   sensor.read = [=, stream = random.split(name)](double first, double step, std::span<double> readings) {

@@ -14,11 +14,11 @@ namespace tumble::chain {
 /// Given     noise    standard deviation of one reading [rad]
 ///           quantum  step of the readings [rad]; 0: none
 ///           rate     [Hz] on which the noise of the readings is counted
-Sensor encoder(const std::string& name, std::shared_ptr<const Chain> chain, std::size_t axis, double noise,
+Sensor encoder(const std::string& name, const std::shared_ptr<const Chain>& chain, std::size_t axis, double noise,
                double quantum, double rate, const RandomStream& random);
 
 /// The thermometer of the instrument, channel `temperature`: noise [K] and quantum [K] as of an encoder.
-Sensor thermometer(std::shared_ptr<const Chain> chain, double noise, double quantum, double rate,
+Sensor thermometer(const std::shared_ptr<const Chain>& chain, double noise, double quantum, double rate,
                    const RandomStream& random);
 
 /// Adds to readings at first, first + step, ... noise of this standard deviation that depends on the time alone: one

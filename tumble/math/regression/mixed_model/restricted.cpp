@@ -30,7 +30,7 @@ Matrix rows_from(const Matrix& a, std::size_t first) { return block(a, first, a.
 /// with S and nu the squares and freedom within the segments.
 class Restricted {
  public:
-  Restricted(const MixedData& data, const Compressed& rows, const VectorXd& residuals)
+  Restricted(const std::vector<SlowNoise>& slow_noise, const Compressed& rows, const VectorXd& residuals)
       : held_{false}, within_squares_(rows.within_squares), within_freedom_(rows.within_freedom) {
     const HouseholderQr qr = householder_qr(plain(rows.design));
     const auto contrast = [&](Matrix m) {
@@ -41,7 +41,7 @@ class Restricted {
     Matrix factor = contrast(plain(known_factor(rows)));
     separate_white(factor);
     known_ = gram(transposed(factor));
-    for (const auto& slow : data.slow) {
+    for (const auto& slow : slow_noise) {
       kernels_.push_back(slow.kernel);
       slow_.push_back(sandwich(shifts_, slow.kernel));
       held_.push_back(slow.known);
@@ -74,6 +74,7 @@ class Restricted {
 
   Point at_variances(const Variances& variances) const {
     const double s2 = variances[0];
+    if (contrasts() == 0) return within_alone(s2);
     Matrix v = known_;
     for (std::size_t i = 0; i < v.rows; ++i) v(i, i) += s2;
     for (std::size_t c = 0; c < slow_.size(); ++c)
@@ -103,6 +104,16 @@ class Restricted {
   }
 
  private:
+  /// Where the parameters explain every contrast between the segments.
+  Point within_alone(double s2) const {
+    Point point{within_freedom_ * std::log(s2) + within_squares_ / s2, std::vector<double>(size()),
+                std::vector<double>(size()), Matrix(size(), size())};
+    point.fits[0] = within_squares_ / square(s2);
+    point.expects[0] = within_freedom_ / s2;
+    point.information(0, 0) = 0.5 * within_freedom_ / square(s2);
+    return point;
+  }
+
   double mean_variance(const Matrix& covariance) const {
     return trace(covariance) / static_cast<double>(std::max<std::size_t>(1, contrasts()));
   }
@@ -187,12 +198,12 @@ Top climb(const Restricted& likelihood, const Variances& start, double floor) {
 
 /// Slow noise is removed where the likelihood hardly needs it and something like it remains: other slow noise of its
 /// source's name, or of known size. Two variances that the data cannot distinguish make intervals too wide.
-Top without_needless(const MixedData& data, const Restricted& likelihood, Top top, double floor) {
-  const bool some_known = std::ranges::any_of(data.slow, &SlowNoise::known);
-  for (std::size_t c = 0; c < data.slow.size(); ++c) {
+Top without_needless(const std::vector<SlowNoise>& slow, const Restricted& likelihood, Top top, double floor) {
+  const bool some_known = std::ranges::any_of(slow, &SlowNoise::known);
+  for (std::size_t c = 0; c < slow.size(); ++c) {
     const std::size_t i = c + 1;
-    const bool alternative = std::any_of(data.slow.begin() + static_cast<std::ptrdiff_t>(c) + 1, data.slow.end(),
-                                         [&](const SlowNoise& other) { return other.source == data.slow[c].source; });
+    const bool alternative = std::any_of(slow.begin() + static_cast<std::ptrdiff_t>(c) + 1, slow.end(),
+                                         [&](const SlowNoise& other) { return other.source == slow[c].source; });
     if (likelihood.held(i) || !(alternative || some_known) || !(top.variances[i] > 0.0)) continue;
     Variances start = top.variances;
     for (std::size_t later = i + 1; later < start.size(); ++later)
@@ -206,16 +217,29 @@ Top without_needless(const MixedData& data, const Restricted& likelihood, Top to
 
 }  // namespace
 
-Components restricted_likelihood(const MixedData& data, const Compressed& rows, const VectorXd& residuals) {
-  const Restricted likelihood(data, rows, residuals);
+std::vector<double> shown_by_contrasts(const std::vector<SlowNoise>& slow, const Compressed& rows) {
+  const HouseholderQr qr = householder_qr(plain(rows.design));
+  const Matrix shifts = plain(rows.incidence);
+  const Matrix contrasts = rows_from(q_transposed_product(qr, shifts), qr.packed.columns);
+  std::vector<double> shown;
+  for (const auto& one : slow) {
+    const double whole = trace(sandwich(shifts, one.kernel));
+    shown.push_back(whole > 0.0 ? trace(sandwich(contrasts, one.kernel)) / whole : 0.0);
+  }
+  return shown;
+}
+
+Components restricted_likelihood(const std::vector<SlowNoise>& slow, const Compressed& rows,
+                                 const VectorXd& residuals) {
+  const Restricted likelihood(slow, rows, residuals);
   if (!(likelihood.freedom() > 0.0))
     throw Error(Error::Kind::bad_data,
                 fmt::format("{} observations do not show the noise of {} parameters: more than that are needed",
-                            data.design.rows, data.design.columns));
+                            rows.design.rows(), rows.design.cols()));
   const double mean = likelihood.total_squares() / likelihood.freedom();
   Variances start(likelihood.size());
-  for (std::size_t c = 0; c < data.slow.size(); ++c)
-    if (data.slow[c].known) start[c + 1] = data.slow[c].variance;
+  for (std::size_t c = 0; c < slow.size(); ++c)
+    if (slow[c].known) start[c + 1] = slow[c].variance;
   // Below, the observations are free of noise to rounding: V would lose its own digits.
   const double floor = std::max({1e-10 * likelihood.known_mean(start), square(1e-16) * rows.observations.squaredNorm(),
                                  std::numeric_limits<double>::min() * 1e20});
@@ -224,7 +248,7 @@ Components restricted_likelihood(const MixedData& data, const Compressed& rows, 
     if (const double unit = likelihood.shift_mean(c);
         !likelihood.held(c + 1) && likelihood.contrasts() > 0 && unit > 0.0)
       start[c + 1] = std::max(mean, floor) / unit / static_cast<double>(start.size());
-  const auto [now, point] = without_needless(data, likelihood, climb(likelihood, start, floor), floor);
+  const auto [now, point] = without_needless(slow, likelihood, climb(likelihood, start, floor), floor);
   // A variance found to be zero is taken as known: counting its uncertainty as well would make the intervals wider
   // still where there is no slow noise.
   std::vector<double> unit(now.size());

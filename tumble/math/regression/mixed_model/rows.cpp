@@ -35,6 +35,40 @@ Index compress(Block& block, const VectorXd& scale) {
   return rank;
 }
 
+/// Whether the means of as many segments as parameters hold at least 0.9 of the information about any combination of
+/// parameters.
+bool means_say_all(const MatrixXd& design, const MatrixXd& means) {
+  const Index p = design.cols();
+  if (means.rows() != p || design.rows() == p) return false;
+  const VectorXd scale = design.colwise().norm();
+  if (!(scale.minCoeff() > 0.0)) return false;
+  const Eigen::HouseholderQR<MatrixXd> qr(design * scale.cwiseInverse().asDiagonal());
+  const MatrixXd r = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
+  if (r.diagonal().cwiseAbs().minCoeff() < 1e-9) return false;
+  const MatrixXd share =
+      r.transpose().triangularView<Eigen::Lower>().solve((means * scale.cwiseInverse().asDiagonal()).transpose());
+  return Eigen::JacobiSVD<MatrixXd>(share).singularValues()[p - 1] > std::sqrt(0.9);
+}
+
+/// The rows of a segment along its mean, one a segment; what remains of the observations shows the noise.
+void keep_means(Compressed& rows) {
+  const Index segments = at(rows.parts.size());
+  MatrixXd along = MatrixXd::Zero(rows.design.rows(), segments);
+  for (Index g = 0; g < segments; ++g) along.col(g) = rows.incidence.col(g).normalized();
+  const MatrixXd design = along.transpose() * rows.design;
+  if (!means_say_all(rows.design, design)) return;
+  const VectorXd means = along.transpose() * rows.observations;
+  const VectorXd b = design.colPivHouseholderQr().solve(means);
+  const VectorXd rest = rows.observations - rows.design * b;
+  rows.within_squares += (rest - along * (along.transpose() * rest)).squaredNorm();
+  rows.within_freedom += static_cast<double>(rows.design.rows() - segments);
+  rows.design = design;
+  rows.observations = means;
+  rows.effects = along.transpose() * rows.effects;
+  rows.incidence = along.transpose() * rows.incidence;
+  for (Index g = 0; g < segments; ++g) rows.parts[static_cast<std::size_t>(g)] = {g, 1};
+}
+
 }  // namespace
 
 double scatter_within(const MixedData& data) {
@@ -94,6 +128,7 @@ Compressed compress(const MixedData& data, double white) {
     const auto [first, count] = out.parts[g];
     out.incidence.col(at(g)).segment(first, count) = rows.col(p + q).segment(first, count);
   }
+  keep_means(out);
   return out;
 }
 

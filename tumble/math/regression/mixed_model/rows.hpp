@@ -30,7 +30,10 @@ struct Compressed {
 /// variance [u^2 s].
 double scatter_within(const MixedData& data);
 
-/// The sufficient statistics. Given: white, sd of unit weight [u sqrt(s)], at least roughly.
+/// The sufficient statistics. Where there are as many segments as parameters, and their means hold all but a tenth of
+/// what the observations say of any parameter, the rows are these means: then no weights can change the estimate.
+///
+/// Given     white  [u sqrt(s)] sd of unit weight, at least roughly
 Compressed compress(const MixedData& data, double white);
 
 /// Ordinary least squares and its residuals: where the estimate starts.
