@@ -178,6 +178,38 @@ TEST(Compensate, ASlowerChannelIsReadBetweenItsSamples) {
   for (const double u : done.recording.channels[0].values) EXPECT_NEAR(u, 1.0, 1e-12);
 }
 
+/// What is said where a changed result or recording is refused as bad_file or bad_data; empty: it is not.
+std::string refused(const Estimate& estimate, const Recording& recording, const ErrorModel& of = model()) {
+  try {
+    compensate(of, estimate, recording, nullptr);
+  } catch (const Error& error) {
+    EXPECT_TRUE(error.kind == Error::Kind::bad_file || error.kind == Error::Kind::bad_data);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Compensate, RefusesAResultOrAChannelInAnotherDimension) {
+  const Estimate estimate = result();
+  const Recording recording = recording_of(values_of(estimate), {g}, {g}, true);
+  Estimate seconds = estimate;
+  seconds.parameters[1].unit = Unit::parse("s");
+  EXPECT_NE(refused(seconds, recording).find("'bias' is in s"), std::string::npos);
+  Estimate text = estimate;
+  text.tables[0].rows[1][2] = std::string("much");
+  EXPECT_NE(refused(text, recording).find("regressors holds 'much'"), std::string::npos);
+  ErrorModel plain = model();
+  plain.scale_factor.clear();  // the channel is the specific force itself
+  EXPECT_NE(refused(estimate, recording, plain).find("is in mA, but must be in g"), std::string::npos);
+}
+
+TEST(Compensate, AnUnknownCovarianceGivesNoUncertainty) {
+  Estimate estimate = result();
+  for (double& value : estimate.covariance.values) value = std::nan("");
+  const auto done = compensate(model(), estimate, recording_of(values_of(estimate), {g}, {g}, true), nullptr);
+  EXPECT_TRUE(std::isnan(find_channel(done.recording, "accelerometer.compensation_sd")->values[0]));
+}
+
 TEST(Compensate, RefusesWhatItCannotDo) {
   const Estimate estimate = result();
   const Recording recording = recording_of(values_of(estimate), {1.0}, {1.0}, true);

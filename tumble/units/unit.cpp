@@ -58,7 +58,7 @@ std::string name(const Dimension& dimension) {
   std::string above, below;
   int divisors = 0;
   for (int i = 0; i < Dimension::bases; ++i) {
-    const int halves = dimension.halves[i];
+    const int halves = dimension.halves[i];  // NOLINT(bugprone-signed-char-misuse): a small number
     if (halves == 0) continue;
     std::string& part = halves > 0 ? above : below;
     if (!part.empty()) part += "*";

@@ -95,11 +95,8 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
     if (column + 1 == count) break;
     if (column + 1 == looked_at_)
       return static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p))) + 1;
-    if (!separates(*p)) {
-      if (blanks) return nullptr;
-      p = skip(p);
-      if (!separates(*p)) return nullptr;
-    }
+    if (!separates(*p) && !blanks) p = skip(p);
+    if (!separates(*p)) return nullptr;
     ++p;
   }
   if (*p == ' ' || *p == '\t') p = skip(p);

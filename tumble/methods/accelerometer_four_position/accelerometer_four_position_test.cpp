@@ -286,6 +286,7 @@ TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
   Plan plan = plan_of(figure_11, {0.0, 20.0, 40.0});
   without_errors(plan);
   set_truth(plan, "scale_factor_error", 400.0, "ppm");
+  set_truth(plan, "misalignment_o", 60.0, "arcsec");
   const Evidence evidence = simulated(plan);
   Estimate estimate = method().identify(evidence, {});
   estimate.provenance.settings = plan.settings.texts();
@@ -295,6 +296,12 @@ TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
   // position 3 at 40 degC, the last but one segment; 0.4e-3 of the bias in K_0 is of second order and is in nabla
   const std::size_t at = channel.values.size() - 90;
   EXPECT_NEAR(channel.values[at], -G, 1e-9);
+  // the misalignment is not in (3.4): in the level positions its whole effect is an error, of which the sd tells
+  const double stays = value(estimate, "misalignment") * G / std::sqrt(3.0);
+  const auto& sd = find_channel(done.recording, "accelerometer.compensation_sd")->values;
+  EXPECT_GT(std::abs(stays), si(50.0, "ug"));
+  EXPECT_GE(sd[at], 0.999 * std::abs(stays));
+  EXPECT_LT(sd[at], 1.5 * std::abs(stays) + si(10.0, "ug"));
   auto hot = evidence.recordings[0];
   for (auto& one : hot.channels)
     if (one.name == "temperature")

@@ -100,8 +100,7 @@ double variance_of(const Estimate& estimate, const Coefficients& c, double y, do
 double staying_variance(const Estimate& estimate) {
   double sum = 0.0;
   for (const auto& [name, square] : {std::pair{"second_order_coefficient", std::pow(standard_gravity, 4)},
-                                     std::pair{"misalignment_o", std::pow(standard_gravity, 2)},
-                                     std::pair{"misalignment_p", std::pow(standard_gravity, 2)}}) {
+                                     std::pair{"misalignment", std::pow(standard_gravity, 2)}}) {
     const auto match = std::ranges::find(estimate.parameters, name, &Parameter::name);
     if (match == estimate.parameters.end()) continue;
     const auto p = static_cast<std::size_t>(match - estimate.parameters.begin());
