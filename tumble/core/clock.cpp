@@ -8,6 +8,7 @@
 #include <span>
 
 #include "tumble/core/say.hpp"
+#include "tumble/core/ticks.hpp"
 #include "tumble/math/median.hpp"
 
 namespace tumble {
@@ -282,12 +283,17 @@ Clock clock_of(const Channel& channel) {
     clock.duplicates += t[i] == t[i - 1];
     if (t[i] < t[i - 1] && clock.backward++ == 0) clock.first_backward = i;
   }
-  const auto [interval, regular] = period(t);
+  const auto ticks = clock.duplicates + clock.backward == 0 ? ticked(t) : std::nullopt;
+  const auto [interval, regular] = ticks ? Period{ticks->interval, true} : period(t);
   if (!(interval > 0.0) || !std::isfinite(interval) || !std::isfinite(t.back() - t.front())) {
     clock.reason = "the stamps do not advance";
     return clock;
   }
-  find_gaps(Departure{t, interval}, regular, clock);
+  if (ticks)
+    for (const auto& [after, lost] : ticks->gaps)
+      clock.gaps.push_back({after, t[after], t[after + 1] - t[after], lost});
+  else
+    find_gaps(Departure{t, interval}, regular, clock);
   const auto departures = about_the_lines(t, interval, clock);
   double sum = 0.0;
   for (const double r : departures) {

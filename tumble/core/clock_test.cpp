@@ -102,6 +102,49 @@ TEST(Clock, RoundedStampsAreEven) {
   EXPECT_NEAR(clock.rate, 300.0, 1e-3);
 }
 
+/// Samples at `rate`, of which a share is lost at random, with stamps that a clock of this tick [s] gives.
+std::vector<double> ticking(std::size_t count, double rate, double tick, double share, double phase,
+                            std::size_t& lost) {
+  const RandomStream random(static_cast<std::uint64_t>(1e6 * tick + 1e3 * rate));
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < count; ++i)
+    if (i == 0 || i + 1 == count || random.uniform(i) >= share)
+      stamps.push_back(tick * std::floor((static_cast<double>(i) / rate + phase) / tick));
+  lost = count - stamps.size();
+  return stamps;
+}
+
+std::size_t lost_in(const Clock& clock) {
+  std::size_t lost = 0;
+  for (const auto& gap : clock.gaps) lost += gap.lost;
+  return lost;
+}
+
+// 60 Hz by a timer of 1/64 s: neighbours are one tick apart or two, as if a third of the samples were lost.
+TEST(Clock, CoarseTicksAreNoLosses) {
+  for (const double share_of_interval : {0.3, 0.4, 0.44, 0.48, 0.6, 2.0 / 3.0, 0.7, 0.75, 0.8, 0.9, 0.9375, 0.96})
+    for (const double rate : {10.0, 60.0, 133.0})
+      for (const double phase : {0.00031, 0.00123}) {  // not on a tick, where rounding decides
+        std::size_t lost = 0;
+        const Clock clock = clock_of(with_stamps(ticking(6000, rate, share_of_interval / rate, 0.0, phase, lost)));
+        EXPECT_NEAR(clock.rate / rate, 1.0, 1e-5) << share_of_interval << " " << rate;
+        EXPECT_TRUE(clock.gaps.empty()) << share_of_interval << " " << rate << " " << clock.reason;
+        EXPECT_TRUE(clock.even) << share_of_interval << " " << rate << " " << clock.reason;
+      }
+}
+
+TEST(Clock, LossesAmongCoarseTicksAreCounted) {
+  for (const double share_of_interval : {0.3, 0.4, 0.48, 2.0 / 3.0, 0.7, 0.75, 0.9, 0.9375})
+    for (const double share : {0.0002, 0.002, 0.01, 0.03}) {
+      // 15 samples sweep through a tick that is near the interval: with a loss in most sweeps the two look alike
+      if (share_of_interval > 0.93 && share > 0.02) continue;
+      std::size_t lost = 0;
+      const Clock clock = clock_of(with_stamps(ticking(20000, 60.0, share_of_interval / 60.0, share, 0.001, lost)));
+      EXPECT_NEAR(clock.rate / 60.0, 1.0, 1e-5) << share_of_interval << " " << share;
+      EXPECT_EQ(lost_in(clock), lost) << share_of_interval << " " << share;
+    }
+}
+
 TEST(Clock, ASingleLostSampleIsAGap) {
   for (const std::size_t count : {12u, 100u, 10'000u}) {
     const Clock clock = clock_of(with_stamps(without(even(count, 100.0), count / 2, 1)));
