@@ -149,10 +149,10 @@ std::optional<TickedStamps> ticked(Stamps t) {
   if (some.back() - some.front() < least_ratio * tick * static_cast<double>(some.size() - 1)) return std::nullopt;
   const auto intervals = candidates(some, tick);
   Best best(some, tick);
-  for (const double start : {0.0, 0.25, -0.25, 0.5, -0.5})
-    for (const double interval : intervals)
-      if (!best.found() || start == 0.0) best.consider(interval, start);
-  for (int eighth = -4; eighth <= 4 && best.found(); ++eighth) best.consider(best.counts().interval, eighth / 8.0);
+  // a wrong start counts a sample too many or too few at once where the interval is near the tick
+  for (int part = 0; part <= 16 && !best.found(); ++part)
+    for (const double interval : intervals) best.consider(interval, (part % 2 == 0 ? part : -part - 1) / 32.0);
+  for (int part = -8; part <= 8 && best.found(); ++part) best.consider(best.counts().interval, part / 16.0);
   if (!best.found() || best.counts().interval < least_ratio * tick) return std::nullopt;
   const Counts all = counted(t, best.counts().interval, tick, best.counts().start);
   if (all.range > widest * tick) return std::nullopt;
