@@ -268,6 +268,10 @@ TEST(Checks, ScheduleMismatch) {
   EXPECT_EQ(said(findings_of("schedule_mismatch", made, &plan)),
             "280 s: segment 'slope' of run 2 is not in the schedule, or not as often as it was recorded\n: segment "
             "'ramp' of run 2 is not in the recording\n");
+  made.marks = {{"soak", 0.0, 1}, {"ramp", 50.0, 1}, {"soak", 220.0, 2}, {"ramp", 260.0, 2}};
+  EXPECT_EQ(
+      only("schedule_mismatch", made, &plan),
+      ": 3 segments last longer or shorter than the plan says; the most: 'soak' of run 2 lasts 40 s instead of 60 s");
   made.marks.clear();
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
   made.channels[0].values.resize(10'000);

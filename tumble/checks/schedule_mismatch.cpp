@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -86,6 +88,36 @@ void compare_duration(const std::vector<Mark>& marks, std::size_t i, double plan
          where});
 }
 
+std::string name_of(const Finding& finding) {
+  return fmt::format("'{}' of run {}", std::get<std::string>(finding.values[0].value),
+                     std::get<long long>(finding.values[1].value));
+}
+
+/// How far the length of a segment is from that planned [s]; 0 of other findings.
+double departure(const Finding& finding) {
+  if (finding.code != "segment_duration") return 0.0;
+  return std::abs(std::get<double>(finding.values[2].value) - std::get<double>(finding.values[3].value));
+}
+
+/// One finding of each kind, with a count, the first and the worst segment: a plan in another order is one mistake.
+Findings gathered(const Findings& each) {
+  Findings all;
+  for (const Finding& one : each) {
+    const auto same = std::ranges::find(all, one.code, &Finding::code);
+    if (same == all.end()) {
+      all.push_back(one);
+      all.back().occurrences = {1, name_of(one), name_of(one)};
+      continue;
+    }
+    Occurrences occurrences = same->occurrences;
+    ++occurrences.count;
+    const bool worse = departure(one) > departure(*same);
+    if (worse) occurrences.worst = name_of(one);
+    *same = {one.severity, one.code, worse ? one.values : same->values, "", occurrences};
+  }
+  return all;
+}
+
 Findings by_marks(const Recording& recording, const Schedule& segments, const Extent& extent) {
   Findings findings;
   const auto& marks = recording.marks;
@@ -109,7 +141,7 @@ Findings by_marks(const Recording& recording, const Schedule& segments, const Ex
       findings.push_back({Finding::Severity::warning,
                           "segment_not_recorded",
                           {{"segment", segments[k].label}, {"run", segments[k].run}}});
-  return findings;
+  return gathered(findings);
 }
 
 Findings run(const Recording& recording, const Plan* plan) {
