@@ -24,7 +24,7 @@ Finding finding(const std::vector<Clock::Gap>& gaps, const std::string& where) {
 Findings run(const Recording& recording, const Plan*) {
   Findings findings;
   for (const auto& timeline : stamped_timelines(recording))
-    if (const Clock clock = clock_of(*timeline.channel); !clock.gaps.empty())
+    if (const Clock clock = clock_of(*timeline.channel); clock.backward == 0 && !clock.gaps.empty())
       findings.push_back(finding(clock.gaps, timeline.where));
   return findings;
 }

@@ -66,10 +66,13 @@ struct Departure {
   const Stamps& t;
   double interval;
   double operator()(std::size_t i) const { return t[i] - t[0] - static_cast<double>(i) * interval; }
+  /// A stamp that was written twice is too early for the second sample.
+  bool repeated(std::size_t i) const { return i > 0 && t[i] == t[i - 1]; }
   double least(std::size_t begin, std::size_t end) const {
-    double value = (*this)(begin);
-    for (std::size_t i = begin + 1; i < end; ++i) value = std::min(value, (*this)(i));
-    return value;
+    double value = INFINITY;
+    for (std::size_t i = begin; i < end; ++i)
+      if (!repeated(i)) value = std::min(value, (*this)(i));
+    return std::isfinite(value) ? value : (*this)(begin);
   }
 };
 
@@ -103,7 +106,7 @@ double least_after(const Departure& r, std::size_t i, double before, double tole
   for (std::size_t j = i + 1; j < end; ++j) {
     if (j == r.t.size()) return in_a_hurry(r, i + 1, pauses_are_usual) ? before : least;
     const double departure = r(j);
-    least = std::min(least, departure);
+    if (!r.repeated(j)) least = std::min(least, departure);
     if (least <= before + tolerance) return before;
     if (departure <= greatest) continue;
     greatest = departure;

@@ -157,6 +157,17 @@ TEST(Clock, ASingleLostSampleIsAGap) {
   }
 }
 
+TEST(Clock, AStampWrittenTwiceIsNoGap) {
+  auto stamps = even(2000, 10.0);
+  for (const std::size_t i : {300u, 900u, 1500u}) stamps[i] = stamps[i - 1];
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_EQ(clock.duplicates, 3u);
+  EXPECT_TRUE(clock.gaps.empty()) << clock.reason;
+  EXPECT_NEAR(clock.rate, 10.0, 1e-4);
+  stamps = without(stamps, 1200, 4);
+  EXPECT_EQ(lost_in(clock_of(with_stamps(stamps))), 4u);
+}
+
 TEST(Clock, SeveralGaps) {
   auto stamps = without(even(10'000, 100.0), 7000, 3);
   stamps = without(without(std::move(stamps), 5000, 31), 100, 500);

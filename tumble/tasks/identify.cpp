@@ -7,6 +7,7 @@
 
 #include "tumble/checks/check.hpp"
 #include "tumble/tasks/calibration.hpp"
+#include "tumble/tasks/plausible.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -114,6 +115,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
+  for (auto& finding : implausible(estimate)) estimate.findings.push_back(std::move(finding));
   add_data_findings(evidence, estimate.findings);
   complete(evidence, estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tumble/report/rounding.hpp"
+#include "tumble/tasks/plausible.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
@@ -71,7 +72,9 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
     for (const auto* bound : {&limit.min, &limit.max})
       if (*bound)
         if (const auto problem = misfit(**bound, *parameter); !problem.empty()) complain(problem);
-    if (problems.size() == before) verdicts.push_back(judge_one(limit, estimate, *parameter));
+    if (problems.size() > before) continue;
+    verdicts.push_back(judge_one(limit, estimate, *parameter));
+    if (is_undermined(parameter->name, findings)) verdicts.back().outcome = Verdict::Outcome::undecided;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return verdicts;

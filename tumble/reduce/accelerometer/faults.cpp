@@ -306,7 +306,7 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
   const auto given = given_scale_factor(settings, output);
   const double ratio = scale->value / given.value_or(1.0);
   if (ratio < 0.0)
-    findings.push_back({warning, given ? "scale_factor_of_other_sign" : "scale_factor_negative", {}});
+    findings.push_back({error, given ? "scale_factor_of_other_sign" : "scale_factor_negative", {}, "scale_factor"});
   else if (given && std::abs(ratio - 1.0) > 0.02)
     findings.push_back({warning, "scale_factor_far_from_given", {{"difference", ratio - 1.0, "%"}}});
   const auto j = static_cast<std::size_t>(scale - estimate.parameters.data());

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "tumble/core/estimate.hpp"
+
+namespace tumble {
+
+/// What the values of a result tell of a fault, whatever the method: an output that goes against its input
+/// (`wrong_sign`: a scale factor error below -1, or a scale factor or a radius below 0), and errors too large for a
+/// model that is linear in them (`beyond_linear_form`: a scale factor error of 20 %, a misalignment of 3 deg). Methods
+/// for units of several axes estimate full matrices, in which large errors are no fault: only signs are looked at
+/// there.
+///
+/// Returned  findings of severity error; `where` is the parameter
+Findings implausible(const Estimate& estimate);
+
+/// Whether an error among the findings takes the ground from under a parameter: one that names it, or a wrong sign
+/// anywhere.
+bool is_undermined(const std::string& parameter, const Findings& findings);
+
+}  // namespace tumble

@@ -1,0 +1,64 @@
+#include "tumble/tasks/plausible.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tumble/methods/method.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble {
+namespace {
+
+Estimate with(const char* name, double value, const char* unit) {
+  Estimate estimate;
+  estimate.parameters.push_back({name, name, Unit::parse(unit), si(value, unit), ""});
+  return estimate;
+}
+
+TEST(Plausible, SoundValuesAreNotAccused) {
+  EXPECT_TRUE(implausible(with("scale_factor_error", 19.0, "%")).empty());
+  EXPECT_TRUE(implausible(with("scale_factor_error", -3000.0, "ppm")).empty());
+  EXPECT_TRUE(implausible(with("misalignment_o", -2.9, "deg")).empty());
+  EXPECT_TRUE(implausible(with("scale_factor", 0.442, "pulse/arcsec")).empty());
+  EXPECT_TRUE(implausible(with("gyro_x_scale_factor_error", 35.0, "%")).empty());  // a raw part of several axes
+  EXPECT_TRUE(implausible(with("scale_factor_error", std::numeric_limits<double>::quiet_NaN(), "ppm")).empty());
+}
+
+TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
+  for (const auto& [estimate, code] : {std::pair{with("scale_factor_error", -2e6, "ppm"), "wrong_sign"},
+                                       std::pair{with("gyro_x_scale_factor_error", -2.0, "1"), "wrong_sign"},
+                                       std::pair{with("scale_factor", -0.44, "pulse/arcsec"), "wrong_sign"},
+                                       std::pair{with("effective_radius", -1197.7, "mm"), "wrong_sign"},
+                                       std::pair{with("scale_factor_error", 25.0, "%"), "beyond_linear_form"},
+                                       std::pair{with("misalignment_S", 57.0, "deg"), "beyond_linear_form"}}) {
+    const Findings findings = implausible(estimate);
+    ASSERT_EQ(findings.size(), 1u) << estimate.parameters[0].name;
+    EXPECT_EQ(findings[0].code, code);
+    EXPECT_EQ(findings[0].severity, Finding::Severity::error);
+    EXPECT_TRUE(is_undermined(estimate.parameters[0].name, findings));
+    EXPECT_EQ(is_undermined("bias", findings), findings[0].code == "wrong_sign");
+  }
+}
+
+// The output of every trial with one gyro or accelerometer turned about: each method says so, and no limit is decided.
+TEST(Plausible, AnOutputThatIsTurnedAboutIsSaid) {
+  for (const char* name : {"accelerometer_dynamic", "gyro_scale_factor", "sdof_gyro_dynamic"}) {
+    Evidence evidence = find_method(name).trial(1).evidence;
+    const char* role = std::string(name).starts_with("accelerometer") ? "accelerometer" : "gyro";
+    for (Recording& recording : evidence.recordings)
+      for (Channel& channel : recording.channels)
+        if (channel.name == role || channel.name == "output")
+          for (double& value : channel.values) value = -value;
+    evidence.plan.method = name;
+    evidence.plan.limits = {{"bias", std::nullopt, Quantity{1e9, Unit::parse("deg/h"), false}, "plan.toml:1"}};
+    if (role == std::string("accelerometer")) evidence.plan.limits[0].max = Quantity{1e9, Unit::parse("g"), false};
+    const Estimate estimate = identify(evidence, {});
+    EXPECT_TRUE(std::ranges::any_of(estimate.findings, [](const Finding& one) { return one.code == "wrong_sign"; }))
+        << name;
+    for (const Verdict& verdict : estimate.verdicts) EXPECT_EQ(verdict.outcome, Verdict::Outcome::undecided) << name;
+  }
+}
+
+}  // namespace
+}  // namespace tumble
