@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/earth/earth.hpp"
+
 namespace tumble {
 namespace {
 
@@ -45,6 +47,17 @@ Findings implausible(const Estimate& estimate) {
     }
   }
   return findings;
+}
+
+Findings about_site(const Plan& plan) {
+  constexpr double with_height = 6e-4, without_height = 1.4e-3;
+  if (!plan.site || !plan.site->gravity) return {};
+  const double normal = normal_gravity(plan.site->latitude, plan.site->height);
+  const double difference = *plan.site->gravity / normal - 1.0;
+  if (std::abs(difference) <= (plan.site->height == 0.0 ? without_height : with_height)) return {};
+  return {{Severity::warning,
+           "gravity_of_another_place",
+           {{"gravity", *plan.site->gravity, "m/s^2"}, {"normal", normal, "m/s^2"}, {"difference", difference, "%"}}}};
 }
 
 bool is_undermined(const std::string& parameter, const Findings& findings) {

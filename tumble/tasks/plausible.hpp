@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/core/plan.hpp"
 
 namespace tumble {
 
@@ -12,6 +13,10 @@ namespace tumble {
 ///
 /// Returned  findings of severity error; `where` is the parameter
 Findings implausible(const Estimate& estimate);
+
+/// Gravity that the plan states and that is not of its place: a warning beyond 0.06 % of normal gravity, which
+/// anomalies on land reach nowhere, or beyond 0.14 % where no height is stated (4500 m).
+Findings about_site(const Plan& plan);
 
 /// Whether an error among the findings takes the ground from under a parameter: one that names it, or a wrong sign
 /// anywhere.

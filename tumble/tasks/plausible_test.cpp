@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/tasks/tasks.hpp"
 
@@ -39,6 +40,22 @@ TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
     EXPECT_TRUE(is_undermined(estimate.parameters[0].name, findings));
     EXPECT_EQ(is_undermined("bias", findings), findings[0].code == "wrong_sign");
   }
+}
+
+TEST(Plausible, GravityOfAnotherPlaceIsSaid) {
+  Plan plan;
+  EXPECT_TRUE(about_site(plan).empty());
+  plan.site = Site{.latitude = si(34.25, "deg"), .height = 400.0};
+  EXPECT_TRUE(about_site(plan).empty());
+  plan.site->gravity = 9.7970;  // 8e-5 beside normal gravity
+  EXPECT_TRUE(about_site(plan).empty());
+  plan.site->gravity = 9.8122;  // of Potsdam
+  ASSERT_EQ(about_site(plan).size(), 1u);
+  EXPECT_EQ(about_site(plan)[0].code, "gravity_of_another_place");
+  plan.site->height = 0.0;  // not stated: a mountain is possible, but it makes gravity smaller by 0.14 % at most
+  EXPECT_EQ(about_site(plan).size(), 1u);
+  plan.site->gravity = normal_gravity(plan.site->latitude, 4000.0);
+  EXPECT_TRUE(about_site(plan).empty());
 }
 
 // The output of every trial with one gyro or accelerometer turned about: each method says so, and no limit is decided.
