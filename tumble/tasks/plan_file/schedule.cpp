@@ -12,6 +12,8 @@
 namespace tumble::plan_file {
 namespace {
 
+constexpr double longest_segment = 1e8;  ///< [s]
+
 using Kind = Motion::Kind;
 
 constexpr std::pair<const char*, Kind> kinds[] = {{"hold", Kind::hold},   {"dwell", Kind::dwell},  {"rate", Kind::rate},
@@ -176,6 +178,8 @@ std::vector<Draft> read_drafts(const toml::array& tables, const Rig* rig, Proble
       section.problem_at("label", "must not be empty");
     draft.duration = section.quantity("duration", Unit::parse("s"));
     if (draft.duration && *draft.duration <= 0.0) section.problem_at("duration", "must be above zero");
+    if (draft.duration && *draft.duration > longest_segment)
+      section.problem_at("duration", "must be at most 1e8 s, which is three years");
     auto runs = section.integers("run");
     if (std::count(runs.begin(), runs.end(), 0)) section.problem_at("run", "power-ups count from 1");
     if (runs.empty()) runs.push_back(1);
