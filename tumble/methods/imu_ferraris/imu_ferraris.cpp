@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/methods/imu_ferraris/compensate.hpp"
 #include "tumble/methods/imu_ferraris/report.hpp"
 #include "tumble/methods/imu_ferraris/trial.hpp"
