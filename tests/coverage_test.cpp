@@ -1,4 +1,4 @@
-// Does the stated 95 % interval hold the truth 95 % of the time? Every method, over its own trial.
+// Does the stated 95 % interval hold the truth 95 % of the time? Every method, over its own trials.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -185,6 +185,29 @@ TEST_P(Coverage, StatedIntervalsHoldTheTruth) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, Coverage, testing::ValuesIn(method_catalogue()),
                          [](const auto& entry) { return std::string(entry.param->name); });
+
+/// The methods with a second trial, each with that one in the place of the first.
+std::vector<Method> methods_on_second_trials() {
+  std::vector<Method> methods;
+  for (const Method* method : method_catalogue()) {
+    if (method->second_trial == nullptr) continue;
+    methods.push_back(*method);
+    methods.back().trial = method->second_trial;
+  }
+  return methods;
+}
+
+class SecondCoverage : public testing::TestWithParam<Method> {};
+
+TEST_P(SecondCoverage, StatedIntervalsHoldTheTruth) {
+  const Judgement judgement = judge(GetParam(), seeds_from(std::getenv("TUMBLE_COVERAGE_SEEDS")));
+  fmt::print("{}", judgement.table);
+  EXPECT_TRUE(judgement.problems.empty()) << fmt::format("{}", fmt::join(judgement.problems, "\n"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, SecondCoverage, testing::ValuesIn(methods_on_second_trials()),
+                         [](const auto& entry) { return std::string(entry.param.name); });
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(SecondCoverage);
 
 // The judge itself: the mean of five normal numbers, with its standard uncertainty stated rightly or wrongly.
 

@@ -49,6 +49,9 @@ struct Method {
   bool takes_calibration = false;
   /// Identifies as `identify` does, in bounded memory; null where the method needs all samples at once.
   Estimate (*stream)(const StreamedEvidence& evidence, const Progress& progress) = nullptr;
+  /// A trial that differs from `trial` in what that one holds at zero or ideal: offsets, filters, gaps, outliers, the
+  /// sign of every parameter. Null where none is written yet.
+  Trial (*second_trial)(std::uint64_t seed) = nullptr;
 };
 
 /// All entries, in the order of their names.
