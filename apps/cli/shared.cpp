@@ -23,7 +23,7 @@ Argument reading_sets(std::vector<std::string>& texts, const std::string& before
                                   " does not contain:\n"
                                   "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
                                   "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
-                                  "segment_column=COLUMN with labels; repeatable");
+                                  "segment_column=COLUMN with labels, decimal=comma; repeatable");
 }
 
 tumble::Sets parse_sets(const std::vector<std::string>& texts) {

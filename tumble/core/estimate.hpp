@@ -82,13 +82,22 @@ struct Verdict {
   std::string limit;  ///< "<= 0.02 deg/h"
 };
 
+/// All that an answer depends on: two tests that differ have different provenances.
 struct Provenance {
+  /// A file of numbers. Its name is relative to the folder of the plan, where there is one.
   struct Input {
     std::string file, sha256;
   };
+  /// A plan as it was read: site, rig, schedule and limits are in its text.
+  struct PlanFile {
+    std::string file, sha256;
+    std::optional<std::string> text;  ///< absent above 100 kB
+  };
   std::vector<Input> inputs;
-  std::map<std::string, std::string> settings;
-  std::optional<unsigned long long> seed;  ///< of the simulation that made the data, where one did
+  std::vector<PlanFile> plans = {};                      ///< that of the test, then those of single recordings
+  std::map<std::string, std::string> settings;           ///< of the method, resolved
+  std::map<std::string, std::string> command_line = {};  ///< the values of `--set`, by key
+  std::optional<unsigned long long> seed;                ///< of the simulation that made the data, where one did
 };
 
 /// What a method returns: parameters with a full covariance, and everything a reader needs to judge them.

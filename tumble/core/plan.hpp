@@ -55,6 +55,7 @@ struct RecordingEntry {
   std::shared_ptr<const Plan> plan = {};  ///< its own rig, site and schedule; null: those of the plan that names it
   std::vector<std::string> columns = {};  ///< of a text file: name[unit] of each, in place of its header
   std::string segment_column = {};        ///< of a text file: holds the labels of the segments
+  char decimal = '\0';                    ///< of a text file: its decimal mark; 0: as the samples show it
 };
 
 /// A limit on a parameter. The bounds are as written; the unit is checked against the parameter when judged.
@@ -66,7 +67,10 @@ struct Limit {
 
 /// A test: which instrument is on which rig, how the rig moves, and which method reduces the data.
 struct Plan {
-  std::string file;  ///< empty when there is none (`tumble identify allan_noise data.csv`)
+  std::string file;                      ///< empty when there is none (`tumble identify allan_noise data.csv`)
+  std::string sha256 = {};               ///< of the bytes of the file
+  std::optional<std::string> text = {};  ///< of the file, up to 100 kB
+  std::map<std::string, std::string> command_line = {};  ///< the values of `--set`, by key
   std::string title;
   std::string method;
   std::string instrument_model;  ///< catalogue name in models/, may be empty

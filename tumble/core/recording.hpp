@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@ struct Mark {
   std::string label;
   double begin = 0.0;  ///< [s] on the recording's own clock
   int run = 1;         ///< which power-up
+  /// [s] on the recording's own clock, as the schedule says; infinity: as long as samples follow
+  double end = std::numeric_limits<double>::infinity();
 };
 
 struct Origin {

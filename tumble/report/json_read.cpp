@@ -240,7 +240,13 @@ Provenance provenance_of(const Node& node) {
   for (const auto& input : node["inputs"].elements()) {
     provenance.inputs.push_back({input["file"].text(), input["sha256"].text()});
   }
+  for (const auto& plan : node.optional("plans").elements()) {
+    const auto text = plan.optional("text");
+    provenance.plans.push_back({plan["file"].text(), plan["sha256"].text(),
+                                text.absent() ? std::nullopt : std::optional<std::string>(text.text())});
+  }
   for (auto& [key, text] : node["settings"].members()) provenance.settings[key] = text;
+  for (auto& [key, text] : node.optional("command_line").members()) provenance.command_line[key] = text;
   const auto seed = node.optional("seed");
   if (!seed.absent()) provenance.seed = seed.whole();
   return provenance;

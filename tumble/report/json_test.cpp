@@ -244,7 +244,7 @@ void collect_keys(const nlohmann::json& json, std::set<std::string>& keys) {
   if (!json.is_object()) return;
   for (const auto& [key, value] : json.items()) {
     keys.insert(key);
-    if (key != "settings") collect_keys(value, keys);
+    if (key != "settings" && key != "command_line") collect_keys(value, keys);
   }
 }
 

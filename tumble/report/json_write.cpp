@@ -220,12 +220,21 @@ Json verdict_json(const Verdict& verdict) {
           {"limit", verdict.limit}};
 }
 
+Json object_of(const std::map<std::string, std::string>& texts) {
+  auto object = Json::object();
+  for (const auto& [key, text] : texts) object[key] = text;
+  return object;
+}
+
 Json provenance_json(const Provenance& provenance) {
   const auto input = [](const Provenance::Input& i) { return Json{{"file", i.file}, {"sha256", i.sha256}}; };
-  auto settings = Json::object();
-  for (const auto& [key, text] : provenance.settings) settings[key] = text;
+  const auto plan = [](const Provenance::PlanFile& p) {
+    return Json{{"file", p.file}, {"sha256", p.sha256}, {"text", p.text ? Json(*p.text) : Json(nullptr)}};
+  };
   return {{"inputs", array_of(provenance.inputs, input)},
-          {"settings", std::move(settings)},
+          {"plans", array_of(provenance.plans, plan)},
+          {"settings", object_of(provenance.settings)},
+          {"command_line", object_of(provenance.command_line)},
           {"seed", provenance.seed ? Json(*provenance.seed) : Json(nullptr)}};
 }
 

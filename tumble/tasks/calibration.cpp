@@ -41,10 +41,4 @@ void read_calibration(Plan& plan) {
   calibration.result = std::make_shared<const Estimate>(std::move(result));
 }
 
-void add_calibration(const Plan& plan, Provenance& provenance) {
-  if (!plan.calibration.result) return;
-  provenance.settings["calibration"] = plan.calibration.file;
-  provenance.inputs.push_back({plan.calibration.file, plan.calibration.sha256});
-}
-
 }  // namespace tumble

@@ -9,7 +9,4 @@ namespace tumble {
 /// Throws Error::bad_file where it is no result; Error::bad_input where it is of another instrument than the plan's.
 void read_calibration(Plan& plan);
 
-/// The calibration that was used as a setting and as an input with its checksum.
-void add_calibration(const Plan& plan, Provenance& provenance);
-
 }  // namespace tumble

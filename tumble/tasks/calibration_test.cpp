@@ -9,6 +9,7 @@
 #include "tumble/formats/checksum.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -72,19 +73,17 @@ TEST_F(CalibrationFile, IsReadWithItsCovarianceAndChecksum) {
   const auto& covariance = plan.calibration.result->covariance;
   EXPECT_NEAR(covariance(0, 1), 1e-8, 1e-20);
   EXPECT_EQ(plan.calibration.sha256, sha256_of(read_text_file(plan.calibration.file)));
-  Provenance provenance;
-  add_calibration(plan, provenance);
+  const Provenance provenance = provenance_of(plan);
   ASSERT_EQ(provenance.inputs.size(), 1u);
   EXPECT_EQ(provenance.inputs[0].sha256, plan.calibration.sha256);
-  EXPECT_EQ(provenance.settings.at("calibration"), plan.calibration.file);
+  EXPECT_EQ(provenance.settings.at("calibration"), relative_to(plan, plan.calibration.file));
 }
 
 TEST_F(CalibrationFile, APlanWithoutOneIsLeftAlone) {
   Plan plan = plan_with("");
   read_calibration(plan);
   EXPECT_FALSE(plan.calibration.result);
-  Provenance provenance;
-  add_calibration(plan, provenance);
+  const Provenance provenance = provenance_of(plan);
   EXPECT_TRUE(provenance.inputs.empty());
 }
 

@@ -46,7 +46,21 @@ double first_stamp(const Recording& recording) {
   return first;
 }
 
-/// Segment k begins after the durations of those before it, counted from the first stamp of the recording.
+/// Ends each mark as the schedule says. A label that stands for segments of several lengths says nothing.
+void end_marks(const Schedule& schedule, std::vector<Mark>& marks) {
+  for (Mark& mark : marks) {
+    const auto of_label = [&](const Segment& segment) { return segment.label == mark.label; };
+    const auto planned = std::ranges::find_if(schedule, of_label);
+    const auto other_length = [&](const Segment& segment) {
+      return of_label(segment) && segment.duration != planned->duration;
+    };
+    if (planned != schedule.end() && std::ranges::none_of(schedule, other_length))
+      mark.end = mark.begin + planned->duration;
+  }
+}
+
+/// The marks of the file; without any, segment k begins after the durations of those before it, counted from the first
+/// stamp of the recording.
 void mark_from_schedule(const Plan& plan, const RecordingEntry& entry, Recording& recording) {
   if (!recording.marks.empty()) {
     if (entry.run > 0)
@@ -150,6 +164,7 @@ ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOption
   if (entry.plan && entry.plan->sample_rate > 0.0 && !plan.reading.rate) options.rate = entry.plan->sample_rate;
   if (options.columns.empty()) options.columns = entry.columns;
   if (options.segment_column.empty()) options.segment_column = entry.segment_column;
+  if (options.decimal == '\0') options.decimal = entry.decimal;
   return options;
 }
 
@@ -203,6 +218,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Pro
       read_by.push_back(options_of(entries[i], evidence.plan, options));
       evidence.recordings.push_back(read(entries[i].file, read_by.back(), part));
       mark_from_schedule(plan_of(evidence, i), entries[i], evidence.recordings.back());
+      end_marks(plan_of(evidence, i).schedule, evidence.recordings.back().marks);
       if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
     } catch (const Error& error) {
       kind = error.kind;

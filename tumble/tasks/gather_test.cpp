@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "tumble/core/marks.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -55,6 +57,21 @@ class Gather : public testing::Test {
 
   std::filesystem::path folder_;
 };
+
+// The file goes on for a minute after the last segment of the plan: what the instrument felt there nobody states.
+TEST_F(Gather, TheLastSegmentEndsAsTheScheduleSays) {
+  const Evidence evidence = gather(plan({{recording("a.csv"), "", 1}}), {}, {});
+  const auto& marks = evidence.recordings[0].marks;
+  ASSERT_EQ(marks.size(), 2u);
+  EXPECT_EQ(end_of_mark(evidence.recordings[0], 0), 1.0);
+  EXPECT_EQ(end_of_mark(evidence.recordings[0], 1), 3.0);  // the samples reach to 4 s
+}
+
+TEST_F(Gather, ALabelOfSeveralLengthsDoesNotSayWhenItEnds) {
+  Plan uneven = plan({{recording("a.csv"), "soak", 1}});
+  uneven.schedule[2].duration = 2.0;
+  EXPECT_TRUE(std::isinf(end_of_mark(gather(uneven, {}, {}).recordings[0], 0)));
+}
 
 using Marks = std::vector<std::tuple<std::string, double, int>>;
 

@@ -6,9 +6,9 @@
 #include <functional>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/tasks/calibration.hpp"
+#include "tumble/tasks/noticed.hpp"
 #include "tumble/tasks/plausible.hpp"
-#include "tumble/tasks/sets.hpp"
+#include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -29,21 +29,21 @@ bool is_reported(const Finding& checked, const Findings& reported) {
   });
 }
 
-/// What the readers and the checks noticed, with the file where there are several.
+/// What the readers and the checks noticed in one recording, beyond what the method has said.
+Findings noticed_in(const Evidence& evidence, std::size_t i, const Findings& reported) {
+  const auto& recording = evidence.recordings[i];
+  auto noticed = recording.findings;
+  const auto checked = run_checks(recording, &plan_of(evidence, i));
+  noticed.insert(noticed.end(), checked.begin(), checked.end());
+  std::erase_if(noticed, [&](const Finding& finding) { return is_reported(finding, reported); });
+  return noticed;
+}
+
 void add_data_findings(const Evidence& evidence, Findings& findings) {
-  const Findings reported = findings;
-  for (std::size_t i = 0; i < evidence.recordings.size(); ++i) {
-    const auto& recording = evidence.recordings[i];
-    auto found = recording.findings;
-    const auto checked = run_checks(recording, &plan_of(evidence, i));
-    found.insert(found.end(), checked.begin(), checked.end());
-    for (auto& finding : found) {
-      if (is_reported(finding, reported)) continue;
-      if (evidence.recordings.size() > 1)
-        finding.where = recording.origin.file + (finding.where.empty() ? "" : ", " + finding.where);
-      findings.push_back(std::move(finding));
-    }
-  }
+  std::vector<NoticedIn> noticed;
+  for (std::size_t i = 0; i < evidence.recordings.size(); ++i)
+    noticed.push_back({evidence.recordings[i].origin.file, noticed_in(evidence, i, findings)});
+  for (auto& finding : gathered(noticed)) findings.push_back(std::move(finding));
 }
 
 std::string default_title(const Evidence& evidence) {
@@ -58,15 +58,13 @@ void describe(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method;
   estimate.instrument_model = plan.instrument_model;
   estimate.instrument_serial = plan.instrument_serial;
-  for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
-  for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
+  estimate.provenance = provenance_of(plan);
 }
 
 /// Which channel played each role: compensate takes the same. The seed, where the data were simulated.
 void add_origin(const Evidence& evidence, Provenance& provenance) {
-  add_calibration(evidence.plan, provenance);
   for (const auto& recording : evidence.recordings) {
-    provenance.inputs.push_back({recording.origin.file, sha256_of(recording.origin)});
+    provenance.inputs.push_back({relative_to(evidence.plan, recording.origin.file), sha256_of(recording.origin)});
     for (const auto& role : find_method(evidence.plan.method).roles())
       if (const auto* channel = channel_for(evidence, recording, role.name))
         provenance.settings["channels." + role.name] = channel->name;
@@ -95,10 +93,17 @@ void complete(const Evidence& evidence, Estimate& estimate) {
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
 }
 
+/// What the answer and the plan show to be wrong, whatever the data say.
+void add_doubts(const Plan& plan, Estimate& estimate) {
+  for (auto& finding : implausible(estimate, plan)) estimate.findings.push_back(std::move(finding));
+  for (auto& finding : about_site(plan)) estimate.findings.push_back(std::move(finding));
+}
+
 Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progress& progress) {
   const Plan& plan = streamed.evidence.plan;
   Evidence evidence{plan, std::vector<Recording>(1)};
   auto estimate = reduce([&] { return find_method(plan.method).stream(streamed.evidence, progress); }, streamed.file);
+  add_doubts(plan, estimate);
   evidence.recordings[0] = *streamed.header;
   evidence.recordings[0].origin.checksum = streamed.checksum;
   complete(evidence, estimate);
@@ -115,8 +120,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
-  for (auto& finding : implausible(estimate)) estimate.findings.push_back(std::move(finding));
-  for (auto& finding : about_site(evidence.plan)) estimate.findings.push_back(std::move(finding));
+  add_doubts(evidence.plan, estimate);
   add_data_findings(evidence, estimate.findings);
   complete(evidence, estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);

@@ -7,9 +7,11 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/checksum.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
+#include "tumble/tasks/plan_file/document.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/tasks/sets.hpp"
@@ -22,32 +24,6 @@ namespace {
 
 using plan_file::Problems;
 using plan_file::Section;
-
-/// A table lies in a table for each part of a dotted key, and the parser calls itself for each: the stack would end.
-void refuse_deep_keys(const std::string& text, const std::string& path) {
-  constexpr std::ptrdiff_t most = 1000;
-  std::size_t line = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    ++line;
-    const auto key = std::string_view(text).substr(begin, std::min(text.find_first_of("=#", begin), end) - begin);
-    if (std::ranges::count(key, '.') > most)
-      throw Error(Error::Kind::bad_input, fmt::format("{}:{}: a key of more than {} parts", path, line, most));
-    begin = end + 1;
-  }
-}
-
-toml::table parse(const std::string& path) {
-  const auto text = read_text_file(path);
-  refuse_deep_keys(text, path);
-  try {
-    return toml::parse(text, path);
-  } catch (const toml::parse_error& error) {
-    const auto at = error.source().begin;
-    throw Error(Error::Kind::bad_input,
-                fmt::format("{}:{}:{}: not TOML: {}", path, at.line, at.column, error.description()));
-  }
-}
 
 /// Runs `find`, a look-up in a catalogue; what it says when the name is unknown becomes a problem of that key.
 template <class Find>
@@ -256,6 +232,17 @@ std::vector<std::string> labels_of(const Schedule& schedule) {
   return labels;
 }
 
+char read_decimal(Section& section) {
+  const auto text = section.text("decimal");
+  if (!text) return '\0';
+  try {
+    return parse_decimal(*text);
+  } catch (const Error& error) {
+    section.problem_at("decimal", error.problems.front());
+    return '\0';
+  }
+}
+
 void read_recordings(Reading& reading, const toml::array& tables) {
   const auto folder = std::filesystem::path(reading.plan.file).parent_path();
   for (const auto& node : tables) {
@@ -268,6 +255,7 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.run = section.integer("run").value_or(0);
     entry.columns = section.texts("columns");
     entry.segment_column = section.text("segment_column").value_or("");
+    entry.decimal = read_decimal(section);
     if (const auto plan = section.text("plan"))
       entry.plan = plan_of_recording(reading, section, (folder / *plan).lexically_normal().string());
     if (entry.run == 0 && node.as_table()->contains("run")) section.problem_at("run", "power-ups count from 1");
@@ -400,11 +388,21 @@ void read_sections(Reading& reading, const toml::table& document) {
 
 namespace {
 
+/// What an answer states of the plan that it follows.
+void note_source(Plan& plan, const std::string& text, const Sets& sets) {
+  constexpr std::size_t longest = 100'000;
+  plan.sha256 = sha256_of(text);
+  if (text.size() <= longest) plan.text = text;
+  for (const auto& [key, value] : sets) plan.command_line[key] = value;
+}
+
 Plan load(const std::string& path, const Sets& sets, bool part) {
   Reading reading;
   reading.part = part;
   reading.plan.file = reading.problems.file = path;
-  const auto document = parse(path);
+  const auto text = read_text_file(path);
+  const auto document = plan_file::document_of(text, path);
+  note_source(reading.plan, text, sets);
   reading.sets = sorted(sets);
   reading.plan.reading = reading.sets.reading;
   read_sections(reading, document);
@@ -423,6 +421,7 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
                 fmt::format("{0} needs a plan that says how the rig moved: a file with method = \"{0}\"", name));
   Reading reading;
   reading.plan.method = name;
+  for (const auto& [key, value] : sets) reading.plan.command_line[key] = value;
   reading.method = &method;
   reading.sets = sorted(sets);
   reading.plan.reading = reading.sets.reading;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -264,6 +265,32 @@ TEST_F(LoadPlan, TakesTheCommandLineInPlaceOfTheFile) {
   EXPECT_DOUBLE_EQ(load(text, {{"truth.A1_0", "2 deg/h/K"}}).truth.number("A1_0"), si(2, "deg/h/K"));
   EXPECT_DOUBLE_EQ(load(text, {{"rig.ramp_limit", "1 K/min"}}).rig.number("ramp_limit"), si(1, "K/min"));
   EXPECT_EQ(problems(text, {{"truth.A1_9", "2 deg/h/K"}}).size(), 1u);
+}
+
+// One letter of a comment, a value of the command line, another plan of a recording: each is another provenance.
+TEST_F(LoadPlan, NoTwoPlansHaveTheSameProvenance) {
+  const auto text = [&](const std::string& comment) { return "# " + comment + "\nmethod = \"static_bias\"\n"; };
+  const Provenance one = provenance_of(load(text("a"))), other = provenance_of(load(text("b")));
+  ASSERT_EQ(one.plans.size(), 1u);
+  EXPECT_EQ(one.plans[0].file, "plan.toml");
+  EXPECT_EQ(one.plans[0].text, text("a"));
+  EXPECT_NE(one.plans[0].sha256, other.plans[0].sha256);
+  EXPECT_EQ(provenance_of(load(text("a"), {{"rate", "7 Hz"}})).command_line.at("rate"), "7 Hz");
+  const Provenance large = provenance_of(load(text(std::string(100'000, 'x'))));
+  EXPECT_FALSE(large.plans[0].text);
+  EXPECT_EQ(large.plans[0].sha256.size(), 64u);
+}
+
+TEST_F(LoadPlan, NamesOfFilesAreRelativeToThePlan) {
+  std::filesystem::create_directories(folder_ / "parts");
+  std::ofstream(folder_ / "parts" / "arm.toml") << chamber;
+  const Plan plan = load(chamber + "[[recording]]\nfile = \"parts/arm.csv\"\nplan = \"parts/arm.toml\"\n");
+  EXPECT_EQ(relative_to(plan, plan.recordings[0].file), "parts/arm.csv");
+  EXPECT_EQ(relative_to(plan, (folder_.parent_path() / "beside.csv").string()), "../beside.csv");
+  const Provenance provenance = provenance_of(plan);
+  ASSERT_EQ(provenance.plans.size(), 2u);
+  EXPECT_EQ(provenance.plans[1].file, "parts/arm.toml");
+  EXPECT_EQ(provenance.plans[1].text, chamber);
 }
 
 TEST_F(LoadPlan, SaysThatAPlanCannotBeRead) {

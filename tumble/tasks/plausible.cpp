@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/rigs/capabilities.hpp"
 
 namespace tumble {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 using Severity = Finding::Severity;
 
 constexpr double greatest_scale_error = 0.2;
+constexpr double sds_beyond_chance = 4.0;
 const double greatest_misalignment = si(3.0, "deg");
 
 /// Methods that report the sign themselves have more to say about its cause.
@@ -27,9 +29,35 @@ Finding finding(std::string code, const Parameter& parameter, double limit) {
           parameter.name};
 }
 
+/// The plan with the arm, of the test or of one of its recordings; null where nothing turns on an arm.
+const Plan* plan_of_arm(const Plan& plan) {
+  if (is_fixed_on_arm(plan)) return &plan;
+  for (const auto& recording : plan.recordings)
+    if (recording.plan && is_fixed_on_arm(*recording.plan)) return recording.plan.get();
+  return nullptr;
+}
+
+/// The distance to the effective centre, against the one that the plan states and how well it states it.
+void look_at_radius(const Estimate& estimate, const Plan& plan, Findings& findings) {
+  const Parameter* radius = find_parameter(estimate, "effective_radius");
+  const Plan* arm = plan_of_arm(plan);
+  if (radius == nullptr || arm == nullptr || radius->value < 0.0) return;
+  const double nominal = arm->rig.number("radius") + arm->rig.number("lever_x");
+  const double own = standard_uncertainty(estimate, static_cast<std::size_t>(radius - estimate.parameters.data()));
+  const double stated = std::hypot(arm->rig.number("radius_sd"), arm->rig.number("lever_sd"));
+  if (!(std::abs(radius->value - nominal) > sds_beyond_chance * std::hypot(own, stated))) return;
+  findings.push_back({Severity::error,
+                      "radius_unlike_plan",
+                      {{"parameter", radius->name},
+                       {"value", radius->value, radius->unit},
+                       {"nominal", nominal, radius->unit},
+                       {"sd", stated, radius->unit}},
+                      radius->name});
+}
+
 }  // namespace
 
-Findings implausible(const Estimate& estimate) {
+Findings implausible(const Estimate& estimate, const Plan& plan) {
   Findings findings;
   const bool said = std::ranges::any_of(estimate.findings, is_about_sign);
   for (const Parameter& parameter : estimate.parameters) {
@@ -46,6 +74,7 @@ Findings implausible(const Estimate& estimate) {
       findings.push_back(finding("beyond_linear_form", parameter, greatest_misalignment));
     }
   }
+  look_at_radius(estimate, plan, findings);
   return findings;
 }
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/rigs/capabilities.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -19,12 +21,12 @@ Estimate with(const char* name, double value, const char* unit) {
 }
 
 TEST(Plausible, SoundValuesAreNotAccused) {
-  EXPECT_TRUE(implausible(with("scale_factor_error", 19.0, "%")).empty());
-  EXPECT_TRUE(implausible(with("scale_factor_error", -3000.0, "ppm")).empty());
-  EXPECT_TRUE(implausible(with("misalignment_o", -2.9, "deg")).empty());
-  EXPECT_TRUE(implausible(with("scale_factor", 0.442, "pulse/arcsec")).empty());
-  EXPECT_TRUE(implausible(with("gyro_x_scale_factor_error", 35.0, "%")).empty());  // a raw part of several axes
-  EXPECT_TRUE(implausible(with("scale_factor_error", std::numeric_limits<double>::quiet_NaN(), "ppm")).empty());
+  EXPECT_TRUE(implausible(with("scale_factor_error", 19.0, "%"), Plan{}).empty());
+  EXPECT_TRUE(implausible(with("scale_factor_error", -3000.0, "ppm"), Plan{}).empty());
+  EXPECT_TRUE(implausible(with("misalignment_o", -2.9, "deg"), Plan{}).empty());
+  EXPECT_TRUE(implausible(with("scale_factor", 0.442, "pulse/arcsec"), Plan{}).empty());
+  EXPECT_TRUE(implausible(with("gyro_x_scale_factor_error", 35.0, "%"), Plan{}).empty());  // a raw part of several axes
+  EXPECT_TRUE(implausible(with("scale_factor_error", std::numeric_limits<double>::quiet_NaN(), "ppm"), Plan{}).empty());
 }
 
 TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
@@ -34,13 +36,32 @@ TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
                                        std::pair{with("effective_radius", -1197.7, "mm"), "wrong_sign"},
                                        std::pair{with("scale_factor_error", 25.0, "%"), "beyond_linear_form"},
                                        std::pair{with("misalignment_S", 57.0, "deg"), "beyond_linear_form"}}) {
-    const Findings findings = implausible(estimate);
+    const Findings findings = implausible(estimate, Plan{});
     ASSERT_EQ(findings.size(), 1u) << estimate.parameters[0].name;
     EXPECT_EQ(findings[0].code, code);
     EXPECT_EQ(findings[0].severity, Finding::Severity::error);
     EXPECT_TRUE(is_undermined(estimate.parameters[0].name, findings));
     EXPECT_EQ(is_undermined("bias", findings), findings[0].code == "wrong_sign");
   }
+}
+
+TEST(Plausible, ARadiusUnlikeThatOfThePlanIsAnError) {
+  Plan plan = find_method("accelerometer_centrifuge").trial(1).evidence.plan;
+  plan.rig.set_number("radius_sd", si(20.0, "um"), Unit::parse("um"));
+  plan.rig.set_number("lever_sd", si(1.0, "mm"), Unit::parse("mm"));
+  ASSERT_TRUE(is_fixed_on_arm(plan));
+  const double nominal = plan.rig.number("radius") + plan.rig.number("lever_x");
+  const double sd = std::hypot(plan.rig.number("radius_sd"), plan.rig.number("lever_sd"));
+  Estimate estimate = with("effective_radius", 1e3 * (nominal + 3.9 * sd), "mm");
+  estimate.covariance = Matrix(1, 1);
+  EXPECT_TRUE(implausible(estimate, plan).empty());
+  estimate.parameters[0].value = nominal - 4.1 * sd;
+  ASSERT_EQ(implausible(estimate, plan).size(), 1u);
+  EXPECT_EQ(implausible(estimate, plan)[0].code, "radius_unlike_plan");
+  EXPECT_TRUE(is_undermined("effective_radius", implausible(estimate, plan)));
+  EXPECT_FALSE(is_undermined("bias", implausible(estimate, plan)));
+  estimate.covariance(0, 0) = sd * sd;  // the answer itself is no better known than the plan
+  EXPECT_TRUE(implausible(estimate, plan).empty());
 }
 
 TEST(Plausible, GravityOfAnotherPlaceIsSaid) {

@@ -6,7 +6,7 @@
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/prediction/advice.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
-#include "tumble/tasks/sets.hpp"
+#include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
@@ -19,9 +19,7 @@ void describe_prediction(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method.empty() ? "predict" : plan.method;
   estimate.instrument_model = plan.instrument_model;
   estimate.instrument_serial = plan.instrument_serial;
-  for (const auto& [key, text] : plan.settings.texts()) estimate.provenance.settings[key] = text;
-  for (const auto& [role, choices] : plan.channels) estimate.provenance.settings["channels." + role] = listed(choices);
-  add_calibration(plan, estimate.provenance);
+  estimate.provenance = provenance_of(plan);
   if (estimate.title.empty()) estimate.title = plan.title.empty() ? estimate.method : plan.title;
 }
 

@@ -39,7 +39,7 @@ std::vector<std::string> separate(const std::string& text) {
 }
 
 bool for_reading(const std::string& key) {
-  return key == "rate" || key == "missing" || key == "columns" || key == "segment_column" ||
+  return key == "rate" || key == "missing" || key == "columns" || key == "segment_column" || key == "decimal" ||
          !after(key, "unit.").empty();
 }
 
@@ -59,6 +59,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.reading.columns = separate(value);
   else if (key == "segment_column")
     sorted.reading.segment_column = value;
+  else if (key == "decimal")
+    sorted.reading.decimal = parse_decimal(value);
   else if (const auto column = after(key, "unit."); !column.empty())
     sorted.reading.units[std::string(column)] = Unit::parse(value);
   else if (const auto role = after(key, "channels."); !role.empty())
@@ -96,7 +98,8 @@ ReadOptions read_options(const Sets& sets) {
       known.push_back(set);
     else
       problems.push_back(fmt::format(
-          "--set {}: reading a file takes rate, missing, columns, segment_column and unit.<column>", set.first));
+          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal and unit.<column>",
+          set.first));
   try {
     const auto reading = sorted(known).reading;
     if (problems.empty()) return reading;
@@ -104,6 +107,12 @@ ReadOptions read_options(const Sets& sets) {
     problems.insert(problems.end(), error.problems.begin(), error.problems.end());
   }
   throw Error(Error::Kind::bad_input, problems);
+}
+
+char parse_decimal(const std::string& text) {
+  if (text != "comma" && text != "point")
+    throw Error(Error::Kind::bad_input, fmt::format("the decimal mark is comma or point, not '{}'", text));
+  return text == "comma" ? ',' : '.';
 }
 
 ChannelChoice parse_choice(const std::string& text) {

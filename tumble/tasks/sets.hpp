@@ -12,7 +12,7 @@ namespace tumble {
 
 /// The --set values by what they speak of.
 struct SortedSets {
-  ReadOptions reading;                                        ///< rate, missing, columns, segment_column, unit.<column>
+  ReadOptions reading;  ///< rate, missing, columns, segment_column, decimal, unit.<column>
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
   std::vector<Given> settings, truth, rig, beside;
   std::optional<std::string> calibration;
@@ -21,6 +21,9 @@ struct SortedSets {
 /// `rate` is for reading, and among the settings too: for a method that has an option of that name. Throws
 /// Error::bad_input.
 SortedSets sorted(const Sets& sets);
+
+/// The decimal mark called "comma" or "point". Throws Error::bad_input.
+char parse_decimal(const std::string& text);
 
 /// "dtg.x[deg/h]". Throws Error::bad_input.
 ChannelChoice parse_choice(const std::string& text);

@@ -91,6 +91,22 @@ TEST_F(Csv, DecimalCommaAndPointDoNotMix) {
   expect_holds(refusal("time[s];a[1]\n0;1,234,5\n"), {"'1,234,5' is not a number"});
 }
 
+// A date with points said nothing, and no comma was believed.
+TEST_F(Csv, DatesDoNotHideTheDecimalComma) {
+  const std::string text = "20.11.2026 09:00:00,000;21,5\n20.11.2026 09:00:00,100;-1,25e1\n";
+  options.columns = {"-", "a[1]"};
+  options.rate = 10.0;
+  EXPECT_EQ(read(text).channels[0].values, (std::vector{21.5, -12.5}));
+}
+
+TEST_F(Csv, TheDecimalMarkMayBeSaid) {
+  options.decimal = ',';
+  EXPECT_EQ(read("time[s];a[1]\n0;1\n1;2\n2;2,5\n").channels[0].values, (std::vector{1.0, 2.0, 2.5}));
+  expect_holds(refusal("time[s],a[1]\n0,1\n1,2\n"), {"the comma separates the columns", "decimal=comma"});
+  options.decimal = '.';
+  expect_holds(refusal("time[s];a[1]\n0;1,5\n"), {"'1,5' is not a number"});
+}
+
 TEST_F(Csv, WithoutTimeTheRateMustBeGiven) {
   expect_holds(refusal("a[1]\n1\n2\n"), {"no time column", "rate=100"});
   options.rate = 50.0;

@@ -258,18 +258,39 @@ bool take_header(Layout& layout, std::string_view line, const std::string& path,
   return headed;
 }
 
-/// A comma is the decimal mark where it does not separate, commas stand in the first samples and no point does.
-char decimal_mark(std::string_view text, char separator) {
+/// The one mark in a cell of digits: 0 where there is none. A date has several, and says nothing.
+char mark_in(std::string_view cell) {
+  if (cell.find_first_not_of("+-0123456789.,eE") != std::string_view::npos) return 0;
+  const std::size_t first = cell.find_first_of(".,");
+  const bool alone = first != std::string_view::npos && cell.find_first_of(".,", first + 1) == std::string_view::npos;
+  return alone ? cell[first] : '\0';
+}
+
+/// As the user says. Else the comma where it does not separate, numbers among the first samples have it, and none has
+/// the point.
+char decimal_mark(std::string_view text, char separator, char said) {
+  if (said != 0) return said;
   if (separator == ',') return '.';
   bool comma = false;
   text = text.substr(0, 65536);
   while (!text.empty()) {
     const auto line = take_line(text);
     if (trimmed(line).starts_with('#')) continue;
-    if (line.find('.') != std::string_view::npos) return '.';
-    comma = comma || line.find(',') != std::string_view::npos;
+    for (const auto& cell : cells_of(line, separator)) {
+      const char mark = mark_in(cell);
+      if (mark == '.') return '.';
+      comma = comma || mark == ',';
+    }
   }
   return comma ? ',' : '.';
+}
+
+/// Commas cannot be both.
+void check_mark(char separator, const ReadOptions& options, const std::string& where) {
+  if (separator == ',' && options.decimal == ',')
+    throw Error{
+        Error::Kind::bad_file,
+        where + ": the comma separates the columns here, so that it cannot be the decimal mark (decimal=comma)"};
 }
 
 }  // namespace
@@ -324,7 +345,8 @@ Layout read_layout(const std::string& path, std::string_view& text, const ReadOp
       text = before;
       --layout.lines;
     }
-    layout.mark = decimal_mark(text, layout.separator);
+    check_mark(layout.separator, options, "'" + path + "', line " + std::to_string(layout.lines));
+    layout.mark = decimal_mark(text, layout.separator, options.decimal);
     return layout;
   }
   throw Error{Error::Kind::bad_file, "'" + path +

@@ -34,7 +34,11 @@ class Source {
       throw Error{Error::Kind::bad_file, problems_};
     }
     if (channels_.empty()) refuse("has no channel to read in its group /channels");
-    if (const auto text = text_dataset(file_, "/meta")) read_meta(*text);
+    if (const auto text = meta()) read_meta(*text);
+  }
+
+  std::optional<std::string> meta() const try { return text_dataset(file_, "/meta"); } catch (const Error& error) {
+    refuse(std::string("cannot be read: /meta: ") + error.what());
   }
 
   void read_meta(const std::string& text) {
@@ -73,8 +77,8 @@ class Source {
     throw Error{Error::Kind::bad_file, "'" + path_ + "' " + what};
   }
 
-  /// Datasets below /channels, in the order they were made where the file knows it. Links to elsewhere are not
-  /// followed.
+  /// Datasets below /channels, in the order they were made where the file knows it. A link inside the file is not
+  /// followed; what links to another file is refused when it is opened.
   std::vector<std::string> names() {
     if (!exists(file_, "/channels")) refuse("has no group /channels with one dataset for each channel");
     const Handle group(H5Gopen2(file_, "/channels", H5P_DEFAULT), H5Gclose);
@@ -85,6 +89,7 @@ class Source {
     std::vector<std::string> found;
     const auto visit = [](hid_t at, const char* name, const H5L_info_t* link, void* list) -> herr_t {
       H5O_info_t object;
+      if (link->type == H5L_TYPE_EXTERNAL) static_cast<std::vector<std::string>*>(list)->emplace_back(name);
       if (link->type != H5L_TYPE_HARD) return 0;
       if (H5Oget_info_by_name1(at, name, &object, H5P_DEFAULT) < 0) return -1;
       if (object.type == H5O_TYPE_DATASET) static_cast<std::vector<std::string>*>(list)->emplace_back(name);

@@ -18,7 +18,8 @@ constexpr hsize_t largest_readable_chunk = hsize_t{1} << 30;  // bytes
 bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
 
 /// Whole chunks a read, and a cache that holds one while neighbouring pieces are read.
-void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent) {
+void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent,
+                     std::size_t file_size) {
   const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
   if (!plist.valid()) fail(last_reason());
   const auto layout = H5Pget_layout(plist);
@@ -31,6 +32,7 @@ void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, cons
     bytes *= length;
     if (bytes == 0 || bytes > largest_readable_chunk) fail("its chunks are larger than 1 GB");
   }
+  if (!plausible(bytes / 8, file_size)) fail("its chunks are larger than a file of this size can hold");
   const hsize_t along = chunk[numbers.axis];
   numbers.piece = std::max(along, numbers.piece / along * along);
   if (bytes <= hsize_t{1} << 20) return;
@@ -73,10 +75,18 @@ bool exists(hid_t file, const std::string& path) {
   }
 }
 
+void require_of_file(hid_t file, hid_t object) {
+  H5O_info_t of_file, of_object;
+  if (H5Oget_info1(file, &of_file) < 0 || H5Oget_info1(object, &of_object) < 0) fail(last_reason());
+  if (of_file.fileno != of_object.fileno)
+    fail("a link leads to another file, whose checksum no result would state; copy the data into this file");
+}
+
 Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size) {
   Numbers numbers;
   numbers.dataset = Handle(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   if (!numbers.dataset.valid()) fail(last_reason());
+  require_of_file(file, numbers.dataset);
   const Handle type(H5Dget_type(numbers.dataset), H5Tclose);
   const auto kind = H5Tget_class(type);
   if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("it does not hold numbers");
@@ -97,7 +107,7 @@ Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size)
   if (numbers.count == 0) fail("it has no samples");
   if (!plausible(numbers.count, file_size))
     fail("it claims " + std::to_string(numbers.count) + " samples, more than a file of this size can hold");
-  look_at_storage(numbers, file, path, extent);
+  look_at_storage(numbers, file, path, extent, file_size);
   return numbers;
 }
 
@@ -152,6 +162,7 @@ std::optional<std::string> text_dataset(hid_t file, const char* path) {
   if (!exists(file, path)) return std::nullopt;
   const Handle dataset(H5Dopen2(file, path, H5P_DEFAULT), H5Dclose);
   if (!dataset.valid()) return std::nullopt;
+  require_of_file(file, dataset);
   const Handle type(H5Dget_type(dataset), H5Tclose);
   const Handle space(H5Dget_space(dataset), H5Sclose);
   return text_of(type, space,

@@ -24,6 +24,9 @@ struct Numbers {
 /// Whether each group on the way and the last link exist.
 bool exists(hid_t file, const std::string& path);
 
+/// Whatever a link says: throws Error::bad_file, the bare reason, when the object is of another file.
+void require_of_file(hid_t file, hid_t object);
+
 /// Throws Error::bad_file, the bare reason, when it is not a vector of numbers stored in this file of `file_size`
 /// bytes.
 Numbers open_numbers(hid_t file, const std::string& path, std::size_t file_size);
@@ -38,7 +41,8 @@ void append(const Numbers& numbers, hsize_t first, hsize_t count, double factor,
 std::optional<std::string> text_attribute(hid_t object, const char* name);
 std::optional<double> number_attribute(hid_t object, const char* name);
 
-/// A dataset that holds one text; nothing where it is none.
+/// A dataset that holds one text; nothing where it is none. Throws Error::bad_file, the bare reason, where it is of
+/// another file.
 std::optional<std::string> text_dataset(hid_t file, const char* path);
 
 }  // namespace tumble::hdf5

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "tumble/report/html/html.hpp"
 #include "tumble/report/report.hpp"
@@ -169,27 +170,36 @@ std::string heat_map(const Estimate& estimate) {
   return text + "</tbody></table></div>\n";
 }
 
-std::string settings_table(const Provenance& provenance) {
-  if (provenance.settings.empty()) return {};
-  std::string text =
-      "<table>\n<caption>Settings</caption>\n<thead><tr><th scope=\"col\">Name</th><th scope=\"col\">"
-      "Value</th></tr></thead>\n<tbody>\n";
-  for (const auto& [key, value] : provenance.settings) {
+std::string texts_table(const char* caption, const std::map<std::string, std::string>& texts) {
+  if (texts.empty()) return {};
+  std::string text = fmt::format(
+      "<table>\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">Name</th><th scope=\"col\">"
+      "Value</th></tr></thead>\n<tbody>\n",
+      caption);
+  for (const auto& [key, value] : texts) {
     text += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(key), escaped(value));
   }
   return text + "</tbody></table>\n";
 }
 
+std::string hash_row(const std::string& file, const std::string& sha256) {
+  return fmt::format("<tr><th scope=\"row\">{}</th><td class=\"hash\">{}</td></tr>\n", escaped(file), escaped(sha256));
+}
+
 std::string inputs_table(const Provenance& provenance) {
-  if (provenance.inputs.empty()) return {};
+  if (provenance.inputs.empty() && provenance.plans.empty()) return {};
   std::string text =
       "<table>\n<caption>Input files</caption>\n<thead><tr><th scope=\"col\">File</th><th scope=\"col\">"
       "SHA-256</th></tr></thead>\n<tbody>\n";
-  for (const auto& input : provenance.inputs) {
-    text += fmt::format("<tr><th scope=\"row\">{}</th><td class=\"hash\">{}</td></tr>\n", escaped(input.file),
-                        escaped(input.sha256));
-  }
+  for (const auto& plan : provenance.plans) text += hash_row(plan.file, plan.sha256);
+  for (const auto& input : provenance.inputs) text += hash_row(input.file, input.sha256);
   return text + "</tbody></table>\n";
+}
+
+std::string plan_text(const Provenance::PlanFile& plan) {
+  if (!plan.text) return {};
+  return fmt::format("<details>\n<summary>The plan {}</summary>\n<pre>{}</pre>\n</details>\n", escaped(plan.file),
+                     escaped(*plan.text));
 }
 
 }  // namespace
@@ -268,7 +278,9 @@ std::string correlation(const Estimate& estimate) {
 std::string provenance(const Estimate& estimate) {
   const auto& provenance = estimate.provenance;
   std::string text = "<section id=\"provenance\">\n<h2>Provenance</h2>\n" + inputs_table(provenance);
-  text += settings_table(provenance);
+  text += texts_table("Settings", provenance.settings);
+  text += texts_table("Values of the command line (--set)", provenance.command_line);
+  for (const auto& plan : provenance.plans) text += plan_text(plan);
   if (provenance.seed) text += fmt::format("<p>Simulated with seed {}.</p>\n", *provenance.seed);
   return text + "</section>\n";
 }

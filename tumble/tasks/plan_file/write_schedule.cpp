@@ -142,19 +142,15 @@ std::string schedule_text(const Schedule& schedule, const std::vector<Axis>& axe
 std::string with_schedule(const std::string& plan, const std::string& file, const std::string& schedule) {
   const auto lines = lines_of(plan);
   Headers headers;
-  try {
-    const auto document = toml::parse(plan, file);
-    if (const auto* node = document.get("schedule")) {
-      const auto* array = node->as_array();
-      if (!array ||
-          std::ranges::any_of(*array, [](const auto& one) { return !one.is_table() || one.as_table()->is_inline(); }))
-        throw Error(Error::Kind::bad_input,
-                    file + ": to be replaced the schedule must be written as [[schedule]] tables");
-    }
-    collect(document, false, headers);
-  } catch (const toml::parse_error& error) {
-    throw Error(Error::Kind::bad_input, fmt::format("{}: not TOML: {}", file, error.description()));
+  const auto document = document_of(plan, file);
+  if (const auto* node = document.get("schedule")) {
+    const auto* array = node->as_array();
+    if (!array ||
+        std::ranges::any_of(*array, [](const auto& one) { return !one.is_table() || one.as_table()->is_inline(); }))
+      throw Error(Error::Kind::bad_input,
+                  file + ": to be replaced the schedule must be written as [[schedule]] tables");
   }
+  collect(document, false, headers);
   std::string text;
   bool inside = false, placed = false;
   const auto place = [&] {
