@@ -29,11 +29,33 @@ bool is_reported(const Finding& checked, const Findings& reported) {
   });
 }
 
+bool is_marked(const Recording& recording, const Segment& segment) {
+  return std::ranges::any_of(recording.marks,
+                             [&](const Mark& mark) { return mark.label == segment.label && mark.run == segment.run; });
+}
+
+/// The plan as one recording should follow it: as its entry says, and without the segments that only others hold.
+Plan plan_for(const Evidence& evidence, std::size_t i) {
+  Plan plan = plan_of(evidence, i);
+  const auto& entries = evidence.plan.recordings;
+  if (i < entries.size()) plan.recordings = {entries[i]};
+  const auto held_by_others = [&](const Segment& segment) {
+    if (is_marked(evidence.recordings[i], segment)) return false;
+    for (std::size_t other = 0; other < evidence.recordings.size(); ++other)
+      if (&plan_of(evidence, other) == &plan_of(evidence, i) && is_marked(evidence.recordings[other], segment))
+        return true;
+    return false;
+  };
+  std::erase_if(plan.schedule, held_by_others);
+  return plan;
+}
+
 /// What the readers and the checks noticed in one recording, beyond what the method has said.
 Findings noticed_in(const Evidence& evidence, std::size_t i, const Findings& reported) {
   const auto& recording = evidence.recordings[i];
   auto noticed = recording.findings;
-  const auto checked = run_checks(recording, &plan_of(evidence, i));
+  const Plan plan = plan_for(evidence, i);
+  const auto checked = run_checks(recording, &plan);
   noticed.insert(noticed.end(), checked.begin(), checked.end());
   std::erase_if(noticed, [&](const Finding& finding) { return is_reported(finding, reported); });
   return noticed;

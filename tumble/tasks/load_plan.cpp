@@ -44,8 +44,9 @@ struct Reading {
   const Method* method = nullptr;
   const Model* model = nullptr;
   const Rig* rig = nullptr;
-  bool part = false;            ///< of another plan, which says the method
-  bool clean_schedule = false;  ///< and a clean rig: what they ask can be put to it
+  bool part = false;                                              ///< of another plan, which says the method
+  bool clean_schedule = false;                                    ///< and a clean rig: what they ask can be put to it
+  std::map<std::string, std::shared_ptr<const Plan>> parts = {};  ///< plans of recordings, by file; null: refused
 };
 
 Plan load(const std::string& path, const Sets& sets, bool part);
@@ -256,8 +257,11 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.columns = section.texts("columns");
     entry.segment_column = section.text("segment_column").value_or("");
     entry.decimal = read_decimal(section);
-    if (const auto plan = section.text("plan"))
-      entry.plan = plan_of_recording(reading, section, (folder / *plan).lexically_normal().string());
+    if (const auto plan = section.text("plan")) {
+      const auto [part, unread] = reading.parts.try_emplace((folder / *plan).lexically_normal().string());
+      if (unread) part->second = plan_of_recording(reading, section, part->first);
+      entry.plan = part->second;  // recordings that name one file are parts of one test on one rig
+    }
     if (entry.run == 0 && node.as_table()->contains("run")) section.problem_at("run", "power-ups count from 1");
     const auto labels = labels_of(entry.plan ? entry.plan->schedule : reading.plan.schedule);
     if (!entry.segment.empty() && std::find(labels.begin(), labels.end(), entry.segment) == labels.end()) {

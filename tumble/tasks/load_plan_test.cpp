@@ -191,6 +191,16 @@ TEST_F(LoadPlan, ARecordingMayBringItsOwnPlan) {
   EXPECT_EQ(plan.recordings[1].plan->schedule.at(0).label, "soak");
 }
 
+// Of two plans the schedule of each would be half recorded, and the errors of the rig drawn twice.
+TEST_F(LoadPlan, RecordingsThatNameOnePlanShareIt) {
+  std::ofstream(folder_ / "other.toml") << chamber;
+  const auto plan = load(chamber +
+                         "[[recording]]\nfile = \"a.csv\"\nplan = \"other.toml\"\n"
+                         "[[recording]]\nfile = \"b.csv\"\nplan = \"./other.toml\"\n");
+  ASSERT_NE(plan.recordings.at(0).plan, nullptr);
+  EXPECT_EQ(plan.recordings[0].plan, plan.recordings.at(1).plan);
+}
+
 TEST_F(LoadPlan, RefusesAPlanOfARecordingThatDoesNotFit) {
   const std::string with = "[[recording]]\nfile = \"a.csv\"\nplan = \"other.toml\"\n";
   EXPECT_EQ(problems(chamber + with).size(), 1u);  // there is no such file

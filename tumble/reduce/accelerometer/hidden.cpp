@@ -106,7 +106,7 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
       others.push_back(term.name);
       meanings.push_back(meaning(term, share));
     }
-    solution.findings.push_back({Finding::Severity::warning,
+    solution.findings.push_back({linear::severity_of(dropped, solution),
                                  "not_distinguished",
                                  {{"term", fmt::format("{} ({})", out.name, out.symbol)},
                                   {"others", listed(others)},

@@ -35,6 +35,18 @@ std::vector<std::size_t> observable(const Problem& problem, const Rows& rows, So
   return used;
 }
 
+/// The columns that the schedule would not show if every segment of it were recorded; none where the plan cannot be
+/// asked, since it lacks a rate.
+std::vector<std::size_t> hidden_by_schedule(const Plan& plan, const Problem& problem) try {
+  Solution planned;
+  observable(problem, rows_of(evidence_of(plan, problem), problem), planned);
+  std::vector<std::size_t> columns;
+  for (const auto& dropped : planned.dropped) columns.push_back(dropped.column);
+  return columns;
+} catch (const Error&) {
+  return {};
+}
+
 /// Every stretch is one segment of the mixed model. Power-ups of different plans are different ones.
 std::vector<Interval> intervals_of(const ConductedTest& test) {
   std::vector<Interval> intervals;
@@ -136,6 +148,7 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
   work.used = observable(problem, work.rows, solution);
+  if (!solution.dropped.empty()) solution.hidden_by_schedule = hidden_by_schedule(evidence.plan, problem);
   refuse_too_few(work.rows.weights.size(), work.used.size());
   const auto counting = take_out_counting(work.evidence, problem, work.rows);
 

@@ -89,6 +89,7 @@ struct Solution {
   std::vector<double> least, greatest;  ///< of each column's regressor over the data used [SI]
   std::vector<SegmentSummary> segments;
   std::vector<Dropped> dropped;                   ///< indices of Problem::columns
+  std::vector<std::size_t> hidden_by_schedule;    ///< those of them that the whole schedule does not show either
   std::map<std::string, std::string> stands_for;  ///< by name of a column used: "D_F + D_OO", where it is not itself
   std::size_t observations = 0;
   double drift_sd = 0.0;  ///< [SI] by which segments differ beyond model, rig errors and white noise; 0 if predicted
@@ -114,6 +115,10 @@ void set_options(const Settings& settings, Problem& problem, const std::string& 
 std::vector<Option> loop_options();
 /// The model's loop as the problem's response, with the uncertainty of its lag, where `natural_frequency` is given.
 void set_loop(const Settings& settings, const std::string& model, Problem& problem);
+
+/// How much is to be said of a column that is not used: a convention of the test where its schedule cannot show it in
+/// any case (a field of 1 g shows no sum of the squares), else a lack of these recordings.
+Finding::Severity severity_of(const Dropped& dropped, const Solution& solution);
 
 /// Throws Error::bad_data, bad_input with all that the plan or the recordings lack.
 Solution identify(const Evidence& evidence, const Problem& problem);

@@ -43,7 +43,7 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
     others.push_back(term.name);
     meanings.push_back(term.name + share);
   }
-  return {Finding::Severity::warning,
+  return {severity_of(dropped, solution),
           "not_distinguished",
           {{"term", out.name}, {"others", listed(others)}, {"meanings", listed(meanings)}, {"advice", problem.advice}}};
 }
@@ -51,6 +51,12 @@ Finding combination(const Problem& problem, const Dropped& dropped, Solution& so
 Unit unit_of(const Term& term) { return Unit::parse(term.unit); }
 
 }  // namespace
+
+Finding::Severity severity_of(const Dropped& dropped, const Solution& solution) {
+  const bool by_schedule =
+      std::ranges::find(solution.hidden_by_schedule, dropped.column) != solution.hidden_by_schedule.end();
+  return by_schedule ? Finding::Severity::info : Finding::Severity::warning;
+}
 
 void warn_of_misfit(const Solution& solution, const std::string& channel_unit, Findings& findings) {
   std::vector<double> noise;
