@@ -2,8 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "tumble/core/clock.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/streamed.hpp"
@@ -192,6 +194,37 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
+/// A rate is for files without time. Stamps that say another one are right, or the user means another file.
+void check_rate(double said, const Recording& recording, std::vector<std::string>& problems) {
+  constexpr double alike = 0.01;
+  for (const auto& channel : recording.channels) {
+    const double rate = channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate;
+    if (!(rate > 0.0) || std::abs(rate / said - 1.0) <= alike) continue;
+    problems.push_back(
+        fmt::format("--set rate: {} has stamps of its own at {:.6g} Hz, and {:g} Hz was given; one is wrong",
+                    recording.origin.file, rate, said));
+    return;
+  }
+}
+
+/// What the command line says of reading must be of use for some file.
+void check_reading(const ReadOptions& said, const Evidence& evidence, const std::vector<ReadOptions>& read_by) {
+  std::vector<std::string> problems;
+  for (const auto& [column, unit] : said.units) {
+    std::vector<std::string> known;
+    for (std::size_t r = 0; r < evidence.recordings.size(); ++r)
+      for (auto& name : find_channel(evidence.recordings[r], column) ? std::vector{column}
+                                                                     : columns_in(evidence.recordings[r], read_by[r]))
+        known.push_back(std::move(name));
+    if (std::ranges::find(known, column) == known.end())
+      problems.push_back(
+          fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
+  }
+  for (const auto& recording : evidence.recordings)
+    if (said.rate) check_rate(*said.rate, recording, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
 }  // namespace
 
 Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Progress& progress) {
@@ -225,6 +258,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Pro
       problems.insert(problems.end(), error.problems.begin(), error.problems.end());
     }
   if (!problems.empty()) throw Error(kind, problems);
+  check_reading(evidence.plan.reading, evidence, read_by);
   refuse_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);
   return evidence;

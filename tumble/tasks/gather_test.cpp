@@ -58,6 +58,17 @@ class Gather : public testing::Test {
   std::filesystem::path folder_;
 };
 
+TEST_F(Gather, WhatIsSaidOfReadingMustFitAFile) {
+  Plan given = plan({{recording("a.csv"), "", 1}});
+  given.reading = read_options({{"rate", "7 Hz"}, {"unit.gyr", "deg/h"}});
+  const auto said = problems(given, Error::Kind::bad_input);
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_NE(said[0].find("no file has a column 'gyr'; did you mean 'gyro'?"), std::string::npos) << said[0];
+  EXPECT_NE(said[1].find("has stamps of its own at 1 Hz, and 7 Hz was given"), std::string::npos) << said[1];
+  given.reading = read_options({{"rate", "1 Hz"}, {"unit.spare", "V"}});  // of a column that no role needs
+  EXPECT_TRUE(problems(given, Error::Kind::bad_input).empty());
+}
+
 // The file goes on for a minute after the last segment of the plan: what the instrument felt there nobody states.
 TEST_F(Gather, TheLastSegmentEndsAsTheScheduleSays) {
   const Evidence evidence = gather(plan({{recording("a.csv"), "", 1}}), {}, {});

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 namespace tumble {
 namespace {
 
+constexpr double many = 1000.0;  ///< samples in a window, from which on sums over all samples before are faster
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Quadratic a + b x + c x^2 from sums over the window, by Cramer's rule: x lies in [-1, 1].
@@ -69,6 +71,65 @@ void fit_around(std::span<const double> time, std::span<const double> signal, do
   put(moments, half_width, offset, k, out);
 }
 
+/// The window around each sample from sums over all samples before: for windows of many samples. The sums begin anew
+/// where the window has gone on by its half width, so that x stays within 3 and nothing of them is lost in rounding.
+class WindowSums {
+ public:
+  WindowSums(std::span<const double> time, std::span<const double> signal, double half_width)
+      : time_(time), signal_(signal), half_(half_width) {}
+
+  /// False where the window holds fewer than three samples. Sample k in ascending order.
+  bool fit(std::size_t k, Smoothed& out) {
+    while (begin_ < k && time_[begin_] < time_[k] - half_ - slack) ++begin_;
+    end_ = std::max(end_, k);
+    while (end_ < time_.size() && time_[end_] <= time_[k] + half_ + slack) ++end_;
+    if (sums_.empty() || time_[k] - anchor_ > half_) restart(k);
+    while (first_ + sums_.size() <= end_) extend();
+    Moments window = difference(sums_[end_ - first_], sums_[begin_ - first_]);
+    if (window.n < 3) return false;
+    put(about(window, (time_[k] - anchor_) / half_), half_, offset_, k, out);
+    return true;
+  }
+
+ private:
+  void restart(std::size_t k) {
+    anchor_ = time_[k];
+    offset_ = std::isnan(signal_[k]) ? offset_ : signal_[k];
+    first_ = begin_;
+    sums_.assign(1, Moments{});
+  }
+
+  void extend() {
+    const std::size_t j = first_ + sums_.size() - 1;
+    Moments next = sums_.back();
+    if (!std::isnan(signal_[j])) next.add((time_[j] - anchor_) / half_, signal_[j] - offset_);
+    sums_.push_back(next);
+  }
+
+  static Moments difference(const Moments& a, const Moments& b) {
+    return {a.n - b.n,       a.x - b.x, a.xx - b.xx, a.xxx - b.xxx, a.xxxx - b.xxxx,
+            a.y - b.y, a.xy - b.xy, a.xxy - b.xxy};
+  }
+
+  /// The moments about d instead of 0.
+  static Moments about(const Moments& m, double d) {
+    Moments out = m;
+    out.x = m.x - d * m.n;
+    out.xx = m.xx - d * (2.0 * m.x - d * m.n);
+    out.xxx = m.xxx - d * (3.0 * m.xx - d * (3.0 * m.x - d * m.n));
+    out.xxxx = m.xxxx - d * (4.0 * m.xxx - d * (6.0 * m.xx - d * (4.0 * m.x - d * m.n)));
+    out.xy = m.xy - d * m.y;
+    out.xxy = m.xxy - d * (2.0 * m.xy - d * m.y);
+    return out;
+  }
+
+  static constexpr double slack = 5e-7;
+  std::span<const double> time_, signal_;
+  double half_, anchor_ = 0.0, offset_ = 0.0;
+  std::size_t begin_ = 0, end_ = 0, first_ = 0;
+  std::vector<Moments> sums_;  ///< of the samples from first_ up to each, the first of none
+};
+
 /// Samples first to last (exclusive) of an even grid whose windows are whole: sums tap by tap, so that the inner loop
 /// runs over neighbouring samples.
 void fit_even(std::span<const double> signal, double step, std::size_t half, std::size_t first, std::size_t last,
@@ -109,6 +170,12 @@ Smoothed local_quadratic(std::span<const double> time, std::span<const double> s
   const std::size_t n = signal.size();
   Smoothed out{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n)};
   const bool even = evenly_spaced(time) && std::ranges::none_of(signal, [](double v) { return std::isnan(v); });
+  if (n > 0 && static_cast<double>(n) * std::min(1.0, 2.0 * half_width / (time.back() - time.front())) > many) {
+    WindowSums windows(time, signal, half_width);
+    for (std::size_t k = 0; k < n; ++k)
+      if (!windows.fit(k, out)) fit_around(time, signal, half_width, k, out);
+    return out;
+  }
   std::size_t first = n, last = n;
   if (even) {
     const double step = (time.back() - time.front()) / static_cast<double>(n - 1);

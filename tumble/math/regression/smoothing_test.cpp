@@ -57,6 +57,25 @@ TEST(LocalQuadratic, EvenAndGeneralPathAgree) {
   for (std::size_t k = 0; k < 170; ++k) EXPECT_NEAR(fast.slope[k], slow.slope[k], 1e-12) << k;
 }
 
+// Windows of 4000 samples, from sums over all samples before: the parabola of each is exact, with gaps and jitter, and
+// far from the zero of time and value.
+TEST(LocalQuadratic, LongWindowsAreExactToo) {
+  auto p = parabola(6000, 0.2);
+  for (std::size_t k = 1000; k < 1500; ++k) p.signal[k] = std::numeric_limits<double>::quiet_NaN();
+  const auto smoothed = local_quadratic(p.time, p.signal, 2000.0);
+  for (std::size_t k = 0; k < p.time.size(); ++k) {
+    // the values reach 670: rounding of 1e-13, times the 3 half widths that the sums may be away from the window
+    EXPECT_NEAR(smoothed.value[k], 290.0 + 0.02 * p.time[k] - 3e-5 * p.time[k] * p.time[k], 1e-10) << k;
+    EXPECT_NEAR(smoothed.slope[k], 0.02 - 6e-5 * p.time[k], 1e-12) << k;
+    EXPECT_NEAR(smoothed.curvature[k], -6e-5, 1e-14) << k;
+  }
+}
+
+TEST(LocalQuadratic, LongWindowsTakeTimeInProportionToTheSamples) {
+  const auto p = parabola(400'000, 0.0);  // 400 000 times 400 000 samples would take minutes
+  EXPECT_NEAR(local_quadratic(p.time, p.signal, 1e6).curvature[7], -6e-5, 1e-12);
+}
+
 TEST(LocalQuadratic, HasNoAnswerForFewerThanThreeSamples) {
   const std::vector<double> time{0, 1}, signal{5, 6};
   EXPECT_TRUE(std::isnan(local_quadratic(time, signal, 10.0).slope[0]));

@@ -51,7 +51,10 @@ class Planner {
     profile_.settled.push_back(std::min(now_, end));
   }
 
-  Profile take() { return std::move(profile_); }
+  Profile take() {
+    find_rests(profile_);
+    return std::move(profile_);
+  }
 
  private:
   double positioning(std::size_t number) const {

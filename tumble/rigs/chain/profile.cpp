@@ -60,14 +60,21 @@ Turn at(const Profile& profile, double time, std::size_t& piece) {
   return state(profile.pieces[piece], time);
 }
 
+void find_rests(Profile& profile) {
+  const auto& pieces = profile.pieces;
+  profile.rests_until.assign(pieces.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t p = pieces.size(); p-- > 0;) {
+    if (!stands(pieces[p])) {
+      profile.rests_until[p] = pieces[p].begin;
+    } else if (p + 1 < pieces.size()) {
+      const bool goes_on = stands(pieces[p + 1]) && pieces[p + 1].start.angle == pieces[p].start.angle;
+      profile.rests_until[p] = goes_on ? profile.rests_until[p + 1] : pieces[p + 1].begin;
+    }
+  }
+}
+
 double steady_until(const Profile& profile, double time) {
-  std::size_t piece = found(profile, time, 0);
-  const double angle = profile.pieces[piece].start.angle;
-  if (!stands(profile.pieces[piece])) return time;
-  while (++piece < profile.pieces.size())
-    if (!stands(profile.pieces[piece]) || profile.pieces[piece].start.angle != angle)
-      return profile.pieces[piece].begin;
-  return std::numeric_limits<double>::infinity();
+  return std::max(time, profile.rests_until[found(profile, time, 0)]);
 }
 
 }  // namespace tumble::chain

@@ -55,6 +55,7 @@ struct Piece {
 /// The motion of one axis over a run in closed form.
 struct Profile {
   std::vector<Piece> pieces;    ///< in order of time; the last one lasts
+  std::vector<double> rests_until = {};  ///< a piece each: when the axis leaves its angle [s]; its begin if it moves
   std::vector<double> settled;  ///< a segment each: when the axis does what it was told [s], at most the segment's end
 };
 
@@ -78,5 +79,8 @@ Turn at(const Profile& profile, double time, std::size_t& piece);
 
 /// Until when the axis stands where it stands at `time` [s]; `time` itself when it moves.
 double steady_until(const Profile& profile, double time);
+
+/// Sets rests_until from the pieces.
+void find_rests(Profile& profile);
 
 }  // namespace tumble::chain

@@ -17,6 +17,8 @@ namespace {
 constexpr double least_excitation = 1e-8;
 constexpr int instants_of_a_move = 40;
 constexpr int probes = 16;
+constexpr double most_samples = 1e9;
+constexpr std::size_t most_segments = 5000;
 
 /// Fractions that no period of a motion hits twice: multiples of the golden section.
 double fraction(int i) {
@@ -78,6 +80,15 @@ void refuse_unpredictable(const Plan& plan) {
   if (!(plan.sample_rate > 0.0))
     problems.push_back("to predict, the plan needs [instrument] rate = \"1 Hz\" or the like");
   if (plan.schedule.empty()) problems.push_back("to predict, the plan needs at least one [[schedule]]");
+  if (plan.schedule.size() > most_segments)
+    problems.push_back(fmt::format("the schedule has {} segments, and {} can be predicted: all are correlated",
+                                   plan.schedule.size(), most_segments));
+  double samples = 0.0;
+  for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;
+  if (samples > most_samples)
+    problems.push_back(fmt::format("the schedule has {:.2g} samples, and {:.2g} can be predicted: is [instrument] rate "
+                                   "(here {:g} Hz) right?",
+                                   samples, most_samples, plan.sample_rate));
   if (plan.truth.texts().empty())
     problems.push_back(
         "to predict, the plan needs [truth] with the noise of the instrument: angle_random_walk = \"...\"");
