@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/core/clock.hpp"
+#include "tumble/core/sampling_rate.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/streamed.hpp"
@@ -198,7 +198,7 @@ void check_roles(const Evidence& evidence, const std::vector<Role>& roles, const
 void check_rate(double said, const Recording& recording, std::vector<std::string>& problems) {
   constexpr double alike = 0.01;
   for (const auto& channel : recording.channels) {
-    const double rate = channel.timeline.uniform() ? channel.timeline.rate : clock_of(channel).rate;
+    const double rate = sampling_rate(channel);
     if (!(rate > 0.0) || std::abs(rate / said - 1.0) <= alike) continue;
     problems.push_back(
         fmt::format("--set rate: {} has stamps of its own at {:.6g} Hz, and {:g} Hz was given; one is wrong",

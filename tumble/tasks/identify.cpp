@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <functional>
+#include <string_view>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/tasks/noticed.hpp"
@@ -137,6 +139,10 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   return estimate;
 }
 
+/// What is wrong with samples as such. That a flight has gusts and stops is no fault of it.
+constexpr std::array<std::string_view, 5> checks_of_samples{"backward_stamps", "duplicate_stamps", "gaps",
+                                                            "missing_samples", "saturation"};
+
 }  // namespace
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
@@ -161,7 +167,11 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   if (!method.compensate)
     throw Error(Error::Kind::unsupported,
                 estimate.method + " identifies no error model that could be subtracted from a recording");
-  return method.compensate(estimate, recording, plan);
+  Compensation compensation = method.compensate(estimate, recording, plan);
+  for (const Check* check : check_catalogue())
+    if (std::ranges::find(checks_of_samples, std::string_view(check->name)) != checks_of_samples.end())
+      for (auto& finding : check->run(recording, plan)) compensation.findings.push_back(std::move(finding));
+  return compensation;
 }
 
 }  // namespace tumble
