@@ -347,6 +347,7 @@ Estimate predict(const Plan& plan) {
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
 
 }  // namespace
 
@@ -362,6 +363,7 @@ extern const Method gyro_scale_factor{
     .identify = identify,
     .trial = trial_of,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial_of};
 
 }  // namespace tumble::gyro_scale_factor
