@@ -124,6 +124,7 @@ Findings by_marks(const Recording& recording, const Schedule& segments, const Ex
   std::vector<bool> recorded(segments.size(), false);
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& mark = marks[i];
+    if (mark.label.empty()) continue;  // the way between segments
     std::size_t k = 0;
     while (k < segments.size() && (recorded[k] || segments[k].label != mark.label || segments[k].run != mark.run)) ++k;
     if (k == segments.size()) {

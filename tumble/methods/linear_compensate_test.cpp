@@ -123,7 +123,8 @@ TEST(LinearCompensation, WithoutAPlanSaysWhichTermsRemain) {
   // D_F alone is known; what remains in each position is stated: the terms' rms over an even spread of positions
   const auto& sd = find_channel(done.recording, "gyro.compensation_sd")->values;
   double squares = 0.0, stated = 0.0;
-  for (std::size_t i = 0; i < use.felt.size(); ++i) {
+  for (const auto& segment : use.recording.marks) {  // at rest: a sample is a mean, what is felt an instant
+    const std::size_t i = index_at(done.recording.channels[0], segment.begin + 30.0);
     squares += std::pow(done.recording.channels[0].values[i] - use.felt[i].rate.x, 2);
     stated += sd[i] * sd[i];
   }

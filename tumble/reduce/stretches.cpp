@@ -330,6 +330,27 @@ void warn_of_unrecorded(const Plan& plan, const std::vector<std::vector<MarkedSe
   }
 }
 
+/// A section of a recording that the schedule does not contain.
+struct NotPlanned {
+  std::string label;
+  int run = 1;
+};
+
+/// One finding for each power-up. A section without a label is the way between segments, as its writer says.
+void add_not_planned(std::vector<NotPlanned> sections, Findings& findings) {
+  std::erase_if(sections, [](const NotPlanned& section) { return section.label.empty(); });
+  std::set<int> runs;
+  for (const auto& section : sections) runs.insert(section.run);
+  for (const int run : runs) {
+    std::vector<std::string> labels;
+    for (const auto& section : sections)
+      if (section.run == run) labels.push_back(section.label);
+    Finding finding = unused_segment(labels.front(), run, {"not_in_schedule"});
+    finding = {finding.severity, finding.code, finding.values, finding.where, {labels.size(), labels.front(), {}}};
+    findings.push_back(std::move(finding));
+  }
+}
+
 }  // namespace
 
 ConductedTest stretches(const Evidence& evidence, const StretchOptions& options) {
@@ -337,6 +358,7 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
   std::map<const Plan*, std::size_t> numbers;
   std::map<std::pair<const Plan*, bool>, SegmentPlaces> places;
   std::vector<std::string> problems;
+  std::vector<NotPlanned> not_planned;
   const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
@@ -354,11 +376,12 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
     for (const auto& marked : marks[r]) {
       test.starts = std::max(test.starts, marked.start + 1);
       if (marked.planned == nullptr)
-        test.findings.push_back(unused_segment(marked.label, marked.run, {"not_in_schedule"}));
+        not_planned.push_back({marked.label, marked.run});
       else
         add_stretch(channel, rate, marked, places[{&plan, alone}][marked.index], options, test);
     }
   }
+  add_not_planned(not_planned, test.findings);
   test.plans = numbers.size();
   std::vector<const Plan*> plans(numbers.size());
   for (const auto& [plan, number] : numbers) plans[number] = plan;

@@ -3,6 +3,8 @@
 #include <optional>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/step_means.hpp"
+#include "tumble/rigs/felt_courses.hpp"
 #include "tumble/sim/power_up.hpp"
 
 namespace tumble {
@@ -54,8 +56,9 @@ struct Producer {
   double turn_on;
   NoiseSource noise;
   Recorded recorded;
-  std::vector<double> fine = {};  ///< steps, where a sample takes more than one
-  std::vector<Felt> own = {};     ///< what is felt in the axes of an instrument mounted otherwise
+  std::vector<double> fine = {};     ///< steps, where a sample takes more than one
+  std::vector<double> middles = {};  ///< what it indicates in the middle of each step, and beside the first and last
+  std::vector<Felt> own = {};        ///< what is felt in the axes of an instrument mounted otherwise
 
   /// What it indicates at every step, noise apart, if that is one number from `begin` to `end`.
   std::optional<double> constant(const Felt& begin, const Felt& end) const {
@@ -65,13 +68,22 @@ struct Producer {
     return value;
   }
 
-  /// `felt` is not looked at where `constant` has a value.
-  void fill(const std::optional<double>& constant, std::span<const Felt> felt, std::size_t oversampling,
-            std::span<double> samples) {
+  /// `felt` is not looked at where `constant` has a value; else it begins `before` steps in front of the first.
+  void fill(const std::optional<double>& constant, std::span<const Felt> felt, std::span<const StepCourse> courses,
+            std::size_t before, std::size_t oversampling, std::span<double> samples) {
     fine.resize(oversampling == 1 ? 0 : samples.size() * oversampling);
     const auto steps = oversampling == 1 ? samples : std::span(fine);
-    for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = (constant ? *constant : sum(felt[k])) + turn_on;
-    if (recorded.history) recorded.history(sum.mount ? turned(felt) : felt, steps);
+    if (constant) {
+      for (double& step : steps) step = *constant + turn_on;
+    } else {
+      middles.resize(felt.size());
+      for (std::size_t k = 0; k < felt.size(); ++k) middles[k] = sum(felt[k]) + turn_on;
+      means_from_middles(middles, courses, before, steps);
+    }
+    if (recorded.history) {
+      const auto own_steps = felt.subspan(before, steps.size());
+      recorded.history(sum.mount ? turned(own_steps) : own_steps, steps);
+    }
     noise.add(steps);
     if (recorded.response) recorded.response(steps);
     if (oversampling > 1) gather(oversampling, samples);
@@ -99,16 +111,22 @@ struct Instrument {
   Reference reference;
   double step;  ///< [s]
   std::size_t oversampling;
+  std::size_t all_steps;  ///< of the power-up
   std::vector<Felt> felt = {};
+  std::vector<StepCourse> courses = {};  ///< of `felt`
 
   void make(std::size_t first, const Samples& out) {
     const std::size_t steps = out.front().size() * oversampling;
     const double begin = (static_cast<double>(first * oversampling) + 0.5) * step;
     const auto constants = constants_from(begin, begin + static_cast<double>(steps - 1) * step);
     const bool several = outputs.size() > 1 && steps >= steps_of_one;
+    const std::size_t at = first * oversampling, before = std::min(step_margin, at);
+    const std::size_t after = std::min(step_margin, std::max(all_steps, at + steps) - at - steps);
     if (std::any_of(constants.begin(), constants.end(), [](const auto& constant) { return !constant; }))
-      feel(begin, steps, several);
-    const auto fill = [&](std::size_t k) { outputs[k].fill(constants[k], felt, oversampling, out[k]); };
+      feel(begin - static_cast<double>(before) * step, before + steps + after, several);
+    const auto fill = [&](std::size_t k) {
+      outputs[k].fill(constants[k], felt, courses, before, oversampling, out[k]);
+    };
     if (several) return parallel_for(outputs.size(), fill);
     for (std::size_t k = 0; k < outputs.size(); ++k) fill(k);
   }
@@ -132,8 +150,11 @@ struct Instrument {
       reference.felt(begin + static_cast<double>(from) * step, step, std::span(felt).subspan(from, size));
     };
     const std::size_t parts = (steps + steps_of_one - 1) / steps_of_one;
-    if (several) return parallel_for(parts, part);
-    for (std::size_t p = 0; p < parts; ++p) part(p);
+    if (several)
+      parallel_for(parts, part);
+    else
+      for (std::size_t p = 0; p < parts; ++p) part(p);
+    courses = courses_of(std::span<const Felt>(felt));
   }
 };
 
@@ -143,7 +164,8 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun
   const auto oversampling = static_cast<std::size_t>(oversampling_of(plan));
   const double rate = plan.sample_rate * static_cast<double>(oversampling);
   const RandomStream of_run = random.split("run").split(static_cast<std::uint64_t>(run.run));
-  const auto instrument = std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling});
+  const auto instrument =
+      std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling, run.samples * oversampling});
   std::vector<Channel> channels;
   for (const auto& [prefix, model, truth, own_from_first] : participants_of(plan)) {
     const bool as_first = own_from_first.x.x == 1.0 && own_from_first.y.y == 1.0 && own_from_first.z.z == 1.0;

@@ -8,6 +8,7 @@
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/tasks/calibration.hpp"
+#include "tumble/tasks/copies.hpp"
 #include "tumble/tasks/streamed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -109,17 +110,6 @@ std::string missing_channel(const Plan& plan, const Role& role, const std::strin
   return fmt::format("{}: no column '{}' for {} ({}){}; columns are {}; name the right one with {}",
                      recording.origin.file, wanted, role.name, role.description, did_you_mean(wanted, columns),
                      fmt::join(columns, ", "), how);
-}
-
-/// The same bytes twice would count twice and make every uncertainty too small.
-void refuse_copies(const std::vector<Recording>& recordings) {
-  std::vector<std::string> problems;
-  for (std::size_t a = 0; a < recordings.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      if (const auto sum = sha256_of(recordings[a].origin); !sum.empty() && sum == sha256_of(recordings[b].origin))
-        problems.push_back(fmt::format("{} holds the same bytes as {}: a recording can be used only once",
-                                       recordings[a].origin.file, recordings[b].origin.file));
-  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 
 /// What is wrong with the unit of a channel in a role, or empty.
@@ -259,7 +249,7 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Pro
     }
   if (!problems.empty()) throw Error(kind, problems);
   check_reading(evidence.plan.reading, evidence, read_by);
-  refuse_copies(evidence.recordings);
+  look_at_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);
   return evidence;
 }

@@ -68,14 +68,16 @@ void to_rates(const Recording& recording, Channel& channel, Findings& findings) 
   channel.kind = QuantityKind::other;
 }
 
-/// The n for which the means differ by 2^n pulses; 0: none.
+/// The n for which the means differ by 2^n pulses; 0: none. A unit that is turned over shows the expected count with
+/// the other sign. Just past the end of the register an overflow does nearly so: what is nearer to the count decides.
 int overflow_bits(double measured, double expected) {
-  if (std::abs(measured + expected) < 0.1 * std::abs(expected)) return 0;  // turned over: another fault
+  const double turned_over = std::abs(measured + expected);
   for (const int bits : {32, 31, 24, 20, 18, 16, 15, 14, 12, 10, 8}) {
     const double size = std::ldexp(1.0, bits), turns = (measured - expected) / size;
-    if (std::abs(turns) > 0.5 && std::abs(turns) < 4.5 && std::abs(turns - std::round(turns)) < 0.02 &&
-        std::abs(expected) > 0.3 * size && std::abs(measured) < size)  // no register shows more than it holds
-      return bits;
+    const double off = std::abs(turns - std::round(turns)) * size;
+    if (std::abs(turns) > 0.5 && std::abs(turns) < 4.5 && off < 0.02 * size && std::abs(expected) > 0.3 * size &&
+        std::abs(measured) < size)  // no register shows more than it holds
+      return turned_over < 0.1 * std::abs(expected) && turned_over <= off ? 0 : bits;
   }
   return 0;
 }

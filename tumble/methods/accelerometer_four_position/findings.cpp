@@ -5,6 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/median.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
@@ -60,6 +66,28 @@ bool clipped(const Bench& bench, const Position& position) {
   return std::ranges::any_of(bench.positions, [](const Position& p) { return p.squares > 0.0; });
 }
 
+/// Standard deviation of step_within() by noise and counting [m/s^2].
+double sd_of_step(const Bench& bench, const Position& position) {
+  const double half = 0.5 * position.seconds;
+  return std::sqrt(2.0 * (bench.white / half + pulses::rounding_variance(bench.pulse, half)));
+}
+
+/// Positions whose output still changes: each by itself, and all together by little.
+void look_at_drifts(const Bench& bench, Findings& findings) {
+  Faulty drifting;
+  double squares = 0.0;
+  for (const auto& position : bench.positions) {
+    const auto& values = bench.evidence.test.stretches[position.stretch].values;
+    const double step = step_within(values), sd = sd_of_step(bench, position);
+    if (!(sd > 0.0) || values.size() < 8) return;
+    squares += step * step / (sd * sd * static_cast<double>(bench.positions.size()));
+    if (std::abs(step) > 8.0 * sd && std::abs(step) <= 0.01 * position.gravity) drifting.add(name_of(position), step);
+  }
+  add(drifting, warning, "segment_still_changes", "segments", "change", "g", findings);
+  if (drifting.names.empty() && bench.positions.size() >= 8 && squares > 4.0)
+    findings.push_back({warning, "positions_still_change", {{"times", std::sqrt(squares)}}});
+}
+
 void look_at_positions(const Bench& bench, const Settings& settings, Findings& findings) {
   Faulty steps, limits, drifts;
   for (const auto& position : bench.positions) {
@@ -72,6 +100,7 @@ void look_at_positions(const Bench& bench, const Settings& settings, Findings& f
   add(steps, error, "step_in_segment", "segments", "change", "g", findings);
   add(limits, error, "one_value_in_segment", "segments", "output", "g", findings);
   add(drifts, warning, "temperature_moves_in_segment", "segments", "change", "K", findings);
+  look_at_drifts(bench, findings);
 }
 
 void look_at_cells(const Bench& bench, const Reduced& reduced, const Settings& settings, Findings& findings) {
@@ -88,6 +117,87 @@ void look_at_cells(const Bench& bench, const Reduced& reduced, const Settings& s
   add(negative, error, "scale_factor_negative_in_set", "sets", "ratio", "1", findings);
   add(far, warning, "scale_factor_far_from_reference", "sets", "difference", "%", findings);
   add(moved, warning, "temperature_moves_in_set", "sets", "change", "K", findings);
+}
+
+/// Value and standard uncertainty of a quantity at the middle of the temperatures.
+std::pair<double, double> in_the_middle(const Bench& bench, const Reduced& reduced, Quantity quantity) {
+  const Polynomial& p = reduced.polynomial[quantity];
+  const double middle = 0.5 * (bench.group_temperature.front() + bench.group_temperature.back());
+  std::vector<double> weights(reduced.parameters.size());
+  const auto t = powers(middle, p.count);
+  for (std::size_t j = 0; j < p.count; ++j) weights[p.first + j] = t[j];
+  return {dot(weights, reduced.parameters), std::sqrt(std::max(0.0, quadratic_form(weights, reduced.covariance)))};
+}
+
+/// Coefficients that no accelerometer has, and an angle whose square is missing in the scale factor.
+void look_at_sizes(const Bench& bench, const Reduced& reduced, Findings& findings) {
+  if (reduced.active.size() == 2) return;
+  const auto [angle, angle_sd] = in_the_middle(bench, reduced, misalignment);
+  const auto [square, square_sd] = in_the_middle(bench, reduced, second_order);
+  const double scale_sd = in_the_middle(bench, reduced, scale_factor_error).second;
+  const double lost = 0.5 * angle * angle;
+  if (lost > 3.0 * scale_sd && std::abs(angle) > 3.0 * angle_sd)
+    findings.push_back({error,
+                        "misalignment_changes_scale_factor",
+                        {{"parameter", "misalignment"}, {"angle", angle, "deg"}, {"lost", lost, "ppm"}},
+                        "scale_factor_error"});
+  constexpr double most = 0.005;  // of the output at 1 g
+  const double share = square * bench.positions.front().gravity;
+  if (std::abs(share) > most && std::abs(square) > 10.0 * square_sd)
+    findings.push_back({error,
+                        "coefficient_too_large",
+                        {{"parameter", "second_order_coefficient"}, {"share", share, "%"}},
+                        "second_order_coefficient"});
+}
+
+/// Half the root of the sum of squares of the noise of four positions [m/s^2]: of K_2 G^2, and more than of theta G.
+double noise_of(const Bench& bench, const Cell& cell) {
+  double sum = 0.0;
+  for (const std::size_t i : {cell.up, cell.down, *cell.second, *cell.fourth})
+    sum +=
+        bench.white / bench.positions[i].seconds + pulses::rounding_variance(bench.pulse, bench.positions[i].seconds);
+  return 0.5 * std::sqrt(sum);
+}
+
+/// Sets in which K_2 or the angle is far from those of the others: one of their positions is another than planned.
+void look_for_odd_sets(const Bench& bench, const Reduced& reduced, Findings& findings) {
+  constexpr double far = 8.0;
+  if (reduced.active.size() == 2 || reduced.cells.size() < 4) return;
+  for (const auto& [quantity, name, unit] : {std::tuple{second_order, "second_order_coefficient", "ug/g^2"},
+                                             std::tuple{misalignment, "misalignment", "arcsec"}}) {
+    std::vector<double> values, distances;
+    for (const auto& cell : reduced.cells) values.push_back(cell.value[quantity]);
+    const double middle = median(values);
+    for (const double value : values) distances.push_back(std::abs(value - middle));
+    const double scatter = 1.4826 * median(distances);
+    Faulty odd;
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      const double noise = noise_of(bench, bench.cells[c]) / bench.positions[bench.cells[c].up].gravity *
+                           (quantity == second_order ? 1.0 / bench.positions[bench.cells[c].up].gravity : 1.0);
+      if (std::abs(values[c] - middle) > far * std::hypot(scatter, noise))
+        odd.add(name_of(bench, bench.cells[c]), values[c] - middle);
+    }
+    if (odd.names.empty()) continue;
+    const auto names = fmt::format("{}", fmt::join(odd.names, ", "));
+    findings.push_back({warning,
+                        "set_disagrees",
+                        {{"sets", names}, {"parameter", name}, {"difference", odd.most, unit}},
+                        "",
+                        {odd.names.size(), odd.names.front(), odd.worst}});
+  }
+}
+
+void look_at_misfits(const Reduced& reduced, Findings& findings) {
+  for (const auto& [quantity, name, unit] :
+       {std::tuple{bias, "bias", "ug"}, std::tuple{scale_factor_error, "scale_factor_error", "ppm"},
+        std::tuple{second_order, "second_order_coefficient", "ug/g^2"},
+        std::tuple{misalignment, "misalignment", "arcsec"}})
+    if (reduced.misfit_ratio[quantity] > 0.0)
+      findings.push_back({warning,
+                          "polynomial_does_not_fit",
+                          {{"parameter", name},
+                           {"difference", reduced.misfit[quantity], unit},
+                           {"times", std::sqrt(reduced.misfit_ratio[quantity])}}});
 }
 
 void look_at_temperatures(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured,
@@ -123,6 +233,9 @@ void add_findings(const Bench& bench, const Reduced& reduced, const Settings& se
   if (measured) {
     look_at_positions(bench, settings, findings);
     look_at_cells(bench, reduced, settings, findings);
+    look_at_sizes(bench, reduced, findings);
+    look_for_odd_sets(bench, reduced, findings);
+    look_at_misfits(reduced, findings);
   }
   look_at_temperatures(bench, reduced, settings, measured, findings);
   add_hidden_terms(bench, reduced, findings);

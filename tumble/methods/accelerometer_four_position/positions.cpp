@@ -260,6 +260,29 @@ class Cells {
   throw Error(Error::Kind::bad_data, problems);
 }
 
+/// Sets in which the scale factor has the other sign than in most: they would spoil those that are sound.
+void drop_turned_sets(Bench& bench) {
+  const auto falls = [&](const Cell& cell) {
+    return bench.positions[cell.up].output < bench.positions[cell.down].output;
+  };
+  const auto turned = std::ranges::count_if(bench.cells, falls);
+  if (turned == 0 || 2 * turned >= static_cast<std::ptrdiff_t>(bench.cells.size())) return;
+  std::vector<std::string> names;
+  double ratio = 0.0;
+  for (const Cell& cell : bench.cells) {
+    if (!falls(cell)) continue;
+    names.push_back(fmt::format("run {}: {}", cell.run, in_words(cell.temperature)));
+    const auto &up = bench.positions[cell.up], &down = bench.positions[cell.down];
+    ratio = std::min(ratio, (up.output - down.output) / (2.0 * up.gravity));
+  }
+  bench.findings.push_back({Finding::Severity::error,
+                            "turned_set_not_used",
+                            {{"sets", fmt::format("{}", fmt::join(names, ", "))}, {"ratio", ratio, "1"}},
+                            "",
+                            {names.size(), names.front(), {}}});
+  std::erase_if(bench.cells, falls);
+}
+
 /// Groups of cells whose temperatures are closer than `same` [K] to that of the next.
 void set_groups(double same, Bench& bench) {
   std::vector<std::size_t> order(bench.cells.size());
@@ -288,6 +311,7 @@ void add_cells(const Settings& settings, Bench& bench) {
   cells.close();
   if (bench.cells.empty()) refuse_without_cells(cells.lacks());
   for (const auto& lack : cells.lacks()) bench.findings.push_back(finding_of(lack));
+  drop_turned_sets(bench);
   set_groups(same, bench);
 }
 

@@ -102,6 +102,18 @@ std::vector<Repeatability> add_repeatability(const Bench& bench, const Stacked& 
   return repeatability;
 }
 
+/// Adds what the temperatures differ by from the polynomials.
+void add_misfits(const Bench& bench, const Stacked& all, const Design& design, std::vector<Source>& sources,
+                 std::vector<Repeatability>& repeatability, Reduced& out) {
+  for (auto& misfit : misfits(bench, all, design, sum_of(sources))) {
+    const Unknown& unknown = misfit.found.unknown.front();
+    out.misfit[all.active[misfit.block]] = std::sqrt(unknown.variance);
+    out.misfit_ratio[all.active[misfit.block]] = misfit.ratio;
+    add(sources, unknown.name, unknown.variance * unknown.kernel);
+    repeatability.push_back(std::move(misfit.found));
+  }
+}
+
 }  // namespace
 
 Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermometer_sd, const Expected* expected) {
@@ -122,6 +134,7 @@ Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermomet
   if (out.repeatability_known) repeatability = add_repeatability(bench, all, design, sources, out);
   if (expected) add_expected(bench, all, expected->turn_on_sd, sources);
 
+  if (out.repeatability_known && out.repeated) add_misfits(bench, all, design, sources, repeatability, out);
   const Matrix v = sum_of(sources);
   const Estimator estimate = estimator(design.x, all.z, for_weights(v, all.cells));
   const Matrix gain = convert * estimate.gain;

@@ -3,16 +3,11 @@
 #include <set>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
-
-Matrix means_by_temperature(const Bench& bench) {
-  Matrix x(bench.cells.size(), bench.group_temperature.size());
-  for (std::size_t c = 0; c < bench.cells.size(); ++c) x(c, bench.cells[c].group) = 1.0;
-  return x;
-}
 
 /// About the columns of x.
 Repeatability repeatability_of(const Bench& bench, const Stacked& all, std::size_t quantity, const Matrix& x,
@@ -41,6 +36,12 @@ Repeatability repeatability_of(const Bench& bench, const Stacked& all, std::size
 
 }  // namespace
 
+Matrix means_by_temperature(const Bench& bench) {
+  Matrix x(bench.cells.size(), bench.group_temperature.size());
+  for (std::size_t c = 0; c < bench.cells.size(); ++c) x(c, bench.cells[c].group) = 1.0;
+  return x;
+}
+
 Matrix same_power_up(const Bench& bench) {
   const std::size_t n = bench.cells.size();
   Matrix kernel(n, n);
@@ -59,6 +60,32 @@ std::vector<Repeatability> repeatabilities(const Bench& bench, const Stacked& al
     const Matrix x =
         repeated(bench) ? means_by_temperature(bench) : block(design.x, all.index(q, 0), all.cells, p.first, p.count);
     out.push_back(repeatability_of(bench, all, q, x, known));
+  }
+  return out;
+}
+
+std::vector<Misfit> misfits(const Bench& bench, const Stacked& all, const Design& design, const Matrix& covariance) {
+  constexpr double rare = 1e-4;
+  std::vector<Misfit> out;
+  const std::size_t n = all.cells, temperatures = bench.group_temperature.size();
+  if (n <= temperatures) return out;
+  const Matrix means = means_by_temperature(bench);
+  for (std::size_t q = 0; q < all.active.size(); ++q) {
+    const Polynomial& p = design.blocks[q];
+    const std::size_t first = all.index(q, 0);
+    const auto z = all.z.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::vector<double> values{z, z + static_cast<std::ptrdiff_t>(n)};
+    const Matrix x = block(design.x, first, n, p.first, p.count), v = block(covariance, first, n, first, n);
+    const auto fit = lack_of_fit(x, means, values, v, static_cast<double>(n - temperatures));
+    if (!(fit.freedom > 0.0) || fit.probability > rare) continue;
+    const Matrix kernel = means * transposed(means);
+    const Components components = components_of(x, values, v, {kernel});
+    Misfit misfit{q, fit.ratio, {}};
+    Matrix whole(all.z.size(), all.z.size());
+    set_block(whole, first, first, kernel);
+    misfit.found.unknown.push_back({"lack of fit of the polynomial", std::move(whole), components.variance[0]});
+    misfit.found.covariance = components.covariance;
+    out.push_back(std::move(misfit));
   }
   return out;
 }

@@ -31,6 +31,19 @@ Matrix same_power_up(const Bench& bench);
 std::vector<Repeatability> repeatabilities(const Bench& bench, const Stacked& all, const Design& design,
                                            const Matrix& known);
 
+/// Columns of the mean at each temperature: [cells x temperatures].
+Matrix means_by_temperature(const Bench& bench);
+
+/// What the temperatures differ by from the polynomial, one shift for all cells at a temperature, where the F test of
+/// lack of fit against the repeats gives a chance of less than 1e-4: one entry for each quantity with its `size`, the
+/// variance of the shift, and F. Given: covariance of Stacked::z [n x n] by all sources.
+struct Misfit {
+  std::size_t block = 0;  ///< index in Stacked::active
+  double ratio = 0.0;     ///< F [1]
+  Repeatability found;
+};
+std::vector<Misfit> misfits(const Bench& bench, const Stacked& all, const Design& design, const Matrix& covariance);
+
 /// Whether some temperature was measured more than once.
 bool repeated(const Bench& bench);
 

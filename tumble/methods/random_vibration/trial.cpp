@@ -64,15 +64,14 @@ Plan plan_of(const std::vector<Option>& options) {
   return plan;
 }
 
-/// Variance of the simulated windows: sums of steps at their middles, not integrals, so that the gain is sinc(f H) over
-/// sinc(f H/steps).
+/// Variance of the simulated windows, which are integrals: the gain is sinc(f H).
 double variance_of_windows(const SpectralDensity& psd) {
   constexpr int points = 200000;
   const double low = psd.frequency.front(), step = (psd.frequency.back() - low) / points;
   double sum = 0.0;
   for (int i = 0; i < points; ++i) {
     const double f = low + (i + 0.5) * step;
-    const double gain = vibration::sinc(f / rate) / vibration::sinc(f / rate / oversampling);
+    const double gain = vibration::sinc(f / rate);
     sum += density_at(psd, f) * gain * gain * step;
   }
   return sum;

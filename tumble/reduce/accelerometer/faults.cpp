@@ -282,7 +282,7 @@ Findings about_misplaced(const Solution& solution) {
 /// Coefficients that no accelerometer has, even if they fit: with few positions they absorb the errors of a clipped or
 /// overflown output.
 Findings about_sizes(const Estimate& estimate) {
-  constexpr double most = 0.01;  // of the specific force at 1 g
+  constexpr double most = 0.005;  // of the specific force at 1 g
   Findings findings;
   for (const auto& [name, power] :
        {std::pair{"second_order_coefficient", 1.0}, std::pair{"third_order_coefficient", 2.0},
@@ -318,9 +318,10 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
     if (std::abs(angle->value) > si(2.0, "deg"))
       findings.push_back({warning, "misalignment_too_large", {{"parameter", name}, {"angle", angle->value, "deg"}}});
     else if (lost > 3.0 * relative_sd)
-      findings.push_back({warning,
+      findings.push_back({error,
                           "misalignment_changes_scale_factor",
-                          {{"parameter", name}, {"angle", angle->value, "deg"}, {"lost", lost, "ppm"}}});
+                          {{"parameter", name}, {"angle", angle->value, "deg"}, {"lost", lost, "ppm"}},
+                          "scale_factor"});
   }
   return findings;
 }

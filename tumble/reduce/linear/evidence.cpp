@@ -10,9 +10,7 @@
 #include "tumble/units/error.hpp"
 
 namespace tumble::linear {
-namespace {
 
-/// Greatest frequency [Hz] at which what is felt repeats: oscillations, and turns of the axes in gravity.
 double quickest(const Segment& segment) {
   double quickest = 0.0;
   for (const auto& [name, motion] : segment.axes) {
@@ -23,6 +21,8 @@ double quickest(const Segment& segment) {
   }
   return quickest;
 }
+
+namespace {
 
 /// Whether the segment is one that Problem::whole_moves speaks of, by the kind of motion.
 bool moves(const Segment& segment, Motion::Kind kind) {

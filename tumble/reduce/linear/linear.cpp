@@ -171,6 +171,7 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);
   warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), solution);
   describe_dropped(problem, solution);
+  warn_of_lack_of_fit(problem, work);
   return work;
 }
 

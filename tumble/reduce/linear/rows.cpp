@@ -4,6 +4,9 @@
 #include <cmath>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/step_means.hpp"
+#include "tumble/rigs/felt_courses.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::linear {
 namespace {
@@ -77,10 +80,21 @@ void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Blocking&
   }
 }
 
-/// The points of a moving stretch, one block of points after the other, through the response where there is one.
+/// Steps of a sample at which the rig is asked: as many as the problem wants, and so many that what is felt turns by no
+/// more than 0.02 rad in one where a response follows, which is solved for parabolas through three steps.
+std::size_t steps_of_sample(const Segment& segment, const Stretch& stretch, const Problem& problem) {
+  const auto wanted = static_cast<std::size_t>(problem.oversampling);
+  if (!problem.response) return wanted;
+  constexpr double most = 0.02, most_steps = 64.0;
+  return std::max(wanted, static_cast<std::size_t>(
+                              std::min(most_steps, std::ceil(two_pi * quickest(segment) * stretch.step / most))));
+}
+
+/// The points of a moving stretch, one block of points after the other, each the mean over its step, through the
+/// response where there is one.
 void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking& blocking, const Problem& problem,
                 Sums& sums) {
-  const auto fine = static_cast<std::size_t>(problem.oversampling);
+  const std::size_t fine = steps_of_sample(power_up.rig.segments[stretch.segment], stretch, problem);
   const double step = stretch.step / static_cast<double>(fine);  // recordings of one plan may differ in rate
   std::size_t before = 0;  // samples run through the response before the first that counts
   std::vector<Response> responses(sums.series.columns);
@@ -89,17 +103,25 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
     for (auto& response : responses) response = problem.response(step);
   }
   const double begin = stretch.first - static_cast<double>(before) * stretch.step + 0.5 * step;
+  const double end = power_up.begins.back();
   const std::size_t all = before + stretch.samples, samples_at_once = std::max<std::size_t>(1, at_once / fine);
-  std::vector<Felt> felt(samples_at_once * fine);
-  std::vector<double> values(felt.size());
+  std::vector<Felt> felt(samples_at_once * fine + 2 * step_margin);
+  std::vector<double> middles(felt.size()), values(felt.size());
   Vector3 force, rate;
   for (std::size_t done = 0; done < all; done += samples_at_once) {
-    const std::size_t samples = std::min(samples_at_once, all - done);
-    const auto points = std::span(felt).first(samples * fine);
-    power_up.reference.felt(begin + static_cast<double>(done) * stretch.step, step, points);
+    const std::size_t samples = std::min(samples_at_once, all - done), steps = samples * fine;
+    const double first = begin + static_cast<double>(done) * stretch.step;
+    const auto fit = [&](double room) {
+      return static_cast<std::size_t>(std::clamp(room / step, 0.0, static_cast<double>(step_margin)));
+    };
+    const std::size_t front = fit(first), back = fit(end - first - static_cast<double>(steps - 1) * step);
+    const auto points = std::span(felt).first(front + steps + back);
+    power_up.reference.felt(first - static_cast<double>(front) * step, step, points);
+    const auto courses = courses_of(std::span<const Felt>(points));
     for (std::size_t s = 0; s < sums.series.columns; ++s) {
-      const auto block = std::span(values).first(points.size());
-      for (std::size_t k = 0; k < points.size(); ++k) block[k] = evaluate(problem, s, points[k]);
+      for (std::size_t k = 0; k < points.size(); ++k) middles[k] = evaluate(problem, s, points[k]);
+      const auto block = std::span(values).first(steps);
+      means_from_middles(std::span(middles).first(points.size()), courses, front, block);
       if (responses[s]) responses[s](block);
       for (std::size_t i = done < before ? before - done : 0; i < samples; ++i) {
         const std::size_t sample = done + i - before;
@@ -109,7 +131,7 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
         sums.series(sample / blocking.per_block, s) += mean / static_cast<double>(fine);
       }
     }
-    for (const Felt& point : points) {
+    for (const Felt& point : points.subspan(front, steps)) {
       force = force + point.specific_force;
       rate = rate + point.rate;
       sums.extent.add(point);

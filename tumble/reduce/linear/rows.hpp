@@ -43,6 +43,9 @@ struct Rows {
   std::vector<double> natural;  ///< size of each column were all that is felt along all axes at its greatest
 };
 
+/// Greatest frequency [Hz] at which what is felt repeats: oscillations, and turns of the axes in gravity.
+double quickest(const Segment& segment);
+
 Rows rows_of(const Evidences& evidence, const Problem& problem);
 
 /// Shift of every row by one standard deviation of each error of the rigs and of the reading, where the instrument has
