@@ -117,6 +117,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
   for (auto& finding : implausible(estimate)) estimate.findings.push_back(std::move(finding));
   for (auto& finding : about_site(evidence.plan)) estimate.findings.push_back(std::move(finding));
+  for (auto& finding : ruled_by_site(evidence.plan, estimate)) estimate.findings.push_back(std::move(finding));
   add_data_findings(evidence, estimate.findings);
   complete(evidence, estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate, estimate.findings);
