@@ -231,6 +231,9 @@ TEST(Checks, MoveBetweenSegmentsIsNoOutlier) {
   EXPECT_EQ(findings_of("outliers", moved).size(), 1u);
   moved.marks = {{"first", moved.channels[0].time(0), 1}, {"second", moved.channels[0].time(1000), 1}};
   EXPECT_TRUE(findings_of("outliers", moved).empty());
+  // the last sample before the next move begins, where durations that were added up are off by a rounding
+  moved.marks[1].begin = moved.channels[0].time(1002) * (1.0 + 1e-15);
+  EXPECT_TRUE(findings_of("outliers", moved).empty());
 }
 
 TEST(Checks, Units) {

@@ -93,7 +93,8 @@ Outliers find_outliers(const std::vector<double>& x, double quantum, const std::
 Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   if (channel.values.size() < 16) return {};
   std::vector<std::size_t> moves;
-  for (const Mark& mark : marks) moves.push_back(index_at(channel, mark.begin));
+  const double slack = 1e-6 / mean_rate(channel);  // durations that add up are rounded
+  for (const Mark& mark : marks) moves.push_back(index_at(channel, mark.begin - slack));
   std::ranges::sort(moves);
   const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum, moves);
   if (found.count == 0) return {};

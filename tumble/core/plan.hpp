@@ -15,10 +15,11 @@ namespace tumble {
 
 /// Where the rig stands.
 struct Site {
-  double latitude = 0.0;          ///< [rad], geodetic
-  double longitude = 0.0;         ///< [rad]
-  double height = 0.0;            ///< [m] above the ellipsoid
-  std::optional<double> gravity;  ///< [m/s^2] as measured; absent: the normal gravity formula
+  double latitude = 0.0;                   ///< [rad], geodetic
+  double longitude = 0.0;                  ///< [rad]
+  std::optional<double> height;            ///< [m] above the ellipsoid; absent: not stated, and taken as 0
+  std::optional<double> gravity;           ///< [m/s^2] as measured; absent: the normal gravity formula
+  std::optional<double> latitude_sd = {};  ///< [rad] standard uncertainty; absent: see earth.hpp
 };
 
 /// The channel that plays a role: `gyro = "dtg.x"`, or with the unit of a column that has none, `"dtg.x[deg/h]"`.

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tumble/units/constants.hpp"
+
 namespace tumble {
 
 Vector3 earth_rate_in_level(const Site& site) {
@@ -17,6 +19,18 @@ double normal_gravity(double latitude, double height) {
   return on_ellipsoid * (1.0 - 2.0 * (1.0 + f + m - 2.0 * f * s2) * h + 3.0 * h * h);
 }
 
-double gravity(const Site& site) { return site.gravity.value_or(normal_gravity(site.latitude, site.height)); }
+double gravity(const Site& site) {
+  return site.gravity.value_or(normal_gravity(site.latitude, site.height.value_or(0.0)));
+}
+
+double gravity_sd(const std::optional<Site>& site) {
+  constexpr double measured = 5.0 * micro_g, anomaly = 50.0 * micro_g, anywhere = 0.015;
+  constexpr double gradient = 3.086e-6, usual_height = 1000.0;  // [1/s^2], [m]
+  if (!site) return anywhere;
+  if (site->gravity) return measured;
+  return site->height ? anomaly : std::hypot(anomaly, gradient * usual_height);
+}
+
+double latitude_sd(const Site& site) { return site.latitude_sd.value_or(10.0 * arcsecond); }
 
 }  // namespace tumble

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "tumble/core/plan.hpp"
 #include "tumble/math/vector3.hpp"
 
@@ -33,5 +35,19 @@ double normal_gravity(double latitude, double height);
 
 /// Gravity at a site [m/s^2]: as measured if the site says so, else normal gravity.
 double gravity(const Site& site);
+
+/// Standard uncertainty of the gravity that acts on an instrument [m/s^2], where nobody states it.
+///
+///   measured at the site                      5 ug
+///   normal gravity, at the height stated      50 ug, by which real gravity scatters about the formula (50 mGal)
+///   normal gravity, where none is stated      318 ug: 3.086e-6 1/s^2 times 1000 m beside it
+///   nowhere on Earth in particular            0.015 m/s^2, between the equator and a pole
+///
+/// See       Heiskanen and Moritz, Physical Geodesy (1967), section 2-14: -0.3086 mGal/m
+double gravity_sd(const std::optional<Site>& site);
+
+/// Standard uncertainty of the latitude between the plumb line of a site and the Earth's axis [rad]: as the site states
+/// it, else 10 arcsec, which is a deflection of the vertical and a latitude that is written to 0.01 deg.
+double latitude_sd(const Site& site);
 
 }  // namespace tumble

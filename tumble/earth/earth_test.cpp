@@ -59,7 +59,7 @@ TEST(Earth, MeasuredGravityComesFirst) {
   Site site;
   site.latitude = 34.25 * degree;
   site.height = 400.0;
-  EXPECT_EQ(gravity(site), normal_gravity(site.latitude, site.height));
+  EXPECT_EQ(gravity(site), normal_gravity(site.latitude, *site.height));
   site.gravity = 9.7966;
   EXPECT_EQ(gravity(site), 9.7966);
 }
@@ -70,6 +70,23 @@ TEST(Earth, RateIsTheOneOfTheConventions) {
   // 15.041067 deg/h, given to 1e-6 deg/h.
   EXPECT_NEAR(earth_rate_in_level(pole).z / degree * 3600, 15.041067, 5e-7);
   EXPECT_DOUBLE_EQ(norm(earth_rate_in_level(pole)), earth_rate);
+}
+
+/// A measured gravity, the formula at a height, the formula anywhere on a hill, and anywhere on Earth.
+TEST(Earth, GravityIsAsUncertainAsItsOrigin) {
+  Site site{.latitude = 34.25 * degree, .height = 400.0, .gravity = 9.7966};
+  EXPECT_DOUBLE_EQ(gravity_sd(site), si(5.0, "ug"));
+  site.gravity.reset();
+  EXPECT_DOUBLE_EQ(gravity_sd(site), si(50.0, "ug"));
+  site.height.reset();
+  // what 1000 m make of normal gravity, and the anomaly
+  const double kilometre = normal_gravity(site.latitude, 0.0) - normal_gravity(site.latitude, 1000.0);
+  EXPECT_NEAR(gravity_sd(site), std::hypot(kilometre, si(50.0, "ug")), 1e-3 * kilometre);
+  // equator and pole differ by 0.052 m/s^2: as if even, that over sqrt(12)
+  EXPECT_NEAR(gravity_sd({}), 0.052 / std::sqrt(12.0), 1e-3);
+  EXPECT_DOUBLE_EQ(latitude_sd(site), si(10.0, "arcsec"));
+  site.latitude_sd = 1e-4;
+  EXPECT_EQ(latitude_sd(site), 1e-4);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ namespace tumble {
 std::optional<double> rig_sd(const Plan& plan, std::string_view name) {
   assert(is_error_name(name));
   if (plan.rig_kind.empty()) return {};
-  for (const auto& error : find_rig(plan.rig_kind).errors(plan.rig))
+  for (const auto& error : find_rig(plan.rig_kind).errors(plan.rig, plan.site))
     if (error.name == name) return error.sd;
   return {};
 }
@@ -28,7 +28,7 @@ std::vector<PlanError> rig_errors(const std::vector<PowerUp>& power_ups) {
   std::set<std::size_t> plans;
   for (const auto& power_up : power_ups) {
     if (power_up.plan->rig_kind.empty() || !plans.insert(power_up.plan_number).second) continue;
-    const auto errors = find_rig(power_up.plan->rig_kind).errors(power_up.plan->rig);
+    const auto errors = find_rig(power_up.plan->rig_kind).errors(power_up.plan->rig, power_up.plan->site);
     for (std::size_t e = 0; e < errors.size(); ++e)
       if (errors[e].sd > 0.0) all.push_back({power_up.plan_number, e, errors.size(), errors[e]});
   }
@@ -237,12 +237,12 @@ void add_each_segment(const ConductedTest& test, const Observation& observation,
   if (!difference.rounding(own.column)) effects.push_back(std::move(own));
 }
 
-/// How the instrument was mounted is an error of this test alone, and gravity one of the site.
+/// How the instrument was mounted is an error of this test alone, gravity and latitude are errors of the site.
 bool belongs_to_rig(const std::string& name) {
   namespace names = error_names;
-  constexpr std::array<std::string_view, 10> others{
-      names::lever_x,    names::lever_y, names::lever_z, names::mounting_x, names::mounting_y,
-      names::mounting_z, names::pose_x,  names::pose_y,  names::pose_z,     names::gravity};
+  constexpr std::array<std::string_view, 11> others{
+      names::lever_x, names::lever_y, names::lever_z, names::mounting_x, names::mounting_y, names::mounting_z,
+      names::pose_x,  names::pose_y,  names::pose_z,  names::gravity,    names::latitude};
   return std::ranges::find(others, name) == others.end();
 }
 
@@ -254,6 +254,8 @@ std::string key_of(const ConductedTest& test, const PlanError& error) {
   const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
   const Plan& plan = *std::ranges::find_if(test.power_ups, with_plan)->plan;
   if (error.error.name == error_names::gravity) return plan.site ? gravity_key(gravity(*plan.site)) : "";
+  if (error.error.name == error_names::latitude)
+    return plan.site ? fmt::format("latitude {:.12g} rad", plan.site->latitude) : "";
   return belongs_to_rig(error.error.name) ? plan.rig_equipment : "";
 }
 

@@ -44,7 +44,7 @@ std::string name_of(const PlanError& error);
 std::string gravity_key(double gravity);
 
 /// What another test must share for an error drawn once to be the same there: the equipment that its plan names, or
-/// gravity as stated; empty: nothing. How the instrument was mounted is an error of this test alone.
+/// gravity or the latitude as stated; empty: nothing. How the instrument was mounted is an error of this test alone.
 std::string key_of(const ConductedTest& test, const PlanError& error);
 
 /// Whether the error is present in a segment of a power-up.

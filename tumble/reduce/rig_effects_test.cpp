@@ -178,5 +178,31 @@ TEST(RigSd, EveryErrorOfEveryRigHasAKnownName) {
       EXPECT_TRUE(is_error_name(error.name)) << rig->name << ": " << error.name;
 }
 
+/// A rate along x of a head that stands at three angles about the east-west line.
+TEST(RigEffects, TheLatitudeTurnsTheEarthsRateAndIsOfTheSite) {
+  Plan plan = head_plan({held("a", 0.0), held("b", 0.5 * std::numbers::pi), held("c", 1.0)});
+  plan.site->latitude_sd = 1e-5;
+  const auto test = stretches(plan, {.role = "gyro"});
+  Observation observation = rows_of(test);
+  observation.add = [&test](const Reference& reference, std::size_t g, Detail, std::span<double> rows) {
+    Felt felt;
+    reference.felt(test.stretches[g].first + 0.5 * test.stretches[g].duration(), 1.0, std::span(&felt, 1));
+    rows[0] += felt.rate.x;
+  };
+  const auto latitude = effects_named(rig_effects(test, observation), names::latitude);
+  ASSERT_EQ(latitude.size(), 1u);
+  EXPECT_FALSE(latitude[0].key.empty());
+  Plan north = plan;
+  north.site->latitude += 1e-5;
+  const auto moved = stretches(north, {.role = "gyro"});
+  for (std::size_t g = 0; g < test.stretches.size(); ++g) {
+    Felt before, after;
+    const double middle = test.stretches[g].first + 0.5 * test.stretches[g].duration();
+    test.power_ups[0].reference.felt(middle, 1.0, std::span(&before, 1));
+    moved.power_ups[0].reference.felt(middle, 1.0, std::span(&after, 1));
+    EXPECT_NEAR(latitude[0].column[g], after.rate.x - before.rate.x, 1e-18);
+  }
+}
+
 }  // namespace
 }  // namespace tumble

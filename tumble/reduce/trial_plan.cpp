@@ -1,5 +1,6 @@
 #include "tumble/reduce/trial_plan.hpp"
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 
@@ -12,6 +13,7 @@ Plan trial_plan(const std::string& method, const std::vector<Option>& options, c
   plan.instrument_model = model;
   plan.sample_rate = rate;
   plan.site = Site{si(34.25, "deg"), si(108.9, "deg"), 400.0, {}};
+  plan.site->gravity = gravity(*plan.site);  // as measured
   plan.rig_kind = rig;
   plan.rig = defaults(find_rig(rig).options());
   plan.settings = defaults(options);

@@ -13,16 +13,14 @@ namespace {
 using namespace chain;
 
 std::vector<Imperfection> imperfections() {
-  return joined(
-      {{{quantity("gravity_sd", "ug").at_least(0).otherwise("5 ug").says("gravity where the test takes place"),
-         {error_names::gravity}}},
-       lever_imperfections("20 mm"),
-       {{quantity("pose_sd", "deg")
-             .at_least(0)
-             .otherwise("2 deg")
-             .says("error of the orientation in which the instrument is laid down, about each axis"),
-         {error_names::pose_x, error_names::pose_y, error_names::pose_z},
-         true}}});
+  return joined({{gravity_imperfection()},
+                 lever_imperfections("20 mm"),
+                 {{quantity("pose_sd", "deg")
+                       .at_least(0)
+                       .otherwise("2 deg")
+                       .says("error of the orientation in which the instrument is laid down, about each axis"),
+                   {error_names::pose_x, error_names::pose_y, error_names::pose_z},
+                   true}}});
 }
 
 std::vector<Option> options() {
@@ -46,7 +44,9 @@ std::vector<Option> options() {
   return options;
 }
 
-std::vector<RigError> errors(const Settings& options) { return errors_of(imperfections(), options); }
+std::vector<RigError> errors(const Settings& options, const std::optional<Site>& site) {
+  return errors_of(imperfections(), options, site);
+}
 
 /// One segment: a move from the pose before, and a rest.
 struct Rest {
@@ -106,12 +106,12 @@ std::vector<Rest> rests_of(const Schedule& run, const ErrorValues& error) {
 }
 
 Hand hand_of(const RigRun& run) {
-  const auto list = errors(run.options);
+  const auto list = errors(run.options, run.site);
   const ErrorValues error(list, run.errors);
   const Settings& options = run.options;
   Hand hand;
   hand.rests = rests_of(run.segments, error);
-  hand.ground = ground_of(run.site, error(error_names::gravity));
+  hand.ground = ground_of(run.site, error(error_names::gravity), error(error_names::latitude));
   hand.lever = {options.number("lever_x") + error(error_names::lever_x),
                 options.number("lever_y") + error(error_names::lever_y),
                 options.number("lever_z") + error(error_names::lever_z)};
@@ -192,7 +192,7 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
   std::vector<std::string> problems;
   check_order(options, "tremor_lowest", "tremor_highest", problems);
   if (!check_axes(mount_axes(), schedule, problems)) return problems;
-  const auto list = errors(options);
+  const auto list = errors(options, {});
   const Matrix none;
   for (const auto& run : runs_of(schedule)) {
     const auto rests = rests_of(run, ErrorValues(list, none));

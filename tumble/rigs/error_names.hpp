@@ -11,6 +11,7 @@ inline constexpr const char* level_about_east = "level of the base about east";
 inline constexpr const char* level_about_north = "level of the base about north";
 inline constexpr const char* azimuth = "azimuth of the base";
 inline constexpr const char* gravity = "gravity";
+inline constexpr const char* latitude = "latitude";
 
 inline constexpr const char* lever_x = "lever arm x";
 inline constexpr const char* lever_y = "lever arm y";
@@ -56,10 +57,11 @@ namespace tumble {
 /// Whether any rig may have an error of this name.
 constexpr bool is_error_name(std::string_view name) {
   namespace names = error_names;
-  constexpr std::array<std::string_view, 28> whole{names::level_about_east,
+  constexpr std::array<std::string_view, 29> whole{names::level_about_east,
                                                    names::level_about_north,
                                                    names::azimuth,
                                                    names::gravity,
+                                                   names::latitude,
                                                    names::lever_x,
                                                    names::lever_y,
                                                    names::lever_z,

@@ -64,7 +64,8 @@ struct Rig {
   const char* summary;
   std::vector<Axis> (*axes)();
   std::vector<Option> (*options)();
-  std::vector<RigError> (*errors)(const Settings& options);
+  /// Those of gravity and latitude follow from the site where the options do not state them.
+  std::vector<RigError> (*errors)(const Settings& options, const std::optional<Site>& site);
   Reference (*reference)(const RigRun& run);
   /// Everything in the schedule the rig cannot do, and every option out of bounds, as messages; empty: it can.
   std::vector<std::string> (*refusals)(const Schedule& schedule, const Settings& options);

@@ -93,7 +93,7 @@ TEST_P(RigLaws, GravityAndEarthRateAtRestAnywhere) {
     schedule.push_back(segment);
   }
   RigRun run = run_of(schedule, options);
-  const auto errors = rig.errors(options);
+  const auto errors = rig.errors(options, run.site);
   run.errors = Matrix(errors.size(), schedule.size());
   for (std::size_t e = 0; e < errors.size(); ++e)
     for (std::size_t s = 0; s < schedule.size(); ++s)
@@ -173,8 +173,8 @@ TEST_P(RigLaws, EveryErrorMovesSomething) {
   const Rig& rig = *GetParam();
   const auto options = defaults(rig.options());
   const auto schedule = exercise(rig);
-  const auto errors = rig.errors(options);
   RigRun run = run_of(schedule, options);
+  const auto errors = rig.errors(options, run.site);
   const auto nominal = felt(rig.reference(run), 0.005, 0.01, 14000);
   std::vector<std::vector<double>> nominal_readings;
   for (const auto& sensor : rig.reference(run).sensors) {
@@ -203,7 +203,7 @@ TEST_P(RigLaws, EveryErrorMovesSomething) {
 
 TEST_P(RigLaws, IdealRigHasNoErrors) {
   const Rig& rig = *GetParam();
-  for (const auto& error : rig.errors(with(rig, {{"ideal", "true", "test", false}}))) EXPECT_EQ(error.sd, 0.0);
+  for (const auto& error : rig.errors(with(rig, {{"ideal", "true", "test", false}}), Site{})) EXPECT_EQ(error.sd, 0.0);
 }
 
 TEST_P(RigLaws, StandardDeviationsAreNotNegative) {

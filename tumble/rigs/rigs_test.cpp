@@ -167,7 +167,7 @@ TEST(CounterRotatingCentrifuge, TiltOfTheTableAxisIsATrueRateAtTheTablesRate) {
   const Schedule schedule{{"spin", 100.0, 1, {{"arm", turning(340.0)}, {"table", turning(-300.0)}}}};
   RigRun run = run_of(schedule, options);
   run.site.reset();
-  const auto errors = rig.errors(options);
+  const auto errors = rig.errors(options, run.site);
   run.errors = Matrix(errors.size(), 1);
   for (std::size_t e = 0; e < errors.size(); ++e)
     if (errors[e].name == "tilt of the table axis about the arm") run.errors(e, 0) = si(10.0, "arcsec");

@@ -84,7 +84,9 @@ std::vector<Option> options() {
   return options;
 }
 
-std::vector<RigError> errors(const Settings& options) { return errors_of(imperfections(), options); }
+std::vector<RigError> errors(const Settings& options, const std::optional<Site>& site) {
+  return errors_of(imperfections(), options, site);
+}
 
 /// What a vibration needs of the shaker.
 struct Demand {
@@ -241,7 +243,7 @@ void mean_shake(const Shaker& shaker, double first, double step, std::span<doubl
 }
 
 Shaker shaker_of(const RigRun& run) {
-  const auto list = errors(run.options);
+  const auto list = errors(run.options, run.site);
   const ErrorValues error(list, run.errors);
   Shaker shaker;
   double begin = 0.0;
@@ -261,7 +263,8 @@ Shaker shaker_of(const RigRun& run) {
   shaker.third = error(error_names::third_harmonic);
   const Rotation fixture =
       about_y(-run.options.number("shake_elevation")) * about_z(two_pi / 4.0 - run.options.number("shake_azimuth"));
-  shaker.chain.ground = seen_in(fixture * base_from_level(error), ground_of(run.site, error(error_names::gravity)));
+  shaker.chain.ground = seen_in(fixture * base_from_level(error),
+                                ground_of(run.site, error(error_names::gravity), error(error_names::latitude)));
   shaker.chain.poses = poses_of(run.segments, error);
   shaker.chain.temperature = run.options.number("temperature");
   return shaker;
@@ -313,7 +316,7 @@ Reference reference(const RigRun& run) {
     out.settled.push_back(fades ? std::min(segment.end, segment.begin + 2.0 / segment.motion.frequency)
                                 : segment.begin);
   }
-  const auto list = errors(run.options);
+  const auto list = errors(run.options, run.site);
   const double gain = 1.0 + ErrorValues(list, run.errors)(error_names::reference_gain);
   const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");
   Sensor sensor{{"reference", QuantityKind::specific_force, Unit::parse("g"), {0.0, run.rate, nullptr}, {}}, nullptr};

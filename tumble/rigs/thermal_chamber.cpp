@@ -198,7 +198,7 @@ History history_of(const RigRun& run) {
   const Spot top = follow(at_top, soaked, options.number("top_time"), options.number("top_self_heating"), run.rate);
   const Spot side = follow(at_side, soaked, options.number("side_time"), options.number("side_self_heating"), run.rate);
   History out{run.rate, std::vector<Felt>(count), {}, {}};
-  const Kinematics ground = ground_of(run.site, 0.0);  // x east, y north, z up
+  const Kinematics ground = ground_of(run.site, 0.0, 0.0);  // x east, y north, z up
   for (std::size_t k = 0; k < count; ++k) {
     Felt& felt = out.felt[k];
     felt.rate = ground.rate;
@@ -255,7 +255,7 @@ extern const Rig thermal_chamber{
     .summary = "thermal chamber: set points, ramps and dwells; the instrument follows at its top and side",
     .axes = axes,
     .options = options,
-    .errors = [](const Settings&) { return std::vector<RigError>{}; },
+    .errors = [](const Settings&, const std::optional<Site>&) { return std::vector<RigError>{}; },
     .reference = reference,
     .refusals = refusals};
 

@@ -64,8 +64,8 @@ Matrix drawn_errors(const std::vector<RigError>& errors, std::size_t segments, c
 Reference reference_of(const Plan& plan, const PlannedRun& run, const RandomStream& random) {
   const Rig& rig = find_rig(plan.rig_kind);
   const RandomStream own = random.split("run").split(static_cast<std::uint64_t>(run.run)).split("rig");
-  Matrix errors =
-      drawn_errors(rig.errors(plan.rig), run.segments.size(), random.split("rig errors"), own.split("errors"));
+  Matrix errors = drawn_errors(rig.errors(plan.rig, plan.site), run.segments.size(), random.split("rig errors"),
+                               own.split("errors"));
   return rig.reference(
       {run.segments, plan.rig, plan.site, plan.sample_rate * oversampling_of(plan), std::move(errors), own});
 }

@@ -121,6 +121,7 @@ void complete(const Evidence& evidence, Estimate& estimate) {
 void add_doubts(const Plan& plan, Estimate& estimate) {
   for (auto& finding : implausible(estimate, plan)) estimate.findings.push_back(std::move(finding));
   for (auto& finding : about_site(plan)) estimate.findings.push_back(std::move(finding));
+  for (auto& finding : ruled_by_site(plan, estimate)) estimate.findings.push_back(std::move(finding));
 }
 
 Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progress& progress) {

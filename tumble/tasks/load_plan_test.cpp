@@ -58,6 +58,7 @@ TEST_F(LoadPlan, ReadsEverySection) {
   const auto plan = load(R"(title = "FOG over temperature"
 [site]
 latitude = "34.25 deg"
+latitude_sd = "2 arcsec"
 longitude = "-108.9 deg"
 height = "400 m"
 gravity = "9.7966 m/s^2"
@@ -74,6 +75,7 @@ A1_0 = "0.05 deg/h/K"
 )" + chamber);
   EXPECT_EQ(plan.title, "FOG over temperature");
   EXPECT_DOUBLE_EQ(plan.site->latitude, 34.25 * std::numbers::pi / 180);
+  EXPECT_EQ(plan.site->latitude_sd, si(2.0, "arcsec"));
   EXPECT_EQ(plan.site->height, 400.0);
   EXPECT_EQ(plan.site->gravity, 9.7966);
   EXPECT_EQ(plan.sample_rate, 1.0);

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/rigs/capabilities.hpp"
+#include "tumble/rigs/error_names.hpp"
 
 namespace tumble {
 namespace {
@@ -81,12 +84,42 @@ Findings implausible(const Estimate& estimate, const Plan& plan) {
 Findings about_site(const Plan& plan) {
   constexpr double with_height = 6e-4, without_height = 1.4e-3;
   if (!plan.site || !plan.site->gravity) return {};
-  const double normal = normal_gravity(plan.site->latitude, plan.site->height);
+  const double normal = normal_gravity(plan.site->latitude, plan.site->height.value_or(0.0));
   const double difference = *plan.site->gravity / normal - 1.0;
-  if (std::abs(difference) <= (plan.site->height == 0.0 ? without_height : with_height)) return {};
+  if (std::abs(difference) <= (plan.site->height ? with_height : without_height)) return {};
   return {{Severity::warning,
            "gravity_of_another_place",
            {{"gravity", *plan.site->gravity, "m/s^2"}, {"normal", normal, "m/s^2"}, {"difference", difference, "%"}}}};
+}
+
+namespace {
+
+/// One finding for all parameters of whose variance more than half is in this line of the budget.
+void add_ruled(const Estimate& estimate, const char* source, const char* code, FindingValue sd, Findings& findings) {
+  const auto line = std::ranges::find(estimate.budget, source, &Contribution::source);
+  if (line == estimate.budget.end()) return;
+  Occurrences parameters{0, {}, {}};
+  double most = 0.5;
+  for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
+    const double total = estimate.covariance(p, p), share = total > 0.0 ? line->variance(p) / total : 0.0;
+    if (share <= 0.5) continue;
+    if (parameters.count++ == 0) parameters.first = estimate.parameters[p].name;
+    if (share > most) most = share, parameters.worst = estimate.parameters[p].name;
+  }
+  if (parameters.count > 0)
+    findings.push_back({Severity::info, code, {{"share", most, "%"}, std::move(sd)}, "", parameters});
+}
+
+}  // namespace
+
+Findings ruled_by_site(const Plan& plan, const Estimate& estimate) {
+  Findings findings;
+  if (!plan.site) return findings;
+  add_ruled(estimate, error_names::latitude, "latitude_rules", {"sd", latitude_sd(*plan.site), "arcsec"}, findings);
+  if (!plan.site->gravity)
+    add_ruled(estimate, error_names::gravity, "gravity_by_formula_rules", {"sd", gravity_sd(plan.site), "ug"},
+              findings);
+  return findings;
 }
 
 bool is_undermined(const std::string& parameter, const Findings& findings) {

@@ -19,6 +19,10 @@ Findings implausible(const Estimate& estimate, const Plan& plan);
 /// anomalies on land reach nowhere, or beyond 0.14 % where no height is stated (4500 m).
 Findings about_site(const Plan& plan);
 
+/// Parameters of whose variance more than half comes from the site: from a latitude that no residual can show, or from
+/// gravity by the formula. Each is one finding of severity info, with the worst parameter and what would mend it.
+Findings ruled_by_site(const Plan& plan, const Estimate& estimate);
+
 /// Whether an error among the findings takes the ground from under a parameter: one that names it, or a wrong sign
 /// anywhere.
 bool is_undermined(const std::string& parameter, const Findings& findings);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/core/budget.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/rigs/capabilities.hpp"
@@ -74,7 +75,7 @@ TEST(Plausible, GravityOfAnotherPlaceIsSaid) {
   plan.site->gravity = 9.8122;  // of Potsdam
   ASSERT_EQ(about_site(plan).size(), 1u);
   EXPECT_EQ(about_site(plan)[0].code, "gravity_of_another_place");
-  plan.site->height = 0.0;  // not stated: a mountain is possible, but it makes gravity smaller by 0.14 % at most
+  plan.site->height.reset();  // not stated: a mountain is possible, but it makes gravity smaller by 0.14 % at most
   EXPECT_EQ(about_site(plan).size(), 1u);
   plan.site->gravity = normal_gravity(plan.site->latitude, 4000.0);
   EXPECT_TRUE(about_site(plan).empty());
@@ -97,6 +98,32 @@ TEST(Plausible, AnOutputThatIsTurnedAboutIsSaid) {
         << name;
     for (const Verdict& verdict : estimate.verdicts) EXPECT_EQ(verdict.outcome, Verdict::Outcome::undecided) << name;
   }
+}
+
+/// A latitude that no residual shows, and gravity by the formula, are named where they rule a parameter.
+TEST(Plausible, WhatTheSiteRulesIsSaid) {
+  Plan plan;
+  plan.site = Site{.latitude = si(34.25, "deg"), .height = {}, .gravity = {}, .latitude_sd = si(60.0, "arcsec")};
+  Estimate estimate;
+  estimate.parameters = {{"bias", "", Unit::parse("deg/h"), 0.0, ""}, {"scale_factor", "", Unit(), 1.0, ""}};
+  const auto line = [](const char* source, double of_bias, double of_scale) {
+    Contribution out{source, "", Matrix(2, 1)};
+    out.factor(0, 0) = of_bias, out.factor(1, 0) = of_scale;
+    return out;
+  };
+  estimate.budget = {line("latitude", 3.0, 0.0), line("gravity", 0.0, 1.0), line("noise", 1.0, 0.5)};
+  estimate.covariance = covariance_of(estimate.budget, 2);
+  const auto findings = ruled_by_site(plan, estimate);
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].code, "latitude_rules");
+  EXPECT_EQ(findings[0].occurrences.worst.label, "bias");
+  EXPECT_EQ(findings[1].code, "gravity_by_formula_rules");
+  EXPECT_EQ(findings[1].severity, Finding::Severity::info);
+  plan.site->gravity = 9.797;
+  EXPECT_EQ(ruled_by_site(plan, estimate).size(), 1u);
+  estimate.budget[0] = line("latitude", 0.5, 0.0);
+  estimate.covariance = covariance_of(estimate.budget, 2);
+  EXPECT_TRUE(ruled_by_site(plan, estimate).empty());
 }
 
 }  // namespace

@@ -108,6 +108,7 @@ extern const Method imu_channel_calibration{
     .identify = identify,
     .trial = trial,
     .compensate = compensated,
-    .several_instruments = true};
+    .several_instruments = true,
+    .second_trial = second_trial};
 
 }  // namespace tumble::imu_channel_calibration

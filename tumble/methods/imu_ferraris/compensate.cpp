@@ -17,21 +17,6 @@
 namespace tumble::imu_ferraris {
 namespace {
 
-/// One matrix of the table [SI]; a vector is its first row.
-Matrix3 matrix_of(const Table& table, const std::string& name, std::size_t rows = 3) {
-  Matrix3 m;
-  std::size_t row = 0;
-  for (const auto& cells : table.rows) {
-    const auto *of = std::get_if<std::string>(&cells[0]), *unit = std::get_if<std::string>(&cells[2]);
-    if (!of || !unit || *of != name || row > 2) continue;
-    for (std::size_t j = 0; j < 3; ++j)
-      m(row, j) = compensation::number_in(table, cells[3 + j]) * Unit::parse(*unit).factor();
-    ++row;
-  }
-  if (row != rows) throw Error(Error::Kind::bad_file, "the result's table matrices lacks " + name);
-  return m;
-}
-
 /// Accelerometers or gyros: output = scale cosines input + sensitivity force + bias.
 struct Triad {
   bool gyros = false;
@@ -40,18 +25,50 @@ struct Triad {
   Matrix covariance;  ///< of its parameters, in the order of parameters_of()
 };
 
-Triad triad_of(const Estimate& estimate, const Table& table, bool gyros) {
+/// Value [SI] and place of a parameter of the result.
+double value_of(const Estimate& estimate, const std::string& name, std::vector<std::size_t>& places) {
+  const Parameter* parameter = find_parameter(estimate, name);
+  if (parameter == nullptr) throw Error(Error::Kind::bad_file, fmt::format("the result lacks {}", name));
+  places.push_back(static_cast<std::size_t>(parameter - estimate.parameters.data()));
+  return parameter->value;
+}
+
+/// Sign of the diagonal of R in row `i`, which no parameter states: -1 where the table `matrices` has it so.
+double sign_of_diagonal(const Estimate& estimate, bool gyros, std::size_t i) {
+  const Table* table = find_table(estimate, "matrices");
+  if (table == nullptr || table->columns.size() != 6) return 1.0;
+  std::size_t row = 0;
+  for (const auto& cells : table->rows) {
+    const auto* of = std::get_if<std::string>(&cells[0]);
+    if (of && *of == (gyros ? "R_g" : "R_a") && row++ == i)
+      return compensation::number_in(*table, cells[3 + i]) < 0.0 ? -1.0 : 1.0;
+  }
+  return 1.0;
+}
+
+Triad triad_of(const Estimate& estimate, bool gyros) {
   Triad t;
   t.gyros = gyros;
-  t.scale = diagonal_of(matrix_of(table, gyros ? "K_g" : "K_a"));
-  t.cosines = matrix_of(table, gyros ? "R_g" : "R_a");
-  t.bias = matrix_of(table, gyros ? "b_g" : "b_a", 1).x;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string role = imu::role_of(gyros ? imu::Kind::gyro : imu::Kind::accelerometer, i);
+    t.scale[i] = value_of(estimate, role + "_scale_factor", places);
+    t.bias[i] = value_of(estimate, role + "_bias", places);
+    double others = 0.0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (j == i) continue;
+      t.cosines(i, j) = value_of(estimate, fmt::format("{}_misalignment_{}", role, imu::letters[j]), places);
+      others += t.cosines(i, j) * t.cosines(i, j);
+    }
+    t.cosines(i, i) = sign_of_diagonal(estimate, gyros, i) * std::sqrt(std::max(1.0 - others, 0.0));
+    for (std::size_t j = 0; gyros && j < 3; ++j)
+      t.sensitivity(i, j) =
+          value_of(estimate, fmt::format("{}_acceleration_sensitivity_{}", role, imu::letters[j]), places);
+  }
   t.unresponse = inverse(response(t.scale, t.cosines));
-  if (gyros) t.sensitivity = matrix_of(table, "K_ga");
-  const std::size_t first = gyros ? 12 : 0, count = gyros ? 21 : 12;
-  if (estimate.covariance.rows < first + count)
+  if (estimate.covariance.rows != estimate.parameters.size())
     throw Error(Error::Kind::bad_file, "the result's covariance does not belong to its parameters");
-  t.covariance = block(estimate.covariance, first, count, first, count);
+  t.covariance = chosen_columns(chosen_rows(estimate.covariance, places), places);
   return t;
 }
 
@@ -88,9 +105,9 @@ struct Channels {
 };
 
 /// The channels of the roles, in units of the dimension that was calibrated.
-Channels channels_of(const Estimate& estimate, const Recording& recording, const Table& table) {
+Channels channels_of(const Estimate& estimate, const Recording& recording) {
   Channels out;
-  out.gyros = table.rows.size() > 7;
+  out.gyros = find_parameter(estimate, "gyro_x_scale_factor") != nullptr;
   std::vector<std::string> problems;
   for (std::size_t k = 0; k < (out.gyros ? outputs : 3); ++k) {
     const auto role = imu::role_of(k < 3 ? imu::Kind::accelerometer : imu::Kind::gyro, k % 3);
@@ -111,42 +128,88 @@ Channels channels_of(const Estimate& estimate, const Recording& recording, const
   return out;
 }
 
+/// The greatest rates and forces of the session, with a fiftieth over.
+struct Limits {
+  Vector3 rate, force;
+};
+
+Limits limits_of(const Estimate& estimate) {
+  const Table* table = find_table(estimate, "covered");
+  if (!table || table->rows.size() != 3 || table->columns.size() != 3)
+    throw Error(Error::Kind::bad_file,
+                "the result has no table covered: it cannot be said where the compensation holds");
+  Limits limits;
+  for (std::size_t i = 0; i < 3; ++i) {
+    limits.rate[i] = 1.02 * compensation::number_in(*table, table->rows[i][1]);
+    limits.force[i] = 1.02 * compensation::number_in(*table, table->rows[i][2]);
+  }
+  return limits;
+}
+
+bool beyond(Vector3 value, Vector3 limit, double slack) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (std::abs(value[i]) > limit[i] + slack) return true;
+  return false;
+}
+
+/// The outputs in the making: of each the channel, its uncertainty and whether it is extrapolated.
+struct Written {
+  const Recording& recording;
+  const Channels& channels;
+  Recording& out;
+  std::vector<compensation::Trust> trust = {};
+
+  Vector3 taken(std::size_t first, std::size_t sample) const {
+    Vector3 v;
+    for (std::size_t k = 0; k < 3; ++k) v[k] = recording.channels[channels.index[first + k]].values[sample];
+    return v;
+  }
+  void put(std::size_t first, std::size_t sample, Vector3 value, Vector3 sd, bool outside) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      out.channels[channels.index[first + k]].values[sample] = value[k];
+      trust[first + k].sd.values[sample] = sd[k];
+      trust[first + k].extrapolated.values[sample] = std::isnan(value[k]) ? value[k] : outside ? 1.0 : 0.0;
+    }
+  }
+};
+
 }  // namespace
 
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan*) {
-  const Table* table = find_table(estimate, "matrices");
-  if (!table || table->columns.size() != 6) throw Error(Error::Kind::bad_file, "the result has no table matrices");
-  const Channels channels = channels_of(estimate, recording, *table);
-  const Triad accelerometers = triad_of(estimate, *table, false);
-  const Triad gyros = channels.gyros ? triad_of(estimate, *table, true) : Triad{};
+  const Channels channels = channels_of(estimate, recording);
+  const Limits limits = limits_of(estimate);
+  const Triad accelerometers = triad_of(estimate, false);
+  const Triad gyros = channels.gyros ? triad_of(estimate, true) : Triad{};
   Compensation out{recording, {}, {}};
+  Written written{recording, channels, out.recording};
   const std::size_t used = channels.gyros ? outputs : 3, samples = recording.channels[channels.index[0]].values.size();
-  std::vector<Channel> sd;
   for (std::size_t k = 0; k < used; ++k) {
     Channel& channel = out.recording.channels[channels.index[k]];
     channel.kind = k < 3 ? QuantityKind::specific_force : QuantityKind::angular_rate;
     channel.unit = Unit::parse(k < 3 ? "m/s^2" : "deg/s");
-    sd.push_back(compensation::trust_in(channel).sd);
+    written.trust.push_back(compensation::trust_in(channel));
   }
-  const auto take = [&](std::size_t first, std::size_t i) {
-    Vector3 v;
-    for (std::size_t k = 0; k < 3; ++k) v[k] = recording.channels[channels.index[first + k]].values[i];
-    return v;
-  };
-  const auto put = [&](std::size_t first, std::size_t i, Vector3 value, Vector3 u) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      out.recording.channels[channels.index[first + k]].values[i] = value[k];
-      sd[first + k].values[i] = u[k];
-    }
-  };
+  std::size_t far = 0, first = 0;
   for (std::size_t i = 0; i < samples; ++i) {
-    const Vector3 force = accelerometers.unresponse * (take(0, i) - accelerometers.bias);
-    put(0, i, force, uncertainty(accelerometers, force, force));
-    if (!channels.gyros) continue;
-    const Vector3 rate = gyros.unresponse * (take(3, i) - gyros.sensitivity * force - gyros.bias);
-    put(3, i, rate, uncertainty(gyros, rate, force));
+    const Vector3 force = accelerometers.unresponse * (written.taken(0, i) - accelerometers.bias);
+    Vector3 rate;
+    if (channels.gyros) rate = gyros.unresponse * (written.taken(3, i) - gyros.sensitivity * force - gyros.bias);
+    const bool outside =
+        beyond(force, limits.force, si(0.02, "g")) || (channels.gyros && beyond(rate, limits.rate, si(0.1, "deg/s")));
+    if (outside && far++ == 0) first = i;
+    written.put(0, i, force, uncertainty(accelerometers, force, force), outside);
+    if (channels.gyros) written.put(3, i, rate, uncertainty(gyros, rate, force), outside);
   }
-  for (auto& channel : sd) out.recording.channels.push_back(std::move(channel));
+  for (auto& [sd, extrapolated] : written.trust) {
+    out.recording.channels.push_back(std::move(sd));
+    out.recording.channels.push_back(std::move(extrapolated));
+  }
+  if (far > 0)
+    out.findings.push_back({Finding::Severity::warning,
+                            "beyond_rates_and_forces",
+                            {{"share", static_cast<double>(far) / static_cast<double>(samples), "%"}},
+                            "",
+                            {far, recording.channels[channels.index[0]].time(first), {}}});
   return out;
 }
 

@@ -11,6 +11,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/linear/linear.hpp"
 #include "tumble/units/error.hpp"
 
 // Symbols of the source: K scale factors, R direction cosines, b biases of the accelerometers (a) and gyros (g), K_ga
@@ -34,6 +35,8 @@ std::vector<Option> options() {
   return {
       quantity("gravity", "m/s^2").above(0).says("gravity where the test was made; absent: that of the plan's [site]"),
       quantity("gravity_sd", "m/s^2").at_least(0).says("standard uncertainty of gravity; absent: by its origin"),
+      linear::bias_instability_option("deg/h", "gyro_"),
+      linear::bias_instability_option("ug", "accelerometer_"),
       quantity("pose_sd", "deg")
           .between(0, 20)
           .says("standard uncertainty of a pose about each level axis; absent: it is estimated from the poses"),
@@ -121,14 +124,18 @@ void check_settings(const Settings& settings) {
     throw Error(Error::Kind::bad_input, "[settings] rotation_angle must be at least 10 deg, of either sign");
 }
 
-/// Covariance, budget and degrees of freedom (Welch and Satterthwaite).
+/// Covariance, budget and degrees of freedom (Welch and Satterthwaite); values without the mean of the errors, which
+/// is that of the cosine of the tilts.
 void add_uncertainty(const std::vector<Cause>& causes, const Means& means, Estimate& estimate) {
   std::vector<ErrorLine> lines;
   for (const auto& cause : causes) {
-    if (cause.key.empty())
-      lines.push_back(from_covariance(cause.name, second_moments(cause, means)));
-    else
+    if (cause.key.empty()) {
+      const Moments moments = moments_of(cause, means);
+      lines.push_back(from_covariance(cause.name, moments.covariance));
+      for (std::size_t p = 0; p < moments.shift.size(); ++p) estimate.parameters[p].value -= moments.shift[p];
+    } else {
       lines.push_back(from_shifts(cause.name, as_column(signed_shift(cause, means)), cause.key));
+    }
     lines.back().degrees_of_freedom.assign(estimate.parameters.size(), cause.freedom);
   }
   settle(estimate, lines);
@@ -144,8 +151,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Estimate estimate;
   estimate.method = "imu_ferraris";
   estimate.findings = faults(plan, means, calibration, data);
-  if (auto problems = errors_among(estimate.findings); !problems.empty())
-    throw Error(Error::Kind::bad_data, std::move(problems));
   for (auto& finding : data.findings) estimate.findings.push_back(std::move(finding));
   const auto known = gravity_of(plan);
   estimate.findings.push_back(
@@ -155,7 +160,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   for (std::size_t i = 0; i < values.size(); ++i) estimate.parameters[i].value = values[i];
   add_uncertainty(causes(plan, means, calibration, data, estimate.findings), means, estimate);
   estimate.fit.observations = data.gyros ? 45 : 18;  // means of sections, three outputs each
-  estimate.tables = {matrices(calibration, data), pose_table(means, calibration, data)};
+  estimate.tables = {matrices(calibration, data), pose_table(means, calibration, data), covered(calibration, data)};
   return estimate;
 }
 
@@ -172,6 +177,7 @@ extern const Method imu_ferraris{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate};
+    .compensate = compensate,
+    .second_trial = second_trial};
 
 }  // namespace tumble::imu_ferraris

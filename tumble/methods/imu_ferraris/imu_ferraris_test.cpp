@@ -70,6 +70,13 @@ struct Session {
 
 Estimate identified(const Evidence& evidence) { return method().identify(evidence, {}); }
 
+/// The sentences of the error findings, one after the other.
+std::string errors_said(const Evidence& evidence) {
+  std::string all;
+  for (const auto& sentence : errors_among(identified(evidence).findings)) all += sentence + "\n";
+  return all;
+}
+
 TEST(ImuFerraris, FindsAUnitWithoutErrors) {
   const auto estimate = identified(Session().evidence());
   EXPECT_EQ(estimate.parameters.size(), 33u);
@@ -115,15 +122,15 @@ TEST(ImuFerraris, TakesTheLabelsOfImucal) {
   EXPECT_EQ(identified(session.evidence()).parameters.size(), 33u);
 }
 
-/// Each of them is refused by name, and with axes = any taken for a mounting where it can be one.
+/// Each of them is an error finding, and with axes = any taken for a mounting where it can be one.
 TEST(ImuFerraris, NamesExchangedAndReversedAxes) {
   Session session;
   for (auto& [label, v] : session.truth) std::swap(v[0], v[1]);
-  EXPECT_NE(refusal(method(), session.evidence()).find("accelerometer_x and accelerometer_y look exchanged"),
+  EXPECT_NE(errors_said(session.evidence()).find("accelerometer_x and accelerometer_y look exchanged"),
             std::string::npos);
   session = {};
   std::swap(session.truth["z_p"], session.truth["z_a"]);
-  auto message = refusal(method(), session.evidence());
+  auto message = errors_said(session.evidence());
   EXPECT_NE(message.find("accelerometer_z is reversed"), std::string::npos) << message;
   EXPECT_NE(message.find("left-handed"), std::string::npos) << message;
   EXPECT_NE(message.find("labels of the sections may also be exchanged"), std::string::npos) << message;
@@ -131,7 +138,7 @@ TEST(ImuFerraris, NamesExchangedAndReversedAxes) {
   session = {};
   for (std::size_t p = 0; p < 6; ++p)
     for (std::size_t k = 0; k < 3; ++k) session.truth[labels()[p]][k] *= -1.0;
-  EXPECT_NE(refusal(method(), session.evidence()).find("sign of gravity"), std::string::npos);
+  EXPECT_NE(errors_said(session.evidence()).find("sign of gravity"), std::string::npos);
 }
 
 /// Poses about different axes leave nothing to solve; before, two outputs were said to be the same.
@@ -162,13 +169,13 @@ TEST(ImuFerraris, NamesAnOutputThatIsSilent) {
 TEST(ImuFerraris, NamesTurnsThatAreWrong) {
   Session session;
   session.truth["y_rot"][4] *= 0.75;
-  const auto message = refusal(method(), session.evidence());
+  const auto message = errors_said(session.evidence());
   EXPECT_NE(message.find("in y_rot the gyros show 0.75 of"), std::string::npos) << message;
   EXPECT_NE(message.find("by 270 deg and not by 360 deg"), std::string::npos) << message;
   session = {};
   session.truth["x_rot"][3] *= -1.0;
-  EXPECT_NE(refusal(method(), session.evidence()).find("gyro_x is reversed"), std::string::npos);
-  EXPECT_NE(refusal(method(), Session().evidence({{"rotation_angle", "-360 deg", "", true, true}}))
+  EXPECT_NE(errors_said(session.evidence()).find("gyro_x is reversed"), std::string::npos);
+  EXPECT_NE(errors_said(Session().evidence({{"rotation_angle", "-360 deg", "", true, true}}))
                 .find("made in the other direction"),
             std::string::npos);
 }
@@ -177,7 +184,7 @@ TEST(ImuFerraris, NamesUnitsTakenForOthers) {
   Session session;
   for (auto& [label, v] : session.truth)
     for (std::size_t k = 0; k < 6; ++k) v[k] *= k < 3 ? 1.0 / 9.80665 : 180.0 / std::numbers::pi;
-  const auto message = refusal(method(), session.evidence());
+  const auto message = errors_said(session.evidence());
   EXPECT_NE(message.find("values in g are read as m/s^2"), std::string::npos) << message;
   EXPECT_NE(message.find("values in deg/s are read as rad/s"), std::string::npos) << message;
 }
@@ -199,6 +206,86 @@ TEST(ImuFerraris, StatedAlignmentIsComparedWithThePoses) {
   session.truth["x_p"][1] += 0.03 * g;  // 1.7 deg
   const auto estimate = identified(session.evidence({{"pose_sd", "0.1 deg", "", true, true}}));
   EXPECT_NE(std::ranges::find(estimate.findings, "pose_sd_too_small", &Finding::code), estimate.findings.end());
+}
+
+/// The real chip of three sessions had 0.25 g; offsets say nothing about labels, axes and units.
+TEST(ImuFerraris, LargeBiasesAreNoFault) {
+  Session session;
+  const double bias[]{-0.3 * g, 0.7 * g, 1.2 * g};
+  for (auto& [label, v] : session.truth)
+    for (std::size_t k = 0; k < 3; ++k) v[k] += bias[k];
+  const auto estimate = identified(session.evidence());
+  EXPECT_TRUE(errors_among(estimate.findings).empty());
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto* parameter = find_parameter(estimate, std::string("accelerometer_") + "xyz"[k] + "_bias");
+    EXPECT_NEAR(parameter->value, bias[k], 1e-3);  // noise of 1e-3 m/s^2 over 2 times 100 samples is 7e-5
+  }
+}
+
+/// Before, a ratio of 1.99 was within what the check of units accepts.
+TEST(ImuFerraris, NamesTurnsThatAllHaveAnotherAngle) {
+  Session session;
+  for (std::size_t t = 0; t < 3; ++t) session.truth[labels()[6 + t]][3 + t] *= 1.99;
+  EXPECT_NE(errors_said(session.evidence()).find("if the turns were by 720 deg and not by 360 deg"), std::string::npos);
+  for (std::size_t t = 0; t < 3; ++t) session.truth[labels()[6 + t]][3 + t] *= 1.1 / 1.99;  // a scale factor
+  EXPECT_EQ(errors_said(session.evidence()), "");
+}
+
+/// Two tilts of sd 2 deg shorten what is seen of gravity by their square, 0.12 %, and the poses across give half of it
+/// back: on average the closed form is low by 0.06 %, and the parameter is not. A draw scatters by no more than the
+/// square of the tilt.
+TEST(ImuFerraris, TheMeanCosineOfTheTiltIsSubtracted) {
+  constexpr double tilt = 2.0 * std::numbers::pi / 180.0;
+  constexpr int draws = 400;
+  double mean = 0.0;
+  for (int draw = 0; draw < draws; ++draw) {
+    Session session;
+    const RandomStream random = RandomStream(91).split(static_cast<std::uint64_t>(draw));
+    for (std::size_t p = 0; p < 6; ++p) {
+      auto& v = session.truth[labels()[p]];
+      const std::size_t axis = p / 2;
+      const double a = tilt * random.normal(2 * p), b = tilt * random.normal(2 * p + 1), up = v[axis];
+      const double length = std::sqrt(1.0 + a * a + b * b);
+      v[axis] = up / length;
+      v[(axis + 1) % 3] = up * a / length;
+      v[(axis + 2) % 3] = up * b / length;
+    }
+    const auto estimate = identified(session.evidence({{"pose_sd", "2 deg", "", true, true}}, false));
+    mean += find_parameter(estimate, "accelerometer_x_scale_factor")->value / draws;
+  }
+  EXPECT_NEAR(mean, 1.0, 4.0 * tilt * tilt / std::sqrt(1.0 * draws));
+}
+
+/// Six poses that follow each other within 12 s: the level of the flicker is in each bias in full.
+TEST(ImuFerraris, AStatedBiasInstabilityIsInTheBudget) {
+  const auto sd_with = [](const char* stated) {
+    const auto estimate =
+        identified(Session().evidence({{"accelerometer_bias_instability", stated, "", true, true}}, false));
+    const auto* bias = find_parameter(estimate, "accelerometer_x_bias");
+    return standard_uncertainty(estimate, static_cast<std::size_t>(bias - estimate.parameters.data()));
+  };
+  const double some = sd_with("1000 ug"), more = sd_with("2000 ug");
+  EXPECT_GT(some, 0.5 * si(1000.0, "ug"));  // the flat part of the Allan deviation is 0.664 B
+  EXPECT_NEAR(more / some, 2.0, 0.01);
+}
+
+/// By the parameters, which a user may have corrected, and not by the table; beyond the session it is marked.
+TEST(ImuFerraris, CompensatesByTheParametersAndMarksWhatTheSessionDidNotCover) {
+  const auto evidence = Session().evidence();
+  auto estimate = identified(evidence);
+  for (auto& parameter : estimate.parameters)
+    if (parameter.name == "accelerometer_z_bias") parameter.value += 0.5;
+  Recording fast = evidence.recordings[0];
+  for (double& v : fast.channels[5].values) v = 2.0 * v;
+  const auto before = method().compensate(identified(evidence), fast, nullptr).recording;
+  const auto after = method().compensate(estimate, fast, nullptr).recording;
+  EXPECT_NEAR(find_channel(after, "accelerometer_z")->values[7],
+              find_channel(before, "accelerometer_z")->values[7] - 0.5, 0.01);
+  const auto& marked = *find_channel(after, "gyro_z.extrapolated");
+  const auto turn = std::ranges::find(fast.marks, "z_rot", &Mark::label);
+  const auto within = index_at(fast.channels[0], turn->begin) + 50;
+  EXPECT_EQ(marked.values[within], 1.0);
+  EXPECT_EQ(marked.values[7], 0.0);
 }
 
 }  // namespace

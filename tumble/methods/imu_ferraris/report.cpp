@@ -7,6 +7,7 @@
 
 #include "tumble/math/median.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::imu_ferraris {
 namespace {
@@ -14,9 +15,10 @@ namespace {
 using imu::Kind;
 using imu::letters;
 
-constexpr double turns_apart = 0.1;     ///< by which the gyros' outputs for the three turns may differ
-constexpr double restless = 25.0;       ///< variance of a pose over the median of all
-constexpr double gravity_apart = 5e-3;  ///< relative
+constexpr double turns_apart = 0.1;           ///< by which the gyros' outputs for the three turns may differ
+constexpr double restless = 25.0;             ///< variance of a pose over the median of all
+constexpr double gravity_apart = 5e-3;        ///< relative
+constexpr double greatest_scale_error = 0.2;  ///< of an output in units of its input
 
 bool is_si(const Recorded& recorded, std::size_t output) {
   return recorded.kind[output] == (output < 3 ? QuantityKind::specific_force : QuantityKind::angular_rate);
@@ -112,14 +114,47 @@ Table pose_table(const Means& means, const Calibration& calibration, const Recor
   return table;
 }
 
+Table covered(const Calibration& c, const Recorded& recorded) {
+  Table table{"covered",
+              "the greatest rates and specific forces of the session: beyond them a compensation is extrapolated",
+              {{"axis", Unit()}, {"rate", Unit::parse("deg/s")}, {"specific_force", Unit::parse("g")}},
+              {}};
+  Vector3 force, rate;
+  const Matrix3 of_force = inverse(response(c.k_a, c.r_a));
+  const Matrix3 of_rate = c.gyros ? inverse(response(c.k_g, c.r_g)) : Matrix3{};
+  const auto widen = [](Vector3& by, Vector3 with) {
+    for (std::size_t i = 0; i < 3; ++i) by[i] = std::max(by[i], std::abs(with[i]));
+  };
+  for (std::size_t s = 0; s < (c.gyros ? sections : poses); ++s) {
+    const Section& section = recorded.section[s];
+    Vector3 least, greatest;
+    for (std::size_t i = 0; i < 3; ++i) least[i] = section.least[3 + i], greatest[i] = section.greatest[3 + i];
+    if (s < poses)
+      widen(force, of_force * (Vector3{section.mean[0], section.mean[1], section.mean[2]} - c.b_a));
+    else  // the axis of the turn shows its greatest rate in its output
+      for (const Vector3 output : {least, greatest})
+        rate[s - poses] = std::max(rate[s - poses], std::abs((of_rate * (output - c.b_g))[s - poses]));
+  }
+  for (std::size_t i = 0; i < 3; ++i) table.rows.push_back({std::string(1, letters[i]), rate[i], force[i]});
+  return table;
+}
+
 namespace {
+
+/// What is said of the segments of a plan, said of the sections of a session.
+Finding of_section(Finding finding) {
+  if (finding.code == "segment_reads_as_another") return {finding.severity, "section_reads_as_another", finding.values};
+  if (finding.code == "segment_reads_as_none") return {finding.severity, "section_reads_as_none", finding.values};
+  if (finding.code == "more_segments_deviate") return {finding.severity, "more_sections_deviate", finding.values};
+  return finding;
+}
 
 /// Adds the findings about a triad with this severity, and after them what could be their reason as well.
 void take(Findings from, Finding::Severity severity, const char* other_reason, Findings& to) {
   if (from.empty()) return;
   for (auto& finding : from) {
     finding.severity = severity;
-    to.push_back(std::move(finding));
+    to.push_back(of_section(std::move(finding)));
   }
   to.push_back({severity, other_reason, {}});
 }
@@ -137,10 +172,10 @@ void about_accelerometers(const Means& means, const Calibration& c, const Record
   for (std::size_t p = 0; p < poses; ++p) {
     const double g = sign_of(p) * means.gravity;
     felt.push_back({axis_of(p) == 0 ? g : 0.0, axis_of(p) == 1 ? g : 0.0, axis_of(p) == 2 ? g : 0.0});
-    shown.push_back((1.0 / size) * (means.force[p] - (is_si(recorded, 0) ? Vector3{} : c.b_a)));
+    shown.push_back((1.0 / size) * means.force[p]);
     names.push_back(labels()[p]);
   }
-  take(imu::about_triad(Kind::accelerometer, felt, shown, names,
+  take(imu::about_triad(Kind::accelerometer, felt, imu::without_offsets(felt, shown), names,
                         {recorded.channel[0], recorded.channel[1], recorded.channel[2]}),
        severity, "labels_may_be_exchanged", findings);
 }
@@ -150,6 +185,19 @@ void about_gyros(const Calibration& c, const Recorded& recorded, Finding::Severi
   take(imu::about_axes(Kind::gyro, imu::axes_seen(dense(shown)),
                        {recorded.channel[3], recorded.channel[4], recorded.channel[5]}),
        severity, "turns_may_be_reversed", findings);
+}
+
+/// The angle by which the turns were made if the gyros count rightly: a simple multiple of the stated angle, where that
+/// explains what they show. Outputs in units of the input alone show it.
+void about_all_turns(const Means& means, const Calibration& c, const Recorded& recorded, Findings& findings) {
+  if (!is_si(recorded, 3)) return;
+  const Matrix3 m = response(c.k_g, c.r_g);
+  const double ratio = median({norm(column(m, 0)), norm(column(m, 1)), norm(column(m, 2))});
+  if (ratio < 0.5 || ratio > 2.0 || std::abs(ratio - 1.0) <= greatest_scale_error) return;  // beyond: a wrong unit
+  const double quarter = std::round(4.0 * ratio * means.angle[0] / two_pi) * 0.25 * two_pi;
+  findings.push_back({Finding::Severity::error,
+                      "turns_of_another_angle",
+                      {{"ratio", ratio}, {"angle", quarter, "deg"}, {"stated", means.angle[0], "deg"}}});
 }
 
 /// A turn of 270 deg taken for 360 looks like a scale factor of 0.75: the other turns show the difference.
@@ -206,6 +254,7 @@ Findings faults(const Plan& plan, const Means& means, const Calibration& calibra
   if (calibration.gyros) {
     about_gyros(calibration, recorded, severity, findings);
     about_turns(means, calibration, findings);
+    about_all_turns(means, calibration, recorded, findings);
   }
   about_rests(recorded, findings);
   about_gravity(means, calibration, findings);

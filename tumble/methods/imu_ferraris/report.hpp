@@ -8,11 +8,16 @@ namespace tumble::imu_ferraris {
 /// Names, symbols and units of parameters_of(), without values.
 std::vector<Parameter> named_parameters(const Recorded& recorded);
 
-/// K, R, b and K_ga as they are published, in the units of the channels: read by compensate as well.
+/// K, R, b and K_ga as they are published, in the units of the channels. The signs of the diagonals of R, which are no
+/// parameters, are read by compensate.
 Table matrices(const Calibration& calibration, const Recorded& recorded);
 
 /// Each pose: how long, how noisy, and the size of the calibrated specific force, which should be gravity.
 Table pose_table(const Means& means, const Calibration& calibration, const Recorded& recorded);
+
+/// Greatest specific force along each axis in the poses, and greatest rate about it in the turns: what the calibration
+/// covers.
+Table covered(const Calibration& calibration, const Recorded& recorded);
 
 /// Exchanged, reversed or left-handed axes, labels and units; turns that are not whole; poses that were not still. With
 /// `axes` = any exchanged or reversed axes are a warning, otherwise an error.

@@ -100,6 +100,8 @@ void add_output(const Channel& channel, std::size_t begin, std::size_t end, std:
     time += dt;
     if (std::isnan(v)) continue;
     sum += v;
+    section.least[output] = std::min(section.least[output], v);
+    section.greatest[output] = std::max(section.greatest[output], v);
     total += v * dt;
     valid_time += dt;
     ++valid;
@@ -130,7 +132,8 @@ struct Reader {
     }
   }
 
-  void take(const Recording& recording, const std::map<std::string, std::string>& names) {
+  void take(std::size_t number, const std::map<std::string, std::string>& names) {
+    const Recording& recording = evidence.recordings[number];
     std::array<const Channel*, outputs> channels{};
     std::size_t gyros = 0;
     for (std::size_t k = 0; k < outputs; ++k) {
@@ -147,13 +150,14 @@ struct Reader {
         if (!recording.marks[m].label.empty()) others.insert(recording.marks[m].label);
         continue;
       }
-      take_section(channels, recording.marks[m].begin, end_of_mark(recording, m), out.section[s]);
+      take_section(channels, number, recording.marks[m].begin, end_of_mark(recording, m), out.section[s]);
     }
   }
 
-  static void take_section(const std::array<const Channel*, outputs>& channels, double from, double to,
-                           Section& section) {
+  static void take_section(const std::array<const Channel*, outputs>& channels, std::size_t recording, double from,
+                           double to, Section& section) {
     std::size_t samples = 0;
+    const double before = section.time;
     for (std::size_t k = 0; k < outputs; ++k) {
       if (!channels[k]) continue;
       const auto [begin, end] = samples_between(*channels[k], from, to);
@@ -163,6 +167,7 @@ struct Reader {
       for (std::size_t i = begin; i < end; ++i) section.time += width(*channels[k], i);
     }
     section.samples += samples;
+    section.pieces.push_back({recording, from, section.time - before});
     ++section.parts;
   }
 
@@ -232,7 +237,7 @@ Recorded recorded(const Evidence& evidence) {
   const auto& settings = evidence.plan.settings;
   const auto names = renamed(settings.has("labels") ? settings.word("labels") : "");
   Reader reader{evidence, {}, {}, {}};
-  for (const auto& recording : evidence.recordings) reader.take(recording, names);
+  for (std::size_t r = 0; r < evidence.recordings.size(); ++r) reader.take(r, names);
   reader.check();
   if (!reader.problems.empty()) throw Error(Error::Kind::bad_data, reader.problems);
   return reader.out;

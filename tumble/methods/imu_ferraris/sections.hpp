@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,14 +17,29 @@ inline constexpr std::size_t outputs = 6;  ///< accelerometers x, y, z, gyros x,
 /// "x_p", "x_a", ..., "z_a", "x_rot", "y_rot", "z_rot"
 const std::array<std::string, sections>& labels();
 
+/// When one part of a section was recorded.
+struct Part {
+  std::size_t recording = 0;         ///< index in Evidence::recordings
+  double begin = 0.0, length = 0.0;  ///< [s, recording's clock], [s]
+};
+
 /// All sections of one label together.
 struct Section {
   std::size_t parts = 0, samples = 0, missing = 0;
+  std::vector<Part> pieces;
   double time = 0.0;                      ///< [s]
   std::array<double, outputs> mean{};     ///< over all samples
   std::array<double, outputs> total{};    ///< integral over time [output s], sum over the parts
   std::array<double, outputs> density{};  ///< variance of a mean times the number of samples, from means of blocks
   std::array<double, outputs> freedom{};  ///< degrees of freedom of the density
+  std::array<double, outputs> least = uniform(std::numeric_limits<double>::infinity());      ///< sample
+  std::array<double, outputs> greatest = uniform(-std::numeric_limits<double>::infinity());  ///< sample
+
+  static constexpr std::array<double, outputs> uniform(double value) {
+    std::array<double, outputs> all{};
+    all.fill(value);
+    return all;
+  }
 };
 
 /// The recorded sections, in SI of the channels' units.

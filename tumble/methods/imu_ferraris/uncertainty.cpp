@@ -8,9 +8,14 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/noise_model.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/symmetric_factor.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/linear/linear.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/rig_effects.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -47,12 +52,13 @@ Cause accelerometer_noise(const Recorded& recorded) {
 }
 
 /// Variance of the gyros' means over what their noise within the sections explains: the means of the two poses of each
-/// axis agree but for noise and drift from section to section. Six degrees of freedom.
-double excess(const Means& means, const Recorded& recorded) {
+/// axis agree but for noise and drift from section to section. Six degrees of freedom. Given: slow, variance of the
+/// means of a pair about the mean of the three, by drift that is known.
+double excess(const Means& means, const Recorded& recorded, const Vector3& slow = {}) {
   double ratio = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     std::array<double, 3> pair{};
-    double noise = 0.0, squares = 0.0;
+    double noise = slow[k], squares = 0.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       pair[axis] = 0.5 * (means.rate[2 * axis][k] + means.rate[2 * axis + 1][k]);
       noise += 0.25 * (variance(recorded, 2 * axis, 3 + k) + variance(recorded, 2 * axis + 1, 3 + k)) / 3.0;
@@ -64,9 +70,9 @@ double excess(const Means& means, const Recorded& recorded) {
   return ratio;
 }
 
-Cause gyro_noise(const Means& means, const Recorded& recorded) {
-  Cause cause{"noise and drift of the gyros", {}, 6.0, nullptr};
-  const double larger = excess(means, recorded);
+/// White noise of the gyros, and with `larger` the drift that the poses show: the variance in units of the noise.
+Cause gyro_noise(const Means& means, const Recorded& recorded, double larger, double freedom) {
+  Cause cause{"noise and drift of the gyros", {}, freedom, nullptr};
   for (std::size_t p = 0; p < poses; ++p)
     for (std::size_t k = 3; k < outputs; ++k) cause.sd.push_back(std::sqrt(larger * variance(recorded, p, k)));
   for (std::size_t t = 0; t < turns; ++t)
@@ -145,8 +151,83 @@ Cause earth_of(const Plan& plan, const Calibration& c, const Means& means) {
   return cause;
 }
 
+/// Covariance of the means over the sections by flicker of unit bias instability; recordings are power-ups.
+Matrix flicker_kernel(const Recorded& recorded, std::size_t count) {
+  std::vector<linear::Interval> intervals;
+  double step = 0.0;
+  for (std::size_t s = 0; s < count; ++s) {
+    for (const Part& part : recorded.section[s].pieces) intervals.push_back({part.recording, part.begin, part.length});
+    step = std::max(step, recorded.section[s].time / static_cast<double>(recorded.section[s].samples));
+  }
+  NoiseModel unit;
+  unit.bias_instability = 1.0;
+  Matrix means(count, intervals.size());
+  for (std::size_t s = 0, i = 0; s < count; ++s)
+    for (const Part& part : recorded.section[s].pieces) means(s, i++) = part.length / recorded.section[s].time;
+  return sandwich(means, linear::known_slow_noise(intervals, unit, 0.0, step).front().kernel);
+}
+
+/// Slow noise of three outputs by a bias instability [SI] that the user states. Scales: output for a unit of input.
+Cause instability_of(const Recorded& recorded, bool gyros, double stated, Vector3 scale) {
+  const std::size_t count = recorded.gyros ? sections : poses;
+  const Matrix root = symmetric_factor(flicker_kernel(recorded, count)).factor;
+  Cause cause{gyros ? "bias instability of the gyros, as stated" : "bias instability of the accelerometers, as stated",
+              {},
+              infinite,
+              nullptr};
+  for (std::size_t k = 0; k < 3; ++k) cause.sd.insert(cause.sd.end(), root.columns, stated * std::abs(scale[k]));
+  cause.disturb = [root, gyros](std::span<const double> z, Means& means) {
+    for (std::size_t s = 0; s < root.rows; ++s)
+      for (std::size_t k = 0; k < 3; ++k) {
+        double shift = 0.0;
+        for (std::size_t c = 0; c < root.columns; ++c) shift += root(s, c) * z[k * root.columns + c];
+        if (s < poses)
+          (gyros ? means.rate[s] : means.force[s])[k] += shift;
+        else if (gyros)
+          means.turned[s - poses][k] += means.turn_time[s - poses] * shift;
+        else
+          means.turn_force[s - poses][k] += shift;
+      }
+  };
+  return cause;
+}
+
 /// The ratio of a variance to that of the noise which the noise alone exceeds in 1 % of all cases.
 double significant_ratio(double freedom) { return chi_square_quantile(0.99, freedom) / freedom; }
+
+/// Variance of the means of pairs of poses about the mean of the three pairs, by flicker of unit bias instability.
+double variance_of_pairs(const Recorded& recorded) {
+  const Matrix kernel = flicker_kernel(recorded, poses);
+  Matrix contrasts(3, poses);
+  for (std::size_t p = 0; p < poses; ++p)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      contrasts(axis, p) = (axis_of(p) == axis ? 0.5 : 0.0) - 1.0 / static_cast<double>(poses);
+  const Matrix of_pairs = sandwich(contrasts, kernel);
+  return (of_pairs(0, 0) + of_pairs(1, 1) + of_pairs(2, 2)) / 2.0;
+}
+
+/// Noise and drift of the gyros: by the scatter of the poses; with a bias instability that is stated the poses only
+/// have to agree with it.
+void add_gyro_noise(const Settings& settings, const Means& means, const Calibration& calibration,
+                    const Recorded& recorded, Findings& findings, std::vector<Cause>& all) {
+  const double stated = linear::stated_bias_instability(settings, "gyro_");
+  if (!(stated > 0.0)) {
+    all.push_back(gyro_noise(means, recorded, excess(means, recorded), 6.0));
+    return;
+  }
+  const double pairs = variance_of_pairs(recorded);
+  Vector3 slow;
+  for (std::size_t k = 0; k < 3; ++k) slow[k] = pairs * std::pow(stated * calibration.k_g[k], 2);
+  double freedom = 0.0;
+  for (std::size_t p = 0; p < poses; ++p) freedom += recorded.section[p].freedom[3];
+  all.push_back(instability_of(recorded, true, stated, calibration.k_g));
+  const double ratio = excess(means, recorded, slow);
+  const bool more = ratio > chi_square_quantile(0.999, 6.0) / 6.0;
+  if (more)
+    findings.push_back({Finding::Severity::warning, "more_drift_than_stated", {{"times", std::sqrt(ratio)}}, "gyros"});
+  all.push_back(more ? gyro_noise(means, recorded, excess(means, recorded), 6.0)
+                     : gyro_noise(means, recorded, 1.0, freedom));
+}
 
 /// The tilt stated, compared with that of the poses; else that of the poses.
 Squareness agreed(const Plan& plan, const Squareness& shown, Findings& findings) {
@@ -167,14 +248,14 @@ Squareness agreed(const Plan& plan, const Squareness& shown, Findings& findings)
 }  // namespace
 
 Known gravity_of(const Plan& plan) {
-  Known known{standard_gravity, 0.015, {"gravity_unknown"}};
+  Known known{standard_gravity, tumble::gravity_sd({}), {"gravity_unknown"}};
   const auto& settings = plan.settings;
   if (settings.has("gravity"))
     known = {settings.number("gravity"), 100.0 * micro_g, {"gravity_from_settings"}};
-  else if (plan.site && plan.site->gravity)
-    known = {gravity(*plan.site), 5.0 * micro_g, {"gravity_measured_at_site"}};
   else if (plan.site)
-    known = {gravity(*plan.site), 50.0 * micro_g, {"gravity_by_normal_formula"}};
+    known = {gravity(*plan.site),
+             rig_sd(plan, error_names::gravity).value_or(tumble::gravity_sd(plan.site)),
+             {plan.site->gravity ? "gravity_measured_at_site" : "gravity_by_normal_formula"}};
   if (settings.has("gravity_sd")) known.sd = settings.number("gravity_sd");
   return known;
 }
@@ -202,8 +283,10 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
   const auto& settings = plan.settings;
   const Squareness square = agreed(plan, squareness(means, calibration, recorded), findings);
   std::vector<Cause> all{accelerometer_noise(recorded), tilts_of(calibration, square), gravity_cause(gravity_of(plan))};
+  if (const double stated = linear::stated_bias_instability(settings, "accelerometer_"); stated > 0.0)
+    all.push_back(instability_of(recorded, false, stated, calibration.k_a));
   if (!means.gyros) return all;
-  all.push_back(gyro_noise(means, recorded));
+  add_gyro_noise(settings, means, calibration, recorded, findings, all);
   const bool stated = settings.has("rotation_axis_sd");
   all.push_back(axes_of(calibration, stated ? settings.number("rotation_axis_sd") : square.sd,
                         stated ? infinite : square.freedom));
@@ -222,7 +305,7 @@ std::vector<double> signed_shift(const Cause& cause, const Means& means) {
   return scaled(0.5, difference(with(-cause.sd[0]), with(cause.sd[0])));
 }
 
-Matrix second_moments(const Cause& cause, const Means& means) {
+Moments moments_of(const Cause& cause, const Means& means) {
   std::vector<double> z(cause.sd.size(), 0.0);
   const auto parameters = [&] {
     Means disturbed = means;
@@ -231,7 +314,8 @@ Matrix second_moments(const Cause& cause, const Means& means) {
   };
   const auto middle = parameters();
   const std::size_t n = z.size();
-  Matrix moments(middle.size(), middle.size());
+  Moments out{Matrix(middle.size(), middle.size()), std::vector<double>(middle.size(), 0.0)};
+  Matrix& moments = out.covariance;
   std::vector<std::vector<double>> plus(n), minus(n);
   for (std::size_t i = 0; i < n; ++i) {
     z[i] = cause.sd[i];
@@ -241,11 +325,10 @@ Matrix second_moments(const Cause& cause, const Means& means) {
     z[i] = 0.0;
     add_square(moments, 0.25, difference(plus[i], minus[i]));
   }
-  if (!cause.curved) return moments;
-  std::vector<double> trace(middle.size(), 0.0);
+  if (!cause.curved) return out;
   for (std::size_t i = 0; i < n; ++i) {
     const auto own = difference(scaled_sum(plus[i], 1.0, minus[i]), scaled(2.0, middle));
-    trace = scaled_sum(trace, 1.0, own);
+    out.shift = scaled_sum(out.shift, 0.5, own);
     add_square(moments, 0.5, own);
     for (std::size_t j = 0; j < i; ++j) {
       z[i] = cause.sd[i];
@@ -255,8 +338,8 @@ Matrix second_moments(const Cause& cause, const Means& means) {
       add_square(moments, 1.0, mixed);
     }
   }
-  add_square(moments, 0.25, trace);
-  return moments;
+  add_square(moments, 2.0 / cause.freedom, out.shift);
+  return out;
 }
 
 }  // namespace tumble::imu_ferraris

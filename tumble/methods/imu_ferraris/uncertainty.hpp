@@ -37,13 +37,19 @@ struct Cause {
   std::string key = {};  ///< of one error, see Contribution
 };
 
+/// What a cause does to the parameters.
+struct Moments {
+  Matrix covariance;          ///< [p x p] in SI, second moments of the errors about their mean
+  std::vector<double> shift;  ///< [p] in SI, mean of the errors: not zero where the cause is curved
+};
+
 std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibration& calibration,
                           const Recorded& recorded, Findings& findings);
 
-/// Second moments of the errors of the parameters about their values, from the closed form disturbed: J S J' and, where
-/// the cause is curved, (tr(H_a S) tr(H_b S) + 2 tr(H_a S H_b S))/4 for normal errors, with derivatives by differences.
-/// Returned: [p x p] in SI.
-Matrix second_moments(const Cause& cause, const Means& means);
+/// Errors of the parameters by one cause, from the closed form disturbed: J S J', and where the cause is curved also
+/// tr(H_a S H_b S)/2 about the mean tr(H S)/2 for normal errors, with derivatives by differences. S itself has a
+/// relative standard deviation of sqrt(2/freedom), by which the mean is uncertain.
+Moments moments_of(const Cause& cause, const Means& means);
 
 /// Errors [SI] of the parameters (p) where the one error of a cause is at one standard deviation.
 std::vector<double> signed_shift(const Cause& cause, const Means& means);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tumble/core/clock.hpp"
 #include "tumble/core/say.hpp"
@@ -14,7 +15,8 @@
 namespace tumble::imu_multi_position {
 namespace {
 
-constexpr std::size_t fewest = 64;  ///< samples of a channel
+constexpr std::size_t fewest = 64;       ///< samples of a channel
+constexpr std::size_t longest_loss = 3;  ///< samples lost in a row that are interpolated: no hand turns back meanwhile
 
 struct Kind {
   const char* name;
@@ -93,6 +95,48 @@ void find_range(Triad& triad, std::size_t axis) {
   if (highest - middle > far && longest_run(values, highest) >= 3) triad.highest[axis] = highest;
 }
 
+/// Puts samples into gaps of the stamps that are no longer than the longest loss: still missing.
+void open_gaps(Triad& triad) {
+  Triad out = triad;
+  out.time.clear(), out.value.clear(), out.gaps.clear();
+  const Vector3 nothing{std::nan(""), std::nan(""), std::nan("")};
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < triad.time.size(); ++i) {
+    out.time.push_back(triad.time[i]), out.value.push_back(triad.value[i]);
+    if (next == triad.gaps.size() || triad.gaps[next] != i || i + 1 == triad.time.size()) continue;
+    ++next;
+    const double length = triad.time[i + 1] - triad.time[i];
+    const auto lost = static_cast<std::size_t>(std::max(0LL, std::llround(length / triad.step) - 1));
+    if (lost > longest_loss) out.gaps.push_back(out.time.size() - 1);
+    for (std::size_t k = 1; k <= lost && lost <= longest_loss; ++k) {
+      out.time.push_back(triad.time[i] + length * static_cast<double>(k) / static_cast<double>(lost + 1));
+      out.value.push_back(nothing);
+    }
+  }
+  triad = std::move(out);
+}
+
+/// Interpolates samples that are lost one by one, axis by axis. A mean over a rest takes no harm, and the turn of a
+/// move by half of the change of the rate over a sample at most.
+void fill_losses(Triad& triad) {
+  const std::size_t n = triad.value.size();
+  triad.filled.assign(n, 0);
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t i = 1; i < n; ++i) {
+      if (std::isfinite(triad.value[i][a]) || !std::isfinite(triad.value[i - 1][a])) continue;
+      std::size_t end = i;
+      while (end < n && !std::isfinite(triad.value[end][a])) ++end;
+      const std::size_t lost = end - i;
+      if (end == n || lost > longest_loss) continue;
+      const double before = triad.value[i - 1][a],
+                   step = (triad.value[end][a] - before) / static_cast<double>(lost + 1);
+      for (std::size_t k = 0; k < lost; ++k) {
+        triad.value[i + k][a] = before + static_cast<double>(k + 1) * step;
+        triad.filled[i + k] = 1;
+      }
+    }
+}
+
 Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, std::vector<std::string>& problems) {
   Triad triad;
   const Channel& first = *channels[0];
@@ -114,6 +158,8 @@ Triad triad_of(const std::array<const Channel*, 3>& channels, const Kind& kind, 
     for (std::size_t a = 0; a < 3; ++a) triad.value[i][a] = scale * channels[a]->values[i];
   }
   for (const auto& gap : clock.gaps) triad.gaps.push_back(gap.after);
+  open_gaps(triad);
+  fill_losses(triad);
   for (std::size_t a = 0; a < 3; ++a) {
     triad.names[a] = channels[a]->name;
     if (kind.quantity == QuantityKind::angular_rate) find_range(triad, a);

@@ -19,6 +19,7 @@ struct Triad {
   std::array<std::string, 3> names;
   std::vector<double> time;                                              ///< [s]
   std::vector<Vector3> value;                                            ///< [SI of the unit]; not finite: missing
+  std::vector<char> filled;                                              ///< 1: lost, and interpolated
   std::vector<std::size_t> gaps;                                         ///< indices of the last samples before one
   Vector3 lowest{-1e300, -1e300, -1e300}, highest{1e300, 1e300, 1e300};  ///< outputs at which gyros look clipped
   double step = 0.0;                                                     ///< [s] between samples

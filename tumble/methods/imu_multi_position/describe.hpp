@@ -15,6 +15,7 @@ struct Surroundings {
   std::string gravity_key = {};    ///< see Contribution
   Phrase gravity_from;             ///< where it comes from
   std::optional<double> latitude;  ///< [rad]
+  double latitude_sd = 0.0;        ///< [rad]
   /// Bias instabilities as stated [m/s^2], [rad/s]; 0: not stated.
   double accelerometer_instability = 0.0, gyro_instability = 0.0;
 };

@@ -65,6 +65,11 @@ double earth_sd(const FitOptions& options) {
   return options.latitude ? earth_rate * std::cos(*options.latitude) / std::sqrt(2.0) : earth_rate / std::sqrt(3.0);
 }
 
+/// The sd of the known part, by the latitude; small parts of it would only burden the solution.
+double vertical_sd(const FitOptions& options) {
+  return earth_rate * std::max(1e-3, std::cos(*options.latitude) * options.latitude_sd);
+}
+
 /// The Earth's rotation [rad/s] in the axes of a rest: by the moves since the first rest, else its part about the
 /// vertical.
 Vector3 earth_at(const Work& work, std::size_t pair) {
@@ -151,7 +156,7 @@ void set_earth(const Work& work, Group& group) {
     Row& row = group.rows[i];
     put(axes[i], 0, row);
     row.residual = (i == 0 ? earth_up(work.options) : 0.0) - dot(axes[i], fit.earth);
-    row.earth = std::pow(i == 0 && work.options.latitude ? 1e-3 * earth_rate : earth_sd(work.options), 2);
+    row.earth = std::pow(i == 0 && work.options.latitude ? vertical_sd(work.options) : earth_sd(work.options), 2);
   }
 }
 

@@ -49,6 +49,7 @@ struct Group {
 struct FitOptions {
   double gravity = standard_gravity;  ///< [m/s^2]
   std::optional<double> latitude;     ///< [rad] for the rotation of the Earth about the vertical
+  double latitude_sd = 0.0;           ///< [rad]
   bool sensitivity = true;            ///< G is sought
 };
 

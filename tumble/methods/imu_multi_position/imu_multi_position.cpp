@@ -33,7 +33,9 @@ std::vector<Option> options() {
       quantity("gravity", "m/s^2").between(5, 15).says("local gravity; absent: that of [site]"),
       quantity("gravity_sd", "ug")
           .at_least(0)
-          .says("standard uncertainty of gravity; absent: that of the rig by_hand, 30 ug without a rig"),
+          .says("standard uncertainty of gravity; absent: that of the rig by_hand or of [site], 30 ug where a setting "
+                "states "
+                "gravity"),
       quantity("latitude", "deg").between(-90, 90).says("for the rotation of the Earth; absent: that of [site]"),
       quantity("window", "s")
           .above(0)
@@ -59,6 +61,13 @@ double or_else(const Settings& settings, const char* name, double otherwise) {
   return settings.has(name) ? settings.number(name) : otherwise;
 }
 
+/// Standard uncertainty of gravity [m/s^2] where no setting states it.
+double sd_of_gravity(const Plan& plan) {
+  if (plan.rig.has("gravity_sd")) return plan.rig.number("gravity_sd");
+  if (plan.settings.has("gravity") || !plan.site) return si(30.0, "ug");
+  return rig_sd(plan, error_names::gravity).value_or(gravity_sd(plan.site));
+}
+
 Surroundings surroundings_of(const Plan& plan) {
   const Settings& settings = plan.settings;
   Surroundings surroundings;
@@ -73,12 +82,11 @@ Surroundings surroundings_of(const Plan& plan) {
         "gravity is the reference of the accelerometers: state it, --set gravity=\"9.81 m/s^2\", or [site] in a plan");
   }
   surroundings.gravity_key = gravity_key(surroundings.gravity);
-  const double of_rig = rig_sd(plan, error_names::gravity).value_or(si(30.0, "ug"));
-  surroundings.gravity_sd = or_else(settings, "gravity_sd", of_rig);
+  surroundings.gravity_sd = or_else(settings, "gravity_sd", sd_of_gravity(plan));
   if (settings.has("latitude"))
     surroundings.latitude = settings.number("latitude");
   else if (plan.site)
-    surroundings.latitude = plan.site->latitude;
+    surroundings.latitude = plan.site->latitude, surroundings.latitude_sd = latitude_sd(*plan.site);
   surroundings.gyro_instability = linear::stated_bias_instability(settings, "gyro_", problems);
   surroundings.accelerometer_instability = linear::stated_bias_instability(settings, "accelerometer_", problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, std::move(problems));
@@ -131,6 +139,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   FitOptions options{.gravity = surroundings.gravity};
   options.sensitivity = settings.flag("acceleration_sensitivity");
   options.latitude = surroundings.latitude;
+  options.latitude_sd = surroundings.latitude_sd;
   report(progress, 0.3, "calibrating");
   const Fit fit = fit_all(sessions, rests, options);
   const auto planned = planned_up(evidence.plan);
@@ -139,7 +148,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return describe(sessions, rests, fit, surroundings);
 }
 
-Trial trial_of(std::uint64_t seed) { return imu_multi_position::trial(seed, options()); }
+Trial first_trial(std::uint64_t seed) { return imu_multi_position::trial(seed, options()); }
+Trial other_trial(std::uint64_t seed) { return imu_multi_position::second_trial(seed, options()); }
 
 }  // namespace
 
@@ -153,7 +163,8 @@ extern const Method imu_multi_position{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of,
-    .compensate = compensate};
+    .trial = first_trial,
+    .compensate = compensate,
+    .second_trial = other_trial};
 
 }  // namespace tumble::imu_multi_position

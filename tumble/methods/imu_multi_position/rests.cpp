@@ -62,6 +62,7 @@ double variance_of_step(const Triad& triad) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double step = std::numeric_limits<double>::infinity(), size = 0.0;
     for (std::size_t i = 1; i < triad.value.size(); ++i) {
+      if (triad.filled[i] || triad.filled[i - 1]) continue;
       const double change = std::abs(triad.value[i][axis] - triad.value[i - 1][axis]);
       size = std::max(size, change);
       if (change > 1e-9 * size && change < step) step = change;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
+#include "tumble/math/random.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
@@ -18,7 +21,7 @@ void set(Plan& plan, const std::string& name, double value, const char* unit) {
   plan.truth.set_number(name, si(value, unit), Unit::parse(unit));
 }
 
-void set_instrument(Plan& plan) {
+void set_instrument(double sign, double offset, Plan& plan) {
   const double bias[] = {12.0, -25.0, 31.0}, scale[] = {3500.0, -2100.0, 4200.0};
   const double gyro_bias[] = {900.0, -1500.0, 400.0}, gyro_scale[] = {-6000.0, 4000.0, 2500.0};
   const double lean[3][3] = {{0, 900, -400}, {-700, 0, 1200}, {500, -300, 0}};
@@ -26,15 +29,15 @@ void set_instrument(Plan& plan) {
   const std::string letters = "xyz";
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string force = fmt::format("accelerometer_{}", letters[i]), rate = fmt::format("gyro_{}", letters[i]);
-    set(plan, force + "_bias", bias[i], "mg");
-    set(plan, force + "_scale_factor_error", scale[i], "ppm");
-    set(plan, rate + "_bias", gyro_bias[i], "deg/h");
-    set(plan, rate + "_scale_factor_error", gyro_scale[i], "ppm");
+    set(plan, force + "_bias", sign * (bias[i] + offset), "mg");
+    set(plan, force + "_scale_factor_error", sign * scale[i], "ppm");
+    set(plan, rate + "_bias", sign * gyro_bias[i], "deg/h");
+    set(plan, rate + "_scale_factor_error", sign * gyro_scale[i], "ppm");
     for (std::size_t j = 0; j < 3; ++j) {
-      set(plan, fmt::format("{}_acceleration_sensitivity_{}", rate, letters[j]), sensitivity[i][j], "deg/h/g");
+      set(plan, fmt::format("{}_acceleration_sensitivity_{}", rate, letters[j]), sign * sensitivity[i][j], "deg/h/g");
       if (i == j) continue;
-      set(plan, fmt::format("{}_misalignment_{}", rate, letters[j]), lean[i][j], "arcsec");
-      if (j < i) set(plan, fmt::format("{}_misalignment_{}", force, letters[j]), 0.7 * lean[j][i], "arcsec");
+      set(plan, fmt::format("{}_misalignment_{}", rate, letters[j]), sign * lean[i][j], "arcsec");
+      if (j < i) set(plan, fmt::format("{}_misalignment_{}", force, letters[j]), 0.7 * sign * lean[j][i], "arcsec");
     }
   }
   set(plan, "accelerometer_resolution", 2.0, "mg");
@@ -46,22 +49,20 @@ void set_instrument(Plan& plan) {
   set_setting(plan, "accelerometer_bias_instability", 60.0, "ug");
 }
 
-}  // namespace
-
-Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
-  Plan plan = trial_plan("imu_multi_position", options, "imu", "by_hand", 100.0);
-  plan.site->gravity = 9.797;
-  plan.rig.set_number("move_time", 1.4, Unit::parse("s"));
-  plan.rig.set_number("gravity_sd", si(30.0, "ug"), Unit::parse("ug"));
-  set_instrument(plan);
-  for (const auto& pose : poses) {
+/// Pose after pose: `stride` poses further each time, all of them where it has no divisor in common with their number.
+void add_poses(double seconds, std::size_t stride, Plan& plan) {
+  for (std::size_t i = 0; i < std::size(poses); ++i) {
+    const auto& pose = poses[i * stride % std::size(poses)];
     const auto hold = [](double degrees) { return Motion{.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; };
     plan.schedule.push_back(
         {fmt::format("rest {}", plan.schedule.size() + 1),
-         4.4,
+         seconds,
          1,
          {{"mount_yaw", hold(pose[0])}, {"mount_pitch", hold(pose[1])}, {"mount_roll", hold(pose[2])}}});
   }
+}
+
+Trial trial_of(Plan plan, std::uint64_t seed) {
   Trial trial;
   for (const auto& [name, text] : plan.truth.texts())
     for (const char* part : {"_bias", "_scale_factor_error", "_misalignment_", "_acceleration_sensitivity_"}) {
@@ -76,6 +77,33 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
     }
   trial.evidence.recordings.push_back(simulate(plan, seed, {}));
   trial.evidence.plan = std::move(plan);
+  return trial;
+}
+
+}  // namespace
+
+Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
+  Plan plan = trial_plan("imu_multi_position", options, "imu", "by_hand", 100.0);
+  plan.site->gravity = 9.797;
+  plan.rig.set_number("move_time", 1.4, Unit::parse("s"));
+  plan.rig.set_number("gravity_sd", si(30.0, "ug"), Unit::parse("ug"));
+  set_instrument(1.0, 0.0, plan);
+  add_poses(4.4, 1, plan);
+  return trial_of(std::move(plan), seed);
+}
+
+Trial second_trial(std::uint64_t seed, const std::vector<Option>& options) {
+  Plan plan = trial_plan("imu_multi_position", options, "imu", "by_hand", 100.0);
+  plan.site = Site{.latitude = si(-51.7, "deg"), .height = 60.0};
+  plan.rig.set_number("move_time", 1.7, Unit::parse("s"));
+  set_instrument(-1.0, 180.0, plan);
+  add_poses(5.3, 7, plan);
+  Trial trial = trial_of(std::move(plan), seed);
+  for (Channel& channel : trial.evidence.recordings[0].channels) {
+    const RandomStream lost = RandomStream(seed).split("lost").split(channel.name);
+    for (std::size_t i = 0; i < channel.values.size(); ++i)
+      if (lost.uniform(i) < 0.03) channel.values[i] = std::nan("");
+  }
   return trial;
 }
 

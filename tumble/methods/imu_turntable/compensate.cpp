@@ -32,6 +32,7 @@ struct Triad {
   std::array<OutputModel, 3> models;
   Matrix3 inverse = identity3();
   Vector3 bias;
+  Matrix3 by_acceleration = {};  ///< output i for an angular acceleration about axis j, by the levers
 };
 
 OutputModel model_of(const Estimate& estimate, Kind kind, std::size_t axis) {
@@ -53,6 +54,18 @@ void set_matrix(const Estimate& estimate, Triad& triad) {
                                                    "cannot be inverted",
                                                    triad.kind == Kind::gyro ? "gyro" : "accelerometer"));
   triad.inverse = inverse(sensitivity);
+}
+
+void set_levers(Triad& triad) {
+  for (std::size_t j = 0; j < 3; ++j) {
+    Felt turning;
+    turning.angular_acceleration[j] = 1.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& [known, inverted] = triad.models[i];
+      for (std::size_t t = 0; t < known.terms.size(); ++t)
+        if (!inverted[t]) triad.by_acceleration(i, j) += known.coefficients[t] * known.terms[t].regressor(turning);
+    }
+  }
 }
 
 bool calibrated(const Estimate& estimate, Kind kind) {
@@ -81,6 +94,7 @@ std::vector<Triad> triads_of(const Estimate& estimate, const Recording& recordin
       triad.models[i] = model_of(estimate, kind, i);
     }
     set_matrix(estimate, triad);
+    set_levers(triad);
     triads.push_back(std::move(triad));
   }
   if (triads.empty() && problems.empty())
@@ -129,6 +143,20 @@ std::vector<Felt> felt_by(const std::vector<Triad>& triads, const Recording& rec
   return felt;
 }
 
+/// Standard uncertainty of the angular acceleration by differences of the rates [rad/s^2], sample by sample. Where it
+/// jumps within a sample, the central difference is off by up to half of what the two one-sided differences are apart,
+/// and anything between is as likely: that half over sqrt(3).
+std::vector<Vector3> acceleration_sd(const Channel& clock, const std::vector<Felt>& felt) {
+  std::vector<Vector3> sd(felt.size());
+  for (std::size_t k = 1; k + 1 < felt.size(); ++k) {
+    const double before = clock.time(k) - clock.time(k - 1), after = clock.time(k + 1) - clock.time(k);
+    const Vector3 apart =
+        (1.0 / after) * (felt[k + 1].rate - felt[k].rate) - (1.0 / before) * (felt[k].rate - felt[k - 1].rate);
+    if (std::isfinite(norm(apart))) sd[k] = 0.5 / std::sqrt(3.0) * apart;
+  }
+  return sd;
+}
+
 /// The greatest that the test covered, with a fiftieth over.
 Felt limits_of(const Estimate& estimate) {
   const Table* table = find_table(estimate, "covered");
@@ -150,8 +178,8 @@ bool beyond(Vector3 value, Vector3 limit, double slack) {
 }
 
 /// Output `i` of a triad in its place, and the channels of its uncertainty and of extrapolation.
-void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, const std::vector<bool>& outside,
-           Recording& recording) {
+void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, const std::vector<Vector3>& acceleration,
+           const std::vector<bool>& outside, Recording& recording) {
   Channel& channel = recording.channels[triad.channels[i]];
   const bool counted = channel.kind == QuantityKind::count || channel.kind == QuantityKind::other;
   const double scale = counted ? 1.0 : triad.scale[i];
@@ -163,8 +191,9 @@ void write(const Triad& triad, std::size_t i, const std::vector<Felt>& felt, con
   std::vector<double> phi;
   for (std::size_t k = 0; k < felt.size(); ++k) {
     const double value = imu::component(imu::field_of(triad.kind, felt[k]), i);
-    sd.values[k] =
-        std::isnan(value) ? value : compensation::predicted(triad.models[i].known, felt[k], phi).sd / std::abs(scale);
+    const double by_levers = norm(scaled(triad.by_acceleration[i], acceleration[k]));
+    const double by_terms = compensation::predicted(triad.models[i].known, felt[k], phi).sd;
+    sd.values[k] = std::isnan(value) ? value : std::hypot(by_terms, by_levers) / std::abs(scale);
     extrapolated.values[k] = std::isnan(value) ? value : outside[k] ? 1.0 : 0.0;
     channel.values[k] = value / scale;
   }
@@ -186,8 +215,9 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
     if (outside[k] && far++ == 0) first = k;
   }
   Compensation out{recording, {}, {}};
+  const auto acceleration = acceleration_sd(recording.channels[triads.front().channels[0]], felt);
   for (const Triad& triad : triads)
-    for (std::size_t i = 0; i < 3; ++i) write(triad, i, felt, outside, out.recording);
+    for (std::size_t i = 0; i < 3; ++i) write(triad, i, felt, acceleration, outside, out.recording);
   if (triads.size() == 1)
     out.findings.push_back(
         {Severity::info,

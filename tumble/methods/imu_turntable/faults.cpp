@@ -78,7 +78,7 @@ Findings about_triad(const Evidence& evidence, Kind kind, const Look& look, cons
   std::array<std::string, 3> names;
   for (std::size_t i = 0; i < 3; ++i)
     names[i] = require_channel(evidence, evidence.recordings.front(), imu::role_of(kind, i)).name;
-  return imu::about_triad(kind, felt, shown, labels, names);
+  return imu::about_triad(kind, felt, imu::without_offsets(felt, shown), labels, names);
 }
 
 /// Segments at rest whose beginning differs from their end by more than noise and drift explain, and by more than it

@@ -54,6 +54,7 @@ extern const Method imu_turntable{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::imu_turntable

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/random.hpp"
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -45,8 +49,8 @@ constexpr Value accelerometer_terms[] = {{"_bias", 2.5},
                                          {"_second_order_coefficient", 22.0},
                                          {"_lever_", 25.0}};
 
-void set_truth_of(Kind kind, std::size_t axis, Plan& plan) {
-  double factor = axis == 1 ? -0.7 : 1.0 - 0.2 * static_cast<double>(axis);
+void set_truth_of(Kind kind, std::size_t axis, double sign, Plan& plan) {
+  double factor = sign * (axis == 1 ? -0.7 : 1.0 - 0.2 * static_cast<double>(axis));
   const auto terms = linear::terms_of("imu", defaults(find_model("imu").constants()), terms_of(kind, axis));
   const std::span<const Value> values =
       kind == Kind::gyro ? std::span<const Value>(gyro_terms) : std::span<const Value>(accelerometer_terms);
@@ -58,14 +62,12 @@ void set_truth_of(Kind kind, std::size_t axis, Plan& plan) {
       }
 }
 
-}  // namespace
-
-Plan trial_plan() {
+Plan plan_with(double sign) {
   const Method& method = find_method("imu_turntable");
   Plan plan = trial_plan(method.name, method.options(), "imu", "three_axis_table", 1.0);
   add_motions(plan);
   for (const Kind kind : {Kind::gyro, Kind::accelerometer})
-    for (std::size_t axis = 0; axis < 3; ++axis) set_truth_of(kind, axis, plan);
+    for (std::size_t axis = 0; axis < 3; ++axis) set_truth_of(kind, axis, sign, plan);
   set_truth(plan, "gyro_angle_random_walk", 0.05, "deg/sqrt(h)");
   set_truth(plan, "gyro_bias_instability", 0.3, "deg/h");
   set_truth(plan, "accelerometer_angle_random_walk", 0.03, "(m/s)/sqrt(h)");
@@ -75,12 +77,34 @@ Plan trial_plan() {
   return plan;
 }
 
-Trial trial(std::uint64_t seed) {
-  const Plan plan = trial_plan();
+Trial trial_of(const Plan& plan, std::uint64_t seed) {
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
   for (const Kind kind : {Kind::gyro, Kind::accelerometer})
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (const auto& name : terms_of(kind, axis)) trial.truth.emplace_back(name, plan.truth.number(name));
+  return trial;
+}
+
+}  // namespace
+
+Plan trial_plan() { return plan_with(1.0); }
+
+Trial trial(std::uint64_t seed) { return trial_of(trial_plan(), seed); }
+
+Trial second_trial(std::uint64_t seed) {
+  Plan plan = plan_with(-1.0);
+  plan.site = Site{.latitude = si(-51.7, "deg"), .height = 60.0, .gravity = {}, .latitude_sd = si(200.0, "arcsec")};
+  std::ranges::reverse(plan.schedule);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string bias = role_of(Kind::accelerometer, axis) + "_bias";
+    set_truth(plan, bias.c_str(), axis == 1 ? 330.0 : -290.0, "mg");
+  }
+  Trial trial = trial_of(plan, seed);
+  for (Channel& channel : trial.evidence.recordings[0].channels) {
+    const RandomStream lost = RandomStream(seed).split("lost").split(channel.name);
+    for (std::size_t i = 0; i < channel.values.size(); ++i)
+      if (lost.uniform(i) < 0.02) channel.values[i] = std::nan("");
+  }
   return trial;
 }
 

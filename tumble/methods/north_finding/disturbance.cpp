@@ -4,6 +4,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/north_finding/bench.hpp"
 #include "tumble/reduce/rig_effects.hpp"
+#include "tumble/rigs/error_names.hpp"
 
 namespace tumble::north_finding {
 namespace {
@@ -66,7 +67,9 @@ void remove_turn_of_base(const std::vector<bool>& estimated, std::size_t rows, D
 std::vector<Disturbance> disturbances_of(const Bench& bench, bool estimates_pitch, bool estimates_roll) {
   std::vector<const ConductedTest*> channels;
   for (const auto& signal : bench.signals) channels.push_back(&signal.evidence.test);
-  const auto draws = draws_of(channels);
+  auto draws = draws_of(channels);
+  // the latitude is one of the quantities of the model
+  std::erase_if(draws, [](const ErrorDraw& draw) { return draw.error.error.name == error_names::latitude; });
   std::size_t rows = 0;
   for (const auto& signal : bench.signals) rows += signal.rows.size();
   std::vector<Disturbance> disturbances(draws.size());

@@ -176,8 +176,7 @@ std::vector<Option> instrument_options() {
               .says("standard uncertainty of each misalignment of an accelerometer"),
           quantity("latitude_sd", "arcsec")
               .at_least(0)
-              .otherwise("1 arcsec")
-              .says("standard uncertainty of the latitude of the plan")};
+              .says("standard uncertainty of the latitude of the plan; absent: that of [site]")};
 }
 
 Instrument nominal_instrument(const Plan& plan, const Records& records) {
@@ -203,7 +202,8 @@ Instrument nominal_instrument(const Plan& plan, const Records& records) {
   const double sd = plan.settings.number("gyro_misalignment_sd");
   add_prior(out, "misalignment of the gyro", gyro_y, sd);
   add_prior(out, "misalignment of the gyro", gyro_z, sd);
-  add_prior(out, "latitude", latitude, plan.settings.number("latitude_sd"));
+  const bool stated = plan.settings.has("latitude_sd");
+  add_prior(out, "latitude", latitude, stated ? plan.settings.number("latitude_sd") : latitude_sd(*plan.site));
   refuse(problems);
   return out;
 }

@@ -114,6 +114,7 @@ extern const Method north_finding{
     .identify = identify,
     .trial = trial,
     .predict = predict,
-    .takes_calibration = true};
+    .takes_calibration = true,
+    .second_trial = second_trial};
 
 }  // namespace tumble::north_finding

@@ -26,7 +26,8 @@ double total(const Turning& turning, const std::vector<double>& means) {
 /// (N+ - N-)/(2 Theta)
 double per_angle(const Path& path, int axis, const std::vector<double>& means) {
   const Turning &forward = *path.rotation(axis, true), &reverse = *path.rotation(axis, false);
-  const double angle = two_pi * (std::round(forward.turns) - std::round(reverse.turns));
+  const double angle =
+      two_pi * (std::round(forward.turns) - std::round(reverse.turns)) + forward.beyond - reverse.beyond;
   return (total(forward, means) - total(reverse, means)) / angle;
 }
 
@@ -60,7 +61,28 @@ Means measured(const Summaries& segments) {
   return means;
 }
 
-std::vector<double> closed_form(const Means& means, const Summaries& segments, double gravity) {
+namespace {
+
+/// Means of the accelerometers as if the axis that is nearly upright stood exactly so, by the angles and these
+/// parameters.
+Means as_if_upright(Means means, const Summaries& segments, const std::vector<double>& b) {
+  for (const Which output : {accelerometer_x, accelerometer_y}) {
+    const double* of = b.data() + output * per_output;  // scale factor, bias, misalignments toward the others
+    for (std::size_t s = 0; s < means[output].size(); ++s) {
+      const Vector3 force = segments[output][s].felt.specific_force;
+      Vector3 beside = force;
+      for (std::size_t i = 0; i < 3; ++i)
+        if (std::abs(force[i]) > 0.9 * norm(force)) beside[i] -= std::copysign(norm(force), force[i]);
+      if (norm(beside) > 0.5 * norm(force)) continue;  // no axis is upright
+      const double own = output == accelerometer_x ? beside.x : beside.y;
+      const double other = output == accelerometer_x ? beside.y : beside.x;
+      means[output][s] -= of[0] * (own + of[2] * other + of[3] * beside.z);
+    }
+  }
+  return means;
+}
+
+std::vector<double> of_upright(const Means& means, const Summaries& segments, double gravity) {
   std::array<Path, outputs> paths;
   for (std::size_t i = 0; i < outputs; ++i) paths[i] = path_of({segments[i].begin(), segments[i].end()});
   const Path& path = paths[gyro];
@@ -77,8 +99,18 @@ std::vector<double> closed_form(const Means& means, const Summaries& segments, d
   return out;
 }
 
-Tilts tilts_of(const Means& means, const Summaries& segments, const std::vector<double>& b, double gravity,
+}  // namespace
+
+std::vector<double> closed_form(const Means& means, const Summaries& segments, double gravity) {
+  constexpr int passes = 3;  // each takes 1 deg beside upright a factor of 50 further
+  std::vector<double> b = of_upright(means, segments, gravity);
+  for (int pass = 0; pass < passes; ++pass) b = of_upright(as_if_upright(means, segments, b), segments, gravity);
+  return b;
+}
+
+Tilts tilts_of(const Means& as_measured, const Summaries& segments, const std::vector<double>& b, double gravity,
                double drift, const Settings& rig) {
+  const Means means = as_if_upright(as_measured, segments, b);
   const auto stated = [&](const char* name) {
     return rig.texts().contains(name) && !rig.flag("ideal") ? rig.number(name) : 0.0;
   };

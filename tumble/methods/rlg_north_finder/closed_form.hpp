@@ -23,6 +23,9 @@ Means measured(const Summaries& segments);
 ///
 ///   eps = eps' - mean(w_x + gamma_y w_y + gamma_z w_z)
 ///
+/// Angles that were set by hand and recorded: what they make of the specific force beside that of axes that stand
+/// exactly upright or level is subtracted first, and turns count as far as they went.
+///
 /// Given  gravity  [m/s^2] of the site
 std::vector<double> closed_form(const Means& means, const Summaries& segments, double gravity);
 

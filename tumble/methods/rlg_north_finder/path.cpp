@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "tumble/earth/earth.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::rlg_north_finder {
@@ -10,6 +9,9 @@ namespace {
 
 constexpr double upright = 0.9;        ///< share of the specific force along an axis that stands upright
 constexpr double turning_rate = 1e-3;  ///< [rad/s] above the Earth's rate
+/// Of a turn, by which a turn by hand may miss a whole one. What the Earth's rate then adds, 0.02 of that of a turn of
+/// 18 s, is 2.6e-5 rad: 0.2 arcsec of a misalignment with two turns each way, and least squares takes it into account.
+constexpr double greatest_fraction = 0.02;
 constexpr const char* names[] = {"x", "y", "z"};
 
 /// Index of the component that is nearly all of v, or -1.
@@ -34,6 +36,16 @@ constexpr Need needs[] = {
     {2, true, "1, 6", "accelerometer_x.misalignment_z, accelerometer_y.misalignment_z"},
     {2, false, "7, 8", "accelerometer_x.misalignment_z, accelerometer_y.misalignment_z"}};
 
+/// Rotation number s about axis i. The Earth's rate along it is that of the stay before, else of the stay after.
+Turning turning_of(const std::vector<linear::SegmentSummary>& segments, std::size_t s, std::size_t i) {
+  std::size_t stay = s;
+  while (stay > 0 && !segments[stay].steady) --stay;
+  while (stay + 1 < segments.size() && !segments[stay].steady) ++stay;
+  const double earth = segments[stay].steady ? segments[stay].felt.rate[i] : 0.0, seconds = segments[s].duration;
+  const double angle = segments[s].felt.rate[i] * seconds;
+  return {s, static_cast<int>(i), angle / two_pi, std::remainder(angle - earth * seconds, two_pi), seconds};
+}
+
 }  // namespace
 
 const Turning* Path::rotation(int axis, bool forward) const {
@@ -52,7 +64,7 @@ Path path_of(const std::vector<linear::SegmentSummary>& segments) {
     if (segments[s].steady)
       (force[i] > 0.0 ? path.up : path.down)[i].push_back(s);
     else if (std::abs(rate[i]) >= turning_rate)
-      path.rotations.push_back({s, axis, rate[i] * segments[s].duration / two_pi, segments[s].duration});
+      path.rotations.push_back(turning_of(segments, s, i));
   }
   return path;
 }
@@ -80,8 +92,7 @@ Findings missing(const Path& path, Finding::Severity severity) {
 Findings not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments) {
   Findings findings;
   for (const auto& turning : path.rotations) {
-    const double earth = earth_rate * turning.seconds / two_pi;
-    if (std::abs(turning.turns - std::round(turning.turns)) > 1e-3 + earth)
+    if (std::abs(turning.beyond) > greatest_fraction * two_pi)
       findings.push_back({Finding::Severity::error,
                           "turns_not_whole",
                           {{"turns", turning.turns}, {"axis", names[turning.axis]}},

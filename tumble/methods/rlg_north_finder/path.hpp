@@ -13,7 +13,8 @@ namespace tumble::rlg_north_finder {
 struct Turning {
   std::size_t segment = 0;  ///< in the output's segments
   int axis = 0;             ///< body x, y, z
-  double turns = 0.0;       ///< signed; whole if the plan is sound
+  double turns = 0.0;       ///< signed; whole if the plan is sound, but for the turn of the Earth meanwhile
+  double beyond = 0.0;      ///< [rad] against the ground, more than whole turns: by hand
   double seconds = 0.0;
 };
 
@@ -30,7 +31,8 @@ Path path_of(const std::vector<linear::SegmentSummary>& segments);
 /// Positions and rotations that the path lacks, and the parameters that the formulas cannot determine without them.
 Findings missing(const Path& path, Finding::Severity severity);
 
-/// Rotations of the plan that are not whole turns; numbers of turns, forward and reverse, that differ: errors.
+/// Rotations that are not whole turns by the plan, or by the angles recorded; numbers of turns, forward and reverse,
+/// that differ: errors.
 Findings not_whole(const Path& path, const std::vector<linear::SegmentSummary>& segments);
 
 }  // namespace tumble::rlg_north_finder

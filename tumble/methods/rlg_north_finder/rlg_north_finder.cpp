@@ -157,6 +157,7 @@ extern const Method rlg_north_finder{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::rlg_north_finder

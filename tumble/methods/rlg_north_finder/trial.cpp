@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
+#include "tumble/math/random.hpp"
 #include "tumble/methods/rlg_north_finder/outputs.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/models/sagnac.hpp"
@@ -108,12 +111,68 @@ std::vector<double> truth_of(const Plan& plan) {
   return out;
 }
 
-Trial trial(std::uint64_t seed) {
+namespace {
+
+Trial trial_of(Plan commanded, const Plan& carried_out, std::uint64_t seed) {
   Trial trial;
-  trial.evidence.plan = trial_plan(60.0, 2);
-  trial.evidence.recordings.push_back(simulate(trial.evidence.plan, seed, {}));
+  trial.evidence.plan = std::move(commanded);
+  trial.evidence.recordings.push_back(simulate(carried_out, seed, {}));
   const auto truth = truth_of(trial.evidence.plan);
   for (std::size_t p = 0; p < truth.size(); ++p) trial.truth.emplace_back(wanted()[p].name, truth[p]);
+  return trial;
+}
+
+void reverse_signs(Settings& truth, std::initializer_list<std::pair<const char*, const char*>> names) {
+  for (const auto& [name, unit] : names) truth.set_number(name, -truth.number(name), Unit::parse(unit));
+}
+
+/// The angles at which a hand leaves the axes that it turns.
+void set_by_hand(const RandomStream& hand, Plan& plan) {
+  std::uint64_t draw = 0;
+  for (auto& segment : plan.schedule)
+    for (auto& [axis, motion] : segment.axes) {
+      if (axis == "mount_yaw") continue;
+      (motion.kind == Kind::hold ? motion.value : motion.to) += si(0.3, "deg") * hand.normal(draw++);
+    }
+}
+
+/// One sample in a hundred of the stays is lost. A total of counts needs every sample.
+void lose_samples(const Plan& plan, const RandomStream& random, Recording& recording) {
+  for (Channel& channel : recording.channels) {
+    const RandomStream lost = random.split(channel.name);
+    double begin = 0.0;
+    for (const auto& segment : plan.schedule) {
+      const bool stay = !segment.label.starts_with("about");
+      for (std::size_t i = index_at(channel, begin + 1.0); stay && channel.time(i) < begin + segment.duration - 1.0;
+           ++i)
+        if (lost.uniform(i) < 0.01) channel.values[i] = std::nan("");
+      begin += segment.duration;
+    }
+  }
+}
+
+}  // namespace
+
+Trial trial(std::uint64_t seed) {
+  const Plan plan = trial_plan(60.0, 2);
+  return trial_of(plan, plan, seed);
+}
+
+Trial second_trial(std::uint64_t seed) {
+  Plan plan = trial_plan(80.0, 3);
+  plan.site = Site{.latitude = si(-45.9, "deg"), .height = 30.0, .gravity = {}, .latitude_sd = si(100.0, "arcsec")};
+  plan.rig.set_number("outer_azimuth", si(20.0, "deg"), Unit::parse("deg"));
+  reverse_signs(
+      plan.truth,
+      {{"bias", "deg/h"}, {"misalignment_y", "arcsec"}, {"misalignment_z", "arcsec"}, {"scale_factor_error", "ppm"}});
+  for (auto& one : plan.beside)
+    reverse_signs(
+        one.truth,
+        {{"bias", "ug"}, {"misalignment_o", "arcsec"}, {"misalignment_p", "arcsec"}, {"scale_factor_error", "ppm"}});
+  Plan by_hand = plan;
+  set_by_hand(RandomStream(seed).split("hand"), by_hand);
+  Trial trial = trial_of(std::move(plan), by_hand, seed);
+  lose_samples(by_hand, RandomStream(seed).split("lost"), trial.evidence.recordings[0]);
   return trial;
 }
 

@@ -22,4 +22,8 @@ std::vector<double> truth_of(const Plan& plan);
 
 Trial trial(std::uint64_t seed);
 
+/// The other way round: a southern site without measured gravity and with an uncertain latitude, parameters of the
+/// other sign, a table that a hand sets to 0.3 deg and whose angles are recorded, samples of the stays lost.
+Trial second_trial(std::uint64_t seed);
+
 }  // namespace tumble::rlg_north_finder

@@ -112,6 +112,37 @@ AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown
 
 namespace {
 
+/// Least and greatest of each component.
+struct Range {
+  Vector3 least, greatest;
+};
+
+Range range_of(std::span<const Vector3> all) {
+  Range range{all[0], all[0]};
+  for (const Vector3& v : all)
+    for (std::size_t i = 0; i < 3; ++i) {
+      range.least[i] = std::min(range.least[i], v[i]);
+      range.greatest[i] = std::max(range.greatest[i], v[i]);
+    }
+  return range;
+}
+
+}  // namespace
+
+std::vector<Vector3> without_offsets(std::span<const Vector3> felt, std::span<const Vector3> shown) {
+  std::vector<Vector3> out(shown.begin(), shown.end());
+  if (felt.empty()) return out;
+  const Range of_felt = range_of(felt), of_shown = range_of(shown);
+  const double most = greatest(felt);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (std::abs(of_felt.least[i] + of_felt.greatest[i]) > 0.1 * most || of_felt.greatest[i] < 0.5 * most) return out;
+  const Vector3 middle = 0.5 * (of_shown.least + of_shown.greatest);
+  for (Vector3& v : out) v = v - middle;
+  return out;
+}
+
+namespace {
+
 /// The two axes that remain.
 constexpr std::array<std::size_t, 2> other_axes(std::size_t axis) { return {axis == 0 ? 1u : 0u, axis == 2 ? 1u : 2u}; }
 

@@ -178,14 +178,24 @@ void judge(const std::vector<Stand>& stands, double tolerance, Findings& finding
     if (std::abs(stand.drift) > std::max(significant * stand.drift_sd, 0.02 * tolerance))
       findings.push_back(
           {Severity::error, "axis_not_at_rest", {{"axis", stand.axis}, {"drift", stand.drift, "arcsec"}}, stand.label});
-  for (const auto& stand : stands)
-    if (std::abs(stand.recorded - stand.commanded) > tolerance)
-      findings.push_back({Severity::warning,
-                          "angle_off_plan",
-                          {{"segment", stand.label},
-                           {"axis", stand.axis},
-                           {"recorded", stand.recorded, "deg"},
-                           {"commanded", stand.commanded, "deg"}}});
+  Occurrences off{0, {}, {}};
+  const Stand* worst = nullptr;
+  for (const auto& stand : stands) {
+    const double apart = std::abs(stand.recorded - stand.commanded);
+    if (!(apart > tolerance)) continue;
+    if (off.count++ == 0) off.first = stand.label;
+    if (worst == nullptr || apart > std::abs(worst->recorded - worst->commanded)) worst = &stand;
+  }
+  if (worst == nullptr) return;
+  off.worst = worst->label;
+  findings.push_back({Severity::warning,
+                      "angle_off_plan",
+                      {{"segment", worst->label},
+                       {"axis", worst->axis},
+                       {"recorded", worst->recorded, "deg"},
+                       {"commanded", worst->commanded, "deg"}},
+                      "",
+                      off});
 }
 
 /// How much later [s] than the plan says an axis passes the middle between two angles [rad]; NaN: it does not pass it.

@@ -67,15 +67,22 @@ std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists) {
 }
 
 std::vector<Imperfection> base_imperfections() {
-  return {
-      {quantity("level_sd", "arcsec")
-           .at_least(0)
-           .otherwise("2 arcsec")
-           .says("level of the base, about east and about north"),
-       {error_names::level_about_east, error_names::level_about_north}},
-      {quantity("azimuth_sd", "arcsec").at_least(0).otherwise("10 arcsec").says("azimuth of the base"),
-       {error_names::azimuth}},
-      {quantity("gravity_sd", "ug").at_least(0).otherwise("5 ug").says("gravity at the rig"), {error_names::gravity}}};
+  return {{quantity("level_sd", "arcsec")
+               .at_least(0)
+               .otherwise("2 arcsec")
+               .says("level of the base, about east and about north"),
+           {error_names::level_about_east, error_names::level_about_north}},
+          {quantity("azimuth_sd", "arcsec").at_least(0).otherwise("10 arcsec").says("azimuth of the base"),
+           {error_names::azimuth}},
+          gravity_imperfection()};
+}
+
+Imperfection gravity_imperfection() {
+  return {quantity("gravity_sd", "ug")
+              .at_least(0)
+              .says("gravity at the rig; absent: 5 ug where [site] states gravity as measured, else that of the "
+                    "normal gravity formula"),
+          {error_names::gravity}};
 }
 
 std::vector<Imperfection> lever_imperfections(const char* sd) {
@@ -91,12 +98,18 @@ std::vector<Imperfection> mount_imperfections() {
            {error_names::mounting_x, error_names::mounting_y, error_names::mounting_z}}};
 }
 
-std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options) {
+std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options,
+                                const std::optional<Site>& site) {
   const bool ideal = options.flag("ideal");
   std::vector<RigError> errors;
   for (const auto& imperfection : imperfections)
-    for (const auto& name : imperfection.errors)
-      errors.push_back({name, ideal ? 0.0 : options.number(imperfection.option.name), imperfection.each_segment});
+    for (const auto& name : imperfection.errors) {
+      const std::string& option = imperfection.option.name;
+      const bool is_gravity = name == error_names::gravity;
+      const double sd = is_gravity && !options.has(option) ? gravity_sd(site) : options.number(option);
+      errors.push_back({name, ideal ? 0.0 : sd, imperfection.each_segment});
+      if (is_gravity) errors.push_back({error_names::latitude, ideal || !site ? 0.0 : latitude_sd(*site)});
+    }
   return errors;
 }
 
@@ -121,10 +134,12 @@ std::vector<Axis> mount_axes() {
       {mounts[2], "deg", {Kind::hold}, "about the fixture's z axis, first"}};
 }
 
-Kinematics ground_of(const std::optional<Site>& site, double gravity_error) {
-  return {site ? earth_rate_in_level(*site) : Vector3{},
-          {},
-          {0.0, 0.0, (site ? gravity(*site) : standard_gravity) + gravity_error}};
+Kinematics ground_of(const std::optional<Site>& site, double gravity_error, double latitude_error) {
+  const double upwards = (site ? gravity(*site) : standard_gravity) + gravity_error;
+  if (!site) return {{}, {}, {0.0, 0.0, upwards}};
+  Site true_site = *site;
+  true_site.latitude += latitude_error;
+  return {earth_rate_in_level(true_site), {}, {0.0, 0.0, upwards}};
 }
 
 Rotation base_from_level(const ErrorValues& errors) {

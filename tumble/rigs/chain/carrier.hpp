@@ -36,6 +36,8 @@ class ErrorValues {
 
 /// Level and azimuth of the base, gravity.
 std::vector<Imperfection> base_imperfections();
+/// Gravity, with which the latitude goes.
+Imperfection gravity_imperfection();
 /// Lever arm and mounting of the instrument.
 std::vector<Imperfection> lever_imperfections(const char* sd);
 std::vector<Imperfection> mount_imperfections();
@@ -43,8 +45,10 @@ std::vector<Imperfection> mount_imperfections();
 /// `lists` one after the other.
 std::vector<Imperfection> joined(std::vector<std::vector<Imperfection>> lists);
 
-/// The errors that are drawn with these; all 0 where the options say `ideal`.
-std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options);
+/// The errors that are drawn with these, and that of the latitude of the site beside gravity; all 0 where the options
+/// say `ideal`. Gravity is as uncertain as the site leaves it where the options do not state it.
+std::vector<RigError> errors_of(const std::vector<Imperfection>& imperfections, const Settings& options,
+                                const std::optional<Site>& site);
 
 /// lever_x, lever_y, lever_z with these defaults.
 std::vector<Option> lever_options(const char* x, const char* y, const char* z);
@@ -54,8 +58,9 @@ std::vector<Option> laboratory_options();
 /// How the instrument sits on the fixture.
 std::vector<Axis> mount_axes();
 
-/// The level frame at rest on the Earth. Given: gravity_error [m/s^2].
-Kinematics ground_of(const std::optional<Site>& site, double gravity_error);
+/// The level frame at rest on the Earth. The latitude turns the Earth's rate; gravity is as stated for the site.
+/// Given: gravity_error [m/s^2], latitude_error [rad].
+Kinematics ground_of(const std::optional<Site>& site, double gravity_error, double latitude_error);
 
 /// Instrument from fixture for mount_roll, mount_pitch, mount_yaw in every segment, with the mounting errors.
 std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors);

@@ -82,7 +82,8 @@ std::vector<Joint> with_axis_errors(Joint joint, const std::string& axis, int ri
 
 Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& errors) {
   Chain chain;
-  chain.ground = seen_in(base_from_level(errors), ground_of(run.site, errors(error_names::gravity)));
+  chain.ground = seen_in(base_from_level(errors),
+                         ground_of(run.site, errors(error_names::gravity), errors(error_names::latitude)));
   for (const auto& axis : machine.axes)
     chain.axes.push_back(driven(run, limits_of(machine, axis, run.options), errors));
   const int ripple_order = run.options.has("ripple_order") ? run.options.integer("ripple_order") : 1;
@@ -155,8 +156,8 @@ std::vector<Option> options_of(const Machine& machine) {
   return options;
 }
 
-std::vector<RigError> errors_of(const Machine& machine, const Settings& options) {
-  return errors_of(present(machine), options);
+std::vector<RigError> errors_of(const Machine& machine, const Settings& options, const std::optional<Site>& site) {
+  return errors_of(present(machine), options, site);
 }
 
 std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options) {
@@ -171,7 +172,7 @@ std::vector<std::string> refusals_of(const Machine& machine, const Schedule& sch
 }
 
 Reference reference_of(const Machine& machine, const RigRun& run) {
-  const auto list = errors_of(machine, run.options);
+  const auto list = errors_of(machine, run.options, run.site);
   const ErrorValues errors(list, run.errors);
   const auto chain = std::make_shared<const Chain>(chain_of(machine, run, errors));
   Reference out;

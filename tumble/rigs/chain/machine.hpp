@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,7 @@ std::vector<Imperfection> oscillation_imperfections(const std::vector<std::strin
 
 std::vector<Axis> axes_of(const Machine& machine);
 std::vector<Option> options_of(const Machine& machine);
-std::vector<RigError> errors_of(const Machine& machine, const Settings& options);
+std::vector<RigError> errors_of(const Machine& machine, const Settings& options, const std::optional<Site>& site);
 std::vector<std::string> refusals_of(const Machine& machine, const Schedule& schedule, const Settings& options);
 Reference reference_of(const Machine& machine, const RigRun& run);
 
@@ -48,7 +49,8 @@ constexpr Rig rig_of(const char* name, const char* summary) {
           .summary = summary,
           .axes = [] { return axes_of(machine()); },
           .options = [] { return options_of(machine()); },
-          .errors = [](const Settings& options) { return errors_of(machine(), options); },
+          .errors = [](const Settings& options,
+                       const std::optional<Site>& site) { return errors_of(machine(), options, site); },
           .reference = [](const RigRun& run) { return reference_of(machine(), run); },
           .refusals = [](const Schedule& schedule,
                          const Settings& options) { return refusals_of(machine(), schedule, options); }};

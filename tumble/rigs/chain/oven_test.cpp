@@ -80,7 +80,7 @@ TEST(Oven, SettledWhenWarmAndSteadyWhenSoaked) {
 
 TEST(Oven, RegulatesByItsThermometerWhichDoesNotShowItsOwnError) {
   RigRun run = run_of(soak(), options({{"thermometer_noise", "0 K", "test"}}));
-  const auto errors = head().errors(run.options);
+  const auto errors = head().errors(run.options, run.site);
   run.errors = Matrix(errors.size(), 3);
   for (std::size_t e = 0; e < errors.size(); ++e)
     for (std::size_t s = 0; s < 3; ++s)
