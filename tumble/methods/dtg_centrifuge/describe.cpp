@@ -98,9 +98,12 @@ class Levels {
   Function zeta(std::size_t level) const {
     return zeta(level, [this](std::size_t l) { return K(l); });
   }
+  /// Of the polynomial, where it may change over the levels; without number where it is constant.
   Function zeta_fitted(std::size_t level) const {
+    if (!bends()) return {std::nan(""), Row(size())};
     return zeta(level, [this](std::size_t l) { return fitted(l); });
   }
+  bool bends() const { return outcome_.polynomial.powers > 0; }
 
  private:
   const Outcome& outcome_;
@@ -135,12 +138,12 @@ void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::s
     findings.push_back({Severity::warning, "sensitive_term_not_significant", {{"ratio", least}}, "", insignificant});
   for (std::size_t l = 0; l < levels.size(); ++l) {
     if (of.first(l) == l) continue;
-    const Function zeta = outcome.corrected ? of.zeta_fitted(l) : of.zeta(l);
+    const bool by_polynomial = outcome.corrected && of.bends();
+    const Function zeta = by_polynomial ? of.zeta_fitted(l) : of.zeta(l);
     if (!std::isfinite(zeta.value)) continue;
-    if (!(ledger.variance({{group, zeta.gradient}}) > 0.0)) continue;  // a polynomial of order 0 says zero
     ledger.add({fmt::format("nonlinearity_{}", l + 1), fmt::format("zeta_{}", l + 1), Unit::parse("%"), zeta.value,
                 fmt::format("K_{0} over K_{1} less one{2}", l + 1, of.first(l) + 1,
-                            outcome.corrected ? ", by the polynomial through all levels" : "")},
+                            by_polynomial ? ", by the polynomial through all levels" : "")},
                {{group, zeta.gradient}});
   }
 }
@@ -210,8 +213,20 @@ void add_cubic(const Coefficients& c, std::size_t part, Ledger& ledger) {
                {{c.levels, c.of(part, cubic + 1)}});
 }
 
+constexpr const char* order_names[] = {"constant", "cubic", "quintic"};
+
+/// Says which lower order the levels would do with, where the order was not stated.
+void add_order(const Polynomial& polynomial, const std::string& prefix, Findings& findings) {
+  const auto lowest = std::ranges::min_element(polynomial.tried, {}, &Order::aicc);
+  if (!polynomial.automatic || lowest->powers >= polynomial.powers) return;
+  findings.push_back({Severity::info,
+                      "lower_order_is_enough",
+                      {{"x", prefix + "D_x"}, {"y", prefix + "D_y"}, {"order", order_names[lowest->powers]}}});
+}
+
 void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
   add_linear(c, force_along, ledger, findings);
+  add_order(c.outcome.polynomial, c.prefix, findings);
   if (c.outcome.polynomial.powers == 0) {
     findings.push_back(
         {Severity::info, "drift_is_linear_in_force", {{"x", c.prefix + "D_x"}, {"y", c.prefix + "D_y"}}});
@@ -347,14 +362,13 @@ Table segments(const Outcome& outcome, const std::vector<Measured>& measured) {
 
 Table orders(const Polynomial& polynomial) {
   const Unit one;
-  static constexpr const char* names[] = {"constant", "cubic", "quintic"};
   Table table{"models",
               "p and q over specific force",
               {{"order", one}, {"chi_square", one}, {"AICc", one}, {"chosen", one}},
               {}};
   for (const Order& order : polynomial.tried)
     table.rows.push_back(
-        {std::string(names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
+        {std::string(order_names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
   return table;
 }
 
@@ -394,7 +408,7 @@ void add_curves(const Outcome& outcome, const std::vector<Level>& levels, std::s
       }
       if (points.x.values.empty()) continue;
       estimate.curves.push_back(std::move(points));
-      if (outcome.corrected) estimate.curves.push_back(std::move(line));
+      if (outcome.corrected && (of.bends() || !of_zeta)) estimate.curves.push_back(std::move(line));
     }
 }
 

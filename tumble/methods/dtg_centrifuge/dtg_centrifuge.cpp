@@ -77,8 +77,8 @@ std::vector<Option> options() {
                 "source's steps, docs/equations (1.6)-(1.11)"),
       word("order", {"auto", "constant", "cubic", "quintic"})
           .otherwise("auto")
-          .says("order of the drift in specific force, docs/equations (1.13); auto: the simplest whose AICc is within "
-                "4 of the lowest"),
+          .says("order of the drift in specific force, docs/equations (1.13); auto: the highest that the levels can "
+                "carry, cubic with two or three levels and quintic with four or more"),
       quantity("settling", "s")
           .at_least(0)
           .otherwise("1 s")

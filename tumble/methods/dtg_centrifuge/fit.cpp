@@ -12,10 +12,6 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
-/// A higher order must lower the AICc by this much: without need of that order this happens once in 50 tests. If any
-/// lower value were enough, it would happen once in 7 tests, with intervals that are too narrow.
-constexpr double clearly_better = 4.0;
-
 Complex weighted_mean(const std::vector<Complex>& part, const std::vector<double>& weight) {
   Complex sum = 0.0;
   double total = 0.0;
@@ -194,6 +190,18 @@ struct White {
   Matrix of(const Matrix& rows) const { return solve_lower(lower, scaled_rows(scale, rows)); }
 };
 
+/// Number of specific forces with this orientation that differ by more than 2 %: one may be tested at several net rates.
+std::size_t forces_of(const std::vector<Level>& levels, double spin_up) {
+  std::size_t count = 0;
+  double last = 0.0;
+  for (const Level& level : levels) {  // by specific force
+    if (level.spin_up * spin_up < 0.0 || !(level.force > 1.02 * last)) continue;
+    last = level.force;
+    ++count;
+  }
+  return count;
+}
+
 /// Fit of one order; adds its score to `tried`.
 Polynomial of_order(int order, const Polynomial& common, const White& levels, const std::vector<Level>& of,
                     double observations, std::vector<Order>& tried) {
@@ -264,12 +272,10 @@ std::vector<double> Polynomial::row(const Level& level) const {
 
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations) {
-  std::set<double> up, down;
-  for (const Level& level : levels) (level.spin_up > 0.0 ? up : down).insert(level.force);
-  const std::size_t different = std::max(up.size(), down.size());
+  const std::size_t up = forces_of(levels, 1.0), down = forces_of(levels, -1.0), different = std::max(up, down);
   Polynomial common;
   common.parts = take == Take::both_parts ? 2 : 1;
-  common.both_orientations = !up.empty() && !down.empty();
+  common.both_orientations = up > 0 && down > 0;
   const White white(quantities);
   std::vector<Order> tried;
   std::vector<Polynomial> candidates;
@@ -279,15 +285,10 @@ Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>&
     candidates.push_back(of_order(order, common, white, levels, observations, tried));
   }
   std::size_t chosen = candidates.size() - 1;
-  if (powers >= 0) {
-    chosen = std::min(chosen, static_cast<std::size_t>(powers));
-  } else if (different > 2) {  // between two levels there is a difference and nothing to judge it by
-    const auto lowest = std::ranges::min_element(tried, {}, &Order::aicc)->aicc;
-    chosen = 0;
-    while (tried[chosen].aicc > lowest + clearly_better) ++chosen;
-  }
+  if (powers >= 0) chosen = std::min(chosen, static_cast<std::size_t>(powers));
   tried[chosen].chosen = true;
   candidates[chosen].tried = tried;
+  candidates[chosen].automatic = powers < 0;
   return candidates[chosen];
 }
 

@@ -42,6 +42,7 @@ struct Order {
 struct Polynomial {
   std::vector<Order> tried;
   int powers = 0;
+  bool automatic = false;  ///< nobody stated the order
   bool both_orientations = false;
   std::size_t parts = 2;      ///< p and q, or K alone
   std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q
@@ -51,8 +52,9 @@ struct Polynomial {
 };
 
 /// Generalised least squares on the levels with their full covariance, so that their pattern also determines what is
-/// common to the levels (gain and azimuth of the reference gyro). The order as given, or with -1 the lowest whose AICc
-/// is within 4 of the least. Given: observations [1], for AICc.
+/// common to the levels (gain and azimuth of the reference gyro). The order as given; with -1 the highest that has a
+/// level to spare (cubic with two and three levels, quintic with four): a lower one would set its terms to zero, and
+/// their uncertainty with them. Given: observations [1], for AICc.
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 
