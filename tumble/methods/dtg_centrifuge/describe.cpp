@@ -245,12 +245,14 @@ void add_second(const Outcome& outcome, const std::string& prefix, const std::st
              {{group, {0.0, 2.0}}});
 }
 
-void add_relation(const Relation& relation, Ledger& ledger) {
-  Matrix covariance(2, 2);
+void add_relation(const Relation& relation, double by_lag, Ledger& ledger) {
+  Matrix covariance(2, 2), of_lag(2, 2);
   covariance(0, 0) = std::pow(relation.log_gain_sd, 2);
   covariance(1, 1) = std::pow(relation.azimuth_sd, 2);
-  const std::size_t group = ledger.add(
-      Group{2, {{relation_source, covariance}}, [](const Row&) { return std::numeric_limits<double>::infinity(); }});
+  of_lag(1, 1) = by_lag * by_lag;
+  const std::size_t group = ledger.add(Group{2, {{relation_source, covariance}, {lag_source, of_lag}}, [](const Row&) {
+                                               return std::numeric_limits<double>::infinity();
+                                             }});
   if (!(covariance(0, 0) > 0.0) || !(covariance(1, 1) > 0.0)) return;
   const double gain = std::exp(-relation.log_gain);
   ledger.add({"reference_gain", "S_f/S_g", Unit(), gain, "scale factor of the reference gyro over that of the gyro"},
@@ -258,6 +260,24 @@ void add_relation(const Relation& relation, Ledger& ledger) {
   ledger.add({"reference_azimuth", "eta", Unit::parse("deg"), relation.azimuth,
               "input axis of the reference gyro from X toward Y"},
              {{group, {0.0, 1.0}}});
+}
+
+/// The lag of a loop that nobody stated, and what it does to the answer.
+void add_lag(const Outcome& outcome, const std::string& prefix, Ledger& ledger, Findings& findings) {
+  const Lag& lag = outcome.lag;
+  if (lag.stated || !outcome.corrected) return;
+  const Unit unit = Unit::parse("ms");
+  const std::string whose = prefix.empty() ? "gyro" : "gyro_y";
+  if (!lag.estimated) {
+    findings.push_back({Severity::warning, "loop_lag_unknown", {{"sd", lag.sd, unit}}, whose});
+    return;
+  }
+  Matrix covariance(1, 1, lag.sd * lag.sd);
+  const std::size_t group =
+      ledger.add(Group{1, {{lag_source, covariance}}, [nu = lag.degrees_of_freedom](const Row&) { return nu; }});
+  ledger.add({prefix + "loop_lag", "T", unit, lag.value, "lag of the capture loop, by its pattern over the levels"},
+             {{group, {1.0}}});
+  findings.push_back({Severity::info, "loop_lag_estimated", {{"lag", lag.value, unit}, {"sd", lag.sd, unit}}, whose});
 }
 
 /// The size of the shift from power-up to power-up, with an interval; a finding where it is not significant.
@@ -426,7 +446,8 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
                      estimate.findings);
     add_second(outcome, prefix, symbol, second, ledger);
   }
-  if (first && outcome.corrected) add_relation(outcome.relation, ledger);
+  if (first && outcome.corrected) add_relation(outcome.relation, outcome.feigned_azimuth, ledger);
+  add_lag(outcome, prefix, ledger, estimate.findings);
   add_repeatability(outcome, prefix, ledger, estimate.findings);
   if (!first) return;
   const MixedFit& fit = outcome.levels.fit;

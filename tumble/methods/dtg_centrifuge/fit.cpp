@@ -159,9 +159,12 @@ std::vector<Complex> along(const Observation& one, bool unbiased) {
   return out;
 }
 
-Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial) {
-  const std::size_t each = polynomial.each();
-  Matrix design(levels.size() * polynomial.parts, each * polynomial.parts);
+Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial, const std::vector<double>& lag) {
+  const std::size_t each = polynomial.each(), rows = levels.size() * polynomial.parts;
+  const std::size_t of_parts = each * polynomial.parts;
+  const bool with_lag = !lag.empty() && rows > of_parts;
+  Matrix design(rows, of_parts + (with_lag ? 1 : 0));
+  if (with_lag) std::ranges::copy(lag, column(design, of_parts).begin());
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const auto row = polynomial.row(levels[l]);
     for (std::size_t c = 0; c < polynomial.parts; ++c)
@@ -190,7 +193,8 @@ struct White {
   Matrix of(const Matrix& rows) const { return solve_lower(lower, scaled_rows(scale, rows)); }
 };
 
-/// Number of specific forces with this orientation that differ by more than 2 %: one may be tested at several net rates.
+/// Number of specific forces with this orientation that differ by more than 2 %: one may be tested at several net
+/// rates.
 std::size_t forces_of(const std::vector<Level>& levels, double spin_up) {
   std::size_t count = 0;
   double last = 0.0;
@@ -204,10 +208,10 @@ std::size_t forces_of(const std::vector<Level>& levels, double spin_up) {
 
 /// Fit of one order; adds its score to `tried`.
 Polynomial of_order(int order, const Polynomial& common, const White& levels, const std::vector<Level>& of,
-                    double observations, std::vector<Order>& tried) {
+                    double observations, const std::vector<double>& lag, std::vector<Order>& tried) {
   Polynomial out = common;
   out.powers = order;
-  const Matrix design = levels.of(design_of(of, out));
+  const Matrix design = levels.of(design_of(of, out, lag));
   const auto unit = inverses(column_norms(design));
   const HouseholderQr qr = householder_qr(scaled_columns(design, unit));
   out.value = scaled(unit, solve(qr, levels.y));
@@ -271,7 +275,7 @@ std::vector<double> Polynomial::row(const Level& level) const {
 }
 
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
-                         double observations) {
+                         double observations, const std::vector<double>& lag) {
   const std::size_t up = forces_of(levels, 1.0), down = forces_of(levels, -1.0), different = std::max(up, down);
   Polynomial common;
   common.parts = take == Take::both_parts ? 2 : 1;
@@ -282,7 +286,7 @@ Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>&
   for (int order = 0; order <= 2; ++order) {
     if (order > 0 && static_cast<std::size_t>(order) >= different) break;
     if (order == 2 && different < 4) break;  // a quintic wants a level to spare
-    candidates.push_back(of_order(order, common, white, levels, observations, tried));
+    candidates.push_back(of_order(order, common, white, levels, observations, lag, tried));
   }
   std::size_t chosen = candidates.size() - 1;
   if (powers >= 0) chosen = std::min(chosen, static_cast<std::size_t>(powers));

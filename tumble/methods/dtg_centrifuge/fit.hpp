@@ -45,8 +45,9 @@ struct Polynomial {
   bool automatic = false;  ///< nobody stated the order
   bool both_orientations = false;
   std::size_t parts = 2;      ///< p and q, or K alone
-  std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q
+  std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q; then the lag [s], if it is a column
   Matrix of_levels;           ///< d value / d level quantities
+  bool has_lag() const { return value.size() > parts * each(); }
   std::size_t each() const { return static_cast<std::size_t>(1 + powers) + (both_orientations ? 1 : 0); }
   std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level [each()]
 };
@@ -54,8 +55,12 @@ struct Polynomial {
 /// Generalised least squares on the levels with their full covariance, so that their pattern also determines what is
 /// common to the levels (gain and azimuth of the reference gyro). The order as given; with -1 the highest that has a
 /// level to spare (cubic with two and three levels, quintic with four): a lower one would set its terms to zero, and
-/// their uncertainty with them. Given: observations [1], for AICc.
+/// their uncertainty with them.
+///
+/// Given     observations  [1] for AICc
+///           lag           see lag_column; empty: the loop is known. The lag is a column only where the levels are more
+///                         than the columns: `value` then is longer than p and q are
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
-                         double observations);
+                         double observations, const std::vector<double>& lag = {});
 
 }  // namespace tumble::dtg_centrifuge
