@@ -48,7 +48,9 @@ class Levels {
     for (std::size_t c = 0; c < parts(); ++c) {
       const std::size_t k = level * parts() + c;
       square += outcome_.levels.value[k] * outcome_.levels.value[k];
-      noise += outcome_.levels.fit.covariance(k, k);
+      // a lag turns p + iq and leaves its size
+      for (const auto& source : outcome_.levels.fit.sources)
+        if (source.source != lag_source) noise += source.covariance(k, k);
     }
     const double size = std::sqrt(square);
     for (std::size_t c = 0; c < parts(); ++c) {

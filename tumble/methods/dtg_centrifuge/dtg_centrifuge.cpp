@@ -224,6 +224,9 @@ void check_lag(const Task& task, const std::vector<Measured>& measured, Findings
 
 /// Everything of one output.
 Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Findings& findings) {
+  Findings unused;
+  check_relation(relation_of(measured, task.output, task.settings, task.test.encoders, unused), task.output,
+                 task.settings, findings);
   const bool stated = task.settings.has("natural_frequency") || task.settings.has("time_constant");
   if (stated || task.fourier) {
     if (task.phase_known) check_lag(task, measured, findings);

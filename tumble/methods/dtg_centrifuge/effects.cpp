@@ -106,6 +106,20 @@ void add_each(const Effect& effect, std::vector<Effect>& effects) {
   }
 }
 
+/// Plans that share a key share the error, if they state one standard deviation for it: see reduce/rig_effects.
+void add_shared(Effect effect, std::vector<Effect>& effects) {
+  const auto same = std::ranges::find_if(effects, [&](const Effect& other) {
+    return !effect.key.empty() && other.key == effect.key && other.source == effect.source;
+  });
+  if (same != effects.end() && std::abs(same->sd - effect.sd) <= 1e-9 * same->sd) {
+    for (const auto part : {&Effect::value, &Effect::second, &Effect::third})
+      for (std::size_t n = 0; n < effect.value.size(); ++n) ((*same).*part)[n] += (effect.*part)[n];
+    return;
+  }
+  if (same != effects.end()) effect.key.clear();
+  effects.push_back(std::move(effect));
+}
+
 /// A shift of y = p - i sigma q in each observation.
 template <class Shift>
 void add(const std::string& source, const Circumstances& around, const std::vector<Observation>& observations,
@@ -216,19 +230,25 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
   const Complex before = ratio(undisturbed, around.output);
   const Terms here = estimated(around, undisturbed, nominal, around.relation);
   std::vector<Effect> effects;
-  for (const RigLinesShift& shift : shifts) {
+  const auto keys = keys_of(around.test, shifts);
+  for (std::size_t k = 0; k < shifts.size(); ++k) {
+    const RigLinesShift& shift = shifts[k];
     const auto disturbed = all_shown(shift.observed);
     const Relation relation = disturbed_relation(around, ratio(disturbed, around.output) / before);
     const Terms there = estimated(around, disturbed, nominal, relation);
-    Effect effect{shift.error.error.name, spread(there.value, here.value, cell_of),
-                  spread(there.second, here.second, cell_of), spread(there.third, here.third, cell_of)};
+    Effect effect{shift.error.error.name,
+                  spread(there.value, here.value, cell_of),
+                  spread(there.second, here.second, cell_of),
+                  spread(there.third, here.third, cell_of),
+                  keys[k],
+                  shift.error.error.sd};
     if (negligible(effect.value, observations) && negligible(effect.second, observations) &&
         negligible(effect.third, observations))
       continue;
     if (shift.error.error.each_segment)
       add_each(effect, effects);
     else
-      effects.push_back(std::move(effect));
+      add_shared(std::move(effect), effects);
   }
   return effects;
 }

@@ -12,6 +12,8 @@ struct Effect {
   std::string source;
   std::vector<Complex> value;          ///< of each observation: shift of p + i q by one standard deviation
   std::vector<Complex> second, third;  ///< shifts of Z_2/a^2 and Z_3/a^3
+  std::string key = {};                ///< see Contribution
+  double sd = 0.0;                     ///< [SI] of an error of the rig
 };
 
 /// All that the estimator was given besides the lines.

@@ -122,8 +122,8 @@ struct Rows {
     for (const auto& [row, column] : design) data.design(row, column) = 1.0;
   }
 
-  void add_effect(const std::string& source, const std::vector<Complex>& shift) {
-    KnownEffect effect{source, std::vector<double>(data.observations.size()), false};
+  void add_effect(const Effect& from, const std::vector<Complex>& shift) {
+    KnownEffect effect{from.source, std::vector<double>(data.observations.size()), false, {}, from.key};
     bool any = false;
     for (std::size_t i = 0; i < effect.column.size(); ++i) {
       const std::size_t segment = data.segment[i];
@@ -240,7 +240,7 @@ Quantities fit_levels(const std::vector<Observation>& observations, const std::v
     if (take == Take::size)
       for (std::size_t n = 0; n < shift.size(); ++n)
         shift[n] *= std::conj(observations[n].value) / std::max(std::abs(observations[n].value), 1e-300);
-    rows.add_effect(effect.source, shift);
+    rows.add_effect(effect, shift);
   }
   rows.add_power_ups();
   Quantities quantities;
@@ -259,7 +259,7 @@ Quantities fit_harmonic(const std::vector<Observation>& observations, const std:
     rows.add(harmonic == 2 ? one.second_part : one.third_part, weight, 1.0, 0, one.power_up, design);
   }
   rows.close(design, 2);
-  for (const Effect& effect : effects) rows.add_effect(effect.source, harmonic == 2 ? effect.second : effect.third);
+  for (const Effect& effect : effects) rows.add_effect(effect, harmonic == 2 ? effect.second : effect.third);
   rows.add_power_ups();
   Quantities quantities;
   quantities.fit = fit_mixed_model(rows.data);

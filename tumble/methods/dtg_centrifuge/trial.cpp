@@ -53,6 +53,7 @@ Plan plan_of_trial(const std::vector<Option>& options) {
   plan.rig.set_number("table_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
   plan.settings.set_number("averaging", 0.0, Unit::parse("s"));  // the simulation takes one step a sample
   plan.settings.set_number("reference_averaging", 0.0, Unit::parse("s"));
+  plan.settings.set_number("time_constant", 0.0, Unit::parse("s"));  // there is no loop, and the plan says so
   for (const auto& one : drift) set_truth(plan, one.name, one.value, one.unit);
   set_truth(plan, "angle_random_walk", 0.003, "deg/sqrt(h)");
   plan.channels["reference_gyro"] = {{"fog.gyro", {}}};
