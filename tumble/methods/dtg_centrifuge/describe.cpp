@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/methods/dtg_centrifuge/lag.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -36,26 +38,35 @@ Row plus(Row a, const Row& b) {
 /// K, zeta and what the polynomial makes of them.
 class Levels {
  public:
-  Levels(const Outcome& outcome, const std::vector<Level>& levels) : outcome_(outcome), levels_(levels) {}
+  Levels(const Outcome& outcome, const std::vector<Level>& levels)
+      : outcome_(outcome), levels_(levels), rows_(levels_with_lag(outcome.levels, outcome.polynomial)) {}
 
   std::size_t size() const { return outcome_.levels.value.size(); }
   std::size_t parts() const { return outcome_.polynomial.parts; }
+
+  /// p or q of a level.
+  Function part(std::size_t level, std::size_t c) const {
+    Function out{0.0, Row(size())};
+    for (std::size_t k = 0; k < size(); ++k) out.gradient[k] = rows_(level * parts() + c, k);
+    out.value = dot(out.gradient, outcome_.levels.value);
+    return out;
+  }
 
   /// K_i, less what noise adds to its square, docs/equations (1.14).
   Function K(std::size_t level) const {
     Function out{0.0, Row(size())};
     double square = 0.0, noise = 0.0;
     for (std::size_t c = 0; c < parts(); ++c) {
-      const std::size_t k = level * parts() + c;
-      square += outcome_.levels.value[k] * outcome_.levels.value[k];
+      const Function one = part(level, c);
+      square += one.value * one.value;
       // a lag turns p + iq and leaves its size
       for (const auto& source : outcome_.levels.fit.sources)
-        if (source.source != lag_source) noise += source.covariance(k, k);
+        if (source.source != lag_source) noise += quadratic_form(one.gradient, source.covariance);
     }
     const double size = std::sqrt(square);
     for (std::size_t c = 0; c < parts(); ++c) {
-      const std::size_t k = level * parts() + c;
-      out.gradient[k] = size > 0.0 ? outcome_.levels.value[k] / size : 1.0;
+      const Function one = part(level, c);
+      out.gradient = plus(out.gradient, times(size > 0.0 ? one.value / size : 1.0, one.gradient));
     }
     const bool subtract_noise = outcome_.corrected && outcome_.take == Take::both_parts;
     out.value = subtract_noise ? std::sqrt(std::max(0.0, square - noise)) : size;
@@ -110,6 +121,7 @@ class Levels {
  private:
   const Outcome& outcome_;
   const std::vector<Level>& levels_;
+  Matrix rows_;  ///< the levels by the quantities
 };
 
 Group group_of(const Quantities& quantities) {
@@ -265,21 +277,21 @@ void add_relation(const Relation& relation, double by_lag, Ledger& ledger) {
 }
 
 /// The lag of a loop that nobody stated, and what it does to the answer.
-void add_lag(const Outcome& outcome, const std::string& prefix, Ledger& ledger, Findings& findings) {
+void add_lag(const Outcome& outcome, const std::string& prefix, std::size_t group, Ledger& ledger, Findings& findings) {
   const Lag& lag = outcome.lag;
   if (lag.stated || !outcome.corrected) return;
   const Unit unit = Unit::parse("ms");
   const std::string whose = prefix.empty() ? "gyro" : "gyro_y";
-  if (!lag.estimated) {
-    findings.push_back({Severity::warning, "loop_lag_unknown", {{"sd", lag.sd, unit}}, whose});
-    return;
-  }
-  Matrix covariance(1, 1, lag.sd * lag.sd);
-  const std::size_t group =
-      ledger.add(Group{1, {{lag_source, covariance}}, [nu = lag.degrees_of_freedom](const Row&) { return nu; }});
-  ledger.add({prefix + "loop_lag", "T", unit, lag.value, "lag of the capture loop, by its pattern over the levels"},
-             {{group, {1.0}}});
-  findings.push_back({Severity::info, "loop_lag_estimated", {{"lag", lag.value, unit}, {"sd", lag.sd, unit}}, whose});
+  const bool shown = lag.quantity && lag.sd < 0.5 * usual_lag;
+  findings.push_back({shown ? Severity::info : Severity::warning,
+                      shown ? "loop_lag_estimated" : "loop_lag_unknown",
+                      {{"lag", lag.value, unit}, {"sd", lag.sd, unit}},
+                      whose});
+  if (!shown) return;
+  const LagFit fit = lag_of(outcome.levels, outcome.polynomial);
+  ledger.add({prefix + "loop_lag", "T", unit, lag.value + fit.value,
+              "lag of the capture loop, by its pattern over the levels and senses"},
+             {{group, fit.gradient}});
 }
 
 /// The size of the shift from power-up to power-up, with an interval; a finding where it is not significant.
@@ -337,8 +349,8 @@ Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std
     double A = std::nan(""), B = A;
     const double a = levels[l].force, sigma = levels[l].spin_up;
     if (outcome.take == Take::both_parts) {
-      A = -a * outcome.levels.value[2 * l];
-      B = -a * sigma * outcome.levels.value[2 * l + 1];
+      A = -a * of.part(l, 0).value;
+      B = -a * sigma * of.part(l, 1).value;
     } else if (!outcome.corrected) {
       Complex sum = 0.0;
       double count = 0.0;
@@ -449,7 +461,7 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
     add_second(outcome, prefix, symbol, second, ledger);
   }
   if (first && outcome.corrected) add_relation(outcome.relation, outcome.feigned_azimuth, ledger);
-  add_lag(outcome, prefix, ledger, estimate.findings);
+  add_lag(outcome, prefix, group, ledger, estimate.findings);
   add_repeatability(outcome, prefix, ledger, estimate.findings);
   if (!first) return;
   const MixedFit& fit = outcome.levels.fit;

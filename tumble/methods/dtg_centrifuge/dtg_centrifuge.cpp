@@ -150,9 +150,8 @@ struct Task {
   bool fourier, phase_known;
 };
 
-/// One output with lines that are corrected for the lag given. `as_column`: what remains of it is fitted too.
-Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const Lag& lag, bool as_column,
-                 Findings& findings) {
+/// One output with lines that are corrected for the lag given.
+Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const Lag& lag, Findings& findings) {
   const Settings& settings = task.settings;
   Outcome out{.output = task.output,
               .take = task.phase_known ? Take::both_parts : Take::size,
@@ -177,11 +176,11 @@ Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const 
   auto effects = rig_effects(around, out.observations, task.shifts, cell_of, task.cells.nominal, task.cells.stretch);
   for (auto& effect : instrument_effects(around, out.observations)) effects.push_back(std::move(effect));
   const std::size_t levels = task.reduction.levels.size();
-  out.levels = fit_levels(out.observations, effects, levels, out.take, !task.fourier, findings);
+  out.levels = fit_levels(out.observations, effects, levels, out.take, !task.fourier,
+                          lag.quantity ? lag_column(around, out.observations, lag.value) : LagColumn{}, findings);
   double values = 0.0;
   for (const auto& o : out.observations) values += static_cast<double>(o.part.size()) * (task.phase_known ? 2.0 : 1.0);
-  out.polynomial = polynomial_of(out.levels, task.reduction.levels, out.take, powers_of(settings), values,
-                                 as_column ? lag_column(around, out.observations, levels) : std::vector<double>{});
+  out.polynomial = polynomial_of(out.levels, task.reduction.levels, out.take, powers_of(settings), values);
   out.feigned_azimuth = task.fourier ? 0.0 : lag.sd * azimuth_of_lag(around, out.observations);
   if (!task.phase_known) return out;
   out.second = fit_harmonic(out.observations, effects, 2);
@@ -189,22 +188,16 @@ Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const 
   return out;
 }
 
-/// Lags of capture loops are a few milliseconds: this one is of 11 Hz with a damping ratio of 0.7.
-constexpr double usual_lag = 0.02;  // [s] standard deviation
-
 /// The lag by the levels, found in a few rounds because it turns the lines by a finite angle.
 Lag estimated_lag(const Task& task, const std::vector<Measured>& measured) {
-  Lag lag{.stated = false, .estimated = true};
+  Lag lag{.stated = false, .quantity = true, .value = 0.0, .sd = usual_lag};
   for (int round = 0; round < 6; ++round) {
     Findings unused;
-    const Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, true, unused);
-    if (!outcome.polynomial.has_lag()) return {.stated = false, .sd = usual_lag};
+    const Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, unused);
     const LagFit more = lag_of(outcome.levels, outcome.polynomial);
     lag.value += more.value;
-    lag.degrees_of_freedom = more.degrees_of_freedom;
-    if (std::abs(more.value) < 1e-3 * more.sd || round == 5) lag.sd = more.sd;
-    if (lag.sd > 0.0) break;
-    if (more.sd > 0.25 * usual_lag || std::abs(lag.value) > 0.25) return {.stated = false, .sd = usual_lag};
+    lag.sd = more.sd;
+    if (std::abs(more.value) < 1e-3 * more.sd) break;
   }
   return lag;
 }
@@ -212,8 +205,7 @@ Lag estimated_lag(const Task& task, const std::vector<Measured>& measured) {
 /// A loop that is stated and that the levels contradict.
 void check_lag(const Task& task, const std::vector<Measured>& measured, Findings& findings) {
   Findings unused;
-  const Outcome outcome = with_lag(task, measured, {}, true, unused);
-  if (!outcome.polynomial.has_lag()) return;
+  const Outcome outcome = with_lag(task, measured, {.stated = true, .quantity = true}, unused);
   const LagFit more = lag_of(outcome.levels, outcome.polynomial);
   if (std::abs(more.value) < 5.0 * more.sd || std::abs(more.value) < 1e-5) return;
   findings.push_back({Finding::Severity::warning,
@@ -230,10 +222,10 @@ Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Find
   const bool stated = task.settings.has("natural_frequency") || task.settings.has("time_constant");
   if (stated || task.fourier) {
     if (task.phase_known) check_lag(task, measured, findings);
-    return with_lag(task, measured, {}, false, findings);
+    return with_lag(task, measured, {}, findings);
   }
   const Lag lag = task.phase_known ? estimated_lag(task, measured) : Lag{.stated = false, .sd = usual_lag};
-  return with_lag(task, without_lag(measured, task.output, lag.value), lag, lag.estimated, findings);
+  return with_lag(task, without_lag(measured, task.output, lag.value), lag, findings);
 }
 
 void add_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
@@ -317,6 +309,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
 
 }  // namespace
 
@@ -332,6 +325,7 @@ extern const Method dtg_centrifuge{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = compensate};
+    .compensate = compensate,
+    .second_trial = second_trial_of};
 
 }  // namespace tumble::dtg_centrifuge

@@ -179,7 +179,7 @@ void add_unstated_loop(const Circumstances& around, const std::vector<Observatio
                        std::vector<Effect>& effects) {
   constexpr double kappa_sd = 0.7;
   const Lag& lag = around.lag;
-  if (lag.sd > 0.0) effects.push_back(lag_effect(around, observations, lag.sd));
+  if (!lag.quantity) effects.push_back(lag_effect(around, observations, lag.sd));
   const double square = lag.value * lag.value + lag.sd * lag.sd;
   const auto droop = [&](const Observation& o, double) {
     const double rate = around.measured[o.measured].theta_rate();

@@ -134,6 +134,34 @@ struct Rows {
     if (any) data.effects.push_back(std::move(effect));
   }
 
+  /// A segment of its own: 0 = what the lines are corrected for and the lag beyond, by what is known beforehand.
+  void add_lag(const LagColumn& lag, std::size_t column) {
+    if (lag.shift.empty()) return;
+    const std::size_t rows = data.observations.size();
+    for (std::size_t i = 0; i < rows; ++i) {
+      const Complex one = lag.shift[data.segment[i] / components];
+      data.design(i, column) = data.segment[i] % components == 0 ? one.real() : one.imag();
+    }
+    Matrix design(rows + 1, data.design.columns);
+    for (std::size_t c = 0; c < design.columns; ++c)
+      for (std::size_t i = 0; i < rows; ++i) design(i, c) = data.design(i, c);
+    design(rows, column) = 1.0;
+    data.design = std::move(design);
+    data.observations.push_back(-lag.known);
+    data.weights.push_back(*std::ranges::max_element(data.weights));
+    data.segment.push_back(data.segment.back() + 1);
+    for (KnownEffect& effect : data.effects) effect.column.push_back(0.0);
+    for (SlowNoise& slow : data.slow) {
+      Matrix kernel(power_up.size() + 1, power_up.size() + 1);
+      for (std::size_t a = 0; a < power_up.size(); ++a)
+        for (std::size_t b = 0; b < power_up.size(); ++b) kernel(a, b) = slow.kernel(a, b);
+      slow.kernel = std::move(kernel);
+    }
+    KnownEffect beforehand{lag_source, std::vector<double>(rows + 1), false};
+    beforehand.column.back() = 1.0;
+    data.effects.push_back(std::move(beforehand));
+  }
+
   void add_power_ups() {
     const std::size_t n = power_up.size();
     if (std::set<std::size_t>(power_up.begin(), power_up.end()).size() < 2) return;
@@ -159,12 +187,11 @@ std::vector<Complex> along(const Observation& one, bool unbiased) {
   return out;
 }
 
-Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial, const std::vector<double>& lag) {
+Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial, bool lag) {
   const std::size_t each = polynomial.each(), rows = levels.size() * polynomial.parts;
   const std::size_t of_parts = each * polynomial.parts;
-  const bool with_lag = !lag.empty() && rows > of_parts;
-  Matrix design(rows, of_parts + (with_lag ? 1 : 0));
-  if (with_lag) std::ranges::copy(lag, column(design, of_parts).begin());
+  Matrix design(rows + (lag ? 1 : 0), of_parts + (lag ? 1 : 0));
+  if (lag) design(rows, of_parts) = 1.0;
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const auto row = polynomial.row(levels[l]);
     for (std::size_t c = 0; c < polynomial.parts; ++c)
@@ -208,10 +235,10 @@ std::size_t forces_of(const std::vector<Level>& levels, double spin_up) {
 
 /// Fit of one order; adds its score to `tried`.
 Polynomial of_order(int order, const Polynomial& common, const White& levels, const std::vector<Level>& of,
-                    double observations, const std::vector<double>& lag, std::vector<Order>& tried) {
+                    double observations, std::vector<Order>& tried) {
   Polynomial out = common;
   out.powers = order;
-  const Matrix design = levels.of(design_of(of, out, lag));
+  const Matrix design = levels.of(design_of(of, out, levels.y.size() > of.size() * out.parts));
   const auto unit = inverses(column_norms(design));
   const HouseholderQr qr = householder_qr(scaled_columns(design, unit));
   out.value = scaled(unit, solve(qr, levels.y));
@@ -226,7 +253,7 @@ Polynomial of_order(int order, const Polynomial& common, const White& levels, co
 }  // namespace
 
 Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
-                      std::size_t levels, Take take, bool unbiased, Findings& findings) {
+                      std::size_t levels, Take take, bool unbiased, const LagColumn& lag, Findings& findings) {
   const auto factor = noise_weights(observations, levels, findings);
   Rows rows;
   rows.components = take == Take::both_parts ? 2 : 1;
@@ -234,7 +261,7 @@ Quantities fit_levels(const std::vector<Observation>& observations, const std::v
   for (const Observation& one : observations)
     rows.add(take == Take::both_parts ? one.part : along(one, unbiased), one.weight, factor[one.level],
              one.level * rows.components, one.power_up, design);
-  rows.close(design, levels * rows.components);
+  rows.close(design, levels * rows.components + (lag.shift.empty() ? 0 : 1));
   for (const Effect& effect : effects) {
     auto shift = effect.value;
     if (take == Take::size)
@@ -243,6 +270,7 @@ Quantities fit_levels(const std::vector<Observation>& observations, const std::v
     rows.add_effect(effect, shift);
   }
   rows.add_power_ups();
+  rows.add_lag(lag, levels * rows.components);
   Quantities quantities;
   quantities.fit = fit_mixed_model(rows.data);
   quantities.value = quantities.fit.parameters;
@@ -275,7 +303,7 @@ std::vector<double> Polynomial::row(const Level& level) const {
 }
 
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
-                         double observations, const std::vector<double>& lag) {
+                         double observations) {
   const std::size_t up = forces_of(levels, 1.0), down = forces_of(levels, -1.0), different = std::max(up, down);
   Polynomial common;
   common.parts = take == Take::both_parts ? 2 : 1;
@@ -286,7 +314,7 @@ Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>&
   for (int order = 0; order <= 2; ++order) {
     if (order > 0 && static_cast<std::size_t>(order) >= different) break;
     if (order == 2 && different < 4) break;  // a quintic wants a level to spare
-    candidates.push_back(of_order(order, common, white, levels, observations, lag, tried));
+    candidates.push_back(of_order(order, common, white, levels, observations, tried));
   }
   std::size_t chosen = candidates.size() - 1;
   if (powers >= 0) chosen = std::min(chosen, static_cast<std::size_t>(powers));

@@ -20,29 +20,29 @@ std::vector<Measured> without_lag(std::vector<Measured> measured, Signal output,
   return measured;
 }
 
-std::vector<double> lag_column(const Circumstances& around, const std::vector<Observation>& observations,
-                               std::size_t levels) {
-  const Effect effect = lag_effect(around, observations, 1.0);
-  std::vector<Complex> sum(levels);
-  std::vector<double> weight(levels), column;
-  for (std::size_t n = 0; n < observations.size(); ++n)
-    for (const double w : observations[n].weight) {
-      sum[observations[n].level] += w * effect.value[n];
-      weight[observations[n].level] += w;
-    }
-  for (std::size_t l = 0; l < levels; ++l) {
-    column.push_back(weight[l] > 0.0 ? sum[l].real() / weight[l] : 0.0);
-    column.push_back(weight[l] > 0.0 ? sum[l].imag() / weight[l] : 0.0);
-  }
-  return column;
+LagColumn lag_column(const Circumstances& around, const std::vector<Observation>& observations, double known) {
+  return {lag_effect(around, observations, usual_lag).value, known / usual_lag};
 }
 
 LagFit lag_of(const Quantities& levels, const Polynomial& polynomial) {
   const std::size_t last = polynomial.value.size() - 1;
   std::vector<double> row(levels.value.size());
-  for (std::size_t n = 0; n < row.size(); ++n) row[n] = polynomial.of_levels(last, n);
-  return {polynomial.value[last], std::sqrt(quadratic_form(row, levels.fit.covariance)),
-          degrees_of_freedom(levels.fit, row)};
+  for (std::size_t n = 0; n < row.size(); ++n) row[n] = usual_lag * polynomial.of_levels(last, n);
+  return {usual_lag * polynomial.value[last], std::sqrt(quadratic_form(row, levels.fit.covariance)), row};
+}
+
+Matrix levels_with_lag(const Quantities& levels, const Polynomial& polynomial) {
+  const std::size_t n = levels.value.size();
+  if (!polynomial.has_lag()) return identity(n);
+  const std::size_t lag = n - 1, last = polynomial.value.size() - 1;
+  const double variance = levels.fit.covariance(lag, lag);
+  Matrix rows(lag, n);
+  for (std::size_t i = 0; i < lag; ++i) {
+    const double slope = variance > 0.0 ? levels.fit.covariance(i, lag) / variance : 0.0;
+    rows(i, i) = 1.0;
+    for (std::size_t k = 0; k < n; ++k) rows(i, k) += slope * (polynomial.of_levels(last, k) - (k == lag ? 1.0 : 0.0));
+  }
+  return rows;
 }
 
 }  // namespace tumble::dtg_centrifuge

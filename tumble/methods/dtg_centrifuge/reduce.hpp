@@ -33,11 +33,10 @@ struct Relation {
 
 /// Lag of the capture loop of one output, beyond what the settings state and the lines are corrected for.
 struct Lag {
-  bool stated = true;      ///< the settings state the loop
-  bool estimated = false;  ///< by the levels
-  double value = 0.0;      ///< [s] that the lines are corrected for
-  double sd = 0.0;         ///< [s] of it
-  double degrees_of_freedom = 0.0;
+  bool stated = true;     ///< the settings state the loop
+  bool quantity = false;  ///< of the fit; otherwise it is an error of it
+  double value = 0.0;     ///< [s] that the lines are corrected for
+  double sd = 0.0;        ///< [s] of it
 };
 
 /// The reference gyro's own sensitivity to specific force: Z_f = u w_t + k w_s + v a with u the tilt of the table's
