@@ -22,7 +22,8 @@ const double greatest_misalignment = si(3.0, "deg");
 bool is_about_sign(const Finding& finding) {
   return finding.code == "scale_factor_of_other_sign" || finding.code == "scale_factor_negative" ||
          finding.code == "scale_factor_negative_in_set" || finding.code == "gravity_inverted" ||
-         finding.code == "rates_inverted" || finding.code == "wrong_sign";
+         finding.code == "rates_inverted" || finding.code == "wrong_sign" || finding.code == "gyro_reversed" ||
+         finding.code == "gyro_axis_is_another" || finding.code == "gyro_gain_far_from_stated";
 }
 
 Finding finding(std::string code, const Parameter& parameter, double limit) {

@@ -14,17 +14,17 @@ namespace {
 
 using accelerometer::Normalised;
 
-/// Effective radius minus that of the plan [m]; nothing where the evidence does not show it.
-std::optional<double> longer_by(const Normalised& fit) {
+/// A length minus what the fit took it to be [m]; nothing where the evidence does not show it.
+std::optional<double> longer_by(const Normalised& fit, const char* length) {
   const auto& columns = fit.solution.columns;
-  const auto radius = std::ranges::find(columns, "effective_radius", &Term::name);
-  if (radius == columns.end()) return std::nullopt;
-  return fit.solution.fit.parameters[static_cast<std::size_t>(radius - columns.begin())];
+  const auto column = std::ranges::find(columns, length, &Term::name);
+  if (column == columns.end()) return std::nullopt;
+  return fit.solution.fit.parameters[static_cast<std::size_t>(column - columns.begin())];
 }
 
-Normalised fitted(const Evidence& evidence) {
+Normalised fitted(const Evidence& evidence, double centre) {
   const auto& settings = evidence.plan.settings;
-  auto problem = problem_of(settings);
+  auto problem = problem_of(settings, centre);
   if (!scale_factor_is_known(settings))
     return accelerometer::identify(evidence, std::move(problem), remove_constant_terms);
   return accelerometer::identify_with_known_scale_factor(evidence, std::move(problem), remove_constant_terms);
@@ -46,26 +46,30 @@ Evidence with_radius_to_find(Evidence evidence, double longer) {
   return evidence;
 }
 
-/// The specific force of the other terms depends on the radius, so that the fit is repeated with the estimated radius
-/// until that converges.
+/// The specific force of the other terms depends on the radius and on the effective centre, so that the fit is repeated
+/// with those estimated until they converge.
 Estimate identify(const Evidence& evidence, const Progress&) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   constexpr int most = 5;
   constexpr double enough = 1e-7;  // [m], 1e-7 of K_2 on an arm of a metre
   Evidence used = accelerometer::at_one_rate(evidence);
-  auto fit = fitted(used);
-  auto longer = longer_by(fit);
-  for (int i = 0; longer && i < most && (i == 0 || std::abs(*longer) > enough); ++i) {
-    used = with_radius_to_find(std::move(used), *longer);
-    fit = fitted(used);
-    longer = longer_by(fit);
+  double centre = 0.0;
+  auto fit = fitted(used, centre);
+  auto longer = longer_by(fit, "effective_radius"), further = longer_by(fit, "centre_offset");
+  const auto moves = [&] { return std::max(std::abs(longer.value_or(0.0)), std::abs(further.value_or(0.0))) > enough; };
+  for (int i = 0; (longer || further) && i < most && (i == 0 || moves()); ++i) {
+    if (longer) used = with_radius_to_find(std::move(used), *longer);
+    centre += further.value_or(0.0);
+    fit = fitted(used, centre);
+    longer = longer_by(fit, "effective_radius");
+    further = longer_by(fit, "centre_offset");
   }
-  return answer_of(used, std::move(fit));
+  return answer_of(used, std::move(fit), centre);
 }
 
 Estimate predict(const Plan& plan) {
   auto fit = expected(plan);
-  if (!longer_by(fit)) return answer_of({plan, {}, {}}, std::move(fit));
+  if (!longer_by(fit, "effective_radius")) return answer_of({plan, {}, {}}, std::move(fit));
   Plan free = accelerometer_centrifuge::with_radius_to_find(plan, 0.0);
   for (auto& entry : free.recordings)
     if (entry.plan)

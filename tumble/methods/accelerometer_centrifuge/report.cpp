@@ -36,6 +36,13 @@ double of_the_radius(const Felt& felt) {
 /// For an effective centre a metre out along the input axis, which turns with the instrument.
 double of_the_centre(const Felt& felt) { return -(felt.rate.y * felt.rate.y + felt.rate.z * felt.rate.z); }
 
+/// What is felt so many metres out along the input axis: w x (w x r) more.
+Felt felt_at(Felt felt, double centre) {
+  const Vector3 w = felt.rate;
+  felt.specific_force = felt.specific_force + centre * Vector3{of_the_centre(felt), w.x * w.y, w.x * w.z};
+  return felt;
+}
+
 constexpr std::array along_p{"cross_coupling_ip", "misalignment_o", "second_order_pp"};
 constexpr std::array along_o{"cross_coupling_io", "misalignment_p", "second_order_oo"};
 
@@ -63,7 +70,7 @@ double supposed_radius(const Evidence& evidence) {
               "the plan needs [rig] kind = \"centrifuge\", or a [[recording]] whose plan has it");
 }
 
-Table levels(const linear::Solution& solution) {
+Table levels(const linear::Solution& solution, double centre) {
   const Unit g = Unit::parse("g");
   Table table{"levels", "output at each level of the arm (means over the samples used)", {}, {}};
   table.columns = {{"label", Unit()}, {"arm_rate", Unit::parse("deg/s")}, {"acceleration", g}, {"sense", Unit()}};
@@ -73,7 +80,7 @@ Table levels(const linear::Solution& solution) {
     for (const char* name : {"measured", "residual"}) table.columns.push_back({name, g});
   for (const auto& segment : solution.segments) {
     if (!is_level(segment)) continue;
-    const double a = segment.felt.specific_force.x;
+    const double a = felt_at(segment.felt, centre).specific_force.x;
     std::vector<Table::Cell> row{segment.label, norm(segment.felt.rate), std::abs(a), a < 0.0 ? "outward" : "inward",
                                  segment.predicted};
     if (measured) row.insert(row.end(), {segment.measured, segment.measured - segment.predicted});
@@ -83,7 +90,7 @@ Table levels(const linear::Solution& solution) {
 }
 
 /// Curves of the output minus the specific force, measured and by the model.
-void add_departures(const linear::Solution& solution, Estimate& estimate) {
+void add_departures(const linear::Solution& solution, double centre, Estimate& estimate) {
   std::vector<const SegmentSummary*> sorted;
   for (const auto& segment : solution.segments) sorted.push_back(&segment);
   std::ranges::sort(sorted, {}, [](const auto* s) { return s->felt.specific_force.x; });
@@ -99,7 +106,7 @@ void add_departures(const linear::Solution& solution, Estimate& estimate) {
   line.name = "model";
   line.points = false;
   for (const auto* s : sorted) {
-    const double a = s->felt.specific_force.x;
+    const double a = felt_at(s->felt, centre).specific_force.x;
     line.x.values.push_back(a);
     line.y.values.push_back(s->predicted - a);
     if (std::isnan(s->measured)) continue;
@@ -168,11 +175,11 @@ std::vector<Option> options() {
 
 bool scale_factor_is_known(const Settings& settings) { return settings.has("scale_factor_sd"); }
 
-linear::Problem problem_of(const Settings& settings) {
+linear::Problem problem_of(const Settings& settings, double centre) {
   linear::Problem problem;
   linear::set_options(settings, problem);
   problem.role = "accelerometer";
-  problem.input = [](const Felt& felt) { return felt.specific_force.x; };
+  problem.input = [centre](const Felt& felt) { return felt_at(felt, centre).specific_force.x; };
   std::vector<std::string> names{"bias"};
   if (!scale_factor_is_known(settings)) names.emplace_back("scale_factor_error");
   for (const char* name :
@@ -181,6 +188,9 @@ linear::Problem problem_of(const Settings& settings) {
     names.emplace_back(name);
   problem.columns = accelerometer::terms_of(names);
   for (auto& term : geometry(settings.flag("centre_offset"))) problem.columns.push_back(std::move(term));
+  if (centre != 0.0)
+    for (Term& term : problem.columns)
+      term.regressor = [centre, at = std::move(term.regressor)](const Felt& felt) { return at(felt_at(felt, centre)); };
   problem.leave_out_first = {"second_order_oo",        "second_order_pp",   "misalignment_p",
                              "misalignment_o",         "cross_coupling_io", "cross_coupling_ip",
                              "centre_offset",          "effective_radius",  "odd_quadratic_coefficient",
@@ -212,14 +222,17 @@ Plan with_radius_to_find(Plan plan, double longer) {
   return plan;
 }
 
-Estimate answer_of(const Evidence& evidence, Normalised fit) {
+Estimate answer_of(const Evidence& evidence, Normalised fit, double centre) {
   const bool measured = !evidence.recordings.empty();
   const double radius = supposed_radius(evidence);
   if (measured) accelerometer::refuse_clipped_and_overflown(evidence, fit);
   accelerometer::describe_dropped(fit, "both_senses_and_a_tumble_show_more");
   Estimate estimate = linear::answer_of(fit.solution, "accelerometer_centrifuge", "g", {"i", "p", "o"});
   for (auto& parameter : estimate.parameters) {
-    if (parameter.name == "centre_offset") parameter.symbol = "e";
+    if (parameter.name == "centre_offset") {
+      parameter.symbol = "e";
+      parameter.value += centre;
+    }
     if (parameter.name != "effective_radius") continue;
     parameter.symbol = "R";
     parameter.value += radius;
@@ -228,8 +241,8 @@ Estimate answer_of(const Evidence& evidence, Normalised fit) {
   if (measured) accelerometer::add_faults(evidence, fit, estimate);
   add_terms_across(fit, estimate);
   add_stretch(estimate);
-  estimate.tables.insert(estimate.tables.begin(), levels(fit.solution));
-  add_departures(fit.solution, estimate);
+  estimate.tables.insert(estimate.tables.begin(), levels(fit.solution, centre));
+  add_departures(fit.solution, centre, estimate);
   return estimate;
 }
 

@@ -12,8 +12,12 @@ std::vector<Option> options();
 ///   a_i = -+ w^2 (R + s w^2) (outward, inward);   effective radius: -+ w^2 dR;   effective centre: -w^2 e in both
 ///   senses
 ///
-/// A known scale factor has no column for its error.
-linear::Problem problem_of(const Settings& settings);
+/// All of it is taken at the effective centre, which is so many metres out along the input axis from where the rig
+/// places the instrument; the column of the centre is what it lies further out. A known scale factor has no column for
+/// its error.
+///
+/// Given     centre  [m]
+linear::Problem problem_of(const Settings& settings, double centre = 0.0);
 
 /// Removes the terms across the input axis where the specific force across it is constant: without a tumble.
 void remove_constant_terms(const linear::Solution& first, linear::Problem& problem);
@@ -25,7 +29,8 @@ bool scale_factor_is_known(const Settings& settings);
 /// along it, because the method estimates both.
 Plan with_radius_to_find(Plan plan, double longer);
 
-/// Throws Error::bad_data where the evidence cannot carry the answer.
-Estimate answer_of(const Evidence& evidence, accelerometer::Normalised fit);
+/// Given     centre  [m] as of the problem
+/// Throws    Error::bad_data where the evidence cannot carry the answer.
+Estimate answer_of(const Evidence& evidence, accelerometer::Normalised fit, double centre = 0.0);
 
 }  // namespace tumble::accelerometer_centrifuge

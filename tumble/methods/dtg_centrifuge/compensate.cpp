@@ -28,12 +28,24 @@ struct Range {
   bool up = false, down = false;  ///< orientations of the spin axis
 };
 
+/// A quintic's f_X a^4 and f_Y a^4, a^2 = f_X^2 + f_Y^2, as the lines at the table's angle show them.
+void add_quintic(const std::string& prefix, std::vector<Term>& terms) {
+  const auto square = [](const Vector3& f) { return f.x * f.x + f.y * f.y; };
+  terms.push_back({prefix + "p_4", "p_4", "deg/h/g^5", "", [square](const Felt& felt) {
+                     return felt.specific_force.x * std::pow(square(felt.specific_force), 2);
+                   }});
+  terms.push_back({prefix + "q_4", "q_4", "deg/h/g^5", "", [square](const Felt& felt) {
+                     return felt.specific_force.y * std::pow(square(felt.specific_force), 2);
+                   }});
+}
+
 /// Terms of the drift that one output's parameters give, without the quadratic one, which a rate of the table gives
 /// too.
 KnownTerms drift_of(const Estimate& estimate, const std::string& prefix) {
   const Settings constants = defaults(truth_options(find_model("dynamically_tuned_gyro")));
   auto terms = find_model("dynamically_tuned_gyro").outputs(constants)[prefix.empty() ? 0 : 1].terms;
   std::erase_if(terms, [&](const Term& term) { return term.name == prefix + "D_xy"; });
+  add_quintic(prefix, terms);
   return known_terms(estimate, terms);
 }
 

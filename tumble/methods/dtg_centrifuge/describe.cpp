@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/methods/dtg_centrifuge/lag.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -36,24 +38,35 @@ Row plus(Row a, const Row& b) {
 /// K, zeta and what the polynomial makes of them.
 class Levels {
  public:
-  Levels(const Outcome& outcome, const std::vector<Level>& levels) : outcome_(outcome), levels_(levels) {}
+  Levels(const Outcome& outcome, const std::vector<Level>& levels)
+      : outcome_(outcome), levels_(levels), rows_(levels_with_lag(outcome.levels, outcome.polynomial)) {}
 
   std::size_t size() const { return outcome_.levels.value.size(); }
   std::size_t parts() const { return outcome_.polynomial.parts; }
+
+  /// p or q of a level.
+  Function part(std::size_t level, std::size_t c) const {
+    Function out{0.0, Row(size())};
+    for (std::size_t k = 0; k < size(); ++k) out.gradient[k] = rows_(level * parts() + c, k);
+    out.value = dot(out.gradient, outcome_.levels.value);
+    return out;
+  }
 
   /// K_i, less what noise adds to its square, docs/equations (1.14).
   Function K(std::size_t level) const {
     Function out{0.0, Row(size())};
     double square = 0.0, noise = 0.0;
     for (std::size_t c = 0; c < parts(); ++c) {
-      const std::size_t k = level * parts() + c;
-      square += outcome_.levels.value[k] * outcome_.levels.value[k];
-      noise += outcome_.levels.fit.covariance(k, k);
+      const Function one = part(level, c);
+      square += one.value * one.value;
+      // a lag turns p + iq and leaves its size
+      for (const auto& source : outcome_.levels.fit.sources)
+        if (source.source != lag_source) noise += quadratic_form(one.gradient, source.covariance);
     }
     const double size = std::sqrt(square);
     for (std::size_t c = 0; c < parts(); ++c) {
-      const std::size_t k = level * parts() + c;
-      out.gradient[k] = size > 0.0 ? outcome_.levels.value[k] / size : 1.0;
+      const Function one = part(level, c);
+      out.gradient = plus(out.gradient, times(size > 0.0 ? one.value / size : 1.0, one.gradient));
     }
     const bool subtract_noise = outcome_.corrected && outcome_.take == Take::both_parts;
     out.value = subtract_noise ? std::sqrt(std::max(0.0, square - noise)) : size;
@@ -98,13 +111,17 @@ class Levels {
   Function zeta(std::size_t level) const {
     return zeta(level, [this](std::size_t l) { return K(l); });
   }
+  /// Of the polynomial, where it may change over the levels; without number where it is constant.
   Function zeta_fitted(std::size_t level) const {
+    if (!bends()) return {std::nan(""), Row(size())};
     return zeta(level, [this](std::size_t l) { return fitted(l); });
   }
+  bool bends() const { return outcome_.polynomial.powers > 0; }
 
  private:
   const Outcome& outcome_;
   const std::vector<Level>& levels_;
+  Matrix rows_;  ///< the levels by the quantities
 };
 
 Group group_of(const Quantities& quantities) {
@@ -135,12 +152,12 @@ void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::s
     findings.push_back({Severity::warning, "sensitive_term_not_significant", {{"ratio", least}}, "", insignificant});
   for (std::size_t l = 0; l < levels.size(); ++l) {
     if (of.first(l) == l) continue;
-    const Function zeta = outcome.corrected ? of.zeta_fitted(l) : of.zeta(l);
+    const bool by_polynomial = outcome.corrected && of.bends();
+    const Function zeta = by_polynomial ? of.zeta_fitted(l) : of.zeta(l);
     if (!std::isfinite(zeta.value)) continue;
-    if (!(ledger.variance({{group, zeta.gradient}}) > 0.0)) continue;  // a polynomial of order 0 says zero
     ledger.add({fmt::format("nonlinearity_{}", l + 1), fmt::format("zeta_{}", l + 1), Unit::parse("%"), zeta.value,
                 fmt::format("K_{0} over K_{1} less one{2}", l + 1, of.first(l) + 1,
-                            outcome.corrected ? ", by the polynomial through all levels" : "")},
+                            by_polynomial ? ", by the polynomial through all levels" : "")},
                {{group, zeta.gradient}});
   }
 }
@@ -210,8 +227,20 @@ void add_cubic(const Coefficients& c, std::size_t part, Ledger& ledger) {
                {{c.levels, c.of(part, cubic + 1)}});
 }
 
+constexpr const char* order_names[] = {"constant", "cubic", "quintic"};
+
+/// Says which lower order the levels would do with, where the order was not stated.
+void add_order(const Polynomial& polynomial, const std::string& prefix, Findings& findings) {
+  const auto lowest = std::ranges::min_element(polynomial.tried, {}, &Order::aicc);
+  if (!polynomial.automatic || lowest->powers >= polynomial.powers) return;
+  findings.push_back({Severity::info,
+                      "lower_order_is_enough",
+                      {{"x", prefix + "D_x"}, {"y", prefix + "D_y"}, {"order", order_names[lowest->powers]}}});
+}
+
 void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger, Findings& findings) {
   add_linear(c, force_along, ledger, findings);
+  add_order(c.outcome.polynomial, c.prefix, findings);
   if (c.outcome.polynomial.powers == 0) {
     findings.push_back(
         {Severity::info, "drift_is_linear_in_force", {{"x", c.prefix + "D_x"}, {"y", c.prefix + "D_y"}}});
@@ -230,12 +259,14 @@ void add_second(const Outcome& outcome, const std::string& prefix, const std::st
              {{group, {0.0, 2.0}}});
 }
 
-void add_relation(const Relation& relation, Ledger& ledger) {
-  Matrix covariance(2, 2);
+void add_relation(const Relation& relation, double by_lag, Ledger& ledger) {
+  Matrix covariance(2, 2), of_lag(2, 2);
   covariance(0, 0) = std::pow(relation.log_gain_sd, 2);
   covariance(1, 1) = std::pow(relation.azimuth_sd, 2);
-  const std::size_t group = ledger.add(
-      Group{2, {{relation_source, covariance}}, [](const Row&) { return std::numeric_limits<double>::infinity(); }});
+  of_lag(1, 1) = by_lag * by_lag;
+  const std::size_t group = ledger.add(Group{2, {{relation_source, covariance}, {lag_source, of_lag}}, [](const Row&) {
+                                               return std::numeric_limits<double>::infinity();
+                                             }});
   if (!(covariance(0, 0) > 0.0) || !(covariance(1, 1) > 0.0)) return;
   const double gain = std::exp(-relation.log_gain);
   ledger.add({"reference_gain", "S_f/S_g", Unit(), gain, "scale factor of the reference gyro over that of the gyro"},
@@ -243,6 +274,24 @@ void add_relation(const Relation& relation, Ledger& ledger) {
   ledger.add({"reference_azimuth", "eta", Unit::parse("deg"), relation.azimuth,
               "input axis of the reference gyro from X toward Y"},
              {{group, {0.0, 1.0}}});
+}
+
+/// The lag of a loop that nobody stated, and what it does to the answer.
+void add_lag(const Outcome& outcome, const std::string& prefix, std::size_t group, Ledger& ledger, Findings& findings) {
+  const Lag& lag = outcome.lag;
+  if (lag.stated || !outcome.corrected) return;
+  const Unit unit = Unit::parse("ms");
+  const std::string whose = prefix.empty() ? "gyro" : "gyro_y";
+  const bool shown = lag.quantity && lag.sd < 0.5 * usual_lag;
+  findings.push_back({shown ? Severity::info : Severity::warning,
+                      shown ? "loop_lag_estimated" : "loop_lag_unknown",
+                      {{"lag", lag.value, unit}, {"sd", lag.sd, unit}},
+                      whose});
+  if (!shown) return;
+  const LagFit fit = lag_of(outcome.levels, outcome.polynomial);
+  ledger.add({prefix + "loop_lag", "T", unit, lag.value + fit.value,
+              "lag of the capture loop, by its pattern over the levels and senses"},
+             {{group, fit.gradient}});
 }
 
 /// The size of the shift from power-up to power-up, with an interval; a finding where it is not significant.
@@ -300,8 +349,8 @@ Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std
     double A = std::nan(""), B = A;
     const double a = levels[l].force, sigma = levels[l].spin_up;
     if (outcome.take == Take::both_parts) {
-      A = -a * outcome.levels.value[2 * l];
-      B = -a * sigma * outcome.levels.value[2 * l + 1];
+      A = -a * of.part(l, 0).value;
+      B = -a * sigma * of.part(l, 1).value;
     } else if (!outcome.corrected) {
       Complex sum = 0.0;
       double count = 0.0;
@@ -347,14 +396,13 @@ Table segments(const Outcome& outcome, const std::vector<Measured>& measured) {
 
 Table orders(const Polynomial& polynomial) {
   const Unit one;
-  static constexpr const char* names[] = {"constant", "cubic", "quintic"};
   Table table{"models",
               "p and q over specific force",
               {{"order", one}, {"chi_square", one}, {"AICc", one}, {"chosen", one}},
               {}};
   for (const Order& order : polynomial.tried)
     table.rows.push_back(
-        {std::string(names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
+        {std::string(order_names[order.powers]), order.chi_square, order.aicc, std::string(order.chosen ? "yes" : "")});
   return table;
 }
 
@@ -394,7 +442,7 @@ void add_curves(const Outcome& outcome, const std::vector<Level>& levels, std::s
       }
       if (points.x.values.empty()) continue;
       estimate.curves.push_back(std::move(points));
-      if (outcome.corrected) estimate.curves.push_back(std::move(line));
+      if (outcome.corrected && (of.bends() || !of_zeta)) estimate.curves.push_back(std::move(line));
     }
 }
 
@@ -412,7 +460,8 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
                      estimate.findings);
     add_second(outcome, prefix, symbol, second, ledger);
   }
-  if (first && outcome.corrected) add_relation(outcome.relation, ledger);
+  if (first && outcome.corrected) add_relation(outcome.relation, outcome.feigned_azimuth, ledger);
+  add_lag(outcome, prefix, group, ledger, estimate.findings);
   add_repeatability(outcome, prefix, ledger, estimate.findings);
   if (!first) return;
   const MixedFit& fit = outcome.levels.fit;

@@ -22,6 +22,8 @@ struct Outcome {
   Polynomial polynomial;
   std::optional<Quantities> second, third;
   std::size_t power_ups = 1;
+  Lag lag = {};
+  double feigned_azimuth = 0.0;  ///< [rad] of the reference gyro, by one standard deviation of the lag
 };
 
 /// Adds parameters, tables, curves and findings of an output. The table and curves are those of the first output.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <tuple>
 
@@ -6,6 +7,7 @@
 #include "tumble/methods/dtg_centrifuge/compensate.hpp"
 #include "tumble/methods/dtg_centrifuge/describe.hpp"
 #include "tumble/methods/dtg_centrifuge/fourier.hpp"
+#include "tumble/methods/dtg_centrifuge/lag.hpp"
 #include "tumble/methods/dtg_centrifuge/screen.hpp"
 #include "tumble/methods/dtg_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
@@ -43,8 +45,10 @@ void add_electronics(const std::string& prefix, std::vector<Option>& options) {
           .says("natural frequency of the capture loop of " + whose + "; absent: the loop is not of second order"));
   options.push_back(quantity(prefix + "damping_ratio").above(0).otherwise("0.7").says("damping ratio of that loop"));
   options.push_back(quantity(prefix + "time_constant", "s")
-                        .above(0)
-                        .says("time constant of a capture loop of first order of " + whose + "; absent: none"));
+                        .at_least(0)
+                        .says("time constant of a capture loop of first order of " + whose +
+                              "; 0 s: the output has no lag" +
+                              (prefix.empty() ? "; absent, like natural_frequency: the lag is estimated" : "")));
 }
 
 void add_reference(std::vector<Option>& options) {
@@ -77,8 +81,8 @@ std::vector<Option> options() {
                 "source's steps, docs/equations (1.6)-(1.11)"),
       word("order", {"auto", "constant", "cubic", "quintic"})
           .otherwise("auto")
-          .says("order of the drift in specific force, docs/equations (1.13); auto: the simplest whose AICc is within "
-                "4 of the lowest"),
+          .says("order of the drift in specific force, docs/equations (1.13); auto: the highest that the levels can "
+                "carry, cubic with two or three levels and quintic with four or more"),
       quantity("settling", "s")
           .at_least(0)
           .otherwise("1 s")
@@ -134,37 +138,94 @@ int powers_of(const Settings& settings) {
   return order == "auto" ? -1 : order == "constant" ? 0 : order == "cubic" ? 1 : 2;
 }
 
-/// Everything of one output.
-Outcome outcome_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction,
-                   const Cells& cells, const std::vector<RigLinesShift>& shifts, const Settings& settings,
-                   Signal output, const Sensitivity& sensitivity, Findings& findings) {
-  const bool fourier = settings.word("estimator") == "fourier", phase_known = test.encoders && !fourier;
-  Outcome out{.output = output, .take = phase_known ? Take::both_parts : Take::size, .corrected = !fourier};
-  out.power_ups = test.starts;
+/// What the reduction of one output starts from.
+struct Task {
+  const Test& test;
+  const Reduction& reduction;
+  const Cells& cells;
+  const std::vector<RigLinesShift>& shifts;
+  const Settings& settings;
+  const Sensitivity& sensitivity;
+  Signal output;
+  bool fourier, phase_known;
+};
+
+/// One output with lines that are corrected for the lag given.
+Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const Lag& lag, Findings& findings) {
+  const Settings& settings = task.settings;
+  Outcome out{.output = task.output,
+              .take = task.phase_known ? Take::both_parts : Take::size,
+              .corrected = !task.fourier,
+              .lag = lag};
+  out.power_ups = task.test.starts;
   const auto given = [&](const char* name) { return settings.has(name) ? settings.number(name) : 0.0; };
-  out.relation = fourier ? Relation{0.0, 0.0, given("reference_gain_sd"), given("reference_azimuth_sd"), false, 0.0}
-                         : relation_of(measured, output, settings, test.encoders, findings);
-  const Complex own = sensitivity.known ? sensitivity.v : 0.0;
+  out.relation = task.fourier
+                     ? Relation{0.0, 0.0, given("reference_gain_sd"), given("reference_azimuth_sd"), false, 0.0}
+                     : relation_of(measured, task.output, settings, task.test.encoders, findings);
+  const Complex own = task.sensitivity.known ? task.sensitivity.v : 0.0;
   std::vector<std::size_t> cell_of;
   for (std::size_t i = 0; i < measured.size(); ++i) {
-    if (!measured[i].of[output].present || !measured[i].of[reference].present) continue;
-    out.observations.push_back(fourier ? fourier_observation(test, measured[i], reduction, i, out.relation)
-                                       : observe(measured[i], reduction, i, output, out.relation, own, phase_known));
-    cell_of.push_back(cells.of[i]);
+    if (!measured[i].of[task.output].present || !measured[i].of[reference].present) continue;
+    out.observations.push_back(
+        task.fourier ? fourier_observation(task.test, measured[i], task.reduction, i, out.relation)
+                     : observe(measured[i], task.reduction, i, task.output, out.relation, own, task.phase_known));
+    cell_of.push_back(task.cells.of[i]);
   }
-  const Circumstances around{test,        measured, reduction,   settings, out.relation,
-                             sensitivity, output,   phase_known, fourier};
-  auto effects = rig_effects(around, out.observations, shifts, cell_of, cells.nominal, cells.stretch);
+  const Circumstances around{task.test,        measured,    task.reduction,   settings,     out.relation,
+                             task.sensitivity, task.output, task.phase_known, task.fourier, out.lag};
+  auto effects = rig_effects(around, out.observations, task.shifts, cell_of, task.cells.nominal, task.cells.stretch);
   for (auto& effect : instrument_effects(around, out.observations)) effects.push_back(std::move(effect));
-  out.levels = fit_levels(out.observations, effects, reduction.levels.size(), out.take, !fourier, findings);
+  const std::size_t levels = task.reduction.levels.size();
+  out.levels = fit_levels(out.observations, effects, levels, out.take, !task.fourier,
+                          lag.quantity ? lag_column(around, out.observations, lag.value) : LagColumn{}, findings);
   double values = 0.0;
-  for (const auto& o : out.observations) values += static_cast<double>(o.part.size()) * (phase_known ? 2.0 : 1.0);
-  out.polynomial = polynomial_of(out.levels, reduction.levels, out.take, powers_of(settings), values);
-  if (phase_known) {
-    out.second = fit_harmonic(out.observations, effects, 2);
-    out.third = fit_harmonic(out.observations, effects, 3);
-  }
+  for (const auto& o : out.observations) values += static_cast<double>(o.part.size()) * (task.phase_known ? 2.0 : 1.0);
+  out.polynomial = polynomial_of(out.levels, task.reduction.levels, out.take, powers_of(settings), values);
+  out.feigned_azimuth = task.fourier ? 0.0 : lag.sd * azimuth_of_lag(around, out.observations);
+  if (!task.phase_known) return out;
+  out.second = fit_harmonic(out.observations, effects, 2);
+  out.third = fit_harmonic(out.observations, effects, 3);
   return out;
+}
+
+/// The lag by the levels, found in a few rounds because it turns the lines by a finite angle.
+Lag estimated_lag(const Task& task, const std::vector<Measured>& measured) {
+  Lag lag{.stated = false, .quantity = true, .value = 0.0, .sd = usual_lag};
+  for (int round = 0; round < 6; ++round) {
+    Findings unused;
+    const Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, unused);
+    const LagFit more = lag_of(outcome.levels, outcome.polynomial);
+    lag.value += more.value;
+    lag.sd = more.sd;
+    if (std::abs(more.value) < 1e-3 * more.sd) break;
+  }
+  return lag;
+}
+
+/// A loop that is stated and that the levels contradict.
+void check_lag(const Task& task, const std::vector<Measured>& measured, Findings& findings) {
+  Findings unused;
+  const Outcome outcome = with_lag(task, measured, {.stated = true, .quantity = true}, unused);
+  const LagFit more = lag_of(outcome.levels, outcome.polynomial);
+  if (std::abs(more.value) < 5.0 * more.sd || std::abs(more.value) < 1e-5) return;
+  findings.push_back({Finding::Severity::warning,
+                      "loop_lag_differs",
+                      {{"difference", more.value, "ms"}, {"sd", more.sd, "ms"}},
+                      task.output == gyro ? "gyro" : "gyro_y"});
+}
+
+/// Everything of one output.
+Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Findings& findings) {
+  Findings unused;
+  check_relation(relation_of(measured, task.output, task.settings, task.test.encoders, unused), task.output,
+                 task.settings, findings);
+  const bool stated = task.settings.has("natural_frequency") || task.settings.has("time_constant");
+  if (stated || task.fourier) {
+    if (task.phase_known) check_lag(task, measured, findings);
+    return with_lag(task, measured, {}, findings);
+  }
+  const Lag lag = task.phase_known ? estimated_lag(task, measured) : Lag{.stated = false, .sd = usual_lag};
+  return with_lag(task, without_lag(measured, task.output, lag.value), lag, findings);
 }
 
 void add_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
@@ -237,8 +298,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   for (const Signal output : {gyro, gyro_y}) {
     const bool present = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
     if (output == gyro_y && (!present || fourier || !test.encoders)) continue;
-    const Outcome outcome =
-        outcome_of(test, measured, reduction, cells, shifts, settings, output, sensitivity, estimate.findings);
+    const Task task{test, reduction, cells, shifts, settings, sensitivity, output, fourier, test.encoders && !fourier};
+    const Outcome outcome = outcome_of(task, measured, estimate.findings);
     if (fourier) add_remaining_rate(measured, outcome, settings, test.encoders, estimate.findings);
     describe(outcome, measured, reduction, ledger, estimate);
   }
@@ -248,6 +309,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
 
 }  // namespace
 
@@ -263,6 +325,7 @@ extern const Method dtg_centrifuge{
     .options = options,
     .identify = identify,
     .trial = trial_of,
-    .compensate = compensate};
+    .compensate = compensate,
+    .second_trial = second_trial_of};
 
 }  // namespace tumble::dtg_centrifuge

@@ -79,16 +79,18 @@ bool negligible(const std::vector<Complex>& shift, const std::vector<Observation
   return most <= 1e-9 * size;
 }
 
+/// Weight of the Earth's rate [1] in a gain or azimuth that is combined with what was known before.
+double share_of_earth(double combined, double earth) {
+  return std::isfinite(earth) && earth > 0.0 ? std::pow(combined / earth, 2) : earth == 0.0;
+}
+
 /// The relation with what a disturbance of the Earth's lines by a factor changes in it.
 Relation disturbed_relation(const Circumstances& around, Complex factor) {
   Relation relation = around.relation;
   if (!relation.from_earth || around.plain_difference) return relation;
-  const auto share = [](double combined, double earth) {
-    return std::isfinite(earth) && earth > 0.0 ? std::pow(combined / earth, 2) : earth == 0.0;
-  };
   const Complex change = std::log(factor);
-  relation.log_gain += change.real() * share(relation.log_gain_sd, relation.earth_sd);
-  relation.azimuth -= change.imag() * share(relation.azimuth_sd, relation.earth_sd);
+  relation.log_gain += change.real() * share_of_earth(relation.log_gain_sd, relation.earth_sd);
+  relation.azimuth -= change.imag() * share_of_earth(relation.azimuth_sd, relation.earth_sd);
   return relation;
 }
 
@@ -102,6 +104,20 @@ void add_each(const Effect& effect, std::vector<Effect>& effects) {
     single.third[n] = effect.third[n];
     effects.push_back(std::move(single));
   }
+}
+
+/// Plans that share a key share the error, if they state one standard deviation for it: see reduce/rig_effects.
+void add_shared(Effect effect, std::vector<Effect>& effects) {
+  const auto same = std::ranges::find_if(effects, [&](const Effect& other) {
+    return !effect.key.empty() && other.key == effect.key && other.source == effect.source;
+  });
+  if (same != effects.end() && std::abs(same->sd - effect.sd) <= 1e-9 * same->sd) {
+    for (const auto part : {&Effect::value, &Effect::second, &Effect::third})
+      for (std::size_t n = 0; n < effect.value.size(); ++n) ((*same).*part)[n] += (effect.*part)[n];
+    return;
+  }
+  if (same != effects.end()) effect.key.clear();
+  effects.push_back(std::move(effect));
 }
 
 /// A shift of y = p - i sigma q in each observation.
@@ -154,10 +170,51 @@ void add_loop_lag(const Circumstances& around, const std::vector<Observation>& o
     const double rate = around.measured[o.measured].theta_rate();
     return term(o, sigma) * (loop.gain(rate, 0.0) / slower.gain(rate, 0.0) - 1.0);
   };
-  add("lag of the loop", around, observations, lag, effects);
+  add(lag_source, around, observations, lag, effects);
+}
+
+/// A loop that nobody stated: its lag, and what it takes from the amplitude, kappa (w T)^2/2 with kappa = 1 for a loop
+/// of first order, 0 for one of second order with a damping ratio of 0.7, and -1 with 0.5.
+void add_unstated_loop(const Circumstances& around, const std::vector<Observation>& observations,
+                       std::vector<Effect>& effects) {
+  constexpr double kappa_sd = 0.7;
+  const Lag& lag = around.lag;
+  if (!lag.quantity) effects.push_back(lag_effect(around, observations, lag.sd));
+  const double square = lag.value * lag.value + lag.sd * lag.sd;
+  const auto droop = [&](const Observation& o, double) {
+    const double rate = around.measured[o.measured].theta_rate();
+    return -0.5 * kappa_sd * rate * rate * square * o.raw / o.force;
+  };
+  add("amplitude response of the loop", around, observations, droop, effects);
 }
 
 }  // namespace
+
+double azimuth_of_lag(const Circumstances& around, const std::vector<Observation>& observations) {
+  double sum = 0.0, weight = 0.0;
+  for (const Observation& o : observations) {
+    const Measured& m = around.measured[o.measured];
+    const double samples = m.of[around.output].samples;
+    sum += samples * m.stretch->spin_up * m.beta_rate();
+    weight += samples;
+  }
+  return sum / weight * share_of_earth(around.relation.azimuth_sd, around.relation.earth_sd);
+}
+
+Effect lag_effect(const Circumstances& around, const std::vector<Observation>& observations, double seconds) {
+  Effect effect{lag_source, {}, {}, {}};
+  const double azimuth = azimuth_of_lag(around, observations);
+  for (const Observation& o : observations) {
+    const Measured& m = around.measured[o.measured];
+    const double sigma = m.stretch->spin_up;
+    const auto facing = [sigma](Complex y) { return Complex(y.real(), -sigma * y.imag()); };
+    const Complex turn(0.0, -seconds * m.theta_rate()), true_rate(0.0, -seconds * sigma * azimuth);
+    effect.value.push_back(facing((turn * o.raw + true_rate * o.true_rate) / o.force));
+    effect.second.push_back(facing(2.0 * turn * facing(o.second)));
+    effect.third.push_back(facing(3.0 * turn * facing(o.third)));
+  }
+  return effect;
+}
 
 std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<Observation>& observations,
                                 const std::vector<RigLinesShift>& shifts, const std::vector<std::size_t>& cell_of,
@@ -173,19 +230,25 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
   const Complex before = ratio(undisturbed, around.output);
   const Terms here = estimated(around, undisturbed, nominal, around.relation);
   std::vector<Effect> effects;
-  for (const RigLinesShift& shift : shifts) {
+  const auto keys = keys_of(around.test, shifts);
+  for (std::size_t k = 0; k < shifts.size(); ++k) {
+    const RigLinesShift& shift = shifts[k];
     const auto disturbed = all_shown(shift.observed);
     const Relation relation = disturbed_relation(around, ratio(disturbed, around.output) / before);
     const Terms there = estimated(around, disturbed, nominal, relation);
-    Effect effect{shift.error.error.name, spread(there.value, here.value, cell_of),
-                  spread(there.second, here.second, cell_of), spread(there.third, here.third, cell_of)};
+    Effect effect{shift.error.error.name,
+                  spread(there.value, here.value, cell_of),
+                  spread(there.second, here.second, cell_of),
+                  spread(there.third, here.third, cell_of),
+                  keys[k],
+                  shift.error.error.sd};
     if (negligible(effect.value, observations) && negligible(effect.second, observations) &&
         negligible(effect.third, observations))
       continue;
     if (shift.error.error.each_segment)
       add_each(effect, effects);
     else
-      effects.push_back(std::move(effect));
+      add_shared(std::move(effect), effects);
   }
   return effects;
 }
@@ -204,7 +267,10 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
   add(relation_source, around, observations, azimuth, effects);
   if (around.plain_difference) return effects;
   add_reference(around, observations, effects);
-  add_loop_lag(around, observations, effects);
+  if (around.lag.stated)
+    add_loop_lag(around, observations, effects);
+  else
+    add_unstated_loop(around, observations, effects);
   return effects;
 }
 

@@ -12,6 +12,8 @@ struct Effect {
   std::string source;
   std::vector<Complex> value;          ///< of each observation: shift of p + i q by one standard deviation
   std::vector<Complex> second, third;  ///< shifts of Z_2/a^2 and Z_3/a^3
+  std::string key = {};                ///< see Contribution
+  double sd = 0.0;                     ///< [SI] of an error of the rig
 };
 
 /// All that the estimator was given besides the lines.
@@ -25,6 +27,7 @@ struct Circumstances {
   Signal output;
   bool phase_known;
   bool plain_difference;  ///< the source's estimator: the reference as it is
+  const Lag& lag;
 };
 
 /// Errors of the rig: the estimator on what the rig with the error would make an instrument of these terms show, less
@@ -33,9 +36,16 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
                                 const std::vector<RigLinesShift>& shifts, const std::vector<std::size_t>& cell_of,
                                 const std::vector<RigLines>& nominal, const std::vector<const Spin*>& cells);
 
-/// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag of the loop.
+/// A lag of the capture loop of so many seconds beyond what is known of it, docs/equations (1.17).
+Effect lag_effect(const Circumstances& around, const std::vector<Observation>& observations, double seconds);
+
+/// Azimuth of the reference gyro that a second of lag feigns [rad/s]: the line of the Earth's rate lags too.
+double azimuth_of_lag(const Circumstances& around, const std::vector<Observation>& observations);
+
+/// Reference gyro (gain, azimuth, clock, its own sensitivity), scale factor, lag and droop of the loop.
 std::vector<Effect> instrument_effects(const Circumstances& around, const std::vector<Observation>& observations);
 
 inline constexpr const char* relation_source = "gain and azimuth of the reference gyro";
+inline constexpr const char* lag_source = "lag of the loop";
 
 }  // namespace tumble::dtg_centrifuge

@@ -12,10 +12,6 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
-/// A higher order must lower the AICc by this much: without need of that order this happens once in 50 tests. If any
-/// lower value were enough, it would happen once in 7 tests, with intervals that are too narrow.
-constexpr double clearly_better = 4.0;
-
 Complex weighted_mean(const std::vector<Complex>& part, const std::vector<double>& weight) {
   Complex sum = 0.0;
   double total = 0.0;
@@ -126,8 +122,8 @@ struct Rows {
     for (const auto& [row, column] : design) data.design(row, column) = 1.0;
   }
 
-  void add_effect(const std::string& source, const std::vector<Complex>& shift) {
-    KnownEffect effect{source, std::vector<double>(data.observations.size()), false};
+  void add_effect(const Effect& from, const std::vector<Complex>& shift) {
+    KnownEffect effect{from.source, std::vector<double>(data.observations.size()), false, {}, from.key};
     bool any = false;
     for (std::size_t i = 0; i < effect.column.size(); ++i) {
       const std::size_t segment = data.segment[i];
@@ -136,6 +132,34 @@ struct Rows {
       any = any || effect.column[i] != 0.0;
     }
     if (any) data.effects.push_back(std::move(effect));
+  }
+
+  /// A segment of its own: 0 = what the lines are corrected for and the lag beyond, by what is known beforehand.
+  void add_lag(const LagColumn& lag, std::size_t column) {
+    if (lag.shift.empty()) return;
+    const std::size_t rows = data.observations.size();
+    for (std::size_t i = 0; i < rows; ++i) {
+      const Complex one = lag.shift[data.segment[i] / components];
+      data.design(i, column) = data.segment[i] % components == 0 ? one.real() : one.imag();
+    }
+    Matrix design(rows + 1, data.design.columns);
+    for (std::size_t c = 0; c < design.columns; ++c)
+      for (std::size_t i = 0; i < rows; ++i) design(i, c) = data.design(i, c);
+    design(rows, column) = 1.0;
+    data.design = std::move(design);
+    data.observations.push_back(-lag.known);
+    data.weights.push_back(*std::ranges::max_element(data.weights));
+    data.segment.push_back(data.segment.back() + 1);
+    for (KnownEffect& effect : data.effects) effect.column.push_back(0.0);
+    for (SlowNoise& slow : data.slow) {
+      Matrix kernel(power_up.size() + 1, power_up.size() + 1);
+      for (std::size_t a = 0; a < power_up.size(); ++a)
+        for (std::size_t b = 0; b < power_up.size(); ++b) kernel(a, b) = slow.kernel(a, b);
+      slow.kernel = std::move(kernel);
+    }
+    KnownEffect beforehand{lag_source, std::vector<double>(rows + 1), false};
+    beforehand.column.back() = 1.0;
+    data.effects.push_back(std::move(beforehand));
   }
 
   void add_power_ups() {
@@ -163,9 +187,11 @@ std::vector<Complex> along(const Observation& one, bool unbiased) {
   return out;
 }
 
-Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial) {
-  const std::size_t each = polynomial.each();
-  Matrix design(levels.size() * polynomial.parts, each * polynomial.parts);
+Matrix design_of(const std::vector<Level>& levels, const Polynomial& polynomial, bool lag) {
+  const std::size_t each = polynomial.each(), rows = levels.size() * polynomial.parts;
+  const std::size_t of_parts = each * polynomial.parts;
+  Matrix design(rows + (lag ? 1 : 0), of_parts + (lag ? 1 : 0));
+  if (lag) design(rows, of_parts) = 1.0;
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const auto row = polynomial.row(levels[l]);
     for (std::size_t c = 0; c < polynomial.parts; ++c)
@@ -194,12 +220,25 @@ struct White {
   Matrix of(const Matrix& rows) const { return solve_lower(lower, scaled_rows(scale, rows)); }
 };
 
+/// Number of specific forces with this orientation that differ by more than 2 %: one may be tested at several net
+/// rates.
+std::size_t forces_of(const std::vector<Level>& levels, double spin_up) {
+  std::size_t count = 0;
+  double last = 0.0;
+  for (const Level& level : levels) {  // by specific force
+    if (level.spin_up * spin_up < 0.0 || !(level.force > 1.02 * last)) continue;
+    last = level.force;
+    ++count;
+  }
+  return count;
+}
+
 /// Fit of one order; adds its score to `tried`.
 Polynomial of_order(int order, const Polynomial& common, const White& levels, const std::vector<Level>& of,
                     double observations, std::vector<Order>& tried) {
   Polynomial out = common;
   out.powers = order;
-  const Matrix design = levels.of(design_of(of, out));
+  const Matrix design = levels.of(design_of(of, out, levels.y.size() > of.size() * out.parts));
   const auto unit = inverses(column_norms(design));
   const HouseholderQr qr = householder_qr(scaled_columns(design, unit));
   out.value = scaled(unit, solve(qr, levels.y));
@@ -214,7 +253,7 @@ Polynomial of_order(int order, const Polynomial& common, const White& levels, co
 }  // namespace
 
 Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
-                      std::size_t levels, Take take, bool unbiased, Findings& findings) {
+                      std::size_t levels, Take take, bool unbiased, const LagColumn& lag, Findings& findings) {
   const auto factor = noise_weights(observations, levels, findings);
   Rows rows;
   rows.components = take == Take::both_parts ? 2 : 1;
@@ -222,15 +261,16 @@ Quantities fit_levels(const std::vector<Observation>& observations, const std::v
   for (const Observation& one : observations)
     rows.add(take == Take::both_parts ? one.part : along(one, unbiased), one.weight, factor[one.level],
              one.level * rows.components, one.power_up, design);
-  rows.close(design, levels * rows.components);
+  rows.close(design, levels * rows.components + (lag.shift.empty() ? 0 : 1));
   for (const Effect& effect : effects) {
     auto shift = effect.value;
     if (take == Take::size)
       for (std::size_t n = 0; n < shift.size(); ++n)
         shift[n] *= std::conj(observations[n].value) / std::max(std::abs(observations[n].value), 1e-300);
-    rows.add_effect(effect.source, shift);
+    rows.add_effect(effect, shift);
   }
   rows.add_power_ups();
+  rows.add_lag(lag, levels * rows.components);
   Quantities quantities;
   quantities.fit = fit_mixed_model(rows.data);
   quantities.value = quantities.fit.parameters;
@@ -247,7 +287,7 @@ Quantities fit_harmonic(const std::vector<Observation>& observations, const std:
     rows.add(harmonic == 2 ? one.second_part : one.third_part, weight, 1.0, 0, one.power_up, design);
   }
   rows.close(design, 2);
-  for (const Effect& effect : effects) rows.add_effect(effect.source, harmonic == 2 ? effect.second : effect.third);
+  for (const Effect& effect : effects) rows.add_effect(effect, harmonic == 2 ? effect.second : effect.third);
   rows.add_power_ups();
   Quantities quantities;
   quantities.fit = fit_mixed_model(rows.data);
@@ -264,12 +304,10 @@ std::vector<double> Polynomial::row(const Level& level) const {
 
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations) {
-  std::set<double> up, down;
-  for (const Level& level : levels) (level.spin_up > 0.0 ? up : down).insert(level.force);
-  const std::size_t different = std::max(up.size(), down.size());
+  const std::size_t up = forces_of(levels, 1.0), down = forces_of(levels, -1.0), different = std::max(up, down);
   Polynomial common;
   common.parts = take == Take::both_parts ? 2 : 1;
-  common.both_orientations = !up.empty() && !down.empty();
+  common.both_orientations = up > 0 && down > 0;
   const White white(quantities);
   std::vector<Order> tried;
   std::vector<Polynomial> candidates;
@@ -279,15 +317,10 @@ Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>&
     candidates.push_back(of_order(order, common, white, levels, observations, tried));
   }
   std::size_t chosen = candidates.size() - 1;
-  if (powers >= 0) {
-    chosen = std::min(chosen, static_cast<std::size_t>(powers));
-  } else if (different > 2) {  // between two levels there is a difference and nothing to judge it by
-    const auto lowest = std::ranges::min_element(tried, {}, &Order::aicc)->aicc;
-    chosen = 0;
-    while (tried[chosen].aicc > lowest + clearly_better) ++chosen;
-  }
+  if (powers >= 0) chosen = std::min(chosen, static_cast<std::size_t>(powers));
   tried[chosen].chosen = true;
   candidates[chosen].tried = tried;
+  candidates[chosen].automatic = powers < 0;
   return candidates[chosen];
 }
 

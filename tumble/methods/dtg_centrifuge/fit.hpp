@@ -20,12 +20,21 @@ struct Quantities {
 /// Part of the observations that is fitted: p + i q of the levels, or their size alone where the phase is not known.
 enum class Take { both_parts, size };
 
+/// The lag of a loop as a quantity of the fit.
+struct LagColumn {
+  std::vector<Complex> shift;  ///< of each observation by a lag of one standard deviation; empty: none
+  double known = 0.0;          ///< the lag that the lines are corrected for, in standard deviations: it is 0 +- 1
+};
+
 /// p_1, q_1, p_2, q_2 ... (or K_1, K_2 ...), with one shift of all levels for each power-up.
 ///
 /// The white noise is that of the parts about their mean. Where its level differs between the rates beyond chance (0.1
 /// % of a chi-square of Bartlett's), each level has its own.
+///
+/// Given     lag  empty: the loop is known. Otherwise its lag is a quantity too, the last: how much more it is than the
+///                lines are corrected for, in units of the standard deviation known beforehand
 Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
-                      std::size_t levels, Take take, bool unbiased, Findings& findings);
+                      std::size_t levels, Take take, bool unbiased, const LagColumn& lag, Findings& findings);
 
 /// Mean over all observations of Z_h/a^h, real and imaginary part.
 Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic);
@@ -42,17 +51,23 @@ struct Order {
 struct Polynomial {
   std::vector<Order> tried;
   int powers = 0;
+  bool automatic = false;  ///< nobody stated the order
   bool both_orientations = false;
   std::size_t parts = 2;      ///< p and q, or K alone
-  std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q
+  std::vector<double> value;  ///< of p: p_0, (D_xz,) p_2, p_4; then those of q; then the lag, if it is a quantity
   Matrix of_levels;           ///< d value / d level quantities
+  bool has_lag() const { return value.size() > parts * each(); }
   std::size_t each() const { return static_cast<std::size_t>(1 + powers) + (both_orientations ? 1 : 0); }
   std::vector<double> row(const Level& level) const;  ///< regressors of one part at a level [each()]
 };
 
 /// Generalised least squares on the levels with their full covariance, so that their pattern also determines what is
-/// common to the levels (gain and azimuth of the reference gyro). The order as given, or with -1 the lowest whose AICc
-/// is within 4 of the least. Given: observations [1], for AICc.
+/// common to the levels (gain and azimuth of the reference gyro). The order as given; with -1 the highest that has a
+/// level to spare (cubic with two and three levels, quintic with four): a lower one would set its terms to zero, and
+/// their uncertainty with them.
+///
+/// Where the quantities have a lag, `value` has one too, and its covariance with the levels determines it. Given:
+/// observations [1], for AICc.
 Polynomial polynomial_of(const Quantities& quantities, const std::vector<Level>& levels, Take take, int powers,
                          double observations);
 

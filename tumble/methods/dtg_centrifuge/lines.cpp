@@ -222,6 +222,24 @@ Rates rates_from_data(const Channels& channels, const Spin& stretch) {
   return rates;
 }
 
+/// Share of the samples that stay at one end of a signal's values for three samples or more; none where the crest of a
+/// line of this amplitude stays so long in the last step of a coarse output: arccos(1 - q/A)/pi of the time, by half
+/// more if the output ends a step below the crest.
+double share_at(const Channel& channel, std::size_t first, std::size_t last, double end, double other) {
+  std::size_t count = 0, run = 0;
+  double next = other;
+  for (std::size_t i = first; i < last; ++i) {
+    const double v = channel.values[i];
+    if (v != end && std::abs(v - end) < std::abs(next - end)) next = v;
+    run = v == end && i > first && v == channel.values[i - 1] ? run + 1 : 0;
+    count += run == 2 ? 3 : run > 2 ? 1 : 0;
+  }
+  const double share = static_cast<double>(count) / static_cast<double>(last - first);
+  const double amplitude = 0.5 * std::abs(end - other), step = std::abs(next - end);
+  const double crest = std::acos(std::max(-1.0, 1.0 - step / amplitude)) / pi;
+  return share > 1.5 * crest ? share : 0.0;
+}
+
 /// Findings where the signal is constant, or at one of its extremes for many samples together.
 Findings faults_of(const Channel& channel, const Spin& spin) {
   using Severity = Finding::Severity;
@@ -234,14 +252,7 @@ Findings faults_of(const Channel& channel, const Spin& spin) {
   }
   if (least > most) return {{Severity::error, "channel_without_samples", {{"channel", channel.name}}, where_of(spin)}};
   if (least == most) return {{Severity::error, "channel_constant", {{"channel", channel.name}}, where_of(spin)}};
-  std::size_t clipped = 0, run = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    const double v = channel.values[i];
-    const bool repeated = (v == least || v == most) && i > first && v == channel.values[i - 1];
-    run = repeated ? run + 1 : 0;
-    clipped += run == 2 ? 3 : run > 2 ? 1 : 0;
-  }
-  const double share = static_cast<double>(clipped) / static_cast<double>(last - first);
+  const double share = share_at(channel, first, last, least, most) + share_at(channel, first, last, most, least);
   if (share < 0.01) return {};
   return {
       {Severity::error,

@@ -147,6 +147,8 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
   if (const Ratio ratio = ratio_of(pairs_of(measured, output, encoders)); ratio.known) {
     out.log_gain = std::log(std::abs(ratio.c));
     out.azimuth = -std::arg(ratio.c);
+    out.earth_log_gain = out.log_gain;
+    out.earth_azimuth = out.azimuth;
     out.log_gain_sd = out.azimuth_sd = out.earth_sd = ratio.sd;
     out.from_earth = true;
   }
@@ -169,6 +171,28 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
                           {{"sd", std::min(1.0, out.earth_sd), "%"}},
                           output == gyro_y ? "gyro_y" : "gyro"});
   return out;
+}
+
+void check_relation(const Relation& relation, Signal output, const Settings& settings, Findings& findings) {
+  constexpr double poorly = 0.1, greatest_gain_error = 0.2;
+  if (!relation.from_earth || relation.earth_sd > poorly) return;
+  const char* channel = output == gyro_y ? "gyro_y" : "gyro";
+  const double right_angle = output == gyro_y ? -half_pi : 0.0;
+  const double stated = settings.number("reference_azimuth"), shown = relation.earth_azimuth - right_angle;
+  const double off = std::abs(std::remainder(shown - stated, two_pi));
+  if (off > 0.25 * pi)
+    findings.push_back(
+        {Finding::Severity::error,
+         off > 0.75 * pi ? "gyro_reversed" : "gyro_axis_is_another",
+         {{"output", channel}, {"azimuth", std::remainder(shown, two_pi), "deg"}, {"stated", stated, "deg"}},
+         channel});
+  const double gain = std::exp(-relation.earth_log_gain);
+  if (std::abs(std::log(gain / settings.number("reference_gain"))) >
+      std::log1p(greatest_gain_error) + 5.0 * relation.earth_sd)
+    findings.push_back({Finding::Severity::error,
+                        "gyro_gain_far_from_stated",
+                        {{"output", channel}, {"gain", gain}, {"stated", settings.number("reference_gain")}},
+                        channel});
 }
 
 Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction) {

@@ -24,10 +24,19 @@ struct Level {
 struct Relation {
   double log_gain = 0.0, azimuth = 0.0;  ///< ln(S_g/S_f) [1], [rad]
   double log_gain_sd = 0.0, azimuth_sd = 0.0;
-  bool from_earth = true;  ///< the Earth's rate has a part in it
-  double earth_sd = 0.0;   ///< [1] of both by the Earth's rate alone
+  bool from_earth = true;                            ///< the Earth's rate has a part in it
+  double earth_sd = 0.0;                             ///< [1] of both by the Earth's rate alone
+  double earth_log_gain = 0.0, earth_azimuth = 0.0;  ///< by the Earth's rate alone
   /// E_g/E_f [1], docs/equations (1.12); spin_up [1] is sigma.
   Complex c(double spin_up) const { return std::polar(std::exp(log_gain), -spin_up * azimuth); }
+};
+
+/// Lag of the capture loop of one output, beyond what the settings state and the lines are corrected for.
+struct Lag {
+  bool stated = true;     ///< the settings state the loop
+  bool quantity = false;  ///< of the fit; otherwise it is an error of it
+  double value = 0.0;     ///< [s] that the lines are corrected for
+  double sd = 0.0;        ///< [s] of it
 };
 
 /// The reference gyro's own sensitivity to specific force: Z_f = u w_t + k w_s + v a with u the tilt of the table's
@@ -65,6 +74,10 @@ Reduction reduction_of(const Test& test, const std::vector<Measured>& measured);
 /// From the lines at the heading, with what the settings know beforehand.
 Relation relation_of(const std::vector<Measured>& measured, Signal output, const Settings& settings, bool encoders,
                      Findings& findings);
+
+/// Errors where the lines at the heading say that a polarity is reversed, that an axis is another one than stated, or
+/// that a scale factor is wrong by a fifth or more.
+void check_relation(const Relation& relation, Signal output, const Settings& settings, Findings& findings);
 
 Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction);
 

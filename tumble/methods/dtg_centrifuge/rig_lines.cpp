@@ -100,6 +100,15 @@ RigLines rig_lines_of(const Test& test, const Spin& spin) {
   return rig_lines_at(test.power_ups[spin.power_up].reference, spin);
 }
 
+std::vector<std::string> keys_of(const Test& test, const std::vector<RigLinesShift>& shifts) {
+  ConductedTest conducted;
+  conducted.power_ups = test.power_ups;
+  std::vector<std::string> keys;
+  for (const RigLinesShift& shift : shifts)
+    keys.push_back(shift.error.error.each_segment ? "" : key_of(conducted, shift.error));
+  return keys;
+}
+
 std::vector<RigLinesShift> shifts_of(const Test& test, const std::vector<const Spin*>& spins,
                                      const std::vector<RigLines>& nominal) {
   return observed_with_errors(test.power_ups, spins, nominal, rig_lines_at);

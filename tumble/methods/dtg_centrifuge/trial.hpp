@@ -8,4 +8,7 @@ namespace tumble::dtg_centrifuge {
 /// gain and azimuth, and drift that changes from power-up to power-up.
 Trial trial(std::uint64_t seed, const std::vector<Option>& options);
 
+/// As Method::second_trial.
+Trial second_trial(std::uint64_t seed, const std::vector<Option>& options);
+
 }  // namespace tumble::dtg_centrifuge
