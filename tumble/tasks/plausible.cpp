@@ -20,6 +20,9 @@ bool is_about_sign(const Finding& finding) {
          finding.code == "rates_inverted" || finding.code == "wrong_sign";
 }
 
+/// Findings of a channel on which all parameters depend.
+bool is_about_everything(const Finding& finding) { return finding.code == "temperature_sensor_stuck"; }
+
 Finding finding(std::string code, const Parameter& parameter, double limit) {
   return {Severity::error,
           std::move(code),
@@ -62,7 +65,8 @@ Findings about_site(const Plan& plan) {
 
 bool is_undermined(const std::string& parameter, const Findings& findings) {
   return std::ranges::any_of(findings, [&](const Finding& one) {
-    return one.severity == Severity::error && (is_about_sign(one) || one.where == parameter);
+    return one.severity == Severity::error &&
+           (is_about_sign(one) || is_about_everything(one) || one.where == parameter);
   });
 }
 

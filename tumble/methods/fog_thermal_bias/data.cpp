@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/smoothing.hpp"
+#include "tumble/methods/fog_thermal_bias/departures.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
@@ -170,6 +172,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   out.number = run.number;
   out.label = run.label;
   out.recording = run.recording;
+  out.file = evidence.recordings[run.recording].origin.file;
   out.start_temperature = thermal.start_temperature;
   out.start_output = mean_of(gyro, begin + settings.number("start_window"), where + ", channel " + role.gyro->name);
   if (settings.has("hold_out")) {
@@ -182,6 +185,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
                 fmt::format("{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or use "
                             "hold_out for the run",
                             where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
+  out.regressors = beside(out.regressors, departures_of(out, interval));
   return out;
 }
 

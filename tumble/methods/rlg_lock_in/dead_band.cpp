@@ -113,6 +113,13 @@ void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, Dea
   }
 }
 
+/// Variance of the fitted rate by white noise of the input over that of the input's own mean: 1 + W_L^2/(2 W^2). The
+/// phase moves unevenly near the edge, most of the time where W_L sin(psi) almost stops it, and noise acts there.
+double noise_gain(const DeadBand& band, double rate) {
+  const double share = band.lock_in_rate / (rate + band.bias);
+  return 1.0 + 0.5 * share * share;
+}
+
 /// The rate by (4.23), linear about the values in `band`: columns 1/K, b, W_L. It is homogeneous of first order in
 /// them, so that the observations stay as they are.
 MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool locked, const DeadBand& band,
@@ -130,7 +137,7 @@ MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool lo
     data.design(k, 1) = -1.0;
     if (locked) data.design(k, 2) = std::copysign(band.lock_in_rate / root, f);
     data.observations.push_back(point.rate);
-    data.weights.push_back(point.duration);
+    data.weights.push_back(point.duration / noise_gain(band, point.rate));
     data.segment.push_back(k);
     // a difference of two counter readings: 1/6 count^2
     counts.column[k] = std::abs(slope) * std::sqrt(pulses::rounding_variance(g, options.edges * point.duration));
