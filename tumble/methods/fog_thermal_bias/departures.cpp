@@ -7,14 +7,14 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::fog_thermal_bias {
 namespace {
 
-constexpr double reversal = 1.0, span = 40.0;                     ///< [K]
-constexpr std::array<double, 3> rate_lags{180.0, 900.0, 3600.0};  ///< [s]
-constexpr double gradient_lag = 900.0;                            ///< [s]
-constexpr double significance = 1e-4;                             ///< p-value
+constexpr double reversal = 1.0, span = 40.0;                   ///< [K]
+constexpr std::array<double, 3> rate_lags{180.0, 900.0, hour};  ///< [s]
+constexpr double gradient_lag = 900.0;                          ///< [s]
 constexpr const char* all_departures = "all";
 
 /// Direction of the last movement by `reversal` or more.
@@ -142,7 +142,6 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
                  const std::vector<std::size_t>& columns, const std::vector<double>& parameters,
                  const std::vector<std::size_t>& departures, std::size_t first) {
   Misfit out;
-  out.shift.assign(columns.size(), 0.0);
   if (departures.empty()) return out;
   const auto every = joined(columns, departures);
   const LinearFit plain = joint(factors, positions_in(factorised, columns), {}),
@@ -154,23 +153,20 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
   const Matrix rows = centred_rows(runs, every);
   for (const Departure departure : {Departure::hysteresis, Departure::lag}) {
     std::vector<std::size_t> others = columns;
-    std::vector<double> own(every.size(), 0.0);
-    double count = 0.0;
-    for (std::size_t d = 0; d < departures.size(); ++d) {
-      const bool of_it = departure_columns()[departures[d] - first] == departure;
-      if (!of_it) others.push_back(departures[d]);
-      if (of_it) own[columns.size() + d] = full.parameters[columns.size() + d], count += 1.0;
-    }
+    for (const auto column : departures)
+      if (departure_columns()[column - first] != departure) others.push_back(column);
+    const double count = static_cast<double>(every.size() - others.size());
     if (count == 0.0) continue;
     const LinearFit without = joint(factors, positions_in(factorised, others), {});
+    std::vector<double> added = full.parameters;
+    for (std::size_t c = 0; c < others.size(); ++c)
+      added[static_cast<std::size_t>(std::ranges::find(every, others[c]) - every.begin())] -= without.parameters[c];
     const double ratio = (without.chi_square - full.chi_square) / scale / count;
-    out.parts.push_back({departure, std::sqrt(mean_square(rows * own)), chi_square_tail(ratio, count)});
-    out.significant = out.significant || out.parts.back().p_value < significance;
+    out.parts.push_back({departure, std::sqrt(mean_square(rows * added)), chi_square_tail(ratio, count)});
   }
   const double by_noise = mean_variance(rows, (1.0 / full.inflation) * full.covariance) -
                           mean_variance(centred_rows(runs, columns), (1.0 / plain.inflation) * plain.covariance);
   out.sd = std::sqrt(std::max(0.0, mean_square(rows * change) - scale * std::max(0.0, by_noise)));
-  for (std::size_t c = 0; c < columns.size(); ++c) out.shift[c] = change[c];
   return out;
 }
 

@@ -30,13 +30,11 @@ std::vector<std::size_t> determined_departures(const std::vector<RunData>& runs,
 struct Misfit {
   struct Part {
     Departure departure;
-    double sd = 0.0;       ///< rms of this part of the departure [rad/s]
+    double sd = 0.0;       ///< rms of what this part adds to a fit with everything else [rad/s]
     double p_value = 1.0;  ///< of a chi-square of as much by noise
   };
   std::vector<Part> parts;
-  double sd = 0.0;            ///< rms of all beyond what noise explains [rad/s]
-  std::vector<double> shift;  ///< change of the coefficients `columns` where the departures are fitted too [SI]
-  bool significant = false;
+  double sd = 0.0;  ///< rms of all beyond what noise explains [rad/s]
 };
 
 /// Given     factors     of the columns `factorised`, departures included

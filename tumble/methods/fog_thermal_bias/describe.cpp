@@ -113,12 +113,6 @@ std::vector<ErrorLine> lines_of(const Evidence& evidence, const std::vector<Term
   }
   std::vector<ErrorLine> lines{from_covariance(noise_source, noise)};
   if (p > 0) lines.push_back(from_covariance(scatter_source, scatter));
-  if (answer.misfit.significant) {
-    auto shift = answer.misfit.shift;
-    const auto of_levels = p > 0 ? levels.of_coefficients * shift : std::vector<double>{};
-    shift.insert(shift.end(), of_levels.begin(), of_levels.end());
-    lines.push_back(from_shifts("departure from the model", as_column(shift)));
-  }
   const Settings& settings = evidence.plan.settings;
   if (settings.number("sensor_lag_sd") > 0.0) {
     const auto shift =

@@ -9,7 +9,7 @@
 namespace tumble::rlg_lock_in {
 
 struct DeadBandOptions {
-  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are not used
+  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are not used; more where noise is large
   int edges = 1;         ///< counts a fringe
 };
 

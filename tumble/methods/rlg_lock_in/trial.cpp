@@ -77,8 +77,8 @@ namespace {
 
 /// The gyro of the second trial and its rates.
 namespace second {
-constexpr double lock_in = 0.07, dither = 12.0, frequency = 350.0, noise = 0.15;  // deg/s, deg/s, Hz, relative
-constexpr double bias = -8.0, random_walk = 0.03, side = 80.0;                    // deg/h, deg/sqrt(h), mm
+constexpr double lock_in = 0.12, dither = 10.0, frequency = 350.0, noise = 0.15;  // deg/s, deg/s, Hz, relative
+constexpr double bias = -8.0, random_walk = 0.012, side = 80.0;                   // deg/h, deg/sqrt(h), mm
 constexpr double ratios[] = {0.3,  -0.6, 1.07, -1.08, 1.1, -1.09, 1.13, -1.12, 1.15, -1.17, 1.2, -1.22, 1.25, -1.28,
                              1.33, -1.3, 1.4,  -1.45, 1.6, -1.55, 1.8,  -1.9,  2.3,  -2.6,  4.0, -5.0,  9.0,  -11.0};
 }  // namespace second
@@ -90,6 +90,8 @@ Plan second_plan(double rate) {
   plan.settings.set_word("dither", "by_label");
   plan.settings.set_number("edge_margin", 0.04, Unit::parse("1"));
   plan.settings.set_number("dither_rate", si(second::dither, "deg/s"), Unit::parse("deg/s"));
+  plan.settings.set_integer("edges", 2);
+  plan.truth.set_integer("edges", 2);
   plan.truth.set_word("shape", "square");
   set_truth(plan, "side", second::side, "mm");
   set_truth(plan, "lock_in_rate", second::lock_in, "deg/s");

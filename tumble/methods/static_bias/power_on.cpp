@@ -90,11 +90,13 @@ std::vector<NoiseHypothesis> noise_hypotheses(const std::vector<Blocks>& power_u
       const Fitted fit = fitted(power_ups, noise);
       misfits.push_back(fit.minus_twice_log_likelihood);
       all.emplace_back();
+      all.back().white = fit.level;
+      all.back().flicker = fit.level * std::pow(noise.bias_instability, 2);
+      all.back().walk = fit.level * std::pow(noise.rate_random_walk, 2);
       for (const Blocks& blocks : power_ups) {
         const double length = length_of(blocks);
-        all.back().variances.push_back(fit.level *
-                                       (1.0 / length + std::pow(noise.bias_instability, 2) * flicker_gain(blocks) +
-                                        std::pow(noise.rate_random_walk, 2) * length / 3.0));
+        all.back().variances.push_back(all.back().white / length + all.back().flicker * flicker_gain(blocks) +
+                                       all.back().walk * length / 3.0);
       }
     }
   const double best = std::ranges::min(misfits);

@@ -18,6 +18,9 @@ Blocks blocks_of(std::span<const double> values, double rate);
 /// Variance of the mean of a power-up about its constant at power-on, if the noise were this.
 struct NoiseHypothesis {
   double weight = 0.0;            ///< probability, 1 in sum over all
+  double white = 0.0;             ///< N^2 [u^2 s]
+  double flicker = 0.0;           ///< B^2 [u^2]
+  double walk = 0.0;              ///< K^2 [u^2/s]
   std::vector<double> variances;  ///< [u^2], one a power-up
 };
 

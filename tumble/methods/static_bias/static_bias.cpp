@@ -6,11 +6,9 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/noise_model.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
-#include "tumble/math/stability/allan.hpp"
-#include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/methods/static_bias/compensate.hpp"
@@ -28,8 +26,7 @@ using Severity = Finding::Severity;
 constexpr double shorter_time = 10.0;  ///< [s]
 constexpr std::size_t ratio = 10;      ///< of the longer averages to the shorter
 
-const std::vector<UnitTerm> terms{
-    {NoiseTerm::quantization}, {NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
+const std::vector<UnitTerm> terms{{NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
 
 std::vector<Role> roles() {
   return {{"signal", "", false, "angular rate or specific force at rest; absent: the only such channel"}};
@@ -53,9 +50,6 @@ struct RunBias {
   double mean = 0.0;
   AverageScatter shorter, longer;
   Blocks blocks;
-  std::vector<double> squared;  ///< of the noise terms [u^2]
-  Matrix covariance;            ///< of `squared`
-  Fit fit;
 };
 
 double mean_of(std::span<const double> values) {
@@ -67,19 +61,6 @@ double mean_of(std::span<const double> values) {
     ++count;
   }
   return origin + sum / count;
-}
-
-void fit_noise(const EvenSignal& signal, RunBias& run) {
-  std::vector<AllanObservation> observations;
-  for (const auto& point : overlapping_allan(signal.values, signal.rate, {}))
-    observations.push_back({point.factor, point.deviation * point.deviation, point.count});
-  AllanFitOptions how;
-  how.select = false;
-  const auto used = thinned(observations);
-  const AllanFit fit = fit_allan(used, signal.values.size(), how);
-  run.squared = fit.squared;
-  run.covariance = fit.covariance;
-  run.fit = {used.size(), fit.degrees_of_freedom, fit.chi_square, fit.condition};
 }
 
 RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
@@ -100,7 +81,6 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
     const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * signal.rate)));
     run.shorter = scatter_of_averages(signal.values, size);
     run.longer = scatter_of_averages(signal.values, size * ratio);
-    fit_noise(signal, run);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     run.failure = error.what();
@@ -108,31 +88,13 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
   return run;
 }
 
-/// The noise of all runs together: each weighs as long as it lasts.
-struct Pooled {
-  std::vector<double> squared;
-  Matrix covariance;
-};
-
-Pooled pooled(const std::vector<RunBias>& runs) {
-  double samples = 0.0;
-  for (const auto& run : runs) samples += static_cast<double>(run.samples);
-  Pooled all{std::vector<double>(terms.size(), 0.0), Matrix(terms.size(), terms.size())};
-  for (const auto& run : runs) {
-    const double weight = static_cast<double>(run.samples) / samples;
-    for (std::size_t t = 0; t < terms.size(); ++t) all.squared[t] += weight * run.squared[t];
-    for (std::size_t i = 0; i < all.covariance.values.size(); ++i)
-      all.covariance.values[i] += weight * weight * run.covariance.values[i];
-  }
-  return all;
-}
-
 /// Variance of the means of the runs about the constants at power-on, on average over the runs and over what their
 /// noise may be.
 struct WithinRuns {
-  double variance = 0.0;    ///< [u^2]
-  double freedom = 0.0;     ///< of it (Satterthwaite: 2 v^2/Var v)
-  double half_width = 0.0;  ///< [u] 95 % interval of the mean of the first run
+  double variance = 0.0;                          ///< [u^2]
+  double freedom = 0.0;                           ///< of it (Satterthwaite: 2 v^2/Var v)
+  double half_width = 0.0;                        ///< [u] 95 % interval of the mean of the first run
+  double white = 0.0, flicker = 0.0, walk = 0.0;  ///< N^2 [u^2 s], B^2 [u^2], K^2 [u^2/s] on average
 };
 
 WithinRuns within_runs(const std::vector<RunBias>& runs) {
@@ -143,15 +105,22 @@ WithinRuns within_runs(const std::vector<RunBias>& runs) {
     freedom += static_cast<double>(run.blocks.means.size()) - 1.0;
   }
   const auto hypotheses = noise_hypotheses(blocks);
+  WithinRuns out;
   double mean = 0.0, squares = 0.0;
   for (const auto& hypothesis : hypotheses) {
     double of_means = 0.0;
     for (const double variance : hypothesis.variances) of_means += variance / static_cast<double>(runs.size());
     mean += hypothesis.weight * of_means;
     squares += hypothesis.weight * of_means * of_means;
+    out.white += hypothesis.weight * hypothesis.white;
+    out.flicker += hypothesis.weight * hypothesis.flicker;
+    out.walk += hypothesis.weight * hypothesis.walk;
   }
   const double spread = std::max(squares - mean * mean, 2.0 * mean * mean / freedom);
-  return {mean, std::max(1.0, 2.0 * mean * mean / spread), half_width(hypotheses, 0, freedom)};
+  out.variance = mean;
+  out.freedom = std::max(1.0, 2.0 * mean * mean / spread);
+  out.half_width = half_width(hypotheses, 0, freedom);
+  return out;
 }
 
 struct Builder {
@@ -176,11 +145,12 @@ struct Builder {
 };
 
 /// sd of the 10 s and 100 s averages about the mean of their run, over all runs.
-void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder& builder) {
+void add_scatter(const std::vector<RunBias>& runs, const WithinRuns& noise, Builder& builder) {
   double sum[2]{}, weight[2]{}, variance[2]{}, covariance = 0.0;
   for (const auto& run : runs) {
     const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * run.rate)));
-    const auto expected = expected_scatter(terms, noise.squared, run.samples, size, ratio);
+    const auto expected = expected_scatter(terms, {noise.white * run.rate, noise.flicker, noise.walk / run.rate},
+                                           run.samples, size, ratio);
     const AverageScatter* scatter[2]{&run.shorter, &run.longer};
     const double each[2]{expected.shorter_variance, expected.longer_variance};
     double own[2]{};
@@ -282,9 +252,8 @@ std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& stretches, cons
 }
 
 /// The bias with its variance: of a single run from its noise since power-on, of several from their scatter.
-void add_bias(const std::vector<RunBias>& runs, double earth, Builder& builder) {
+void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double earth, Builder& builder) {
   const auto count = static_cast<double>(runs.size());
-  const WithinRuns within = within_runs(runs);
   double mean = 0.0, between = 0.0;
   for (const auto& run : runs) mean += run.mean / count;
   for (const auto& run : runs) between += (run.mean - mean) * (run.mean - mean) / std::max(1.0, count - 1.0);
@@ -311,11 +280,10 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
   if (const std::size_t k = builder.scatter_at; k + 1 < n)
     noise(k, k + 1) = noise(k + 1, k) = builder.scatter_covariance;
   settle(estimate, {from_covariance("output noise", noise), from_variances("scatter between power-ups", repeat)});
+  estimate.fit = {0, 0.0, std::numeric_limits<double>::quiet_NaN(), 1.0};
   for (const auto& run : runs) {
-    estimate.fit.observations += run.fit.observations;
-    estimate.fit.degrees_of_freedom += run.fit.degrees_of_freedom;
-    estimate.fit.chi_square += run.fit.chi_square;
-    estimate.fit.condition = std::max(estimate.fit.condition, run.fit.condition);
+    estimate.fit.observations += run.blocks.means.size();
+    estimate.fit.degrees_of_freedom += static_cast<double>(run.blocks.means.size()) - 1.0;
   }
   Table table{"runs",
               "mean output of each power-up",
@@ -333,8 +301,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const QuantityKind kind = stretches.front().channel->kind;
   builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
   const auto runs = analyse_runs(stretches, evidence.plan.settings, builder.estimate.findings);
-  const Pooled noise = pooled(runs);
-  add_bias(runs, reference(evidence, kind, builder.estimate.findings), builder);
+  const WithinRuns noise = within_runs(runs);
+  add_bias(runs, noise, reference(evidence, kind, builder.estimate.findings), builder);
   add_scatter(runs, noise, builder);
   finish(runs, builder);
   builder.estimate.method = "static_bias";
