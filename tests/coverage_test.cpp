@@ -16,6 +16,7 @@
 #include "tumble/math/random.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/report/rounding.hpp"
 
 namespace tumble {
 namespace {
@@ -62,10 +63,10 @@ void judge_seed(const Method& method, std::size_t i, Outcomes& outcomes) {
       const auto& [name, truth] = trial.truth[j];
       const Parameter* parameter = find_parameter(estimate, name);
       if (parameter == nullptr) continue;
-      const double sd =
-          standard_uncertainty(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
-      const double error = parameter->value - truth;
-      outcomes.inside[i][j] = std::abs(error) <= student_quantile(0.975, parameter->degrees_of_freedom) * sd;
+      const auto index = static_cast<std::size_t>(parameter - estimate.parameters.data());
+      const double sd = standard_uncertainty(estimate, index), error = parameter->value - truth;
+      const auto [lower, upper] = interval95(estimate, index);
+      outcomes.inside[i][j] = lower <= truth && truth <= upper;
       outcomes.deviation[i][j] = error / sd;
     }
   } catch (const std::exception& error) {

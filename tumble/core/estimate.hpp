@@ -22,6 +22,9 @@ struct Parameter {
   double value = 0.0;
   std::string description;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of its standard uncertainty
+  /// [SI] ends of the 95 % interval where it is not symmetric: standard deviations have one by chi-square. NaN: the
+  /// interval is value -+ t sd.
+  double lower = std::numeric_limits<double>::quiet_NaN(), upper = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One line of the uncertainty budget: independent errors of unit variance, and what each of them does to every

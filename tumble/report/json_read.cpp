@@ -44,6 +44,12 @@ Parameter parameter_of(const Node& node) {
   parameter.value = parameter.unit.to_si(node["value"].number(NAN));
   parameter.description = node["description"].text();
   parameter.degrees_of_freedom = node.optional("degrees_of_freedom").number(infinity);
+  if (const auto own = node.optional("own_interval"); own.flag()) {
+    const auto ends = node["interval95"].numbers();
+    expect_size(node["interval95"], ends.size(), 2, "the lower and the upper end");
+    if (ends.size() == 2)
+      parameter.lower = parameter.unit.to_si(ends[0]), parameter.upper = parameter.unit.to_si(ends[1]);
+  }
   return parameter;
 }
 

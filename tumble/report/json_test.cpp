@@ -39,6 +39,8 @@ void expect_same_parameters(const Estimate& a, const Estimate& b) {
     EXPECT_EQ(p.description, q.description);
     EXPECT_EQ(p.unit, q.unit);
     EXPECT_EQ(p.degrees_of_freedom, q.degrees_of_freedom);
+    EXPECT_EQ(std::isnan(p.lower), std::isnan(q.lower));
+    if (!std::isnan(p.lower)) expect_same(p.lower, q.lower, 2.0, p.name), expect_same(p.upper, q.upper, 2.0, p.name);
     expect_same(p.value, q.value, 2.0, p.name);
   }
   ASSERT_EQ(a.covariance.rows, b.covariance.rows);
@@ -168,7 +170,9 @@ std::vector<std::string> problems_of(const std::string& text) {
 }
 
 TEST(ResultJson, ReadsBackWhatWasWritten) {
-  const auto before = testing::estimate();
+  auto before = testing::estimate();
+  before.parameters.back().lower = 0.9 * before.parameters.back().value;
+  before.parameters.back().upper = 1.3 * before.parameters.back().value;
   const auto after = estimate_from_json(to_json(before), "result.json");
   expect_same_parameters(before, after);
   expect_same_tables(before, after);

@@ -80,15 +80,19 @@ Json parameter_json(const Estimate& estimate, std::size_t i) {
   const auto value = value_in(parameter.value, parameter.unit);
   const auto variance = covariance_in(estimate.covariance(i, i), parameter.unit, parameter.unit);
   const double sd = variance.is_null() ? NAN : std::sqrt(variance.get<double>());
-  const auto [lower, upper] = interval95(value.is_null() ? NAN : value.get<double>(), sd, parameter.degrees_of_freedom);
-  return {{"name", parameter.name},
-          {"symbol", parameter.symbol},
-          {"value", value},
-          {"sd", finite(sd)},
-          {"unit", parameter.unit.text()},
-          {"description", parameter.description},
-          {"degrees_of_freedom", finite(parameter.degrees_of_freedom)},
-          {"interval95", {finite(lower), finite(upper)}}};
+  auto [lower, upper] = interval95(value.is_null() ? NAN : value.get<double>(), sd, parameter.degrees_of_freedom);
+  const bool own = std::isfinite(parameter.lower) && std::isfinite(parameter.upper);
+  if (own) lower = parameter.unit.from_si(parameter.lower), upper = parameter.unit.from_si(parameter.upper);
+  Json json{{"name", parameter.name},
+            {"symbol", parameter.symbol},
+            {"value", value},
+            {"sd", finite(sd)},
+            {"unit", parameter.unit.text()},
+            {"description", parameter.description},
+            {"degrees_of_freedom", finite(parameter.degrees_of_freedom)},
+            {"interval95", {finite(lower), finite(upper)}}};
+  if (own) json["own_interval"] = true;
+  return json;
 }
 
 Json parameters_json(const Estimate& estimate) {

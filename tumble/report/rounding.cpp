@@ -118,9 +118,18 @@ Interval interval95(double value, double sd, double degrees_of_freedom) {
   return {value - half, value + half};
 }
 
+Interval interval95(const Estimate& estimate, std::size_t index) {
+  const auto& parameter = estimate.parameters[index];
+  if (std::isfinite(parameter.value) && std::isfinite(parameter.lower) && std::isfinite(parameter.upper))
+    return {parameter.lower, parameter.upper};
+  return interval95(parameter.value, standard_uncertainty(estimate, index), parameter.degrees_of_freedom);
+}
+
 std::string interval_text(const Estimate& estimate, std::size_t index) {
   const auto [value, sd] = shown(estimate, index);
-  const auto [lower, upper] = interval95(value, sd, estimate.parameters[index].degrees_of_freedom);
+  const auto& unit = estimate.parameters[index].unit;
+  const auto interval = interval95(estimate, index);
+  const double lower = unit.from_si(interval.lower), upper = unit.from_si(interval.upper);
   if (std::isnan(lower)) return "–";
   const auto rounding = rounding_for(value, sd);
   return fmt::format("[{}, {}]{}", mantissa(lower, rounding), mantissa(upper, rounding), suffix(rounding.exponent));

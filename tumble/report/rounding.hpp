@@ -40,6 +40,8 @@ struct Interval {
 };
 /// Given: value and sd [u]; degrees_of_freedom [1]. Returned: limits [u].
 Interval interval95(double value, double sd, double degrees_of_freedom);
+/// 95 % interval of a parameter [SI]: its own where it has one, else by its sd.
+Interval interval95(const Estimate& estimate, std::size_t index);
 
 /// Value and sd of a parameter in its displayed unit.
 struct ShownParameter {

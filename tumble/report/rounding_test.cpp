@@ -69,5 +69,17 @@ TEST(Interval95, UsesTheDegreesOfFreedom) {
   EXPECT_TRUE(std::isnan(interval95(1.0, NAN, 5.0).upper));
 }
 
+// A standard deviation of 2 deg/h with an interval of its own, which is not 2 -+ 1.96 sd.
+TEST(Interval95, IsTheParametersOwnWhereItHasOne) {
+  Estimate estimate;
+  estimate.parameters.push_back({"turn_on_repeatability", "s", Unit::parse("deg/h"), si(2.0, "deg/h"), "", 3.0});
+  estimate.covariance = Matrix(1, 1, si(1.0, "deg/h") * si(1.0, "deg/h"));
+  EXPECT_EQ(interval_text(estimate, 0), "[-1.2, 5.2]");
+  estimate.parameters[0].lower = si(1.1, "deg/h");
+  estimate.parameters[0].upper = si(7.5, "deg/h");
+  EXPECT_EQ(interval_text(estimate, 0), "[1.1, 7.5]");
+  EXPECT_NEAR(interval95(estimate, 0).upper, si(7.5, "deg/h"), 1e-20);
+}
+
 }  // namespace
 }  // namespace tumble

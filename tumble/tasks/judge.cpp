@@ -33,8 +33,7 @@ std::string misfit(const Quantity& bound, const Parameter& parameter) {
 /// From the interval; NaN bounds of an unknown uncertainty decide nothing.
 Verdict judge_one(const Limit& limit, const Estimate& estimate, const Parameter& parameter) {
   const auto index = static_cast<std::size_t>(&parameter - estimate.parameters.data());
-  const auto interval =
-      interval95(parameter.value, standard_uncertainty(estimate, index), parameter.degrees_of_freedom);
+  const auto interval = interval95(estimate, index);
   const double infinity = std::numeric_limits<double>::infinity();
   const double lowest = limit.min ? limit.min->unit.to_si(limit.min->value) : -infinity;
   const double highest = limit.max ? limit.max->unit.to_si(limit.max->value) : infinity;

@@ -26,6 +26,9 @@ bool is_about_sign(const Finding& finding) {
          finding.code == "gyro_axis_is_another" || finding.code == "gyro_gain_far_from_stated";
 }
 
+/// Findings of a channel on which all parameters depend.
+bool is_about_everything(const Finding& finding) { return finding.code == "temperature_sensor_stuck"; }
+
 Finding finding(std::string code, const Parameter& parameter, double limit) {
   return {Severity::error,
           std::move(code),
@@ -125,7 +128,8 @@ Findings ruled_by_site(const Plan& plan, const Estimate& estimate) {
 
 bool is_undermined(const std::string& parameter, const Findings& findings) {
   return std::ranges::any_of(findings, [&](const Finding& one) {
-    return one.severity == Severity::error && (is_about_sign(one) || one.where == parameter);
+    return one.severity == Severity::error &&
+           (is_about_sign(one) || is_about_everything(one) || one.where == parameter);
   });
 }
 

@@ -63,4 +63,25 @@ double chi_square_quantile(double probability, double degrees_of_freedom);
 /// sd/sqrt(2 nu) for many degrees of freedom, larger for few.
 double uncertainty_of_sd(double sd, double degrees_of_freedom);
 
+/// Ends of an interval that holds a standard deviation: never below zero.
+struct SdInterval {
+  double lower = 0.0, upper = 0.0;  ///< [u]
+};
+
+/// Two-sided interval of a standard deviation that is estimated with nu degrees of freedom:
+///
+///   sd sqrt(nu/chi2_(1+c)/2(nu)) to sd sqrt(nu/chi2_(1-c)/2(nu))
+///
+/// Given     sd [u]; degrees_of_freedom [1], may be infinite; confidence c in (0, 1)
+SdInterval interval_of_sd(double sd, double degrees_of_freedom, double confidence = 0.95);
+
+/// Interval of sqrt(V_1 - V_2), V the expectations of two independent variances that are distributed like chi-square:
+/// the modified large-sample limits, exact where one of the two is zero. An end whose square is negative is zero.
+///
+/// Given     total, part  [u^2] estimates of V_1 and V_2, with their degrees of freedom [1], which may be infinite
+/// Accuracy  holds the true value in 94.5 to 97 % for a confidence of 0.95 and one degree of freedom or more
+/// See       Ting, Burdick, Graybill, Jeyaratnam and Lu, J. Statist. Comput. Simul. 35 (1990) 135
+SdInterval interval_of_excess_sd(double total, double total_freedom, double part, double part_freedom,
+                                 double confidence = 0.95);
+
 }  // namespace tumble

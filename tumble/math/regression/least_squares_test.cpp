@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "tumble/math/random.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -165,6 +166,37 @@ TEST(QuantilesCoverage, IntervalOfAStandardDeviationHoldsTheTruth) {
     EXPECT_NEAR(inside / static_cast<double>(trials), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / trials)) << nu;
   }
   EXPECT_NEAR(uncertainty_of_sd(1.0, 1e6), 1.0 / std::sqrt(2e6), 1e-6);
+}
+
+// sd^2 nu/sigma^2 is chi-square: for nu = 3 its quantiles are 0.215795 and 9.348404 (tables).
+TEST(SdInterval, IsThatOfChiSquare) {
+  const SdInterval interval = interval_of_sd(2.0, 3.0);
+  EXPECT_NEAR(interval.lower, 2.0 * std::sqrt(3.0 / 9.348404), 1e-5);
+  EXPECT_NEAR(interval.upper, 2.0 * std::sqrt(3.0 / 0.215795), 1e-4);
+  EXPECT_EQ(interval_of_sd(2.0, std::numeric_limits<double>::infinity()).lower, 2.0);
+}
+
+// Two variances with 7 and 15 degrees of freedom, and with a known second one: 4000 draws, 4 sigma = 0.0138, and up to
+// 0.02 more is what the limits are known to hold beyond 95 %.
+TEST(SdInterval, HoldsTheRootOfADifferenceOfVariances) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double share : {0.1, 0.5, 2.0})
+    for (const double part_freedom : {15.0, infinity}) {
+      int inside = 0;
+      constexpr int draws = 4000;
+      for (int k = 0; k < draws; ++k) {
+        const RandomStream random = RandomStream(400).split(static_cast<std::uint64_t>(k));
+        double total = 0.0, part = std::isinf(part_freedom) ? share : 0.0;
+        for (std::uint64_t i = 0; i < 7; ++i) total += (1.0 + share) / 7.0 * std::pow(random.normal(i), 2);
+        for (std::uint64_t i = 0; i < 15 && !std::isinf(part_freedom); ++i)
+          part += share / 15.0 * std::pow(random.normal(100 + i), 2);
+        const SdInterval interval = interval_of_excess_sd(total, 7.0, part, part_freedom);
+        EXPECT_GE(interval.lower, 0.0);
+        inside += interval.lower <= 1.0 && 1.0 <= interval.upper;
+      }
+      EXPECT_GT(inside / 4000.0, 0.95 - 0.0138 - 0.005) << share << " " << part_freedom;
+      EXPECT_LT(inside / 4000.0, 0.95 + 0.0138 + 0.02) << share << " " << part_freedom;
+    }
 }
 
 }  // namespace

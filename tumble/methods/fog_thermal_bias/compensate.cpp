@@ -8,6 +8,7 @@
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/fog_thermal_bias/data.hpp"
+#include "tumble/methods/fog_thermal_bias/departures.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
 #include "tumble/reduce/compensation/outputs.hpp"
 #include "tumble/units/error.hpp"
@@ -162,11 +163,12 @@ struct Correction {
   const Settings& settings;
   const KnownTerms& drift;
   const InRange& in_range;
-  double rate;  ///< [Hz] of the gyro's clock, so that lost samples do not change the averages
+  double misfit;  ///< [rad/s] sd of the drift that the model does not follow
+  double rate;    ///< [Hz] of the gyro's clock, so that lost samples do not change the averages
 };
 
 Outcome compensate_run(const Correction& correction, const Sensors& sensors, const Run& run, Written& written) {
-  const auto& [settings, drift, in_range, rate] = correction;
+  const auto& [settings, drift, in_range, misfit, rate] = correction;
   const Thermal thermal = thermal_of(sensors, run.begin, run.end, settings, settings.number("sensor_lag"));
   const Channel& raw = written.raw;
   const std::size_t first = index_at(raw, run.begin), last = index_at(raw, run.end);
@@ -180,7 +182,7 @@ Outcome compensate_run(const Correction& correction, const Sensors& sensors, con
     double& value = written.gyro.values[k];
     out.blank += std::isnan(predicted) && !std::isnan(value);
     value -= predicted;
-    written.trust.sd.values[k] = sd;
+    written.trust.sd.values[k] = std::hypot(sd, misfit);
     const auto at = std::min(intervals_outside.size() - 1, static_cast<std::size_t>(felt.since_power_on / interval));
     written.trust.extrapolated.values[k] = intervals_outside[at] ? 1.0 : 0.0;
     if (intervals_outside[at] && out.outside++ == 0.0) out.first_outside = raw.time(k);
@@ -223,7 +225,7 @@ Compensation compensate(const Estimate& estimate, const Recording& recording, co
   Compensation out{recording, {}, {}};
   const Channel& raw = recording.channels[channels.gyro];
   Written written{raw, out.recording.channels[channels.gyro], compensation::trust_in(raw)};
-  const Correction correction{settings, drift, in_range, sampling_rate(written.raw)};
+  const Correction correction{settings, drift, in_range, misfit_in(estimate), sampling_rate(written.raw)};
   const auto runs = runs_of({recording});
   std::vector<Outcome> outcomes(runs.size());
   parallel_for(runs.size(),

@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "tumble/core/sampling_rate.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/smoothing.hpp"
+#include "tumble/methods/fog_thermal_bias/departures.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
 
@@ -111,19 +113,41 @@ std::vector<double> add_output(RunData& run, const Slice& gyro, const Intervals&
   return samples;
 }
 
-/// Sums of temperatures and regressors over the intervals; returns the readings in each.
-std::vector<double> add_thermal(RunData& run, const Thermal& thermal, const std::vector<Term>& terms,
-                                const Intervals& intervals) {
+/// Which part of the gyro's samples about each thermal reading was measured: where the gyro has a gap, its mean is that
+/// of the rest of the interval, and so must be the mean of the temperatures. Empty: all were.
+std::vector<double> measured_about(const Slice& gyro, const std::vector<double>& readings, double spacing) {
+  std::vector<double> times;
+  for (std::size_t k = 0; k < gyro.time.size(); ++k)
+    if (!std::isnan(gyro.value[k])) times.push_back(gyro.time[k]);
+  if (times.empty() || readings.size() < 2) return {};
+  const double expected = (times.back() - times.front()) / spacing + 1.0;
+  if (static_cast<double>(times.size()) > expected - 0.5) return {};
+  const double between = (readings.back() - readings.front()) / static_cast<double>(readings.size() - 1);
+  const double half = 0.5 * std::max(spacing, between) * (1.0 + 1e-9);
+  std::vector<double> out;
+  for (const double time : readings) {
+    const auto first = std::ranges::lower_bound(times, time - half),
+               last = std::ranges::lower_bound(times, time + half);
+    out.push_back(std::min(1.0, static_cast<double>(last - first) * spacing / (2.0 * half)));
+  }
+  return out;
+}
+
+/// Sums of temperatures and regressors over the intervals, with weights where there are any; returns the sums of these.
+std::vector<double> add_thermal(RunData& run, const Thermal& thermal, const std::vector<double>& weights,
+                                const std::vector<Term>& terms, const Intervals& intervals) {
   std::vector<double> readings(intervals.count, 0.0);
   for (std::size_t k = 0; k < thermal.time.size(); ++k) {
     const std::size_t i = intervals.of(thermal.time[k]);
     const Felt& now = thermal.felt[k];
+    const double weight = weights.empty() ? 1.0 : weights[k];
     if (i >= intervals.count || std::isnan(now.temperature) || std::isnan(now.temperature_gradient)) continue;
-    for (std::size_t t = 0; t < terms.size(); ++t) run.regressors(i, t) += terms[t].regressor(now);
-    run.felt[i].temperature += now.temperature;
-    run.felt[i].temperature_gradient += now.temperature_gradient;
-    run.felt[i].temperature_rate += now.temperature_rate;
-    readings[i] += 1.0;
+    if (weight == 0.0) continue;
+    for (std::size_t t = 0; t < terms.size(); ++t) run.regressors(i, t) += weight * terms[t].regressor(now);
+    run.felt[i].temperature += weight * now.temperature;
+    run.felt[i].temperature_gradient += weight * now.temperature_gradient;
+    run.felt[i].temperature_rate += weight * now.temperature_rate;
+    readings[i] += weight;
   }
   return readings;
 }
@@ -141,7 +165,8 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
   run.output.assign(count, 0.0);
   run.felt.assign(count, Felt{{}, {}, {}, 0, 0, 0, thermal.start_temperature, 0});
   run.regressors = Matrix(count, terms.size());
-  const auto samples = add_output(run, gyro, intervals), readings = add_thermal(run, thermal, terms, intervals);
+  const auto samples = add_output(run, gyro, intervals),
+             readings = add_thermal(run, thermal, measured_about(gyro, thermal.time, spacing), terms, intervals);
   const double full = interval / spacing;
   for (std::size_t k = 0; k < count; ++k) {
     run.time[k] = (static_cast<double>(k) + 0.5) * interval;
@@ -170,6 +195,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   out.number = run.number;
   out.label = run.label;
   out.recording = run.recording;
+  out.file = evidence.recordings[run.recording].origin.file;
   out.start_temperature = thermal.start_temperature;
   out.start_output = mean_of(gyro, begin + settings.number("start_window"), where + ", channel " + role.gyro->name);
   if (settings.has("hold_out")) {
@@ -182,6 +208,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
                 fmt::format("{}: {:.6g} s of {} are shorter than one average of {:.6g} s; set averaging lower or use "
                             "hold_out for the run",
                             where, gyro.time.back() - gyro.time.front(), role.gyro->name, interval));
+  out.regressors = beside(out.regressors, departures_of(out, interval));
   return out;
 }
 

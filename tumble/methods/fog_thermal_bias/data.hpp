@@ -32,13 +32,14 @@ struct RunData {
   int number = 0;
   std::string label;
   std::size_t recording = 0;
+  std::string file;                ///< of the recording; empty: not from a file
   double start_temperature = 0.0;  ///< [K]
   double start_output = 0.0;       ///< L_0, mean over the start window [rad/s]
   std::vector<double> time;        ///< middle of each interval, since power-on [s]
   std::vector<double> share;       ///< measured part of each interval, 0 to 1
   std::vector<double> output;      ///< mean output [rad/s], 0 where share is 0
   std::vector<Felt> felt;          ///< means over each interval
-  Matrix regressors;               ///< intervals x terms, averaged over each interval
+  Matrix regressors;               ///< intervals x (terms, then departures), averaged over each interval
   bool held_out = false;
 };
 

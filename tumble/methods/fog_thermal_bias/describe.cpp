@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/answer.hpp"
 
@@ -13,113 +15,129 @@ namespace {
 
 constexpr const char* noise_source = "output noise";
 
-/// Standard deviations before and after, with their uncertainty by the jackknife over the runs.
-void append_scores(Estimate& estimate, const Answer& answer) {
-  const Unit unit = Unit::parse("deg/h");
-  const Candidate& chosen = answer.candidates[answer.chosen];
-  struct Score {
-    const char* name;
-    const char* symbol;
-    const char* description;
-    std::vector<double> squares;
-  };
-  std::vector<Score> scores{
-      {"bias_sd_raw", "s_raw", "of the averages about their run's mean, before compensation", {}},
-      {"bias_sd_compensated", "s_c", "the same after compensation, in sample", {}},
-      {"bias_sd_held_out", "s_h", "the same, every run predicted from the others", chosen.held_out_squares}};
-  std::vector<double> counts;
+constexpr const char* scatter_source = "scatter between power-ups";
+
+/// Squares of one kind of residual, run by run.
+struct Score {
+  const char* name;
+  const char* symbol;
+  const char* description;
+  std::vector<double> squares;
+};
+
+std::vector<Score> scores_of(const Answer& answer, std::vector<double>& counts) {
+  std::vector<Score> scores{{"bias_sd_raw", "s_raw", "of the averages about their run's mean, before compensation", {}},
+                            {"bias_sd_compensated", "s_c", "the same after compensation, in sample", {}}};
   for (const auto& run : answer.runs) {
     if (run.held_out) continue;
     const Residual raw = residual_of(run, {}, {});
     scores[0].squares.push_back(raw.squares);
-    scores[1].squares.push_back(residual_of(run, chosen.columns, answer.fit.parameters).squares);
+    scores[1].squares.push_back(residual_of(run, answer.columns, answer.fit.parameters).squares);
     counts.push_back(std::max(0.0, raw.count - 1.0));
   }
-  for (auto& s : scores) {
-    double sum = 0.0, count = 0.0, mean = 0.0, spread = 0.0;
-    const double n = static_cast<double>(counts.size());
+  if (counts.size() > 1)
+    scores.push_back({"bias_sd_held_out", "s_h", "the same, every run predicted from the others",
+                      answer.candidates[answer.chosen].held_out_squares});
+  return scores;
+}
+
+/// Variance of a pooled standard deviation by the jackknife over the runs.
+double jackknife(const std::vector<double>& squares, const std::vector<double>& counts, double sum, double count) {
+  std::vector<double> without;
+  for (std::size_t r = 0; r < counts.size(); ++r)
+    without.push_back(std::sqrt(std::max(0.0, sum - squares[r]) / std::max(1.0, count - counts[r])));
+  double mean = 0.0, spread = 0.0;
+  const double n = static_cast<double>(without.size());
+  for (const double v : without) mean += v / n;
+  for (const double v : without) spread += (v - mean) * (v - mean) * (n - 1.0) / n;
+  return spread;
+}
+
+/// A standard deviation, whose interval is that of chi-square.
+void append_sd(Estimate& estimate, Parameter parameter, const std::string& source, double variance,
+               const SdInterval& interval) {
+  parameter.lower = interval.lower;
+  parameter.upper = interval.upper;
+  append_parameter(estimate, std::move(parameter), source, variance);
+}
+
+/// Standard deviations before and after, with their uncertainty by the jackknife over the runs.
+void append_scores(Estimate& estimate, const Answer& answer) {
+  std::vector<double> counts;
+  for (const auto& s : scores_of(answer, counts)) {
+    double sum = 0.0, count = 0.0;
     for (std::size_t r = 0; r < counts.size(); ++r) {
       sum += s.squares[r];
       count += counts[r];
     }
-    std::vector<double> left_out;
-    for (std::size_t r = 0; r < counts.size(); ++r)
-      left_out.push_back(std::sqrt((sum - s.squares[r]) / std::max(1.0, count - counts[r])));
-    for (const double v : left_out) mean += v / n;
-    for (const double v : left_out) spread += (v - mean) * (v - mean) * (n - 1.0) / n;
-    if (counts.size() < 2) {  // nothing to leave out
-      if (s.squares.data() == scores[2].squares.data()) continue;
-      spread = std::pow(uncertainty_of_sd(std::sqrt(sum / count), std::max(1.0, count)), 2);
-    }
-    append_parameter(estimate, {s.name, s.symbol, unit, std::sqrt(sum / count), s.description, std::max(1.0, n - 1.0)},
-                     noise_source, spread);
+    const double sd = std::sqrt(sum / count), runs = static_cast<double>(counts.size());
+    const double variance = counts.size() > 1 ? jackknife(s.squares, counts, sum, count)
+                                              : std::pow(uncertainty_of_sd(sd, std::max(1.0, count)), 2);
+    const double freedom = std::clamp(sd * sd / (2.0 * variance), 1.0, std::max(1.0, count));
+    append_sd(estimate, {s.name, s.symbol, Unit::parse("deg/h"), sd, s.description, std::max(1.0, runs - 1.0)},
+              noise_source, variance, interval_of_sd(sd, freedom));
   }
 }
 
-/// L_0 over start temperature by least squares on the runs' levels; the scatter is the turn-on repeatability.
-void append_levels(Estimate& estimate, const Answer& answer, const Settings& settings, const std::vector<Term>& terms) {
-  const Candidate& chosen = answer.candidates[answer.chosen];
-  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
-  std::vector<double> levels, starts;
-  for (const auto& run : answer.runs) {
-    if (run.held_out) continue;
-    double sum = 0.0, count = 0.0;
-    for (std::size_t k = 0; k < run.time.size(); ++k) {
-      if (run.share[k] <= 0.0) continue;
-      double level = run.output[k];
-      for (std::size_t c = 0; c < chosen.columns.size(); ++c)
-        level -= answer.fit.parameters[c] * run.regressors(k, chosen.columns[c]);
-      sum += level;
-      count += 1.0;
-    }
-    if (count == 0.0) continue;
-    levels.push_back(sum / count);
-    starts.push_back(run.start_temperature - settings.number("start_temperature_reference"));
+/// The scatter of the levels about their polynomial, or a finding with its limit.
+void append_turn_on(Estimate& estimate, const LevelFit& levels) {
+  const double own = levels.turn_on_variance, noise = levels.noise_variance, total = own + noise,
+               freedom = levels.total_freedom;
+  const double infinity = std::numeric_limits<double>::infinity();
+  if (!(own > 0.0)) {
+    const double limit = interval_of_excess_sd(total, freedom, 0.0, infinity, 0.9).upper;
+    estimate.findings.push_back({Finding::Severity::info,
+                                 "not_significant",
+                                 {{"parameter", "turn_on_repeatability"}, {"limit", limit, "deg/h"}}});
+    return;
   }
-  if (levels.size() < powers + 2) return;
-  Matrix design(levels.size(), powers);
-  for (std::size_t r = 0; r < levels.size(); ++r)
-    for (std::size_t j = 0; j < powers; ++j) design(r, j) = std::pow(starts[r], static_cast<double>(j));
-  const auto fit = least_squares(design, levels, {}, {});
-  if (!fit.unobservable.empty()) return;
-  Estimate levels_of_runs;
-  for (std::size_t j = 0; j < powers; ++j) {
-    const auto term = std::ranges::find(terms, fmt::format("bias_{}", j), &Term::name);
-    levels_of_runs.parameters.push_back({term->name, term->symbol, Unit::parse(term->unit), fit.parameters[j],
-                                         term->description, fit.degrees_of_freedom});
+  append_sd(estimate,
+            {"turn_on_repeatability", "s_on", Unit::parse("deg/h"), std::sqrt(own),
+             "standard deviation of a run's level about the polynomial in the start temperature", freedom},
+            scatter_source, total * total / (2.0 * freedom * own),
+            interval_of_excess_sd(total, freedom, noise, infinity));
+}
+
+/// Coefficients and, where there is one, the polynomial of the levels, whose errors share those of the coefficients.
+std::vector<ErrorLine> lines_of(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer) {
+  const LevelFit& levels = answer.levels;
+  const std::size_t q = answer.columns.size(), p = levels.bias.size();
+  Matrix noise(q + p, q + p), scatter(q + p, q + p);
+  set_block(noise, 0, 0, answer.fit.covariance);
+  if (p > 0) {
+    const Matrix between = levels.of_coefficients * answer.fit.covariance;
+    set_block(noise, q, 0, between);
+    set_block(noise, 0, q, transposed(between));
+    set_block(noise, q, q, levels.noise);
+    set_block(scatter, q, q, levels.scatter);
   }
-  settle(levels_of_runs, {from_covariance(noise_source, fit.covariance)});
-  append(estimate, levels_of_runs);
-  append_parameter(
-      estimate,
-      {"turn_on_repeatability", "s_on", Unit::parse("deg/h"), fit.sigma,
-       "standard deviation of a run's level about the polynomial in the start temperature", fit.degrees_of_freedom},
-      noise_source, std::pow(uncertainty_of_sd(fit.sigma, fit.degrees_of_freedom), 2));
+  std::vector<ErrorLine> lines{from_covariance(noise_source, noise)};
+  if (p > 0) lines.push_back(from_covariance(scatter_source, scatter));
+  const Settings& settings = evidence.plan.settings;
+  if (settings.number("sensor_lag_sd") > 0.0) {
+    const auto shift =
+        shift_by_lag(evidence, terms, answer, settings.number("sensor_lag") + settings.number("sensor_lag_sd"));
+    lines.push_back(from_shifts("temperature sensor lag", as_column(shift)));
+  }
+  return lines;
 }
 
 }  // namespace
 
 Estimate describe(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer) {
-  const Settings& settings = evidence.plan.settings;
   Estimate estimate;
   estimate.method = "fog_thermal_bias";
-  const auto& columns = answer.candidates[answer.chosen].columns;
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    const Term& term = terms[columns[k]];
-    estimate.parameters.push_back({term.name, term.symbol, Unit::parse(term.unit), answer.fit.parameters[k],
-                                   term.description, answer.degrees_of_freedom[k]});
-  }
-  std::vector<ErrorLine> lines{from_covariance(noise_source, answer.fit.covariance)};
-  if (settings.number("sensor_lag_sd") > 0.0) {
-    const auto shift =
-        shift_by_lag(evidence, terms, answer, settings.number("sensor_lag") + settings.number("sensor_lag_sd"));
-    Matrix shifts(shift.size(), 1);
-    shifts.values = shift;
-    lines.push_back(from_shifts("temperature sensor lag", std::move(shifts)));
-  }
-  settle(estimate, lines);
+  const auto add = [&](const Term& term, double value, double freedom) {
+    estimate.parameters.push_back({term.name, term.symbol, Unit::parse(term.unit), value, term.description, freedom});
+  };
+  for (std::size_t k = 0; k < answer.columns.size(); ++k)
+    add(terms[answer.columns[k]], answer.fit.parameters[k], answer.degrees_of_freedom[k]);
+  for (std::size_t j = 0; j < answer.levels.bias.size(); ++j)
+    add(*std::ranges::find(terms, fmt::format("bias_{}", j), &Term::name), answer.levels.bias[j],
+        answer.levels.degrees_of_freedom[j]);
+  settle(estimate, lines_of(evidence, terms, answer));
   append_scores(estimate, answer);
-  append_levels(estimate, answer, settings, terms);
+  if (!answer.levels.bias.empty()) append_turn_on(estimate, answer.levels);
   double averages = 0.0;
   for (const auto& run : answer.runs)
     if (!run.held_out) averages += residual_of(run, {}, {}).count;

@@ -62,9 +62,16 @@ std::vector<FindingValue> orders(const Candidate& candidate) {
   return {{"temperature", candidate.temperature}, {"gradient", candidate.gradient}, {"rate", candidate.rate}};
 }
 
-void add_orders(Findings& findings, const std::vector<Candidate>& candidates, std::size_t chosen) {
-  if (candidates.size() > 1)
-    findings.push_back({Severity::info, "orders_chosen", orders(candidates[chosen]), "models"});
+void add_orders(Findings& findings, const Answer& answer) {
+  const auto& candidates = answer.candidates;
+  if (candidates.size() > 1) {
+    const Candidate& largest = candidates[answer.largest];
+    auto values = orders(candidates[answer.chosen]);
+    values.emplace_back("largest_temperature", largest.temperature);
+    values.emplace_back("largest_gradient", largest.gradient);
+    values.emplace_back("largest_rate", largest.rate);
+    findings.push_back({Severity::info, "orders_chosen", std::move(values), "models"});
+  }
   for (const Candidate& candidate : candidates) {
     if (candidate.unobservable.empty()) continue;
     auto values = orders(candidate);
@@ -84,6 +91,45 @@ void add_not_used(Findings& findings, const std::vector<RunData>& runs, const st
                       {},
                       "two_stage",
                       {not_used.size(), fmt::format("run {}", numbers[not_used.front()]), {}}});
+}
+
+/// What the columns beside the model show, where noise does not give it.
+void add_misfit(Findings& findings, const Misfit& misfit) {
+  constexpr double significant = 1e-4, least_share = 0.2;  // a small part may make good what another lacks
+  for (const auto& part : misfit.parts) {
+    if (part.p_value > significant || part.sd < least_share * misfit.sd) continue;
+    const bool hysteresis = part.departure == Departure::hysteresis;
+    // Rising and falling lie on both sides of their mean.
+    findings.push_back({Severity::warning,
+                        hysteresis ? "hysteresis" : "drift_lags_temperature",
+                        {{"size", hysteresis ? 2.0 * part.sd : part.sd, "deg/h"}, {"misfit", misfit.sd, "deg/h"}},
+                        "fit"});
+  }
+}
+
+/// Root mean square of a residual over runs.
+double pooled_sd(const std::vector<RunData>& runs, bool held_out, const std::vector<std::size_t>& columns,
+                 const std::vector<double>& parameters) {
+  double squares = 0.0, count = 0.0;
+  for (const auto& run : runs) {
+    if (run.held_out != held_out) continue;
+    const Residual residual = residual_of(run, columns, parameters);
+    squares += residual.squares;
+    count += std::max(0.0, residual.count - 1.0);
+  }
+  return count > 0.0 ? std::sqrt(squares / count) : std::nan("");
+}
+
+/// Runs that were not fitted, or each predicted from the others, are worse after the compensation than before.
+void add_held_out(Findings& findings, const Answer& answer) {
+  constexpr double worse = 1.1;  // coefficients that noise determines badly add a few per cent
+  const auto add = [&](const char* code, double before, double after) {
+    if (after > worse * before)
+      findings.push_back({Severity::warning, code, {{"before", before, "deg/h"}, {"after", after, "deg/h"}}, "runs"});
+  };
+  add("held_out_runs_worse", pooled_sd(answer.runs, true, {}, {}),
+      pooled_sd(answer.runs, true, answer.columns, answer.fit.parameters));
+  add("predicted_runs_worse", pooled_sd(answer.runs, false, {}, {}), answer.candidates[answer.chosen].sd_held_out);
 }
 
 }  // namespace
@@ -118,7 +164,7 @@ Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen,
   return table;
 }
 
-Table runs_table(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit) {
+Table runs_table(const std::vector<RunData>& runs, const std::vector<std::size_t>& columns, const LinearFit& fit) {
   const Unit one, celsius = Unit::parse("degC");
   Table table{"runs",
               "each power-up: sd of its averages before and after compensation",
@@ -129,14 +175,15 @@ Table runs_table(const std::vector<RunData>& runs, const Candidate& chosen, cons
                {"sd raw", rate_unit()},
                {"sd compensated", rate_unit()},
                {"ratio", one},
-               {"used", one}},
+               {"used", one},
+               {"file", one}},
               {}};
   for (const auto& run : runs) {
-    const Residual raw = residual_of(run, {}, {}), compensated = residual_of(run, chosen.columns, fit.parameters);
+    const Residual raw = residual_of(run, {}, {}), compensated = residual_of(run, columns, fit.parameters);
     const double before = std::sqrt(raw.squares / std::max(1.0, raw.count - 1.0)),
                  after = std::sqrt(compensated.squares / std::max(1.0, compensated.count - 1.0));
     table.rows.push_back({static_cast<double>(run.number), run.label, run.start_temperature, run.start_output, before,
-                          after, after / before, std::string(run.held_out ? "held out" : "fitted")});
+                          after, after / before, std::string(run.held_out ? "held out" : "fitted"), run.file});
   }
   return table;
 }
@@ -155,7 +202,8 @@ Table noise_table(const NoiseModel& noise) {
   return table;
 }
 
-std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candidate& chosen, const LinearFit& fit) {
+std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const std::vector<std::size_t>& columns,
+                                   const LinearFit& fit) {
   const Unit hours = Unit::parse("h");
   Curve before{"before compensation",
                "residual",
@@ -173,8 +221,7 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candi
     for (std::size_t k = 0; k < run.time.size(); ++k) {
       if (run.share[k] <= 0.0) continue;
       double drift = 0.0;
-      for (std::size_t c = 0; c < chosen.columns.size(); ++c)
-        drift += fit.parameters[c] * run.regressors(k, chosen.columns[c]);
+      for (std::size_t c = 0; c < columns.size(); ++c) drift += fit.parameters[c] * run.regressors(k, columns[c]);
       before.x.values.push_back(offset + run.time[k]);
       before.y.values.push_back(run.output[k] - run.start_output);
       after.y.values.push_back(run.output[k] - run.start_output - drift);
@@ -188,7 +235,7 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const Candi
 Findings findings_of(const Answer& answer, const Settings& settings) {
   Findings findings;
   const LinearFit& fit = answer.fit;
-  add_orders(findings, answer.candidates, answer.chosen);
+  add_orders(findings, answer);
   add_collinearity(findings, answer.runs, answer.candidates.back());
   if (fit.condition > 30.0)
     findings.push_back({fit.condition > 1e3 ? Severity::warning : Severity::info,
@@ -198,6 +245,8 @@ Findings findings_of(const Answer& answer, const Settings& settings) {
   const double misfit = fit.degrees_of_freedom > 0 ? fit.chi_square / fit.degrees_of_freedom : 1.0;
   if (misfit > 1.3)
     findings.push_back({Severity::warning, "misfit_widens_uncertainties", {{"reduced_chi_square", misfit}}, "fit"});
+  add_misfit(findings, answer.misfit);
+  add_held_out(findings, answer);
   add_not_used(findings, answer.runs, answer.not_used);
   if (settings.word("form") == "raw") findings.push_back({Severity::warning, "raw_powers_of_temperature", {}, "form"});
   if (!std::isfinite(answer.noise.angle_random_walk))

@@ -37,6 +37,17 @@ Matrix triangle_of(const Matrix& m) {
   return triangle;
 }
 
+/// From the first row of R of [1 | columns | y].
+RunLevel level_of(const Matrix& triangle) {
+  const double root = triangle(0, 0);
+  RunLevel level;
+  level.variance = 1.0 / (root * root);
+  for (std::size_t c = 1; c < triangle.columns; ++c) level.regressors.push_back(triangle(0, c) / root);
+  level.output = level.regressors.back();
+  level.regressors.pop_back();
+  return level;
+}
+
 double longest_of(const std::vector<RunData>& runs, double interval) {
   std::size_t longest = 1;
   for (const auto& run : runs) longest = std::max(longest, run.time.size());
@@ -68,12 +79,14 @@ Factors factorise(const std::vector<RunData>& runs, const std::vector<std::size_
   const Whitening whiten(noise, interval, longest_of(runs, interval));
   Factors out;
   out.triangles.resize(fitted.size());
+  out.levels.resize(fitted.size());
   std::vector<double> determinants(fitted.size());
   parallel_for(fitted.size(), [&](std::size_t r) {
     Matrix white = block_of(*fitted[r], columns);
     determinants[r] = whiten(white, fitted[r]->share);
     const Matrix triangle = triangle_of(white);
     if (triangle(0, 0) != 0.0) determinants[r] += 2.0 * std::log(std::abs(triangle(0, 0)));
+    out.levels[r] = level_of(triangle);
     out.triangles[r] = block(triangle, 1, triangle.rows - 1, 1, triangle.columns - 1);
   });
   for (std::size_t r = 0; r < fitted.size(); ++r) {
@@ -359,36 +372,7 @@ void score(Candidate& candidate, const Factors& factors, const std::vector<std::
     outside.count += std::max(0.0, out.count - 1.0);
   }
   candidate.sd = std::sqrt(inside.squares / outside.count);
-  candidate.sd_held_out = std::sqrt(outside.squares / outside.count);
-}
-
-std::size_t choose(const std::vector<Candidate>& candidates) {
-  std::size_t best = candidates.size();
-  for (std::size_t c = 0; c < candidates.size(); ++c)
-    if (candidates[c].unobservable.empty() && std::isfinite(candidates[c].sd_held_out) &&
-        (best == candidates.size() || candidates[c].sd_held_out < candidates[best].sd_held_out))
-      best = c;
-  if (best == candidates.size())
-    throw Error(
-        Error::Kind::bad_data,
-        "the recordings do not determine any of the models; they do not show " + candidates.front().unobservable +
-            ". Add runs that cross the temperature range in both directions, at two ramp rates, with dwells, from "
-            "at least as many start temperatures as the polynomial has terms");
-  std::size_t chosen = best;
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    if (!candidates[c].unobservable.empty() || candidates[c].columns.size() >= candidates[chosen].columns.size())
-      continue;
-    double sum = 0.0, squares = 0.0;
-    const auto& a = candidates[c].held_out_squares;
-    const auto& b = candidates[best].held_out_squares;
-    const double n = static_cast<double>(a.size());
-    for (std::size_t r = 0; r < a.size(); ++r) {
-      sum += a[r] - b[r];
-      squares += (a[r] - b[r]) * (a[r] - b[r]);
-    }
-    if (n > 1.0 && sum <= std::sqrt(std::max(0.0, squares - sum * sum / n) * n / (n - 1.0))) chosen = c;
-  }
-  return chosen;
+  candidate.sd_held_out = fitted > 1 ? std::sqrt(outside.squares / outside.count) : std::nan("");
 }
 
 }  // namespace tumble::fog_thermal_bias

@@ -16,17 +16,26 @@ struct Candidate {
 
   // filled by score()
   double sd = 0.0;                       ///< of the compensated averages about their run means, in sample [rad/s]
-  double sd_held_out = 0.0;              ///< with every run predicted from the others [rad/s]
+  double sd_held_out = 0.0;              ///< with every run predicted from the others [rad/s]; NaN: one run
   std::vector<double> held_out_squares;  ///< sum of squares of each fitted run, predicted from the others
   double aicc = 0.0;
   double condition = 0.0;
   std::string unobservable;  ///< combination of parameters that the data do not show; empty: they show all
 };
 
+/// The level of a run at power-on, a linear function of the coefficients a: output - regressors' a. Its noise is
+/// independent of that of a fit of the triangles.
+struct RunLevel {
+  double output = 0.0;             ///< [rad/s]
+  std::vector<double> regressors;  ///< q
+  double variance = 0.0;           ///< by the noise [(rad/s)^2]; infinite: the run has no data
+};
+
 /// The whitened runs as small triangles: QR of [1 | columns | y] run by run (without the intercept's row, so that
 /// every run has its own free level): sufficient for a linear fit of any subset of the columns.
 struct Factors {
   std::vector<Matrix> triangles;  ///< one a fitted run, (q+1) x (q+1), last column y
+  std::vector<RunLevel> levels;   ///< one a fitted run
   double rows = 0.0;              ///< averages with data
   double runs = 0.0;
   double log_determinant = 0.0;  ///< of the noise covariance, and of the eliminated intercepts
@@ -80,9 +89,14 @@ LinearFit two_stage(const Factors& factors, const std::vector<std::size_t>& colu
 void score(Candidate& candidate, const Factors& factors, const std::vector<std::size_t>& factorised,
            const std::vector<RunData>& runs, const std::vector<std::string>& names);
 
-/// The candidate with the smallest held-out sd, or the simplest within one standard error of it.
+/// The candidate with the smallest AICc among those that the data determine.
 /// Throws Error::bad_data when the data determine none.
 std::size_t choose(const std::vector<Candidate>& candidates);
+
+/// The candidate that holds the terms of all candidates within 10 of the chosen one in AICc, or the largest of these:
+/// the covariance of the answer is that of its fit, so that the choice does not remove the uncertainty of what it sets
+/// to zero.
+std::size_t largest_supported(const std::vector<Candidate>& candidates, std::size_t chosen);
 
 /// Sum of squares about the run's mean of what remains after `columns` times `parameters`, and number of averages.
 struct Residual {

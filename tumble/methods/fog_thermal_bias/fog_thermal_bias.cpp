@@ -6,6 +6,7 @@
 #include "tumble/methods/fog_thermal_bias/describe.hpp"
 #include "tumble/methods/fog_thermal_bias/findings.hpp"
 #include "tumble/methods/fog_thermal_bias/range.hpp"
+#include "tumble/methods/fog_thermal_bias/stuck_sensors.hpp"
 #include "tumble/methods/fog_thermal_bias/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -33,7 +34,7 @@ std::vector<Option> options() {
           .otherwise("joint")
           .says("one fit of all runs, or the source's fit of each run and then of the coefficients over start "
                 "temperature"),
-      word("order", {"auto", "1", "2", "3", "4"}).otherwise("auto").says("highest power of T; auto: by held-out runs"),
+      word("order", {"auto", "1", "2", "3", "4"}).otherwise("auto").says("highest power of T; auto: by AICc"),
       word("gradient_order", {"auto", "0", "1", "2"}).otherwise("auto").says("highest power of the gradient"),
       word("rate_order", {"auto", "0", "1", "2"}).otherwise("auto").says("highest power of dT/dt"),
       word("form", {"from_start", "raw"})
@@ -98,10 +99,11 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Answer answer = solve(evidence, terms, settings.number("sensor_lag"), progress);
   Estimate estimate = describe(evidence, terms, answer);
   estimate.tables = {models_table(answer.candidates, answer.chosen, estimate),
-                     runs_table(answer.runs, answer.candidates[answer.chosen], answer.fit), noise_table(answer.noise),
-                     calibrated_range(answer.runs)};
-  estimate.curves = residual_curves(answer.runs, answer.candidates[answer.chosen], answer.fit);
-  estimate.findings = findings_of(answer, settings);
+                     runs_table(answer.runs, answer.columns, answer.fit), noise_table(answer.noise),
+                     misfit_table(answer.misfit), calibrated_range(answer.runs)};
+  estimate.curves = residual_curves(answer.runs, answer.columns, answer.fit);
+  for (const Findings& findings : {findings_of(answer, settings), stuck_sensors(evidence)})
+    estimate.findings.insert(estimate.findings.begin(), findings.begin(), findings.end());
   report(progress, 1.0, "done");
   return estimate;
 }
@@ -126,6 +128,7 @@ extern const Method fog_thermal_bias{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::fog_thermal_bias

@@ -83,7 +83,7 @@ TEST(FogThermalBiasCoverage, TwoStageIntervalsHoldTheTruth) {
   EXPECT_NEAR(inside / static_cast<double>(all), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 60.0));
 }
 
-TEST(FogThermalBias, ChoosesTheTrueOrdersOnHeldOutRuns) {
+TEST(FogThermalBias, ChoosesTheTrueOrdersByAicc) {
   Trial trial = method().trial(3);
   for (const char* name : {"order", "gradient_order", "rate_order"})
     trial.evidence.plan.settings.set_word(name, "auto");

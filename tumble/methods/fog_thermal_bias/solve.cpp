@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::fog_thermal_bias {
@@ -140,20 +141,79 @@ std::vector<std::size_t> union_of(const std::vector<Candidate>& candidates) {
   return all;
 }
 
-LinearFit fit_chosen(Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
-                     const Settings& settings, const std::vector<Term>& terms) {
+std::vector<double> start_differences(const std::vector<RunData>& runs, const Settings& settings) {
+  std::vector<double> starts;
+  for (const auto& run : runs)
+    if (!run.held_out) starts.push_back(run.start_temperature - settings.number("start_temperature_reference"));
+  return starts;
+}
+
+LinearFit fit_columns(const std::vector<std::size_t>& columns, Answer& answer, const Factors& factors,
+                      const std::vector<std::size_t>& factorised, const Settings& settings,
+                      const std::vector<std::string>& term_names) {
   std::vector<std::size_t> positions;
   std::vector<std::string> names;
-  for (const auto column : answer.candidates[answer.chosen].columns) {
+  for (const auto column : columns) {
     positions.push_back(static_cast<std::size_t>(std::ranges::find(factorised, column) - factorised.begin()));
-    names.push_back(terms[column].name);
+    names.push_back(term_names[column]);
   }
   if (settings.word("estimator") == "joint") return joint(factors, positions, names);
-  std::vector<double> starts;
-  for (const auto& run : answer.runs)
-    if (!run.held_out) starts.push_back(run.start_temperature - settings.number("start_temperature_reference"));
+  answer.not_used.clear();
   return two_stage(factors, positions, static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1,
-                   starts, answer.not_used);
+                   start_differences(answer.runs, settings), answer.not_used);
+}
+
+/// Parameters of the columns `from` in the order of `to`, zero where `from` lacks one.
+std::vector<double> placed(const std::vector<double>& parameters, const std::vector<std::size_t>& from,
+                           const std::vector<std::size_t>& to) {
+  std::vector<double> out(to.size(), 0.0);
+  for (std::size_t k = 0; k < from.size(); ++k)
+    out[static_cast<std::size_t>(std::ranges::find(to, from[k]) - to.begin())] = parameters[k];
+  return out;
+}
+
+/// Values by the chosen candidate, covariance by the largest. Two stages fit the chosen one alone: the runs that
+/// determine it by themselves may not determine the largest.
+void fit_answer(Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
+                const Settings& settings, const std::vector<std::string>& names) {
+  if (settings.word("estimator") == "two_stage") answer.largest = answer.chosen;
+  const auto& chosen = answer.candidates[answer.chosen].columns;
+  answer.columns = answer.candidates[answer.largest].columns;
+  const LinearFit fit = fit_columns(chosen, answer, factors, factorised, settings, names);
+  answer.fit =
+      answer.largest == answer.chosen ? fit : fit_columns(answer.columns, answer, factors, factorised, settings, names);
+  answer.fit.parameters = placed(fit.parameters, chosen, answer.columns);
+  answer.fit.chi_square = fit.chi_square;
+  answer.fit.degrees_of_freedom = fit.degrees_of_freedom;
+}
+
+/// Levels of the runs that have data, with the start temperatures of these. Given: factors of answer.columns alone or
+/// among others, whose places are `positions`.
+LevelFit levels_of(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
+                   const Settings& settings, double known_turn_on = -1.0) {
+  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
+  const auto starts = start_differences(answer.runs, settings);
+  std::vector<RunLevel> levels;
+  std::vector<double> start_of_level;
+  for (std::size_t r = 0; r < factors.levels.size(); ++r) {
+    if (!std::isfinite(factors.levels[r].variance)) continue;
+    RunLevel level{factors.levels[r].output, {}, factors.levels[r].variance};
+    for (const auto column : answer.columns)
+      level.regressors.push_back(
+          factors.levels[r]
+              .regressors[static_cast<std::size_t>(std::ranges::find(factorised, column) - factorised.begin())]);
+    levels.push_back(std::move(level));
+    start_of_level.push_back(starts[r]);
+  }
+  if (levels.size() < powers + 2) return {};
+  return fit_levels(levels, answer.fit.parameters, answer.fit.covariance, start_of_level, powers, answer.fit.inflation,
+                    known_turn_on);
+}
+
+bool shows_gradient(const std::vector<RunData>& runs) {
+  return std::ranges::any_of(runs, [](const RunData& run) {
+    return std::ranges::any_of(run.felt, [](const Felt& f) { return f.temperature_gradient != 0.0; });
+  });
 }
 
 }  // namespace
@@ -165,11 +225,11 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   answer.runs = run_data(evidence, terms, lag, interval);
   refuse_too_few(answer.runs, settings);
   report(progress, 0.3, "fitting the noise");
-  const bool gradient_seen = std::ranges::any_of(answer.runs, [](const RunData& run) {
-    return std::ranges::any_of(run.felt, [](const Felt& f) { return f.temperature_gradient != 0.0; });
-  });
-  answer.candidates = candidates_of(settings, terms, gradient_seen);
-  const auto factorised = union_of(answer.candidates);
+  answer.candidates = candidates_of(settings, terms, shows_gradient(answer.runs));
+  const auto model = union_of(answer.candidates);
+  const auto departures = determined_departures(answer.runs, model, terms.size());
+  auto factorised = model;
+  factorised.insert(factorised.end(), departures.begin(), departures.end());
   // The noise is slow: a few thousand averages determine it as well as all, and its terms hold at any interval.
   const double coarse = interval * std::ceil(averages_in(answer.runs) / 5000.0);
   const auto coarse_runs = coarse > interval ? run_data(evidence, terms, lag, coarse) : std::vector<RunData>{};
@@ -178,15 +238,20 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   const auto most_likely = likelihood.most_likely();
   answer.noise = likelihood.noise(most_likely);
   const Factors factors = factorise(answer.runs, factorised, answer.noise, interval);
-  report(progress, 0.7, "choosing the orders on held-out runs");
+  report(progress, 0.7, "choosing the orders");
   const auto names = names_of(terms);
   for (auto& candidate : answer.candidates) score(candidate, factors, factorised, answer.runs, names);
   answer.chosen = choose(answer.candidates);
-  answer.fit = fit_chosen(answer, factors, factorised, settings, terms);
-  const auto& columns = answer.candidates[answer.chosen].columns;
+  answer.largest = largest_supported(answer.candidates, answer.chosen);
+  fit_answer(answer, factors, factorised, settings, names);
+  answer.misfit =
+      misfit_of(factors, factorised, answer.runs, answer.columns, answer.fit.parameters, departures, terms.size());
+  answer.levels = levels_of(answer, factors, factorised, settings);
+  const auto& columns = answer.columns;
   answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {
     Answer other = answer;
-    const auto fit = fit_chosen(other, factorise(answer.runs, columns, noise, interval), columns, settings, terms);
+    const auto fit =
+        fit_columns(columns, other, factorise(answer.runs, columns, noise, interval), columns, settings, names);
     std::vector<double> variances(columns.size());
     for (std::size_t k = 0; k < columns.size(); ++k) variances[k] = fit.covariance(k, k) / fit.inflation;
     return variances;
@@ -196,14 +261,19 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
 
 std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Term>& terms, const Answer& answer,
                                  double lag) {
-  const double interval = evidence.plan.settings.number("averaging");
+  const Settings& settings = evidence.plan.settings;
+  const double interval = settings.number("averaging");
   Answer other = answer;
   other.runs = run_data(evidence, terms, lag, interval);
-  const auto& columns = answer.candidates[answer.chosen].columns;
-  const Factors factors = factorise(other.runs, columns, answer.noise, interval);
-  const auto fit = fit_chosen(other, factors, columns, evidence.plan.settings, terms);
-  std::vector<double> shift(columns.size());
-  for (std::size_t k = 0; k < columns.size(); ++k) shift[k] = fit.parameters[k] - answer.fit.parameters[k];
+  const Factors factors = factorise(other.runs, answer.columns, answer.noise, interval);
+  const auto& chosen = answer.candidates[answer.chosen].columns;
+  const auto fit = fit_columns(chosen, other, factors, answer.columns, settings, names_of(terms));
+  other.fit.parameters = placed(fit.parameters, chosen, answer.columns);
+  std::vector<double> shift = difference(other.fit.parameters, answer.fit.parameters);
+  if (answer.levels.bias.empty()) return shift;
+  const LevelFit levels = levels_of(other, factors, answer.columns, settings, answer.levels.turn_on_variance);
+  for (std::size_t j = 0; j < answer.levels.bias.size(); ++j)
+    shift.push_back(levels.bias.empty() ? 0.0 : levels.bias[j] - answer.levels.bias[j]);
   return shift;
 }
 

@@ -10,4 +10,8 @@ namespace tumble::fog_thermal_bias {
 /// two rates, dwells and a reversal; second order in T, first in gradient and rate, linear in the start temperature.
 Trial trial(std::uint64_t seed);
 
+/// Another gyro: third order, all signs reversed, a start-up transient, more and other noise, coarser and slower
+/// sensors whose gradient has the other sign, another reference, 14 runs in no order with lost samples.
+Trial second_trial(std::uint64_t seed);
+
 }  // namespace tumble::fog_thermal_bias

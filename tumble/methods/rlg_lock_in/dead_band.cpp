@@ -9,6 +9,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/models/lock_in.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::rlg_lock_in {
@@ -91,8 +92,19 @@ void start_values(const Sweep& sweep, bool locked, DeadBand& band) {
   band.lock_in_rate = std::sqrt(square);
 }
 
+/// Share of W_L within which the mean beat is not (4.23): as stated, or four times the width over which white noise of
+/// the variance found [rad^2/s] rounds the edge.
+double margin_of(const DeadBandOptions& options, const DeadBand& band) {
+  constexpr double widths = 4.0, most = 0.5;
+  if (!(band.lock_in_rate > 0.0)) return options.margin;
+  const double diffusion = pi * band.scale_factor * band.fit.white_variance;
+  const double width = std::cbrt(band.lock_in_rate * diffusion * diffusion);
+  return std::max(options.margin, std::min(most, widths * width / band.lock_in_rate));
+}
+
 /// Which points lie outside, by the nominal rate.
 void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, DeadBand& band) {
+  const double margin = margin_of(options, band);
   band.used.assign(sweep.points.size(), false);
   band.why_not.assign(sweep.points.size(), "");
   band.rows.clear();
@@ -101,9 +113,9 @@ void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, Dea
     const double off = std::abs(point.rate + band.bias) - band.lock_in_rate;
     if (locked && point.dithered)
       band.why_not[i] = "dithered";
-    else if (locked && off < -options.margin * band.lock_in_rate)
+    else if (locked && off < -margin * band.lock_in_rate)
       band.why_not[i] = "in the dead band";
-    else if (locked && off < options.margin * band.lock_in_rate)
+    else if (locked && off < margin * band.lock_in_rate)
       band.why_not[i] = "at the edge";
     else if (locked && point.spread > 0.02 * off)
       band.why_not[i] = "rate not constant";
@@ -111,6 +123,13 @@ void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, Dea
       band.used[i] = true;
     if (band.used[i]) band.rows.push_back(i);
   }
+}
+
+/// Variance of the fitted rate by white noise of the input over that of the input's own mean: 1 + W_L^2/(2 W^2). The
+/// phase moves unevenly near the edge, most of the time where W_L sin(psi) almost stops it, and noise acts there.
+double noise_gain(const DeadBand& band, double rate) {
+  const double share = band.lock_in_rate / (rate + band.bias);
+  return 1.0 + 0.5 * share * share;
 }
 
 /// The rate by (4.23), linear about the values in `band`: columns 1/K, b, W_L. It is homogeneous of first order in
@@ -130,7 +149,7 @@ MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool lo
     data.design(k, 1) = -1.0;
     if (locked) data.design(k, 2) = std::copysign(band.lock_in_rate / root, f);
     data.observations.push_back(point.rate);
-    data.weights.push_back(point.duration);
+    data.weights.push_back(point.duration / noise_gain(band, point.rate));
     data.segment.push_back(k);
     // a difference of two counter readings: 1/6 count^2
     counts.column[k] = std::abs(slope) * std::sqrt(pulses::rounding_variance(g, options.edges * point.duration));
@@ -190,6 +209,7 @@ DeadBand predict_dead_band(const Sweep& sweep, const DeadBandOptions& options, d
   band.scale_factor = scale_factor;
   band.bias = bias;
   band.lock_in_rate = locked ? lock_in_rate : 0.0;
+  band.fit.white_variance = random_walk * random_walk;
   choose(sweep, options, locked, band);
   refuse_too_few(sweep, band.rows, locked, bias);
   std::vector<double> beats;

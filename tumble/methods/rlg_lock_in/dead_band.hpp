@@ -9,7 +9,7 @@
 namespace tumble::rlg_lock_in {
 
 struct DeadBandOptions {
-  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are not used
+  double margin = 0.05;  ///< of W_L: rates nearer to an edge of the dead band are not used; more where noise is large
   int edges = 1;         ///< counts a fringe
 };
 
@@ -29,8 +29,12 @@ struct DeadBand {
 ///
 ///   w = sign(f) sqrt((f/K)^2 + W_L^2) - b                                                            from (4.23)
 ///
-/// is the rate at which the gyro beats at f. The residuals are those of the rate: noise of the rate weighs alike at
-/// every point, and that of the count less and less toward the dead band, where the beat no longer shows the rate.
+/// is the rate at which the gyro beats at f. The residuals are those of the rate. White noise of density N^2 gives the
+/// mean over T the variance
+///
+///   N^2/T (1 + W_L^2/(2 (w + b)^2))                                                                      (4.33)
+///
+/// which is up to half as much again at the edge; noise of the count enters less and less toward the dead band.
 /// A point counts as outside by its nominal rate, |w + b| > (1 + margin) W_L: were it chosen by its beat, those pushed
 /// out by noise would stay and those pushed in would not.
 ///

@@ -54,12 +54,15 @@ Centred centred(const std::vector<UnitTerm>& terms, const std::vector<double>& s
 
 }  // namespace
 
+constexpr double least_measured = 0.9;  ///< of the samples of an average
+
 AverageScatter scatter_of_averages(std::span<const double> values, std::size_t size) {
   std::vector<double> averages;
   for (std::size_t first = 0; size > 0 && first + size <= values.size(); first += size) {
-    double sum = 0.0;
-    for (const double value : values.subspan(first, size)) sum += value;
-    if (!std::isnan(sum)) averages.push_back(sum / static_cast<double>(size));
+    double sum = 0.0, count = 0.0;
+    for (const double value : values.subspan(first, size))
+      if (!std::isnan(value)) sum += value, count += 1.0;
+    if (count >= least_measured * static_cast<double>(size)) averages.push_back(sum / count);
   }
   AverageScatter scatter{averages.size(), 0.0};
   if (averages.size() < 2) return scatter;

@@ -14,7 +14,8 @@ struct AverageScatter {
   double variance = 0.0;     ///< s^2 [u^2]
 };
 
-/// Averages over `size` samples each, one after the other; those with a missing sample are skipped.
+/// Averages over `size` samples each, one after the other, of the samples that were measured; those of which a tenth or
+/// more is missing are skipped.
 /// Given: values [u]; size [samples].
 AverageScatter scatter_of_averages(std::span<const double> values, std::size_t size);
 

@@ -6,14 +6,14 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
-#include "tumble/math/noise_model.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
-#include "tumble/math/stability/allan.hpp"
-#include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/methods/static_bias/compensate.hpp"
+#include "tumble/methods/static_bias/power_on.hpp"
+#include "tumble/methods/static_bias/trial.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/units/error.hpp"
@@ -26,8 +26,7 @@ using Severity = Finding::Severity;
 constexpr double shorter_time = 10.0;  ///< [s]
 constexpr std::size_t ratio = 10;      ///< of the longer averages to the shorter
 
-const std::vector<UnitTerm> terms{
-    {NoiseTerm::quantization}, {NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
+const std::vector<UnitTerm> terms{{NoiseTerm::white}, {NoiseTerm::flicker}, {NoiseTerm::random_walk}};
 
 std::vector<Role> roles() {
   return {{"signal", "", false, "angular rate or specific force at rest; absent: the only such channel"}};
@@ -50,9 +49,7 @@ struct RunBias {
   std::size_t samples = 0;
   double mean = 0.0;
   AverageScatter shorter, longer;
-  std::vector<double> squared;  ///< of the noise terms [u^2]
-  Matrix covariance;            ///< of `squared`
-  Fit fit;
+  Blocks blocks;
 };
 
 double mean_of(std::span<const double> values) {
@@ -64,19 +61,6 @@ double mean_of(std::span<const double> values) {
     ++count;
   }
   return origin + sum / count;
-}
-
-void fit_noise(const EvenSignal& signal, RunBias& run) {
-  std::vector<AllanObservation> observations;
-  for (const auto& point : overlapping_allan(signal.values, signal.rate, {}))
-    observations.push_back({point.factor, point.deviation * point.deviation, point.count});
-  AllanFitOptions how;
-  how.select = false;
-  const auto used = thinned(observations);
-  const AllanFit fit = fit_allan(used, signal.values.size(), how);
-  run.squared = fit.squared;
-  run.covariance = fit.covariance;
-  run.fit = {used.size(), fit.degrees_of_freedom, fit.chi_square, fit.condition};
 }
 
 RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
@@ -93,10 +77,10 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
     run.rate = signal.rate;
     run.samples = signal.values.size();
     run.mean = mean_of(signal.values);
+    run.blocks = blocks_of(signal.values, signal.rate);
     const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * signal.rate)));
     run.shorter = scatter_of_averages(signal.values, size);
     run.longer = scatter_of_averages(signal.values, size * ratio);
-    fit_noise(signal, run);
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_data) throw;
     run.failure = error.what();
@@ -104,40 +88,39 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
   return run;
 }
 
-/// The noise of all runs together: each weighs as long as it lasts.
-struct Pooled {
-  std::vector<double> squared;
-  Matrix covariance;
+/// Variance of the means of the runs about the constants at power-on, on average over the runs and over what their
+/// noise may be.
+struct WithinRuns {
+  double variance = 0.0;                          ///< [u^2]
+  double freedom = 0.0;                           ///< of it (Satterthwaite: 2 v^2/Var v)
+  double half_width = 0.0;                        ///< [u] 95 % interval of the mean of the first run
+  double white = 0.0, flicker = 0.0, walk = 0.0;  ///< N^2 [u^2 s], B^2 [u^2], K^2 [u^2/s] on average
 };
 
-Pooled pooled(const std::vector<RunBias>& runs) {
-  double samples = 0.0;
-  for (const auto& run : runs) samples += static_cast<double>(run.samples);
-  Pooled all{std::vector<double>(terms.size(), 0.0), Matrix(terms.size(), terms.size())};
+WithinRuns within_runs(const std::vector<RunBias>& runs) {
+  std::vector<Blocks> blocks;
+  double freedom = 0.0;
   for (const auto& run : runs) {
-    const double weight = static_cast<double>(run.samples) / samples;
-    for (std::size_t t = 0; t < terms.size(); ++t) all.squared[t] += weight * run.squared[t];
-    for (std::size_t i = 0; i < all.covariance.values.size(); ++i)
-      all.covariance.values[i] += weight * weight * run.covariance.values[i];
+    blocks.push_back(run.blocks);
+    freedom += static_cast<double>(run.blocks.means.size()) - 1.0;
   }
-  return all;
-}
-
-/// A variance with the degrees of freedom of its estimate (Satterthwaite: 2 v^2/Var v).
-struct Variance {
-  double value = 0.0, edf = 0.0;
-};
-
-/// Variance of the mean of a run about the constant at power-on.
-Variance within_run(const Pooled& noise, std::size_t samples) {
-  std::vector<double> gain;
-  for (const auto& term : terms) gain.push_back(mean_variance(term, samples));
-  double value = 0.0, variance = 0.0;
-  for (std::size_t i = 0; i < gain.size(); ++i) {
-    value += gain[i] * noise.squared[i];
-    for (std::size_t j = 0; j < gain.size(); ++j) variance += gain[i] * gain[j] * noise.covariance(i, j);
+  const auto hypotheses = noise_hypotheses(blocks);
+  WithinRuns out;
+  double mean = 0.0, squares = 0.0;
+  for (const auto& hypothesis : hypotheses) {
+    double of_means = 0.0;
+    for (const double variance : hypothesis.variances) of_means += variance / static_cast<double>(runs.size());
+    mean += hypothesis.weight * of_means;
+    squares += hypothesis.weight * of_means * of_means;
+    out.white += hypothesis.weight * hypothesis.white;
+    out.flicker += hypothesis.weight * hypothesis.flicker;
+    out.walk += hypothesis.weight * hypothesis.walk;
   }
-  return {value, std::max(1.0, 2.0 * value * value / variance)};
+  const double spread = std::max(squares - mean * mean, 2.0 * mean * mean / freedom);
+  out.variance = mean;
+  out.freedom = std::max(1.0, 2.0 * mean * mean / spread);
+  out.half_width = half_width(hypotheses, 0, freedom);
+  return out;
 }
 
 struct Builder {
@@ -149,17 +132,25 @@ struct Builder {
     estimate.parameters.push_back({name, symbol, unit, value, description, dof});
     variances.push_back(variance);
   }
+  /// A standard deviation: its interval is not symmetric.
+  void add_sd(const std::string& name, const std::string& symbol, double value, double dof, double variance,
+              const SdInterval& interval, const std::string& description) {
+    add(name, symbol, value, dof, variance, description);
+    estimate.parameters.back().lower = interval.lower;
+    estimate.parameters.back().upper = interval.upper;
+  }
   std::vector<double> variances;
   double scatter_covariance = 0.0;  ///< between the two from `scatter_at` on
   std::size_t scatter_at = 0;
 };
 
 /// sd of the 10 s and 100 s averages about the mean of their run, over all runs.
-void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder& builder) {
+void add_scatter(const std::vector<RunBias>& runs, const WithinRuns& noise, Builder& builder) {
   double sum[2]{}, weight[2]{}, variance[2]{}, covariance = 0.0;
   for (const auto& run : runs) {
     const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * run.rate)));
-    const auto expected = expected_scatter(terms, noise.squared, run.samples, size, ratio);
+    const auto expected = expected_scatter(terms, {noise.white * run.rate, noise.flicker, noise.walk / run.rate},
+                                           run.samples, size, ratio);
     const AverageScatter* scatter[2]{&run.shorter, &run.longer};
     const double each[2]{expected.shorter_variance, expected.longer_variance};
     double own[2]{};
@@ -185,32 +176,35 @@ void add_scatter(const std::vector<RunBias>& runs, const Pooled& noise, Builder&
     const double squared = sum[k] / weight[k], sd = std::sqrt(squared);
     const double of_squared = variance[k] / (weight[k] * weight[k]);
     gain[k] = 0.5 / sd / weight[k];
-    builder.add(names[k], k == 0 ? "s_10" : "s_100", sd,
-                root_interval_degrees_of_freedom(2.0 * squared * squared / of_squared, 1.0),
-                of_squared / (4.0 * squared),
-                fmt::format("standard deviation of averages over {} about their mean", say_seconds(seconds)));
+    const double freedom = std::max(1.0, 2.0 * squared * squared / of_squared);
+    builder.add_sd(names[k], k == 0 ? "s_10" : "s_100", sd, freedom, of_squared / (4.0 * squared),
+                   interval_of_sd(sd, freedom),
+                   fmt::format("standard deviation of averages over {} about their mean", say_seconds(seconds)));
   }
   builder.scatter_covariance = gain[0] * gain[1] * covariance;
 }
 
 /// Scatter of the bias between power-ups.
 ///
-/// Given     between, within   variance of the run means, and the part of it that the noise within runs explains [u^2]
-void add_repeatability(const std::vector<RunBias>& runs, double between, double within, Builder& builder) {
+/// Given     between  variance of the run means [u^2]
+///           within   the part of it that the noise within runs explains
+void add_repeatability(const std::vector<RunBias>& runs, double between, const WithinRuns& within, Builder& builder) {
   const double dof = static_cast<double>(runs.size()) - 1.0;
-  const double variance = between - within;
+  const double variance = between - within.variance;
   if (variance <= 0.0) {
-    const double limit = std::max(0.0, between * dof / chi_square_quantile(0.05, dof) - within);
+    // The noise within the runs may be less than it seems: the scatter of the means limits what is beyond it.
     builder.estimate.findings.push_back(
         {Severity::info,
          "not_significant",
-         {{"parameter", "turn_on_repeatability"}, {"limit", std::sqrt(limit), builder.unit}}});
+         {{"parameter", "turn_on_repeatability"},
+          {"limit", interval_of_sd(std::sqrt(between), dof, 0.9).upper, builder.unit}}});
     return;
   }
-  builder.add("turn_on_repeatability", "s_b", std::sqrt(variance),
-              root_interval_degrees_of_freedom(dof, variance / between),
-              2.0 * between * between / dof / (4.0 * variance),
-              "standard deviation of the bias from power-up to power-up; the noise within runs is subtracted");
+  const double of_between = 2.0 * between * between / dof,
+               of_within = 2.0 * within.variance * within.variance / within.freedom;
+  builder.add_sd("turn_on_repeatability", "s_b", std::sqrt(variance), dof, (of_between + of_within) / (4.0 * variance),
+                 interval_of_excess_sd(between, dof, within.variance, within.freedom),
+                 "standard deviation of the bias from power-up to power-up; the noise within runs is subtracted");
 }
 
 /// The Earth's rate [rad/s] or gravity [m/s^2] along the axis; with findings on the errors that the bias includes.
@@ -258,24 +252,20 @@ std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& stretches, cons
 }
 
 /// The bias with its variance: of a single run from its noise since power-on, of several from their scatter.
-void add_bias(const std::vector<RunBias>& runs, const Pooled& noise, double earth, Builder& builder) {
+void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double earth, Builder& builder) {
   const auto count = static_cast<double>(runs.size());
-  double mean = 0.0, within = 0.0, between = 0.0, edf = 0.0;
-  for (const auto& run : runs) {
-    mean += run.mean / count;
-    const Variance of_mean = within_run(noise, run.samples);
-    within += of_mean.value / count;
-    edf = of_mean.edf;
-  }
+  double mean = 0.0, between = 0.0;
+  for (const auto& run : runs) mean += run.mean / count;
   for (const auto& run : runs) between += (run.mean - mean) * (run.mean - mean) / std::max(1.0, count - 1.0);
-  const bool several = runs.size() > 1;
-  builder.add("bias", "b", mean - earth, several ? count - 1.0 : edf, several ? between / count : within,
-              several ? "mean of the power-ups" : "constant output at power-on");
-  if (several) {
+  if (runs.size() > 1) {
+    builder.add("bias", "b", mean - earth, count - 1.0, between / count, "mean of the power-ups");
     add_repeatability(runs, between, within, builder);
-  } else {
-    builder.estimate.findings.push_back({Severity::info, "single_power_up", {}});
+    return;
   }
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double sd = within.half_width / student_quantile(0.975, infinity);
+  builder.add("bias", "b", mean - earth, infinity, sd * sd, "constant output at power-on");
+  builder.estimate.findings.push_back({Severity::info, "single_power_up", {}});
 }
 
 void finish(const std::vector<RunBias>& runs, Builder& builder) {
@@ -290,11 +280,10 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
   if (const std::size_t k = builder.scatter_at; k + 1 < n)
     noise(k, k + 1) = noise(k + 1, k) = builder.scatter_covariance;
   settle(estimate, {from_covariance("output noise", noise), from_variances("scatter between power-ups", repeat)});
+  estimate.fit = {0, 0.0, std::numeric_limits<double>::quiet_NaN(), 1.0};
   for (const auto& run : runs) {
-    estimate.fit.observations += run.fit.observations;
-    estimate.fit.degrees_of_freedom += run.fit.degrees_of_freedom;
-    estimate.fit.chi_square += run.fit.chi_square;
-    estimate.fit.condition = std::max(estimate.fit.condition, run.fit.condition);
+    estimate.fit.observations += run.blocks.means.size();
+    estimate.fit.degrees_of_freedom += static_cast<double>(run.blocks.means.size()) - 1.0;
   }
   Table table{"runs",
               "mean output of each power-up",
@@ -312,7 +301,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const QuantityKind kind = stretches.front().channel->kind;
   builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
   const auto runs = analyse_runs(stretches, evidence.plan.settings, builder.estimate.findings);
-  const Pooled noise = pooled(runs);
+  const WithinRuns noise = within_runs(runs);
   add_bias(runs, noise, reference(evidence, kind, builder.estimate.findings), builder);
   add_scatter(runs, noise, builder);
   finish(runs, builder);
@@ -320,38 +309,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   builder.estimate.title = evidence.plan.title;
   report(progress, 1.0, "bias");
   return std::move(builder.estimate);
-}
-
-/// Eight power-ups of a gyro with bias instability and rate random walk, 20 min each.
-Trial trial(std::uint64_t seed) {
-  const double rate = 5.0;
-  const std::size_t samples = 6000, runs = 8;
-  const NoiseModel noise{.angle_random_walk = si(0.01, "deg/sqrt(h)"),
-                         .bias_instability = si(0.2, "deg/h"),
-                         .rate_random_walk = si(1.0, "deg/h/sqrt(h)")};
-  const double bias = si(2.0, "deg/h"), repeatability = si(1.5, "deg/h");
-  Trial trial;
-  trial.evidence.plan.method = "static_bias";
-  trial.evidence.plan.settings = defaults(options());
-  const RandomStream random = RandomStream(seed).split("static_bias");
-  for (std::size_t run = 0; run < runs; ++run) {
-    const double turn_on = bias + repeatability * random.split("turn_on").normal(run);
-    Channel gyro{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, rate, nullptr}, {}};
-    gyro.values.assign(samples, turn_on);
-    add_noise(noise, rate, random.split(run), gyro.values);
-    trial.evidence.recordings.emplace_back();
-    trial.evidence.recordings.back().channels.push_back(std::move(gyro));
-  }
-  const auto square = [](double x) { return x * x; };
-  const auto scatter = expected_scatter(terms,
-                                        {0.0, square(noise.angle_random_walk) * rate, square(noise.bias_instability),
-                                         square(noise.rate_random_walk) / rate},
-                                        samples, static_cast<std::size_t>(shorter_time * rate), ratio);
-  trial.truth = {{"bias", bias},
-                 {"bias_sd_10s", std::sqrt(scatter.shorter)},
-                 {"bias_sd_100s", std::sqrt(scatter.longer)},
-                 {"turn_on_repeatability", repeatability}};
-  return trial;
 }
 
 }  // namespace
@@ -365,6 +322,7 @@ extern const Method static_bias{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .compensate = compensate};
+    .compensate = compensate,
+    .second_trial = second_trial};
 
 }  // namespace tumble::static_bias
