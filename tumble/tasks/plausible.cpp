@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <variant>
 
 #include "tumble/earth/earth.hpp"
 
@@ -17,7 +19,16 @@ const double greatest_misalignment = si(3.0, "deg");
 bool is_about_sign(const Finding& finding) {
   return finding.code == "scale_factor_of_other_sign" || finding.code == "scale_factor_negative" ||
          finding.code == "scale_factor_negative_in_set" || finding.code == "gravity_inverted" ||
-         finding.code == "rates_inverted" || finding.code == "wrong_sign";
+         finding.code == "rates_inverted" || finding.code == "wrong_sign" || finding.code == "rest_inverted" ||
+         finding.code == "response_inverted";
+}
+
+/// Whether a finding lists the parameter among its `parameters`, a text of names between blanks.
+bool lists(const Finding& finding, const std::string& parameter) {
+  const auto list = std::ranges::find(finding.values, "parameters", &FindingValue::name);
+  if (list == finding.values.end()) return false;
+  const auto* names = std::get_if<std::string>(&list->value);
+  return names != nullptr && (" " + *names + " ").find(" " + parameter + " ") != std::string::npos;
 }
 
 Finding finding(std::string code, const Parameter& parameter, double limit) {
@@ -62,7 +73,7 @@ Findings about_site(const Plan& plan) {
 
 bool is_undermined(const std::string& parameter, const Findings& findings) {
   return std::ranges::any_of(findings, [&](const Finding& one) {
-    return one.severity == Severity::error && (is_about_sign(one) || one.where == parameter);
+    return one.severity == Severity::error && (is_about_sign(one) || one.where == parameter || lists(one, parameter));
   });
 }
 

@@ -18,8 +18,8 @@ Findings implausible(const Estimate& estimate);
 /// anomalies on land reach nowhere, or beyond 0.14 % where no height is stated (4500 m).
 Findings about_site(const Plan& plan);
 
-/// Whether an error among the findings takes the ground from under a parameter: one that names it, or a wrong sign
-/// anywhere.
+/// Whether an error among the findings takes the ground from under a parameter: one that names it as its place or in
+/// its value `parameters` (names between blanks), or a wrong sign anywhere.
 bool is_undermined(const std::string& parameter, const Findings& findings);
 
 }  // namespace tumble
