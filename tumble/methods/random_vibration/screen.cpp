@@ -66,10 +66,11 @@ void screen(Series& first, Series& second, Data& data) {
   const double least = std::hypot(vibration::rounding_sd(first, data.units[first.unit].pulse),
                                   vibration::rounding_sd(second, data.units[second.unit].pulse));
   const std::size_t n = std::min(first.force.size(), second.force.size());
-  const Outliers skipped = skip_each(
+  Outliers skipped = skip_each(
       least, n, [&] { return explained(first.force, second.force, lags_of_units).residual; },
       [&](std::size_t j) { first.force[j] = second.force[j] = std::nan(""); });
   if (skipped.index.empty()) return;
+  skipped.sum = std::abs(skipped.sum);  // of which unit it is, and with which sign, is not known
   data.findings.push_back(vibration::outliers_finding(data, second, skipped));
   data.findings.back().where =
       data.units[first.unit].name + " or " + data.units[second.unit].name + ", " + second.label;

@@ -55,7 +55,7 @@ Line line_of(const Series& series, const std::vector<double>& values) {
 
 /// Whether these windows lie at one phase of the tone, or at two that are opposite: a distorted tone, no lost pulses.
 bool at_one_phase(const Series& series, double frequency, const std::vector<std::size_t>& index) {
-  if (index.size() < 8) return false;
+  if (index.size() < 8 || frequency == 0.0) return false;
   std::complex<double> one = 0.0, two = 0.0;
   for (const std::size_t i : index) {
     const double phase = two_pi * std::fmod(frequency * series.time[i], 1.0);
