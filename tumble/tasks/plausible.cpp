@@ -1,9 +1,12 @@
 #include "tumble/tasks/plausible.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/rigs/capabilities.hpp"
@@ -19,15 +22,32 @@ constexpr double sds_beyond_chance = 4.0;
 const double greatest_misalignment = si(3.0, "deg");
 
 /// Methods that report the sign themselves have more to say about its cause.
+constexpr std::array<std::string_view, 11> about_sign{"gravity_inverted",
+                                                      "gyro_axis_is_another",
+                                                      "gyro_gain_far_from_stated",
+                                                      "gyro_reversed",
+                                                      "rates_inverted",
+                                                      "response_inverted",
+                                                      "rest_inverted",
+                                                      "scale_factor_negative",
+                                                      "scale_factor_negative_in_set",
+                                                      "scale_factor_of_other_sign",
+                                                      "wrong_sign"};
+
 bool is_about_sign(const Finding& finding) {
-  return finding.code == "scale_factor_of_other_sign" || finding.code == "scale_factor_negative" ||
-         finding.code == "scale_factor_negative_in_set" || finding.code == "gravity_inverted" ||
-         finding.code == "rates_inverted" || finding.code == "wrong_sign" || finding.code == "gyro_reversed" ||
-         finding.code == "gyro_axis_is_another" || finding.code == "gyro_gain_far_from_stated";
+  return std::ranges::find(about_sign, std::string_view(finding.code)) != about_sign.end();
 }
 
 /// Findings of a channel on which all parameters depend.
 bool is_about_everything(const Finding& finding) { return finding.code == "temperature_sensor_stuck"; }
+
+/// Whether a finding lists the parameter among its `parameters`, a text of names between blanks.
+bool lists(const Finding& finding, const std::string& parameter) {
+  const auto list = std::ranges::find(finding.values, "parameters", &FindingValue::name);
+  if (list == finding.values.end()) return false;
+  const auto* names = std::get_if<std::string>(&list->value);
+  return names != nullptr && (" " + *names + " ").find(" " + parameter + " ") != std::string::npos;
+}
 
 Finding finding(std::string code, const Parameter& parameter, double limit) {
   return {Severity::error,
@@ -129,7 +149,7 @@ Findings ruled_by_site(const Plan& plan, const Estimate& estimate) {
 bool is_undermined(const std::string& parameter, const Findings& findings) {
   return std::ranges::any_of(findings, [&](const Finding& one) {
     return one.severity == Severity::error &&
-           (is_about_sign(one) || is_about_everything(one) || one.where == parameter);
+           (is_about_sign(one) || is_about_everything(one) || one.where == parameter || lists(one, parameter));
   });
 }
 

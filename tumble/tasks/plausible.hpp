@@ -23,8 +23,8 @@ Findings about_site(const Plan& plan);
 /// gravity by the formula. Each is one finding of severity info, with the worst parameter and what would mend it.
 Findings ruled_by_site(const Plan& plan, const Estimate& estimate);
 
-/// Whether an error among the findings takes the ground from under a parameter: one that names it, or a wrong sign
-/// anywhere.
+/// Whether an error among the findings takes the ground from under a parameter: one that names it as its place or in
+/// its value `parameters` (names between blanks), or a wrong sign anywhere.
 bool is_undermined(const std::string& parameter, const Findings& findings);
 
 }  // namespace tumble

@@ -73,11 +73,11 @@ Table bode_table(const std::vector<Point>& points, const Measured& m, const Data
     const auto cell = [](double value, bool known) -> Table::Cell {
       return known ? Table::Cell(value) : Table::Cell(std::string("-"));
     };
-    table.rows.push_back({p.frequency, std::exp(log_gain),
-                          deviation_of(estimate, "gain_" + frequency_label(p.nominal)).sd, decibels(log_gain),
-                          m.phase[i], deviation_of(estimate, "phase_" + frequency_label(p.nominal)).sd, p.coherence,
-                          cell(p.cycles, p.cycles > 0.0), p.amplitude, cell(p.distortion, std::isfinite(p.distortion)),
-                          cell(p.aliased_to, p.aliased_to > 0.0), p.where});
+    table.rows.push_back(
+        {p.frequency, std::exp(log_gain), deviation_of(estimate, "gain_" + frequency_label(p.nominal)).sd,
+         decibels(log_gain), m.phase[i] + m.turn, deviation_of(estimate, "phase_" + frequency_label(p.nominal)).sd,
+         p.coherence, cell(p.cycles, p.cycles > 0.0), p.amplitude, cell(p.distortion, std::isfinite(p.distortion)),
+         cell(p.aliased_to, p.aliased_to > 0.0), p.where});
   }
   return table;
 }
@@ -98,9 +98,9 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
     gain.lower.push_back(level - half);
     gain.upper.push_back(level + half);
     phase.x.values.push_back(m.frequency[i]);
-    phase.y.values.push_back(m.phase[i]);
-    phase.lower.push_back(m.phase[i] - turn);
-    phase.upper.push_back(m.phase[i] + turn);
+    phase.y.values.push_back(m.phase[i] + m.turn);
+    phase.lower.push_back(m.phase[i] + m.turn - turn);
+    phase.upper.push_back(m.phase[i] + m.turn + turn);
   }
   std::vector<Curve> curves{gain, phase};
   if (fit == nullptr || points.size() < 2) return curves;
@@ -113,7 +113,7 @@ std::vector<Curve> bode_curves(const std::vector<Point>& points, const Measured&
     const auto value = fitted(*fit, f);
     for (Curve* curve : {&model_gain, &model_phase}) curve->x.values.push_back(f);
     model_gain.y.values.push_back(decibels(value.real() - base(m, data)));
-    model_phase.y.values.push_back(value.imag());
+    model_phase.y.values.push_back(value.imag() + m.turn);
   }
   curves.push_back(std::move(model_gain));
   curves.push_back(std::move(model_phase));

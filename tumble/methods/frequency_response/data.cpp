@@ -14,9 +14,17 @@ namespace tumble::frequency_response {
 namespace {
 
 void require_finite(const Channel& channel) {
-  for (std::size_t i = 0; i < channel.values.size(); ++i)
+  constexpr double least = 1e-60, most = 1e60;  // [SI] squares and variances remain numbers
+  double size = 0.0;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
     if (std::isinf(channel.values[i]))
       throw Error(Error::Kind::bad_data, fmt::format("'{}' is infinite at {:.6g} s", channel.name, channel.time(i)));
+    if (!std::isnan(channel.values[i])) size = std::max(size, std::abs(channel.values[i]));
+  }
+  if (size != 0.0 && (size < least || size > most))
+    throw Error(
+        Error::Kind::bad_data,
+        fmt::format("'{}' shows {:.3g} [SI] at most, which is no measurement: check its unit", channel.name, size));
 }
 
 bool accumulates(QuantityKind kind) {

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tumble/core/say.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
+#include "tumble/methods/frequency_response/phase.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -125,6 +126,28 @@ void add_loop(const LoopFit* fit, const Measured& m, Builder& builder) {
               fmt::format("delay in addition to the {}", has_poles ? name(fit->kind) : "constant gain"));
 }
 
+/// The delay of slow motion, -d(phase)/d(omega) at 0 Hz: of the fitted loop, else of a polynomial of odd powers of f
+/// through the phases.
+void add_group_delay(const LoopFit* fit, const Measured& m, Builder& builder) {
+  constexpr const char* what = "delay of slow motion: slope of the phase at 0 Hz, the lag of the loop in it";
+  if (fit != nullptr) {
+    std::vector<double> gradient(fit->theta.size(), 0.0);
+    gradient[1] = 1.0;
+    double lag = 0.0;
+    if (fit->kind != LoopKind::delay) {
+      const bool second = fit->kind == LoopKind::second_order;
+      const double of_damping = (second ? 2.0 : 1.0) / (two_pi * std::exp(fit->theta[2]));
+      lag = of_damping * (second ? fit->theta[3] : 1.0);
+      gradient[2] = -lag;
+      if (second) gradient[3] = of_damping;
+    }
+    builder.add("group_delay", "tau_g", "ms", fit->theta[1] + lag, through(gradient, fit->gain), what);
+    return;
+  }
+  const PhaseSlope slope = slope_at_rest(m);
+  if (slope.found) builder.add("group_delay", "tau_g", "ms", slope.delay, slope.gradient, what, slope.model_sd);
+}
+
 void add_points(const std::vector<Point>& points, const Measured& m, bool relative, Builder& builder) {
   const std::size_t n = points.size();
   for (std::size_t i = relative ? 1 : 0; i < n; ++i) {
@@ -138,7 +161,7 @@ void add_points(const std::vector<Point>& points, const Measured& m, bool relati
   for (std::size_t i = 0; i < n; ++i) {
     std::vector<double> gradient(2 * n, 0.0);
     gradient[n + i] = 1.0;
-    builder.add("phase_" + frequency_label(points[i].nominal), "arg H", "deg", m.phase[i], std::move(gradient),
+    builder.add("phase_" + frequency_label(points[i].nominal), "arg H", "deg", m.phase[i] + m.turn, std::move(gradient),
                 "output ahead of the reference");
   }
 }
@@ -166,107 +189,71 @@ void propagate(const std::vector<Source>& sources, Builder& builder) {
   settle(estimate, lines);
 }
 
-Table models_table(const std::vector<LoopFit>& fits, const LoopFit* chosen) {
-  Table table{"models",
-              "responses that were fitted to gains and phases together",
-              {{"model", Unit()}, {"chi-square", Unit()}, {"dof", Unit()}, {"AICc", Unit()}, {"chosen", Unit()}},
-              {}};
-  for (const LoopFit& fit : fits)
-    table.rows.push_back({std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay"),
-                          fit.chi_square, fit.degrees_of_freedom, fit.aicc,
-                          std::string(&fit == chosen   ? "yes"
-                                      : !fit.converged ? "no: did not converge"
-                                      : !fit.accepted  ? "no: does not fit"
-                                                       : "no")});
-  return table;
+/// Value and sd of a parameter of a fit, its sd widened where the fit leaves more than the noise.
+std::pair<double, double> of_fit(const LoopFit& fit, const Measured& m, std::size_t parameter, double slope) {
+  const double wider = std::sqrt(std::max(1.0, fit.chi_square / std::max(1.0, fit.degrees_of_freedom)));
+  std::vector<double> gradient(fit.theta.size(), 0.0);
+  gradient[parameter] = slope;
+  return {fit.theta[parameter], wider * noise_sd(through(gradient, fit.gain), m)};
 }
 
-Point mean_of(const std::vector<Point>& repeats, Findings& findings) {
-  Point mean = repeats.front();
-  if (repeats.size() == 1) return mean;
-  double weights = 0.0, log_gain = 0.0, phase = 0.0;
-  for (const Point& p : repeats) {
-    const double w = 1.0 / (p.output_gain_variance + p.reference_gain_variance + 1e-30);
-    weights += w;
-    log_gain += w * std::log(std::abs(p.response));
-    phase += w * std::arg(p.response / repeats.front().response);
+Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool relative, const LoopFit* chosen) {
+  const Unit one, hertz = Unit::parse("Hz"), ms = Unit::parse("ms");
+  Table table{"models",
+              "responses that were fitted to gains and phases together, with their values; sd of those that do not fit "
+              "are widened by their chi-square",
+              {{"model", one},
+               {"chi-square", one},
+               {"dof", one},
+               {"AICc", one},
+               {"chosen", one},
+               {"gain", one},
+               {"delay", ms},
+               {"delay_sd", ms},
+               {"frequency", hertz},
+               {"frequency_sd", hertz},
+               {"damping", one},
+               {"damping_sd", one}},
+              {}};
+  for (const LoopFit& fit : fits) {
+    std::vector<Table::Cell> row{std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay"),
+                                 fit.chi_square, fit.degrees_of_freedom, fit.aicc,
+                                 std::string(&fit == chosen   ? "yes"
+                                             : !fit.converged ? "no: did not converge"
+                                             : !fit.accepted  ? "no: does not fit"
+                                                              : "no")};
+    row.emplace_back(std::exp(fit.theta[0] - (relative ? m.log_gain.front() : 0.0)));
+    const auto add = [&](std::size_t parameter, bool logarithm) {
+      if (parameter >= fit.theta.size()) {
+        row.emplace_back(std::string("-"));
+        row.emplace_back(std::string("-"));
+        return;
+      }
+      const double slope = logarithm ? std::exp(fit.theta[parameter]) : 1.0;
+      const auto [value, sd] = of_fit(fit, m, parameter, slope);
+      row.emplace_back(logarithm ? std::exp(value) : value);
+      row.emplace_back(sd);
+    };
+    add(1, false);
+    add(2, true);
+    add(3, false);
+    table.rows.push_back(std::move(row));
   }
-  mean.response = std::polar(std::exp(log_gain / weights), std::arg(repeats.front().response) + phase / weights);
-  double chi = 0.0, output = 0.0, reference = 0.0;
-  for (const Point& p : repeats) {
-    const double w = 1.0 / (p.output_gain_variance + p.reference_gain_variance + 1e-30);
-    chi += w * std::norm(std::log(p.response / mean.response));
-    output += w * w * p.output_gain_variance;
-    reference += w * w * p.reference_gain_variance;
-  }
-  const double dof = 2.0 * static_cast<double>(repeats.size() - 1), wider = std::max(1.0, chi / dof);
-  if (chi > chi_square_quantile(0.999, dof)) {
-    findings.push_back(
-        {Severity::warning, "repeats_differ", {{"measurements", repeats.size()}, {"frequency", mean.nominal, "Hz"}}});
-    mean.output_dof = dof;
-  }
-  mean.output_gain_variance = mean.output_phase_variance = wider * output / (weights * weights);
-  mean.reference_gain_variance = mean.reference_phase_variance = wider * reference / (weights * weights);
-  return mean;
+  return table;
 }
 
 }  // namespace
 
-std::vector<Point> combined(std::vector<Point> points, Findings& findings) {
-  // Different tones with equal labels of three digits get five.
-  for (std::size_t i = 0; i + 1 < points.size(); ++i)
-    if (points[i].nominal == points[i + 1].nominal && points[i + 1].frequency > 1.001 * points[i].frequency)
-      for (Point* p : {&points[i], &points[i + 1]}) p->nominal = std::stod(fmt::format("{:.4e}", p->frequency));
-  std::vector<Point> means;
-  for (std::size_t i = 0; i < points.size();) {
-    std::size_t end = i + 1;
-    while (end < points.size() && points[end].nominal == points[i].nominal) ++end;
-    means.push_back(
-        mean_of({points.begin() + static_cast<std::ptrdiff_t>(i), points.begin() + static_cast<std::ptrdiff_t>(end)},
-                findings));
-    i = end;
-  }
-  return means;
-}
-
-Measured measured_of(const std::vector<Point>& points) {
-  Measured m;
-  double inverse = 0.0;
-  for (const Point& p : points) {
-    // The phase continues as between the two points before: a delay turns it without end.
-    double expected = 0.0;
-    const std::size_t n = m.frequency.size();
-    if (n == 1) expected = m.phase[0] * (m.phase[0] < 0.0 ? p.frequency / m.frequency[0] : 1.0);
-    if (n > 1)
-      expected = m.phase[n - 1] + (m.phase[n - 1] - m.phase[n - 2]) * (p.frequency - m.frequency[n - 1]) /
-                                      (m.frequency[n - 1] - m.frequency[n - 2]);
-    const double phase = std::arg(p.response);
-    m.frequency.push_back(p.frequency);
-    m.log_gain.push_back(std::log(std::abs(p.response)));
-    m.phase.push_back(phase + two_pi * std::round((expected - phase) / two_pi));
-    // A variance estimated with nu degrees of freedom: that of Student's t is nu/(nu - 2) of it.
-    const auto with_few = [](double variance, double nu) { return variance * (nu > 2.5 ? nu / (nu - 2.0) : 5.0); };
-    m.log_gain_variance.push_back(with_few(p.output_gain_variance, p.output_dof) +
-                                  with_few(p.reference_gain_variance, p.reference_dof) + p.counting_variance);
-    m.phase_variance.push_back(with_few(p.output_phase_variance, p.output_dof) +
-                               with_few(p.reference_phase_variance, p.reference_dof) + p.counting_variance);
-    const double output = p.output_gain_variance, reference = p.reference_gain_variance, all = output + reference;
-    if (all > 0.0) inverse += (output * output / p.output_dof + reference * reference / p.reference_dof) / (all * all);
-  }
-  if (inverse > 0.0) m.degrees_of_freedom = static_cast<double>(points.size()) / inverse;
-  return m;
-}
-
 Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources) {
   Builder builder;
   const Measured m = measured_of(points);
-  std::vector<LoopFit> fits;
-  for (const LoopKind kind : {LoopKind::delay, LoopKind::first_order, LoopKind::second_order})
-    if (const LoopFit fit = fit_loop(m, kind); !fit.theta.empty()) fits.push_back(fit);
+  report_sign(m, data.scaling.relative, builder.estimate.findings);
+  const std::vector<LoopFit> fits = fits_of(m);
   const LoopFit* chosen = nullptr;
   for (const LoopFit& fit : fits)
     if (fit.accepted && (chosen == nullptr || fit.aicc < chosen->aicc)) chosen = &fit;
   add_loop(chosen, m, builder);
+  add_group_delay(chosen, m, builder);
   // Weights that are themselves estimates, nu degrees of freedom each: the variance is 1 + 4/nu of that stated
   // (Meier, Biometrics 9 (1953) 59).
   if (chosen != nullptr)
@@ -281,7 +268,7 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
     estimate.fit.chi_square = chosen->chi_square;
   }
   estimate.tables.push_back(bode_table(points, m, data, estimate));
-  if (!fits.empty()) estimate.tables.push_back(models_table(fits, chosen));
+  if (!fits.empty()) estimate.tables.push_back(models_table(fits, m, data.scaling.relative, chosen));
   estimate.curves = bode_curves(points, m, data, estimate, chosen);
   return std::move(builder.estimate);
 }

@@ -13,10 +13,10 @@ struct Source {
   std::vector<double> degrees_of_freedom;  ///< m; empty: infinite
 };
 
-/// One point for each nominal frequency, ascending; repeats that differ by more than their noise widen its uncertainty.
+/// One point for each nominal frequency, ascending. Repeats are weighted by noise and scatter: the variance between
+/// them beyond their noise, of all frequencies together (Paule and Mandel, 1982), which frequencies measured once have
+/// too; a frequency whose repeats stand out has its own.
 std::vector<Point> combined(std::vector<Point> points, Findings& findings);
-
-Measured measured_of(const std::vector<Point>& points);
 
 /// Parameters, budget, tables and curves, with findings on the response but not on the points.
 Estimate describe(const std::vector<Point>& points, const Data& data, const std::vector<Source>& sources);

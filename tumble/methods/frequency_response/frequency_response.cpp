@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tumble/methods/frequency_response/describe.hpp"
+#include "tumble/methods/frequency_response/phase.hpp"
 #include "tumble/methods/frequency_response/trial.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -76,6 +77,19 @@ Source noise_source(const std::string& name, const std::vector<Point>& points, b
   return source;
 }
 
+/// What repeats show beyond their noise.
+Source scatter_source(const std::vector<Point>& points) {
+  const std::size_t n = points.size();
+  Source source{"scatter of repeats", Matrix(2 * n, 2 * n), std::vector<double>(2 * n)};
+  for (std::size_t i = 0; i < n; ++i) {
+    source.shifts(i, i) = std::sqrt(points[i].scatter_gain_variance);
+    source.shifts(n + i, n + i) = std::sqrt(points[i].scatter_phase_variance);
+    source.degrees_of_freedom[i] = points[i].scatter_gain_dof;
+    source.degrees_of_freedom[n + i] = points[i].scatter_phase_dof;
+  }
+  return source;
+}
+
 /// Errors that all frequencies share: scale of the reference, clock.
 void add_common(const std::vector<Point>& points, const Settings& settings, bool relative,
                 std::vector<Source>& sources) {
@@ -130,6 +144,9 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     add_rig(evidence, means, sources);
   else if (std::ranges::any_of(means, [](const Point& p) { return p.reference_gain_variance > 0.0; }))
     sources.push_back(noise_source("reference noise", means, false));
+  if (std::ranges::any_of(
+          means, [](const Point& p) { return p.scatter_gain_variance > 0.0 || p.scatter_phase_variance > 0.0; }))
+    sources.push_back(scatter_source(means));
   add_common(means, settings, data.scaling.relative, sources);
   if (data.from_rig) findings.push_back({Finding::Severity::info, "reference_from_rig", {}});
   report(progress, 1.0, "done");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <utility>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -177,6 +178,13 @@ LoopFit fit_loop(const Measured& m, LoopKind kind) {
     for (double& gain : column(fit.gain, i)) gain /= std::sqrt(std::max(variance, least_variance));
   }
   return fit;
+}
+
+std::vector<LoopFit> fits_of(const Measured& m) {
+  std::vector<LoopFit> fits;
+  for (const LoopKind kind : {LoopKind::delay, LoopKind::first_order, LoopKind::second_order})
+    if (LoopFit fit = fit_loop(m, kind); !fit.theta.empty()) fits.push_back(std::move(fit));
+  return fits;
 }
 
 Derived bandwidth_of(const LoopFit& fit) { return with_gradient(fit, plain_bandwidth); }

@@ -14,6 +14,8 @@ struct Measured {
   std::vector<double> log_gain, phase;  ///< [1], [rad] unwrapped
   std::vector<double> log_gain_variance, phase_variance;
   double degrees_of_freedom = INFINITY;  ///< of these variances, harmonic mean
+  double turn = 0.0;          ///< [rad] 0, or pi of an output that goes against the reference: `phase` is less by it
+  bool turn_unknown = false;  ///< one frequency, and a phase that is either of the wrong sign or a delay
 };
 
 /// ln H(f) = ln K - i 2 pi f tau - ln D(f):  D = 1 (delay), 1 + i f/f_c (first order),
@@ -33,6 +35,9 @@ struct LoopFit {
 /// Weighted least squares in ln gain and phase, by Gauss-Newton from a grid of starts. Not converged where there are
 /// fewer points than parameters or the data want a pole at zero or infinity.
 LoopFit fit_loop(const Measured& measured, LoopKind kind);
+
+/// The fits of all kinds for which there are enough points.
+std::vector<LoopFit> fits_of(const Measured& measured);
 
 /// The -3 dB frequency of the fit, against its own gain at rest [Hz], with gradient over theta.
 struct Derived {

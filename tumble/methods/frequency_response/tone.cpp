@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tumble/math/regression/sine_fit.hpp"
+#include "tumble/methods/frequency_response/clipping.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/reduce/vibration/windows.hpp"
@@ -93,6 +94,17 @@ bool clipped(const Samples& s, const SineFit& fit) {
   for (std::size_t i = 2; i < s.value.size(); ++i)
     flat += (s.value[i] == high || s.value[i] == low) && s.value[i] == s.value[i - 1] && s.value[i] == s.value[i - 2];
   return flat >= 3;
+}
+
+/// Flat tops beneath the noise: the values by the phase of the fitted tone.
+FlatTops flat_tops_of(const Samples& s, const SineFit& fit) {
+  std::vector<double> phase, values;
+  for (std::size_t i = 0; i < s.time.size(); ++i) {
+    const double t = s.time[i] - fit.centre, u = 2.0 * t / fit.span;
+    phase.push_back(two_pi * std::fmod(fit.frequency * t, 1.0) + std::arg(fit.line[0]));
+    values.push_back(s.value[i] - (fit.polynomial.size() > 1 ? fit.polynomial[1] * u : 0.0));
+  }
+  return flat_tops(phase, values);
 }
 
 /// The tone of the reference; none, with a finding, where it cannot be used.
@@ -187,6 +199,12 @@ std::optional<Finding> fault_of(const Part& part, const Samples& samples, const 
     return Finding{Severity::error,
                    "tone_clipped",
                    {{"frequency", frequency, "Hz"}, {"harmonics", std::abs(output.line[2]) / amplitude, "%"}},
+                   part.label};
+  const FlatTops tops = flat_tops_of(samples, output);
+  if (tops.found && tops.loss > std::max(1e-3, 3.0 * std::sqrt(output.log_gain_variance())))
+    return Finding{Severity::error,
+                   "tone_clipped_in_noise",
+                   {{"frequency", frequency, "Hz"}, {"loss", tops.loss, "%"}},
                    part.label};
   return {};
 }

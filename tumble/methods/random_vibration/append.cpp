@@ -34,6 +34,14 @@ DensityAtZero joined(DensityAtZero density, double expected, double freedom) {
   return density;
 }
 
+/// Sum of the weights of the windows that are not missing.
+double share_present(const Statistic& s, const std::vector<double>& weights) {
+  double share = 0.0;
+  for (std::size_t j = 0; j < weights.size(); ++j)
+    if (std::isfinite(s.influence[j])) share += weights[j];
+  return share;
+}
+
 /// Chance in the vibration and the noise during it.
 Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics) {
   const std::size_t m = statistics.size();
@@ -53,7 +61,7 @@ Source chance(const Exposure& exposure, const std::vector<Statistic>& statistics
     const Statistic& s = statistics[index[k]];
     const auto sum = variance_of_sum(joined(run.density[k], s.expected_white, s.expected_freedom),
                                      s.faded ? exposure.weights : even);
-    sd.push_back(std::sqrt(sum.variance));
+    sd.push_back(std::sqrt(sum.variance) / share_present(s, s.faded ? exposure.weights : even));
     source.freedom[index[k]] = sum.degrees_of_freedom;
   }
   for (std::size_t k = 0; k < index.size(); ++k)

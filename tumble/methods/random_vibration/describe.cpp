@@ -104,25 +104,44 @@ void report_clipping(const Exposure& exposure, const Data& data, const Measured&
                       place_of(exposure, data, unit)});
 }
 
-/// The spread compared with that of the vibration: of the reference, else as commanded.
-void report_size(const Exposure& exposure, const Data& data, const Measured& unit, const Estimate& estimate,
-                 Findings& findings) {
+/// What a unit shows of the vibration.
+struct Size {
+  double ratio = 1.0, uncertainty = 0.0;  ///< [1]
+  bool by_reference = false;
+};
+
+/// The spread over that of the vibration: of the reference, else as commanded.
+Size size_of(const Exposure& exposure, const Data& data, const Measured& unit, const Estimate& estimate) {
   const auto& under_test = data.units[unit.unit];
-  const bool by_reference = !unit.own.empty();
+  if (!unit.own.empty()) return {unit.reference_gain, std::hypot(exposure.gain_sd, under_test.scale_relative_sd), true};
   const double expected =
       std::sqrt(window_variance(exposure.psd, exposure.window) * exposure.rms * exposure.rms / variance(exposure.psd) +
                 unit.rest.white + std::pow(counting_sd(exposure, data, unit), 2));
-  const double ratio = by_reference ? unit.reference_gain : unit.sd / expected;
   const auto* sd = find_parameter(estimate, exposure.prefix + under_test.prefix + "pulse_error_sd");
   const auto index = static_cast<std::size_t>(sd - estimate.parameters.data());
-  const double uncertainty =
-      by_reference ? std::hypot(exposure.gain_sd, under_test.scale_relative_sd)
-                   : std::hypot(standard_uncertainty(estimate, index) / sd->value, under_test.scale_relative_sd);
-  if (std::abs(ratio - 1.0) > std::max(0.03, 4.0 * uncertainty))
+  return {unit.sd / expected,
+          std::hypot(standard_uncertainty(estimate, index) / sd->value, under_test.scale_relative_sd), false};
+}
+
+void report_size(const Exposure& exposure, const Data& data, const Measured& unit, const Estimate& estimate,
+                 Findings& findings) {
+  const Size size = size_of(exposure, data, unit, estimate);
+  if (std::abs(size.ratio - 1.0) > std::max(0.03, 4.0 * size.uncertainty))
     findings.push_back({Severity::warning,
-                        by_reference ? "vibration_differs_from_reference" : "vibration_differs_from_plan",
-                        {{"ratio", ratio}, {"uncertainty", uncertainty, "%"}},
+                        size.by_reference ? "vibration_differs_from_reference" : "vibration_differs_from_plan",
+                        {{"ratio", size.ratio}, {"uncertainty", size.uncertainty, "%"}},
                         place_of(exposure, data, unit)});
+}
+
+/// The names of the parameters that rest on the scale factor of a unit: its own that are no pulses, and comparisons.
+std::vector<std::string> resting_on(const vibration::UnitUnderTest& unit, const Estimate& estimate) {
+  std::vector<std::string> names;
+  for (const Parameter& p : estimate.parameters) {
+    const bool counted = unit.pulse > 0.0 && p.name.find("pulse_error_") != std::string::npos;
+    const bool own = p.name.find(unit.prefix) != std::string::npos && !counted;
+    if (own || p.name.find("_over_") != std::string::npos) names.push_back(p.name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -210,6 +229,20 @@ void report_faults(const Exposure& exposure, const Data& data, const Estimate& e
     report_clipping(exposure, data, unit, findings);
     report_size(exposure, data, unit, estimate, findings);
   }
+}
+
+void report_rests(const std::vector<Exposure>& exposures, const Data& data, Estimate& estimate) {
+  const std::size_t units = data.units.size();
+  std::vector<double> log_gain(units, std::nan("")), uncertainty(units, 0.0);
+  for (const Exposure& exposure : exposures)
+    for (const Measured& unit : exposure.units) {
+      const Size size = size_of(exposure, data, unit, estimate);
+      log_gain[unit.unit] = std::log(size.ratio);
+      uncertainty[unit.unit] = size.uncertainty;
+    }
+  std::vector<std::vector<std::string>> parameters;
+  for (const auto& unit : data.units) parameters.push_back(resting_on(unit, estimate));
+  vibration::report_departures(data, log_gain, uncertainty, parameters, estimate.findings);
 }
 
 }  // namespace tumble::random_vibration

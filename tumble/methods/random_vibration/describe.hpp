@@ -17,4 +17,7 @@ std::vector<Curve> error_curves(const Exposure& exposure, const vibration::Data&
 /// `estimate` holds the parameters of the vibration.
 void report_faults(const Exposure& exposure, const vibration::Data& data, const Estimate& estimate, Findings& findings);
 
+/// Findings on rests that contradict the stated scale factors. Given: estimate with all its parameters.
+void report_rests(const std::vector<Exposure>& exposures, const vibration::Data& data, Estimate& estimate);
+
 }  // namespace tumble::random_vibration

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <tuple>
 
-#include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/random_vibration/screen.hpp"
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/rig_effects.hpp"
@@ -109,26 +108,11 @@ Rest rest_of(const Data& data, const Series& vibrating, const vibration::AtRest&
 
 /// Residual of e = sum of the reference and its neighbours, each times a gain, and the sum of the gains.
 void subtract_reference(const std::vector<double>& reference, int lags, Measured& m) {
-  const auto side = static_cast<std::size_t>(lags);
-  const std::size_t n = std::min(m.error.size(), reference.size()), width = 2 * side + 2;
-  std::vector<double> row(width, 1.0), right(width, 0.0);
-  const auto fill = [&](std::size_t j) {
-    for (std::size_t k = 1; k < width; ++k) row[k] = reference[j + k - 1 - side];
-    return std::ranges::all_of(row, [](double x) { return std::isfinite(x); }) && std::isfinite(m.error[j]);
-  };
-  Matrix normal(width, width);
-  for (std::size_t j = side; j + side < n; ++j) {
-    if (!fill(j)) continue;
-    add_square(normal, 1.0, row);
-    right = scaled_sum(right, m.error[j], row);
-  }
-  const auto gains = solve_symmetric(normal, right);
-  if (!std::ranges::all_of(gains, [](double x) { return std::isfinite(x); })) return;
-  m.own.assign(m.error.size(), std::nan(""));
-  for (std::size_t j = side; j + side < n; ++j)
-    if (fill(j)) m.own[j] = m.error[j] - dot(gains, row);
+  Explained result = explained(reference, m.error, lags);
+  if (result.residual.empty()) return;
+  m.own = std::move(result.residual);
   m.own_sd = standard_deviation(m.own);
-  m.reference_gain = std::accumulate(gains.begin() + 1, gains.end(), 0.0);
+  m.reference_gain = result.gain;
 }
 
 Measured measured_of(const Data& data, std::size_t index, const std::vector<double>& weights) {
@@ -139,21 +123,9 @@ Measured measured_of(const Data& data, std::size_t index, const std::vector<doub
   m.series = index;
   m.per_force = unit.pulse > 0.0 ? series.window / unit.pulse : 1.0;
   m.rest = rest_of(data, series, vibration::at_rest(data, series));
-  m.lowest = INFINITY, m.highest = -INFINITY;
-  double sum = 0.0, weight = 0.0;
-  for (std::size_t j = 0; j < weights.size(); ++j) {
-    const double e = series.force[j] - m.rest.value - m.rest.slope * (series.time[j] - series.middle());
-    m.error.push_back(e);
-    if (!std::isfinite(e)) continue;
-    ++m.windows;
-    sum += weights[j] * e;
-    weight += weights[j];
-    m.lowest = std::min(m.lowest, e);
-    m.highest = std::max(m.highest, e);
-  }
-  m.mean = sum / weight;
-  m.plain_mean = plain_mean(m.error);
-  m.sd = standard_deviation(m.error);
+  for (std::size_t j = 0; j < weights.size(); ++j)
+    m.error.push_back(series.force[j] - m.rest.value - m.rest.slope * (series.time[j] - series.middle()));
+  set_moments(weights, m);
   return m;
 }
 
@@ -262,6 +234,24 @@ Exposure exposure_of(const Data& data, const std::vector<std::size_t>& members, 
 }
 
 }  // namespace
+
+void set_moments(const std::vector<double>& weights, Measured& m) {
+  m.lowest = INFINITY, m.highest = -INFINITY;
+  m.windows = 0;
+  double sum = 0.0, weight = 0.0;
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    const double e = m.error[j];
+    if (!std::isfinite(e)) continue;
+    ++m.windows;
+    sum += weights[j] * e;
+    weight += weights[j];
+    m.lowest = std::min(m.lowest, e);
+    m.highest = std::max(m.highest, e);
+  }
+  m.mean = sum / weight;
+  m.plain_mean = plain_mean(m.error);
+  m.sd = standard_deviation(m.error);
+}
 
 std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size_t blocks) {
   std::vector<double> out(blocks, 0.0);

@@ -56,6 +56,9 @@ struct Exposure {
 /// Every random vibration of the data. Throws Error::bad_data, bad_input with everything that is missing.
 std::vector<Exposure> exposures_of(const Evidence& evidence, const vibration::Data& data, Findings& findings);
 
+/// Sets moments and extremes of a unit from its `error`. Given: weights of all windows [1].
+void set_moments(const std::vector<double>& weights, Measured& m);
+
 /// Highest less lowest error of each of `blocks` equal parts [m/s^2].
 std::vector<double> ranges_of_blocks(const std::vector<double>& error, std::size_t blocks);
 

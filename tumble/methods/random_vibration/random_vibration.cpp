@@ -3,6 +3,7 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/random_vibration/describe.hpp"
 #include "tumble/methods/random_vibration/measure.hpp"
+#include "tumble/methods/random_vibration/screen.hpp"
 #include "tumble/methods/random_vibration/statistics.hpp"
 #include "tumble/methods/random_vibration/trial.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -59,7 +60,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   refuse_impossible(settings);
   report(progress, 0.0, "reading windows");
-  const vibration::Data data = vibration::data_of(evidence);
+  vibration::Data data = vibration::data_of(evidence);
+  skip_outliers(settings.integer("reference_lags"), data);
   const auto types = types_of(settings.has("types") ? settings.word("types") : "", data.units);
   Estimate estimate;
   estimate.findings = data.findings;
@@ -71,6 +73,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     for (const auto& unit : exposure.units) estimate.fit.observations += unit.windows;
   }
   append_orders(exposures, data, estimate);
+  report_rests(exposures, data, estimate);
   forget_shared(estimate);
   estimate.fit.degrees_of_freedom = static_cast<double>(estimate.fit.observations);
   estimate.fit.chi_square = std::nan("");  // nothing is fitted to the windows

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tumble/methods/random_vibration/spectrum.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
@@ -14,7 +15,8 @@ namespace {
 using Severity = Finding::Severity;
 using vibration::Data;
 
-constexpr std::size_t blocks = 64;  ///< of which the ranges are taken
+constexpr std::size_t blocks = 64;           ///< of which the ranges are taken
+constexpr std::size_t fewest_windows = 512;  ///< that units have in common
 
 /// Statistics of one unit, or of the mean of several, before they are given a name. [m/s^2]
 struct Triple {
@@ -28,10 +30,32 @@ std::vector<double> squares_of(const std::vector<double>& values, double mean, d
   return out;
 }
 
-/// Density at zero by the noise at rest and the unit's own rectification of a Gaussian vibration.
+/// Density at zero that missing windows make of the motion: each gap of L windows takes the mean over L H from the sum.
+double white_of_gaps(const Exposure& exposure, const Measured& unit) {
+  const double level = exposure.rms * exposure.rms / variance(exposure.psd);
+  std::map<std::size_t, double> of_length;
+  double sum = 0.0;
+  for (std::size_t j = 0, length = 0; j <= exposure.weights.size(); ++j) {
+    if (j < exposure.weights.size() && !std::isfinite(unit.error[j])) {
+      ++length;
+      continue;
+    }
+    if (length > 0) {
+      const auto windows = static_cast<double>(length);
+      const auto [part, is_new] = of_length.emplace(length, 0.0);
+      if (is_new) part->second = windows * windows * level * window_variance(exposure.psd, windows * exposure.window);
+      sum += part->second;
+    }
+    length = 0;
+  }
+  return sum / static_cast<double>(exposure.weights.size());
+}
+
+/// Density at zero by the noise at rest and the unit's own rectification of a Gaussian vibration, and by gaps.
 double expected_white(const Exposure& exposure, const Measured& unit) {
   const double rectification = unit.mean / (exposure.rms * exposure.rms);
-  return unit.rest.white + rectification * rectification * density_of_square(exposure.psd) / exposure.interval;
+  return unit.rest.white + rectification * rectification * density_of_square(exposure.psd) / exposure.interval +
+         white_of_gaps(exposure, unit);
 }
 
 Triple triple_of(const Exposure& exposure, const Measured& unit) {
@@ -177,31 +201,57 @@ Statistic ratio_of(const Statistic& over, const Statistic& under) {
   return out;
 }
 
-/// Noise at rest of the ratio of two means: the rectification of the common vibration cancels.
-double white_of_ratio(const Exposure& exposure, const std::vector<std::size_t>& over,
-                      const std::vector<std::size_t>& under, double ratio, double mean_under) {
-  const auto mean_white = [&](const std::vector<std::size_t>& members) {
+using Units = std::vector<Measured>;
+
+/// Noise at rest of the ratio of two means: the rectification of the common vibration cancels. Of the motion in missing
+/// windows 1 less the ratio remains.
+double white_of_ratio(const Exposure& exposure, const Units& over, const Units& under, double ratio,
+                      double mean_under) {
+  const auto mean_white = [](const Units& units) {
     double white = 0.0;
-    for (const std::size_t m : members) white += exposure.units[m].rest.white;
-    return white / static_cast<double>(members.size() * members.size());
+    for (const Measured& unit : units) white += unit.rest.white;
+    return white / static_cast<double>(units.size() * units.size());
   };
-  return (mean_white(over) + ratio * ratio * mean_white(under)) / (mean_under * mean_under);
+  const double motion = (1.0 - ratio) * (1.0 - ratio) * white_of_gaps(exposure, under.front());
+  return (mean_white(over) + ratio * ratio * mean_white(under) + motion) / (mean_under * mean_under);
 }
 
-/// Members of a type in this vibration: indices of Exposure::units.
-std::vector<std::size_t> members_of(const Exposure& exposure, const Type& type) {
-  std::vector<std::size_t> out;
-  for (std::size_t m = 0; m < exposure.units.size(); ++m)
-    if (std::ranges::find(type.units, exposure.units[m].unit) != type.units.end()) out.push_back(m);
+/// Members of a type in this vibration.
+Units members_of(const Exposure& exposure, const Type& type) {
+  Units out;
+  for (const Measured& unit : exposure.units)
+    if (std::ranges::find(type.units, unit.unit) != type.units.end()) out.push_back(unit);
   return out;
 }
 
+/// Keeps the windows that all of these units have: only in these the common motion cancels. Returned: their number.
+std::size_t keep_common(const Exposure& exposure, Units& a, Units& b) {
+  std::size_t common = 0;
+  for (std::size_t j = 0; j < exposure.weights.size(); ++j) {
+    const auto missing = [&](const Measured& unit) { return !std::isfinite(unit.error[j]); };
+    if (std::ranges::none_of(a, missing) && std::ranges::none_of(b, missing)) {
+      ++common;
+      continue;
+    }
+    for (Units* units : {&a, &b})
+      for (Measured& unit : *units) unit.error[j] = std::nan("");
+  }
+  for (Units* units : {&a, &b})
+    for (Measured& unit : *units) set_moments(exposure.weights, unit);
+  return common;
+}
+
+Triple mean_of(const Exposure& exposure, const Units& units) {
+  std::vector<Triple> parts;
+  for (const Measured& unit : units) parts.push_back(triple_of(exposure, unit));
+  return mean_over(parts);
+}
+
 /// Whether the mean can be a divisor: it is at least four standard uncertainties from zero.
-bool can_divide(const Exposure& exposure, const Statistic& mean, const std::vector<std::size_t>& members) {
+bool can_divide(const Exposure& exposure, const Statistic& mean, const Units& units) {
   double variance = 0.0;
-  for (const std::size_t m : members) {
-    const Measured& unit = exposure.units[m];
-    const double share = 1.0 / static_cast<double>(members.size());
+  for (const Measured& unit : units) {
+    const double share = 1.0 / static_cast<double>(units.size());
     variance += share * share *
                 (unit.rest.variance + unit.rest.slow_variance +
                  expected_white(exposure, unit) / static_cast<double>(unit.windows));
@@ -209,42 +259,46 @@ bool can_divide(const Exposure& exposure, const Statistic& mean, const std::vect
   return std::abs(mean.parameter.value) > 4.0 * std::sqrt(variance);
 }
 
-/// The first type over each of the others, in specific force.
+/// One type over another, in specific force.
+void append_ratio(const Exposure& exposure, const Type& first, const Type& other, std::vector<Statistic>& out,
+                  Findings& findings) {
+  Units over = members_of(exposure, first), under = members_of(exposure, other);
+  if (over.empty() || under.empty()) return;
+  const std::string prefix = exposure.prefix + first.name + "_over_" + other.name + ".";
+  if (keep_common(exposure, over, under) < fewest_windows) {
+    findings.push_back({Severity::warning,
+                        "no_common_windows",
+                        {{"parameter", prefix + "sd_ratio"}, {"needed", fewest_windows}},
+                        exposure.label});
+    return;
+  }
+  const Triple a = mean_of(exposure, over), b = mean_of(exposure, under);
+  const std::string what = fmt::format(" of {} over {}, in g, the vibration in common", first.name, other.name);
+  if (can_divide(exposure, b.mean, under)) {
+    Statistic mean = ratio_of(a.mean, b.mean);
+    mean.expected_white = white_of_ratio(exposure, over, under, mean.parameter.value, b.mean.parameter.value);
+    mean.expected_freedom = std::min(a.mean.expected_freedom, b.mean.expected_freedom);
+    name(mean, prefix + "mean_ratio", "r_mean", "1", "means of the pulse error" + what);
+    out.push_back(std::move(mean));
+  } else {
+    findings.push_back({Severity::info,
+                        "no_mean_ratio",
+                        {{"parameter", prefix + "mean_ratio"}, {"type", other.name}},
+                        exposure.label});
+  }
+  Statistic sd = ratio_of(a.sd, b.sd), range = ratio_of(a.range, b.range);
+  name(sd, prefix + "sd_ratio", "r_s", "1", "standard deviations of the pulse error" + what);
+  name(range, prefix + "peak_to_peak_ratio", "r_pp", "1", "peak to peak of the pulse error" + what);
+  out.insert(out.end(), {sd, range});
+}
+
+/// The first type over each of the others.
 void append_ratios(const Exposure& exposure, const std::vector<Type>& types, std::vector<Statistic>& out,
                    Findings& findings) {
-  std::vector<Triple> of_type;
-  std::vector<std::vector<std::size_t>> members;
-  std::vector<std::string> names;
-  for (const Type& type : types) {
-    const auto here = members_of(exposure, type);
-    if (here.empty()) continue;
-    std::vector<Triple> parts;
-    for (const std::size_t m : here) parts.push_back(triple_of(exposure, exposure.units[m]));
-    of_type.push_back(mean_over(parts));
-    members.push_back(here);
-    names.push_back(type.name);
-  }
-  for (std::size_t k = 1; k < of_type.size(); ++k) {
-    const std::string prefix = exposure.prefix + names[0] + "_over_" + names[k] + ".";
-    const std::string what = fmt::format(" of {} over {}, in g, the vibration in common", names[0], names[k]);
-    if (can_divide(exposure, of_type[k].mean, members[k])) {
-      Statistic mean = ratio_of(of_type[0].mean, of_type[k].mean);
-      mean.expected_white =
-          white_of_ratio(exposure, members[0], members[k], mean.parameter.value, of_type[k].mean.parameter.value);
-      mean.expected_freedom = std::min(of_type[0].mean.expected_freedom, of_type[k].mean.expected_freedom);
-      name(mean, prefix + "mean_ratio", "r_mean", "1", "means of the pulse error" + what);
-      out.push_back(std::move(mean));
-    } else {
-      findings.push_back({Severity::info,
-                          "no_mean_ratio",
-                          {{"parameter", prefix + "mean_ratio"}, {"type", names[k]}},
-                          exposure.label});
-    }
-    Statistic sd = ratio_of(of_type[0].sd, of_type[k].sd), range = ratio_of(of_type[0].range, of_type[k].range);
-    name(sd, prefix + "sd_ratio", "r_s", "1", "standard deviations of the pulse error" + what);
-    name(range, prefix + "peak_to_peak_ratio", "r_pp", "1", "peak to peak of the pulse error" + what);
-    out.insert(out.end(), {sd, range});
-  }
+  const auto has_units = [&](const Type& type) { return !members_of(exposure, type).empty(); };
+  const auto first = std::ranges::find_if(types, has_units);
+  if (first == types.end()) return;
+  for (auto other = first + 1; other != types.end(); ++other) append_ratio(exposure, *first, *other, out, findings);
 }
 
 }  // namespace

@@ -18,4 +18,7 @@ void add_tables(const vibration::Data& data, const Measured& measured, const std
 /// "up", "down", "level": how the input axis points. Given: rest, specific force along it at rest [m/s^2].
 std::string way_name(double rest);
 
+/// Findings on rests that contradict the stated scale factors. Given: estimate with its parameters.
+void report_rests(const Evidence& evidence, const vibration::Data& data, const Measured& measured, Estimate& estimate);
+
 }  // namespace tumble::sine_vibration

@@ -248,6 +248,14 @@ void set_moments(const Samples& s, Line& line) {
   line.span = s.span;
 }
 
+/// The residuals in the places of their values.
+void set_residual(std::span<const double> value, const std::vector<double>& residual, Line& line) {
+  line.residual.assign(value.size(), std::nan(""));
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < value.size(); ++i)
+    if (!std::isnan(value[i])) line.residual[i] = residual[next++];
+}
+
 void set_rms(const std::vector<double>& residual, Line& line) {
   double squares = 0.0;
   for (const double r : residual) squares += r * r;
@@ -273,6 +281,7 @@ Line fit_line(std::span<const double> time, std::span<const double> value, doubl
   std::vector<double> residual(s.value.size());
   for (std::size_t i = 0; i < residual.size(); ++i) residual[i] = s.value[i] - predicted(s, m, i);
   set_rms(residual, line);
+  set_residual(value, residual, line);
   set_noise(s, m, residual, line);
   set_blocks(residual, interval, line);
   return line;
@@ -288,6 +297,7 @@ Line fit_rest(std::span<const double> time, std::span<const double> value, doubl
   std::vector<double> residual(s.value.size());
   for (std::size_t i = 0; i < residual.size(); ++i) residual[i] = s.value[i] - line.mean - line.drift * s.time[i];
   set_rms(residual, line);
+  set_residual(value, residual, line);
   set_blocks(residual, interval, line);
   return line;
 }

@@ -25,6 +25,7 @@ struct Line {
   std::size_t samples = 0;
   std::vector<double> block_mean;     ///< [u] `mean` and the residuals of 16 parts
   std::vector<double> block_seconds;  ///< [s] measured in each
+  std::vector<double> residual;       ///< [u] of each value; NaN: missing
 };
 
 /// Given     time      [s] middles of windows; value [u], NaN where missing

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <functional>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/sine_fit.hpp"
@@ -48,6 +51,42 @@ Line line_of(const Series& series, const std::vector<double>& values) {
     for (const double f : {k * rate + strongest, k * rate - strongest})
       if (f > 0.0 && std::abs(f - planned) < std::abs(best - planned)) best = f;
   return fit_line(series.time, values, series.interval, best);
+}
+
+/// Whether these windows lie at one phase of the tone, or at two that are opposite: a distorted tone, no lost pulses.
+bool at_one_phase(const Series& series, double frequency, const std::vector<std::size_t>& index) {
+  if (index.size() < 8 || frequency == 0.0) return false;
+  std::complex<double> one = 0.0, two = 0.0;
+  for (const std::size_t i : index) {
+    const double phase = two_pi * std::fmod(frequency * series.time[i], 1.0);
+    one += std::polar(1.0, phase);
+    two += std::polar(1.0, 2.0 * phase);
+  }
+  return std::max(std::abs(one), std::abs(two)) > 0.7 * static_cast<double>(index.size());
+}
+
+/// A fit without the windows that lie far off it, which are added to `skipped`. Their number grows from fit to fit,
+/// since they bend the first. Given: pulse [m/s].
+Line screened(const Series& series, double pulse, const std::function<Line(const std::vector<double>&)>& fit,
+              vibration::Outliers& skipped) {
+  const double rounding = vibration::rounding_sd(series, pulse);
+  const Line whole = fit(series.force);
+  std::vector<double> values = series.force;
+  Line line = whole;
+  for (int round = 0; round < 8; ++round) {
+    const auto outliers = vibration::outliers_of(line.residual, rounding);
+    if (outliers.index.empty()) break;
+    skipped.index.insert(skipped.index.end(), outliers.index.begin(), outliers.index.end());
+    skipped.sum += outliers.sum;
+    for (const std::size_t i : outliers.index) values[i] = std::nan("");
+    if (20 * skipped.index.size() > values.size() || at_one_phase(series, whole.frequency, skipped.index)) {
+      skipped = {};
+      return whole;
+    }
+    line = fit(values);
+  }
+  std::ranges::sort(skipped.index);
+  return line;
 }
 
 /// Amplitude [u] of the harmonics that can be measured.
@@ -116,10 +155,13 @@ void compare_with_plan(const Context& context, const Series& series, const Point
 }
 
 /// Why the tone cannot be used: the shaker was off, or the unit clips. None: it can.
-std::optional<Finding> fault_of(const Context& context, const Series& series, const Point& point, double expected) {
+std::optional<Finding> fault_of(const Context& context, const Series& series, const Point& point) {
   const std::string where = place_of(context.data, series);
   const Line& line = point.line;
-  if (!(line.amplitude > 0.03 * expected) || line.log_variance > 0.04)
+  // Where the shaker was off, rounding to pulses beats with the windows: a line of less than a pulse, at any frequency.
+  const double pulse_force = context.data.units[series.unit].pulse / series.window;
+  const bool elsewhere = std::abs(line.frequency - series.shake.frequency) * line.span > 2.0;
+  if (!(line.amplitude > (elsewhere ? pulse_force : 0.0)) || line.log_variance > 0.04)
     return Finding{Severity::error, "tone_below_noise", {{"frequency", series.shake.frequency, "Hz"}}, where};
   const double vibration = point.level * std::max(point.gain, 1.0);
   const double rest = std::isnan(series.rest) ? 0.0 : std::abs(series.rest);
@@ -152,14 +194,16 @@ std::optional<Point> point_of(const Context& context, std::size_t index, Finding
   point.unit = series.unit;
   point.window = series.averaging;
   point.nominal = vibration::three_digits(series.shake.frequency);
-  point.line = line_of(series, series.force);
+  vibration::Outliers skipped;
+  point.line = screened(
+      series, unit.pulse, [&](const std::vector<double>& values) { return line_of(series, values); }, skipped);
   const double f = point.line.frequency, rate = 1.0 / series.interval, pulse_force = unit.pulse / series.window;
   if (unusable(objection(f, series.averaging, series.interval, length, where))) return {};
   set_level(context, series, point, findings);
   const double window = std::abs(sinc(f * series.averaging));
   point.gain = point.line.amplitude / (point.level * window);
-  const double planned = series.shake.amplitude > 0.0 ? series.shake.amplitude : point.level;
-  if (unusable(fault_of(context, series, point, planned * window))) return {};
+  if (unusable(fault_of(context, series, point))) return {};
+  if (!skipped.index.empty()) findings.push_back(vibration::outliers_finding(context.data, series, skipped));
   compare_with_plan(context, series, point, findings);
   if (unit.pulse > 0.0)
     point.rounding_log_variance =
@@ -173,12 +217,23 @@ std::optional<Point> point_of(const Context& context, std::size_t index, Finding
   return point;
 }
 
+Rest rest_of(const Context& context, std::size_t index, Findings& findings) {
+  const Series& series = context.data.series[index];
+  vibration::Outliers skipped;
+  Rest rest{index,
+            screened(
+                series, context.data.units[series.unit].pulse,
+                [&](const std::vector<double>& v) { return fit_rest(series.time, v, series.interval); }, skipped)};
+  if (!skipped.index.empty()) findings.push_back(vibration::outliers_finding(context.data, series, skipped));
+  return rest;
+}
+
 Outcome outcome_of(const Context& context, std::size_t index) {
   const Series& series = context.data.series[index];
   Outcome outcome;
   try {
     if (series.at_rest())
-      outcome.rest = Rest{index, fit_rest(series.time, series.force, series.interval)};
+      outcome.rest = rest_of(context, index, outcome.findings);
     else if (series.shake.kind == Motion::Kind::sine)
       outcome.point = point_of(context, index, outcome.findings);
     else

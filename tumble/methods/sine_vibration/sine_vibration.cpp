@@ -62,6 +62,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Estimate estimate = describe(evidence, data, measured, rectified);
   if (!measured.reference) findings.push_back({Finding::Severity::info, "level_from_plan", {}});
   add_tables(data, measured, rectified, estimate);
+  report_rests(evidence, data, measured, estimate);
   report(progress, 1.0, "done");
   return finished(std::move(estimate), "sine_vibration", evidence.plan.title, findings);
 }

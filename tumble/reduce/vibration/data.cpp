@@ -353,7 +353,9 @@ Data data_of(const Evidence& evidence) {
   drop_dead(data);
   drop_moving(test.drafts, data);
   set_scales(test, data);
-  compare_rests(data);
+  refuse_sizes(data, test.problems);
+  if (!test.problems.empty()) throw Error(Error::Kind::bad_data, test.problems);
+  compare_rests(settings, data);
   set_power_ups(data);
   std::ranges::stable_sort(data.series, [](const Series& a, const Series& b) {
     return std::tie(a.unit, a.power_up, a.begin) < std::tie(b.unit, b.power_up, b.begin);

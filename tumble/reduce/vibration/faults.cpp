@@ -164,22 +164,6 @@ void drop_dead(Data& data) {
   data.series = std::move(alive);
 }
 
-void compare_rests(Data& data) {
-  for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
-    if (data.units[unit].scale_from_rest) continue;
-    for (const Series& series : data.series) {
-      if (series.unit != unit || !series.at_rest() || !std::isfinite(series.rest)) continue;
-      const double shown = mean_of(series, 0.0).value;
-      if (std::abs(shown - series.rest) < si(0.1, "g")) continue;
-      data.findings.push_back({Severity::warning,
-                               "rest_differs_from_plan",
-                               {{"shown", shown, "g"}, {"planned", series.rest, "g"}},
-                               place_of(data, series)});
-      break;
-    }
-  }
-}
-
 void drop_moving(const std::map<std::size_t, std::vector<Draft>>& drafts, Data& data) {
   std::vector<double> quietest(data.units.size(), INFINITY);
   for (const Series& s : data.series)

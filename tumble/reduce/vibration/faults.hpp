@@ -29,9 +29,13 @@ void refuse_totals(const Draft& draft, const Data& data, std::vector<std::string
 /// not connected. Segments at rest in which it gives the value at which it died are removed with them.
 void drop_dead(Data& data);
 
-/// A finding for each unit that shows a specific force at rest that differs by 0.1 g and more from that of the plan's
-/// rig.
-void compare_rests(Data& data);
+/// Sets Data::departures: the rests of each unit whose scale factor is given against the plan's rig, beyond four times
+/// what scale_factor_sd, bias_sd and an axis that is 2 deg off allow.
+void compare_rests(const Settings& settings, Data& data);
+
+/// Values that no accelerometer shows, as by a unit or a scale factor that is wrong by many powers of ten: a problem
+/// for each unit and for the reference.
+void refuse_sizes(const Data& data, std::vector<std::string>& problems);
 
 /// Removes segments planned at rest in which the unit moves, as while the shaker runs up: the spread is 20 times that
 /// of the unit's quietest, and more than three pulses or a thousandth of the mean. Values are still those of the

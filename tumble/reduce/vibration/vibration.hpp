@@ -30,6 +30,17 @@ struct UnitUnderTest {
   bool scale_from_rest = false;    ///< K_1 comes from the segments at rest
 };
 
+/// Specific force that a unit shows at rest, where it differs from that of the plan's rig by more than the stated
+/// uncertainties allow.
+struct RestDeparture {
+  std::size_t unit = 0;       ///< index in Data::units
+  double shown = 0.0;         ///< [m/s^2]; with the axis both ways half of the difference
+  double planned = 0.0;       ///< [m/s^2] alike
+  double uncertainty = 0.0;   ///< [m/s^2] of shown less planned: scale factor, bias, direction of the axis
+  bool without_bias = false;  ///< the axis stood both ways: no bias is in `shown`
+  double ratio() const { return shown / planned; }
+};
+
 /// One unit over one segment of the schedule, after the settling time.
 struct Series {
   std::size_t unit = 0;       ///< index in Data::units
@@ -59,6 +70,7 @@ struct Data {
   std::vector<Series> series;         ///< by unit, then power-up, then time
   bool reference_integrated = false;  ///< false: the reference is read as an instant in the middle of each window
   std::optional<double> range;        ///< [m/s^2] of the units
+  std::vector<RestDeparture> departures;
   Findings findings;
 };
 
@@ -86,6 +98,36 @@ struct AtRest {
 /// Output of the unit in the middle of `series` if the shaker were at rest: its segments at rest before and after, in
 /// one power-up, interpolated linearly in time.
 AtRest at_rest(const Data& data, const Series& series);
+
+/// What the rests say of the scale factors: a finding for each of Data::departures. With the axis both ways it is the
+/// scale factor, else a tone decides: a scale factor that is wrong raises gain and rest alike, a bias the rest alone.
+/// An error where it is the scale factor or the sign; it names the parameters.
+///
+/// Given     log_gain     ln of the gain [1] of each unit where its loop does not act; NaN: not known
+///           uncertainty  of it [1], of each unit
+///           parameters   of each unit: the names of those that rest on its scale factor
+void report_departures(const Data& data, const std::vector<double>& log_gain, const std::vector<double>& uncertainty,
+                       const std::vector<std::vector<std::string>>& parameters, Findings& findings);
+
+/// Values that lie far off a smooth fit: lost or added pulses, knocks.
+struct Outliers {
+  std::vector<std::size_t> index;  ///< of the residuals
+  double sum = 0.0;                ///< of these residuals [u]
+};
+
+/// Residuals beyond six of their robust standard deviations (1.4826 times the median of |r|, and at least `least`):
+/// two of a thousand million normal numbers are. Where more than one in twenty is beyond, the residuals are of another
+/// shape, and none is an outlier.
+/// Given: residual [u], NaN where missing; least [u], the spread by rounding.
+Outliers outliers_of(const std::vector<double>& residual, double least);
+
+/// sd [m/s^2] of the values of a series by rounding: to whole pulses, or to the least step of the values where nothing
+/// is counted. Given: pulse [m/s].
+double rounding_sd(const Series& series, double pulse);
+
+/// The finding for windows that the method skips as outliers. Given: times [s]; window [s]; unit and place of the
+/// series.
+Finding outliers_finding(const Data& data, const Series& series, const Outliers& outliers);
 
 /// Mean of a series and its uncertainty.
 struct Mean {

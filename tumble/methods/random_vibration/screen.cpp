@@ -1,0 +1,123 @@
+#include "tumble/methods/random_vibration/screen.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <string>
+#include <tuple>
+
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/reduce/pulses/rounding.hpp"
+
+namespace tumble::random_vibration {
+namespace {
+
+using vibration::Data;
+using vibration::Outliers;
+using vibration::Series;
+
+constexpr int rounds = 5, lags_of_units = 2;
+
+/// What a straight line leaves of a segment at rest.
+std::vector<double> about_a_line(const Series& series) {
+  double n = 0.0, t = 0.0, v = 0.0, tt = 0.0, tv = 0.0;
+  for (std::size_t j = 0; j < series.force.size(); ++j)
+    if (std::isfinite(series.force[j])) ++n, t += series.time[j], v += series.force[j];
+  t /= n, v /= n;
+  for (std::size_t j = 0; j < series.force.size(); ++j) {
+    if (!std::isfinite(series.force[j])) continue;
+    tt += (series.time[j] - t) * (series.time[j] - t);
+    tv += (series.time[j] - t) * (series.force[j] - v);
+  }
+  const double slope = tt > 0.0 ? tv / tt : 0.0;
+  std::vector<double> residual(series.force.size());
+  for (std::size_t j = 0; j < residual.size(); ++j) residual[j] = series.force[j] - v - slope * (series.time[j] - t);
+  return residual;
+}
+
+/// Skips in `series` what is far off `residual`, which is made anew as long as there is more.
+template <class MakeResidual, class Skip>
+Outliers skip_each(double least, std::size_t windows, MakeResidual residual, Skip skip) {
+  Outliers all;
+  for (int round = 0; round < rounds; ++round) {
+    const Outliers more = vibration::outliers_of(residual(), least);
+    if (more.index.empty() || 20 * (all.index.size() + more.index.size()) > windows) break;
+    for (const std::size_t j : more.index) skip(j);
+    all.index.insert(all.index.end(), more.index.begin(), more.index.end());
+    all.sum += more.sum;
+  }
+  std::ranges::sort(all.index);
+  return all;
+}
+
+void screen(Series& series, const std::vector<double>& reference, int lags, Data& data) {
+  const double least = vibration::rounding_sd(series, data.units[series.unit].pulse);
+  const bool rest = series.at_rest();
+  const Outliers skipped = skip_each(
+      least, series.force.size(),
+      [&] { return rest ? about_a_line(series) : explained(reference, series.force, lags).residual; },
+      [&](std::size_t j) { series.force[j] = std::nan(""); });
+  if (!skipped.index.empty()) data.findings.push_back(vibration::outliers_finding(data, series, skipped));
+}
+
+/// Two units in one vibration: the difference shows that one of them is off, and not which.
+void screen(Series& first, Series& second, Data& data) {
+  const double least = std::hypot(vibration::rounding_sd(first, data.units[first.unit].pulse),
+                                  vibration::rounding_sd(second, data.units[second.unit].pulse));
+  const std::size_t n = std::min(first.force.size(), second.force.size());
+  Outliers skipped = skip_each(
+      least, n, [&] { return explained(first.force, second.force, lags_of_units).residual; },
+      [&](std::size_t j) { first.force[j] = second.force[j] = std::nan(""); });
+  if (skipped.index.empty()) return;
+  skipped.sum = std::abs(skipped.sum);  // of which unit it is, and with which sign, is not known
+  data.findings.push_back(vibration::outliers_finding(data, second, skipped));
+  data.findings.back().where =
+      data.units[first.unit].name + " or " + data.units[second.unit].name + ", " + second.label;
+}
+
+}  // namespace
+
+Explained explained(const std::vector<double>& reference, const std::vector<double>& values, int lags) {
+  const auto side = static_cast<std::size_t>(lags);
+  const std::size_t n = std::min(values.size(), reference.size()), width = 2 * side + 2;
+  std::vector<double> row(width, 1.0), right(width, 0.0);
+  const auto fill = [&](std::size_t j) {
+    for (std::size_t k = 1; k < width; ++k) row[k] = reference[j + k - 1 - side];
+    return std::ranges::all_of(row, [](double x) { return std::isfinite(x); }) && std::isfinite(values[j]);
+  };
+  Matrix normal(width, width);
+  for (std::size_t j = side; j + side < n; ++j) {
+    if (!fill(j)) continue;
+    add_square(normal, 1.0, row);
+    right = scaled_sum(right, values[j], row);
+  }
+  const auto gains = solve_symmetric(normal, right);
+  if (!std::ranges::all_of(gains, [](double x) { return std::isfinite(x); })) return {};
+  Explained result;
+  result.residual.assign(values.size(), std::nan(""));
+  for (std::size_t j = side; j + side < n; ++j)
+    if (fill(j)) result.residual[j] = values[j] - dot(gains, row);
+  result.gain = std::accumulate(gains.begin() + 1, gains.end(), 0.0);
+  return result;
+}
+
+void skip_outliers(int lags, Data& data) {
+  std::map<std::tuple<std::size_t, std::size_t, std::string>, std::vector<std::size_t>> vibrations;
+  for (std::size_t i = 0; i < data.series.size(); ++i) {
+    Series& series = data.series[i];
+    const bool random = series.shake.kind == Motion::Kind::random;
+    const bool reference = random && data.reference_integrated && !series.reference.empty();
+    if (series.at_rest() || reference) {
+      const auto same = series.reference;
+      screen(series, same, lags, data);
+    } else if (random) {
+      vibrations[{series.recording, series.power_up, series.label}].push_back(i);
+    }
+  }
+  for (const auto& [key, members] : vibrations)
+    for (std::size_t k = 1; k < members.size(); ++k)
+      screen(data.series[members.front()], data.series[members[k]], data);
+}
+
+}  // namespace tumble::random_vibration
