@@ -1,5 +1,6 @@
 #include "tumble/math/noise/block_cosines.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -177,6 +178,35 @@ ContrastSums BlockCosines::take(std::span<const double> values, double* means) c
   }
   sums.contrasts += sums.count;
   return sums;
+}
+
+ContrastSums ScaleSums::take(const BlockCosines& cosines, std::span<const double> values, double* means) {
+  constexpr std::size_t most_groups = 1024;
+  const std::size_t p = cosines.radix();
+  ContrastSums all;
+  while (!values.empty()) {
+    if (filled_ == 0 && groups_.size() == most_groups) {
+      for (std::size_t i = 0; i < most_groups / 2; ++i) {
+        const ContrastGroup &first = groups_[2 * i], &second = groups_[2 * i + 1];
+        ContrastGroup both{first.contrasts + second.contrasts, first.square};
+        for (std::size_t k = 0; k < both.square.size(); ++k) both.square[k] += second.square[k];
+        groups_[i] = both;
+      }
+      groups_.resize(most_groups / 2);
+      group_blocks_ *= 2;
+    }
+    if (filled_ == 0) groups_.push_back({0.0, {}});
+    const std::size_t blocks = std::min(group_blocks_ - filled_, values.size() / p);
+    const ContrastSums sums = cosines.take(values.first(blocks * p), means);
+    groups_.back().contrasts += sums.contrasts;
+    for (std::size_t k = 0; k < p; ++k) groups_.back().square[k] += sums.second[k];
+    filled_ = (filled_ + blocks) % group_blocks_;
+    all.add(sums);
+    values = values.subspan(blocks * p);
+    means += blocks;
+  }
+  whole_.add(all);
+  return all;
 }
 
 /// First sums of an incomplete block are not added: the ramp's own contrasts differ from block to block.

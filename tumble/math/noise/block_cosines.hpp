@@ -54,6 +54,8 @@ class BlockCosines {
   ///           NaN for other blocks
   ContrastSums take(std::span<const double> values, double* means) const;
 
+  std::size_t radix() const { return static_cast<std::size_t>(radix_); }
+
  private:
   void take_incomplete(const double* y, double& mean, ContrastSums& sums) const;
 
@@ -61,7 +63,23 @@ class BlockCosines {
   double weight_[widest_block][widest_block];
 };
 
+/// Sums over all blocks of a scale, and over 512 to 1024 equal groups of them (of a short record each by itself).
+class ScaleSums {
+ public:
+  /// Given     values  whole blocks [u]. NaN: missing
+  /// Returned  their sums; means: one a block
+  ContrastSums take(const BlockCosines& cosines, std::span<const double> values, double* means);
+
+  const ContrastSums& whole() const { return whole_; }
+  const std::vector<ContrastGroup>& groups() const { return groups_; }
+
+ private:
+  ContrastSums whole_;
+  std::vector<ContrastGroup> groups_;
+  std::size_t group_blocks_ = 1, filled_ = 0;
+};
+
 /// Adds the bands of one scale to `result`, from the sums over all its blocks. unit [samples] of a value.
-void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result);
+void add_bands(const ScaleSums& sums, double unit, int radix, NoiseBands& result);
 
 }  // namespace tumble

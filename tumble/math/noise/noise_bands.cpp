@@ -76,11 +76,10 @@ std::vector<double> fast_scale(std::span<const double> values, double unit, int 
   const auto p = static_cast<std::size_t>(radix);
   const std::size_t blocks = values.size() / p;
   std::vector<double> means(blocks);
-  ContrastSums whole;
+  ScaleSums whole;
   for (std::size_t part = 0; part < NoiseBands::parts; ++part) {
     const std::size_t first = blocks * part / NoiseBands::parts, last = blocks * (part + 1) / NoiseBands::parts;
-    const ContrastSums sums = cosines.take(values.subspan(first * p, (last - first) * p), means.data() + first);
-    whole.add(sums);
+    const ContrastSums sums = whole.take(cosines, values.subspan(first * p, (last - first) * p), means.data() + first);
     if (unit == 1.0) result.add_part(sums.contrasts * (radix - 1), sums.square(radix));
   }
   add_bands(whole, unit, radix, result);
@@ -227,6 +226,19 @@ void slow_part(std::span<const double> values, double unit, NoiseBands& result) 
   }
 }
 
+/// Cosines of the slow values, for their scatter alone: the sines do not tell one time from another.
+void add_scatter_of_slow(std::span<const double> values, double unit, NoiseBands& result) {
+  const BlockCosines cosines(widest_block);
+  const std::size_t blocks = values.size() / widest_block;
+  std::vector<double> means(blocks);
+  ScaleSums sums;
+  sums.take(cosines, values.first(blocks * widest_block), means.data());
+  NoiseBands apart;
+  apart.lost = result.lost;
+  add_bands(sums, unit, widest_block, apart);
+  result.scatter.push_back(apart.scatter[0]);
+}
+
 }  // namespace
 
 std::vector<double> slow_sines(std::span<const double> values) {
@@ -247,7 +259,9 @@ std::vector<double> slow_sines(std::span<const double> values) {
   return coefficients;
 }
 
-void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result) {
+void add_bands(const ScaleSums& sums, double unit, int radix, NoiseBands& result) {
+  const ContrastSums& whole = sums.whole();
+  PowerScatter scatter{{}, sums.groups()};
   const bool complete = whole.patterns.empty() && result.lost == nullptr;
   const PatternsOfScale patterns = complete ? PatternsOfScale{} : patterns_of(whole, radix);
   if (whole.contrasts > 0.0) {
@@ -258,9 +272,11 @@ void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& re
       const double ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0);
       band.with_ramp = (ramp * whole.first[k] + unit * whole.with_ramp[k]) / whole.contrasts;
       band.ramp_square = (whole.count * band.ramp_square + unit * unit * whole.ramp_square[k]) / whole.contrasts;
-      result.bands.push_back(band);
+      scatter.bands.push_back(band);
     }
   }
+  result.bands.insert(result.bands.end(), scatter.bands.begin(), scatter.bands.end());
+  result.scatter.push_back(std::make_shared<const PowerScatter>(std::move(scatter)));
   if (!complete) result.lost = lost_after(result.lost, patterns, unit);
 }
 
@@ -275,6 +291,7 @@ NoiseBands::NoiseBands(NoiseBands fast, std::span<const double> rate, double uni
     rate = values;
     unit *= radix;
   }
+  add_scatter_of_slow(rate, unit, *this);
   slow_part(rate, unit, *this);
   slow.assign(rate.begin(), rate.end());
   slow_unit = unit;

@@ -51,6 +51,18 @@ struct NoiseOrdinate {
   std::size_t band = 0;
 };
 
+/// Sums of squares of cosines over neighbouring blocks, order by order.
+struct ContrastGroup {
+  double contrasts = 0.0;         ///< independent ones of an order
+  std::array<double, 16> square;  ///< [u^2] by order
+};
+
+/// How the power of the cosines of one scale scatters along the record.
+struct PowerScatter {
+  std::vector<NoiseBand> bands;       ///< one an order, from 1 on
+  std::vector<ContrastGroup> groups;  ///< equally long parts of the record, one after the other
+};
+
 /// A record as mean squares of orthonormal contrasts, from fast to slow:
 ///
 ///   while more than 16384 values are left: blocks of p values (p = 16, the last 2 to 16), whose cosine transform
@@ -85,6 +97,8 @@ class NoiseBands {
   std::vector<double> slow;  ///< what the sines are taken of: means over slow_unit samples
   double slow_unit = 1.0;
   std::shared_ptr<const LostSamples> lost;  ///< of `slow`; null: nothing
+  /// Of each fast scale, then of cosines of `slow`.
+  std::vector<std::shared_ptr<const PowerScatter>> scatter;
   /// Mean square of the fastest contrasts over each of `parts` equal parts of the record, and their number; empty where
   /// there is no fast scale.
   static constexpr std::size_t parts = 16;

@@ -125,9 +125,9 @@ double dense_likelihood(const std::vector<double>& values, double white, double 
 
 /// A record from which each sample is missing with this probability, independently of the others.
 std::vector<double> with_losses(std::vector<double> values, double share, std::uint64_t seed) {
-  auto losses = RandomStream(seed).split("losses");
-  for (double& value : values)
-    if (losses.uniform() < share) value = std::nan("");
+  const auto losses = RandomStream(seed).split("losses");
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (losses.uniform(i) < share) values[i] = std::nan("");
   return values;
 }
 
