@@ -1,5 +1,6 @@
 #include "tumble/math/noise/block_cosines.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -9,18 +10,6 @@ namespace tumble {
 namespace {
 
 double weight(int radix, int order, int i) { return std::sqrt(2.0 / radix) * std::cos(pi * order * (i + 0.5) / radix); }
-
-/// Mean of what is there; NaN if more than half is missing.
-double mean_of_rest(const double* y, int p) {
-  double sum = 0.0;
-  int count = 0;
-  for (int i = 0; i < p; ++i)
-    if (!std::isnan(y[i])) {
-      sum += y[i];
-      ++count;
-    }
-  return 2 * count >= p ? sum / count : std::nan("");
-}
 
 using Lanes = double __attribute__((vector_size(32)));
 
@@ -64,7 +53,7 @@ struct Sixteen {
 
 /// Operations and their order are fixed, and none is fused (see CMakeLists.txt): the processor does not matter.
 [[gnu::always_inline]] inline ContrastSums take16(const Sixteen& cosines, std::span<const double> values,
-                                                  double* means) {
+                                                  double* means, std::vector<std::size_t>& incomplete) {
   constexpr std::size_t p = widest_block;
   Lanes first[groups] = {}, second[groups] = {}, x[groups];
   ContrastSums sums;
@@ -74,7 +63,7 @@ struct Sixteen {
     cosines.transform(y, x);
     const double sum = x[3][0];
     if (std::isnan(sum)) {
-      means[b] = mean_of_rest(y, p);
+      incomplete.push_back(b);
       continue;
     }
     means[b] = sum * to_mean;
@@ -95,27 +84,57 @@ struct Sixteen {
 
 #ifdef __x86_64__
 [[gnu::target("avx2")]] ContrastSums take16_avx2(const Sixteen& cosines, std::span<const double> values,
-                                                 double* means) {
-  return take16(cosines, values, means);
+                                                 double* means, std::vector<std::size_t>& incomplete) {
+  return take16(cosines, values, means, incomplete);
 }
 #endif
 
-ContrastSums take_sixteen(std::span<const double> values, double* means) {
+ContrastSums take_sixteen(std::span<const double> values, double* means, std::vector<std::size_t>& incomplete) {
   static const Sixteen cosines;
 #ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) return take16_avx2(cosines, values, means);
+  if (__builtin_cpu_supports("avx2")) return take16_avx2(cosines, values, means, incomplete);
 #endif
-  return take16(cosines, values, means);
+  return take16(cosines, values, means, incomplete);
 }
 
 }  // namespace
+
+void BlockPatterns::add(unsigned mask, double blocks) {
+  constexpr std::size_t most_few = 4096;
+  if (many_.empty() && blocks == 1.0 && few_.size() < most_few) {
+    few_.push_back(static_cast<std::uint16_t>(mask));
+    return;
+  }
+  if (many_.empty()) many_.assign(std::size_t{1} << widest_block, 0.0);
+  for (const std::uint16_t one : few_) many_[one] += 1.0;
+  few_.clear();
+  many_[mask] += blocks;
+}
+
+void BlockPatterns::add(const BlockPatterns& more) {
+  for (const std::uint16_t mask : more.few_) add(mask);
+  for (unsigned mask = 0; mask < more.many_.size(); ++mask)
+    if (more.many_[mask] > 0.0) add(mask, more.many_[mask]);
+}
+
+std::map<unsigned, double> BlockPatterns::counts() const {
+  std::map<unsigned, double> counts;
+  for (const std::uint16_t mask : few_) counts[mask] += 1.0;
+  for (unsigned mask = 0; mask < many_.size(); ++mask)
+    if (many_[mask] > 0.0) counts[mask] += many_[mask];
+  return counts;
+}
 
 void ContrastSums::add(const ContrastSums& more) {
   for (int k = 0; k < widest_block; ++k) {
     first[k] += more.first[k];
     second[k] += more.second[k];
+    with_ramp[k] += more.with_ramp[k];
+    ramp_square[k] += more.ramp_square[k];
   }
   count += more.count;
+  contrasts += more.contrasts;
+  patterns.add(more.patterns);
 }
 
 double ContrastSums::square(int radix) const {
@@ -131,9 +150,15 @@ BlockCosines::BlockCosines(int radix) : radix_(radix) {
 
 ContrastSums BlockCosines::take(std::span<const double> values, double* means) const {
   static_assert(widest_block == 16);
-  if (radix_ == widest_block) return take_sixteen(values, means);
-  ContrastSums sums;
   const auto p = static_cast<std::size_t>(radix_);
+  if (radix_ == widest_block) {
+    std::vector<std::size_t> incomplete;
+    ContrastSums sums = take_sixteen(values, means, incomplete);
+    for (const std::size_t b : incomplete) take_incomplete(values.data() + b * p, means[b], sums);
+    sums.contrasts += sums.count;
+    return sums;
+  }
+  ContrastSums sums;
   const double to_mean = std::sqrt(0.5 / static_cast<double>(p));
   for (std::size_t b = 0; b < values.size() / p; ++b) {
     const double* y = values.data() + b * p;
@@ -141,7 +166,7 @@ ContrastSums BlockCosines::take(std::span<const double> values, double* means) c
     for (std::size_t i = 0; i < p; ++i)
       for (std::size_t k = 0; k < p; ++k) x[k] += weight_[i][k] * y[i];
     if (std::isnan(x[0])) {
-      means[b] = mean_of_rest(y, radix_);
+      take_incomplete(y, means[b], sums);
       continue;
     }
     means[b] = x[0] * to_mean;
@@ -151,7 +176,70 @@ ContrastSums BlockCosines::take(std::span<const double> values, double* means) c
     }
     ++sums.count;
   }
+  sums.contrasts += sums.count;
   return sums;
+}
+
+ContrastSums ScaleSums::take(const BlockCosines& cosines, std::span<const double> values, double* means) {
+  constexpr std::size_t most_groups = 1024;
+  const std::size_t p = cosines.radix();
+  ContrastSums all;
+  while (!values.empty()) {
+    if (filled_ == 0 && groups_.size() == most_groups) {
+      for (std::size_t i = 0; i < most_groups / 2; ++i) {
+        const ContrastGroup &first = groups_[2 * i], &second = groups_[2 * i + 1];
+        ContrastGroup both{first.contrasts + second.contrasts, first.square};
+        for (std::size_t k = 0; k < both.square.size(); ++k) both.square[k] += second.square[k];
+        groups_[i] = both;
+      }
+      groups_.resize(most_groups / 2);
+      group_blocks_ *= 2;
+    }
+    if (filled_ == 0) groups_.push_back({0.0, {}});
+    const std::size_t blocks = std::min(group_blocks_ - filled_, values.size() / p);
+    const ContrastSums sums = cosines.take(values.first(blocks * p), means);
+    groups_.back().contrasts += sums.contrasts;
+    for (std::size_t k = 0; k < p; ++k) groups_.back().square[k] += sums.second[k];
+    filled_ = (filled_ + blocks) % group_blocks_;
+    all.add(sums);
+    values = values.subspan(blocks * p);
+    means += blocks;
+  }
+  whole_.add(all);
+  return all;
+}
+
+/// First sums of an incomplete block are not added: the ramp's own contrasts differ from block to block.
+void BlockCosines::take_incomplete(const double* y, double& mean, ContrastSums& sums) const {
+  const auto p = static_cast<std::size_t>(radix_);
+  double sum = 0.0, middle = 0.0, present = 0.0;
+  unsigned mask = 0;
+  for (std::size_t i = 0; i < p; ++i) {
+    if (std::isnan(y[i])) continue;
+    sum += y[i];
+    middle += static_cast<double>(i);
+    ++present;
+    mask |= 1u << i;
+  }
+  mean = std::nan("");
+  if (2.0 * present < static_cast<double>(p)) return;
+  mean = sum / present;
+  middle /= present;
+  double x[widest_block] = {}, ramp[widest_block] = {};
+  for (std::size_t i = 0; i < p; ++i) {
+    if (((mask >> i) & 1u) == 0) continue;
+    for (std::size_t k = 1; k < p; ++k) {
+      x[k] += weight_[i][k] * (y[i] - mean);
+      ramp[k] += weight_[i][k] * (static_cast<double>(i) - middle);
+    }
+  }
+  for (std::size_t k = 1; k < p; ++k) {
+    sums.second[k] += x[k] * x[k];
+    sums.with_ramp[k] += x[k] * ramp[k];
+    sums.ramp_square[k] += ramp[k] * ramp[k];
+  }
+  sums.contrasts += (present - 1.0) / static_cast<double>(radix_ - 1);
+  sums.patterns.add(mask);
 }
 
 }  // namespace tumble

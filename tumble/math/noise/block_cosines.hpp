@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <span>
+#include <vector>
 
 #include "tumble/math/noise/noise_bands.hpp"
 
@@ -12,10 +15,28 @@ constexpr std::size_t most_values = 16384;  ///< of the slow part
 /// From here on a scale has blocks of the widest: what they leave is still half of the most, or more.
 constexpr std::size_t values_for_widest = widest_block * most_values / 2;
 
-/// Sums over blocks of the contrasts, by their order, and of their squares.
+/// How many blocks have the same values missing. Bit i of a mask is set where value i is present.
+class BlockPatterns {
+ public:
+  void add(unsigned mask, double blocks = 1.0);
+  void add(const BlockPatterns& more);
+  bool empty() const { return few_.empty() && many_.empty(); }
+  std::map<unsigned, double> counts() const;  ///< by mask
+
+ private:
+  std::vector<std::uint16_t> few_;  ///< one a block, until there are many
+  std::vector<double> many_;        ///< by mask
+};
+
+/// Sums over blocks of the contrasts, by their order, and of their squares; over those that are incomplete, of the
+/// values less the mean of those present.
 struct ContrastSums {
   double first[widest_block] = {}, second[widest_block] = {};
-  double count = 0.0;  ///< of blocks
+  double count = 0.0;      ///< of complete blocks
+  double contrasts = 0.0;  ///< of an order, independent: an incomplete block has k values of p and counts (k-1)/(p-1)
+  /// Of incomplete blocks: contrast times that of a ramp of 1 u a value with the same values missing, and its square.
+  double with_ramp[widest_block] = {}, ramp_square[widest_block] = {};
+  BlockPatterns patterns;  ///< of incomplete blocks that have half of their values or more
 
   void add(const ContrastSums& more);
   /// Sum of the squares of all orders from 1 to radix - 1 [u^2].
@@ -29,15 +50,36 @@ class BlockCosines {
   explicit BlockCosines(int radix);
 
   /// Given     values  whole blocks [u]. NaN: missing
-  /// Returned  sums over the blocks that are complete; means: one a block, of the rest where half or less is missing
+  /// Returned  sums over the blocks that have half of their values or more; means: one a block, of the values present;
+  ///           NaN for other blocks
   ContrastSums take(std::span<const double> values, double* means) const;
 
+  std::size_t radix() const { return static_cast<std::size_t>(radix_); }
+
  private:
+  void take_incomplete(const double* y, double& mean, ContrastSums& sums) const;
+
   int radix_;
   double weight_[widest_block][widest_block];
 };
 
+/// Sums over all blocks of a scale, and over 512 to 1024 equal groups of them (of a short record each by itself).
+class ScaleSums {
+ public:
+  /// Given     values  whole blocks [u]. NaN: missing
+  /// Returned  their sums; means: one a block
+  ContrastSums take(const BlockCosines& cosines, std::span<const double> values, double* means);
+
+  const ContrastSums& whole() const { return whole_; }
+  const std::vector<ContrastGroup>& groups() const { return groups_; }
+
+ private:
+  ContrastSums whole_;
+  std::vector<ContrastGroup> groups_;
+  std::size_t group_blocks_ = 1, filled_ = 0;
+};
+
 /// Adds the bands of one scale to `result`, from the sums over all its blocks. unit [samples] of a value.
-void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result);
+void add_bands(const ScaleSums& sums, double unit, int radix, NoiseBands& result);
 
 }  // namespace tumble

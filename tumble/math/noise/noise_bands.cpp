@@ -7,6 +7,7 @@
 
 #include "tumble/math/noise/block_cosines.hpp"
 #include "tumble/math/noise/noise_bands/expected.hpp"
+#include "tumble/math/noise/noise_bands/lost_samples.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -18,17 +19,23 @@ using Fft = Eigen::FFT<double>;
 constexpr std::size_t single_ordinates = 32;
 constexpr double band_width = 0.03;  ///< relative
 
-NoiseBand cosine_band(double unit, int radix, int order) {
+/// products: those of the cosine's weights; empty: of whole blocks.
+NoiseBand cosine_band(double unit, int radix, int order, const std::vector<double>& beside_missing,
+                      const std::shared_ptr<const LostSamples>& lost) {
   NoiseBand band;
+  band.products = beside_missing;
+  band.lost = lost;
   band.frequency = order / (2.0 * radix * unit);
   band.unit = unit;
   band.radix = radix;
   band.order = order;
-  const auto& products = cosine_products(radix, order);
-  for (std::size_t t = 0; t < power_law_terms.size(); ++t)
+  const auto& products = beside_missing.empty() ? cosine_products(radix, order) : beside_missing;
+  for (std::size_t t = 0; t < power_law_terms.size(); ++t) {
     for (int h = 0; h < radix; ++h)
       band.expected[t] +=
           (h == 0 ? 1.0 : 2.0) * products[static_cast<std::size_t>(h)] * unit_covariance(power_law_terms[t], unit, h);
+    if (lost != nullptr) band.expected[t] += products[0] * lost->variance(power_law_terms[t]);
+  }
   double ramp = 0.0;
   for (int i = 0; i < radix; ++i) ramp += std::sqrt(2.0 / radix) * std::cos(pi * order * (i + 0.5) / radix) * i * unit;
   band.ramp_square = ramp * ramp;
@@ -44,19 +51,36 @@ int next_radix(std::size_t values) {
   return radix;
 }
 
+/// Values in a block that bridges gaps of a few values before the sines are taken; 0: there is no such gap, or the
+/// record is too short.
+int bridging_radix(std::span<const double> values) {
+  constexpr std::size_t fewest_blocks = 64, longest_gap = widest_block / 2;
+  int radix = widest_block;
+  while (radix >= 4 && values.size() < fewest_blocks * static_cast<std::size_t>(radix)) radix /= 2;
+  if (radix < 4) return 0;
+  std::size_t gap = longest_gap + 1;  // what is missing before the first value is no gap
+  for (const double value : values) {
+    if (std::isnan(value)) {
+      ++gap;
+      continue;
+    }
+    if (gap > 0 && gap <= longest_gap) return radix;
+    gap = 0;
+  }
+  return 0;
+}
+
 /// Takes the contrasts of one scale off; returns the values of the next.
-std::vector<double> fast_scale(std::span<const double> values, double unit, NoiseBands& result) {
-  const int radix = next_radix(values.size());
+std::vector<double> fast_scale(std::span<const double> values, double unit, int radix, NoiseBands& result) {
   const BlockCosines cosines(radix);
   const auto p = static_cast<std::size_t>(radix);
   const std::size_t blocks = values.size() / p;
   std::vector<double> means(blocks);
-  ContrastSums whole;
+  ScaleSums whole;
   for (std::size_t part = 0; part < NoiseBands::parts; ++part) {
     const std::size_t first = blocks * part / NoiseBands::parts, last = blocks * (part + 1) / NoiseBands::parts;
-    const ContrastSums sums = cosines.take(values.subspan(first * p, (last - first) * p), means.data() + first);
-    whole.add(sums);
-    if (unit == 1.0) result.add_part(sums.count * (radix - 1), sums.square(radix));
+    const ContrastSums sums = whole.take(cosines, values.subspan(first * p, (last - first) * p), means.data() + first);
+    if (unit == 1.0) result.add_part(sums.contrasts * (radix - 1), sums.square(radix));
   }
   add_bands(whole, unit, radix, result);
   return means;
@@ -137,7 +161,9 @@ std::vector<double> flicker_of_sines(Fft& fft, std::size_t n) {
   return variances;
 }
 
-NoiseBand sine_band(double unit, std::size_t n, std::size_t k, double x, double flicker) {
+/// of_lost: variance of each power law by missing samples.
+NoiseBand sine_band(double unit, std::size_t n, std::size_t k, double x, double flicker,
+                    const std::array<double, power_law_terms.size()>& of_lost) {
   NoiseBand band;
   const double size = static_cast<double>(n + 1), w = pi * static_cast<double>(k + 1) / size;
   const double rise = 2.0 - 2.0 * std::cos(w), edge = std::sin(w);
@@ -151,6 +177,7 @@ NoiseBand sine_band(double unit, std::size_t n, std::size_t k, double x, double 
   // Of quantization the covariance is the square of that of white noise but at both ends.
   band.expected = {(rise * rise + 4.0 / size * edge * edge) / (unit * unit), rise / unit, flicker,
                    unit * (2.0 / 3.0 + std::cos(w) / 3.0)};
+  for (std::size_t t = 0; t < of_lost.size(); ++t) band.expected[t] += rise * of_lost[t];
   band.unit = unit;
   band.shortness = 1.0 / size;
   return band;
@@ -171,13 +198,17 @@ void gather(const NoiseBand& one, NoiseBand& band) {
 void slow_part(std::span<const double> values, double unit, NoiseBands& result) {
   Fft fft;
   fft.SetFlag(Fft::HalfSpectrum);
+  std::array<double, power_law_terms.size()> of_lost{};
+  for (std::size_t t = 0; result.lost != nullptr && t < of_lost.size(); ++t)
+    of_lost[t] = result.lost->variance(power_law_terms[t]);
   std::vector<NoiseBand> sines;
   for (const Run& run : runs_without_gap(values)) {
     const std::size_t n = run.values - 1;
     const auto coefficients = coefficients_of(fft, values, run);
     const auto flicker = flicker_of_sines(fft, n);
-    for (std::size_t k = 0; k < n; ++k) sines.push_back(sine_band(unit, n, k, coefficients[k], flicker[k]));
+    for (std::size_t k = 0; k < n; ++k) sines.push_back(sine_band(unit, n, k, coefficients[k], flicker[k], of_lost));
   }
+  for (NoiseBand& band : sines) band.lost = result.lost;
   std::stable_sort(sines.begin(), sines.end(),
                    [](const NoiseBand& a, const NoiseBand& b) { return a.frequency < b.frequency; });
   if (sines.empty() && result.bands.empty())
@@ -193,6 +224,19 @@ void slow_part(std::span<const double> values, double unit, NoiseBands& result) 
     }
     result.ordinates.push_back({one.frequency, one.mean_square, result.bands.size() - 1});
   }
+}
+
+/// Cosines of the slow values, for their scatter alone: the sines do not tell one time from another.
+void add_scatter_of_slow(std::span<const double> values, double unit, NoiseBands& result) {
+  const BlockCosines cosines(widest_block);
+  const std::size_t blocks = values.size() / widest_block;
+  std::vector<double> means(blocks);
+  ScaleSums sums;
+  sums.take(cosines, values.first(blocks * widest_block), means.data());
+  NoiseBands apart;
+  apart.lost = result.lost;
+  add_bands(sums, unit, widest_block, apart);
+  result.scatter.push_back(apart.scatter[0]);
 }
 
 }  // namespace
@@ -215,27 +259,39 @@ std::vector<double> slow_sines(std::span<const double> values) {
   return coefficients;
 }
 
-void add_bands(const ContrastSums& whole, double unit, int radix, NoiseBands& result) {
-  if (whole.count == 0.0) return;
-  for (int k = 1; k < radix; ++k) {
-    NoiseBand band = cosine_band(unit, radix, k);
-    band.count = whole.count;
-    band.mean_square = whole.second[k] / whole.count;
-    band.with_ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0) * whole.first[k] / whole.count;
-    result.bands.push_back(band);
+void add_bands(const ScaleSums& sums, double unit, int radix, NoiseBands& result) {
+  const ContrastSums& whole = sums.whole();
+  PowerScatter scatter{{}, sums.groups()};
+  const bool complete = whole.patterns.empty() && result.lost == nullptr;
+  const PatternsOfScale patterns = complete ? PatternsOfScale{} : patterns_of(whole, radix);
+  if (whole.contrasts > 0.0) {
+    for (int k = 1; k < radix; ++k) {
+      NoiseBand band = cosine_band(unit, radix, k, complete ? std::vector<double>{} : patterns.products[k], result.lost);
+      band.count = whole.contrasts;
+      band.mean_square = whole.second[k] / whole.contrasts;
+      const double ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0);
+      band.with_ramp = (ramp * whole.first[k] + unit * whole.with_ramp[k]) / whole.contrasts;
+      band.ramp_square = (whole.count * band.ramp_square + unit * unit * whole.ramp_square[k]) / whole.contrasts;
+      scatter.bands.push_back(band);
+    }
   }
+  result.bands.insert(result.bands.end(), scatter.bands.begin(), scatter.bands.end());
+  result.scatter.push_back(std::make_shared<const PowerScatter>(std::move(scatter)));
+  if (!complete) result.lost = lost_after(result.lost, patterns, unit);
 }
 
 NoiseBands::NoiseBands(std::span<const double> rate) : NoiseBands({}, rate, 1.0) { samples = rate.size(); }
 
 NoiseBands::NoiseBands(NoiseBands fast, std::span<const double> rate, double unit) : NoiseBands(std::move(fast)) {
   std::vector<double> values;
-  while (rate.size() > most_values) {
-    const double times = next_radix(rate.size());
-    values = fast_scale(rate, unit, *this);
+  for (;;) {
+    const int bridging = bridging_radix(rate), radix = std::max(bridging, next_radix(rate.size()));
+    if (bridging == 0 && rate.size() <= most_values) break;
+    values = fast_scale(rate, unit, radix, *this);
     rate = values;
-    unit *= times;
+    unit *= radix;
   }
+  add_scatter_of_slow(rate, unit, *this);
   slow_part(rate, unit, *this);
   slow.assign(rate.begin(), rate.end());
   slow_unit = unit;

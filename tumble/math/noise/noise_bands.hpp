@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,19 @@ namespace tumble {
 /// Terms whose power a band holds ready, in this order.
 constexpr std::array<NoiseTerm, 4> power_law_terms{NoiseTerm::quantization, NoiseTerm::white, NoiseTerm::flicker,
                                                    NoiseTerm::random_walk};
+
+/// What missing samples add to the variance of means: the weights of a mean of those present, less those of the mean of
+/// all, on average over the record. Nothing is missing where there are no scales.
+struct LostSamples {
+  struct Scale {
+    double unit = 1.0;             ///< [samples] of the values that are missing
+    std::vector<double> products;  ///< sum_i w_i w_{i+h}, h = 0, 1, ..., less that of whole blocks; over all h: 0
+  };
+  std::vector<Scale> scales;
+
+  double variance(NoiseTerm term) const;      ///< [1] of a unit power law
+  double markov_variance(double time) const;  ///< [1] of a process of unit variance; time: T_c [samples]
+};
 
 /// Contrasts of a rate record (weighted sums, weights adding up to zero) of nearly one frequency, and what is expected
 /// of them.
@@ -26,6 +40,8 @@ struct NoiseBand {
   double unit = 1.0;  ///< [samples] averaged
   int radix = 0, order = 0;
   double shortness = 0.0;  ///< 1/(n + 1) of a run of n differences
+  std::vector<double> products;              ///< sum_i w_i w_{i+h} of cosines beside missing values; empty: none missing
+  std::shared_ptr<const LostSamples> lost;  ///< of the values that the contrast is made of; null: nothing
 };
 
 /// One squared sine coefficient of the slow part, for what is narrower than a band.
@@ -33,6 +49,18 @@ struct NoiseOrdinate {
   double frequency = 0.0;  ///< [cycles a sample]
   double square = 0.0;     ///< [u^2]
   std::size_t band = 0;
+};
+
+/// Sums of squares of cosines over neighbouring blocks, order by order.
+struct ContrastGroup {
+  double contrasts = 0.0;         ///< independent ones of an order
+  std::array<double, 16> square;  ///< [u^2] by order
+};
+
+/// How the power of the cosines of one scale scatters along the record.
+struct PowerScatter {
+  std::vector<NoiseBand> bands;       ///< one an order, from 1 on
+  std::vector<ContrastGroup> groups;  ///< equally long parts of the record, one after the other
 };
 
 /// A record as mean squares of orthonormal contrasts, from fast to slow:
@@ -49,9 +77,14 @@ struct NoiseOrdinate {
 /// squares hold everything that the record says of these two (of the walk: as far as it is slower than a block). The
 /// expectations are exact for every term; a little correlation between contrasts is left for flicker, quantization and
 /// Gauss-Markov processes.
+///
+/// Missing values: a block that has half of its values or more gives the cosines of these less their mean, (k-1)/(p-1)
+/// independent contrasts of k values, and the mean of the rest; expectations are those of the patterns that are there,
+/// exact where the losses of different blocks are independent of each other. While gaps of up to 8 values remain and at
+/// least 64 blocks do, blocks bridge them before the sines are taken.
 class NoiseBands {
  public:
-  /// Given: rate [u]; NaN: missing. A block of which half or less is missing counts with the mean of the rest.
+  /// Given: rate [u]; NaN: missing.
   /// Throws Error::bad_data if no two neighbouring values are left.
   explicit NoiseBands(std::span<const double> rate);
   /// Bands of fast scales, continued with the means [u] over `unit` [samples] that remain of them.
@@ -63,6 +96,9 @@ class NoiseBands {
   std::vector<NoiseOrdinate> ordinates;
   std::vector<double> slow;  ///< what the sines are taken of: means over slow_unit samples
   double slow_unit = 1.0;
+  std::shared_ptr<const LostSamples> lost;  ///< of `slow`; null: nothing
+  /// Of each fast scale, then of cosines of `slow`.
+  std::vector<std::shared_ptr<const PowerScatter>> scatter;
   /// Mean square of the fastest contrasts over each of `parts` equal parts of the record, and their number; empty where
   /// there is no fast scale.
   static constexpr std::size_t parts = 16;

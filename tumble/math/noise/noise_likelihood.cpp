@@ -186,6 +186,7 @@ NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const
   fit.degrees_of_freedom = std::max(0.0, residual_freedom(fit.residuals, chosen, ramp));
   fit.minus_twice_log_likelihood = chosen.value();
   fit.condition = known.condition;
+  fit.scatter_ratio = known.scatter_ratio;
   return fit;
 }
 

@@ -43,9 +43,8 @@ void StreamingNoiseBands::take(std::size_t index, std::span<const double> blocks
   while (!blocks.empty()) {
     const auto some = blocks.first(std::min(blocks.size(), slice));
     const std::size_t count = some.size() / widest_block;
-    const ContrastSums sums = cosines.take(some, means);
-    scales_[index].sums.add(sums);
-    if (index == 0) note({count, sums.count * (widest_block - 1), sums.square(widest_block)});
+    const ContrastSums sums = scales_[index].sums.take(cosines, some, means);
+    if (index == 0) note({count, sums.contrasts * (widest_block - 1), sums.square(widest_block)});
     push(index + 1, {means, count});
     blocks = blocks.subspan(some.size());
   }

@@ -29,7 +29,7 @@ class StreamingNoiseBands {
   struct Scale {
     std::vector<double> kept;  ///< not yet in blocks: all values, until there are so many that blocks are the widest
     bool passed = false;       ///< ... as they are
-    ContrastSums sums;
+    ScaleSums sums;
   };
   struct Part {
     std::size_t blocks = 0;

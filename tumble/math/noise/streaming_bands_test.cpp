@@ -56,6 +56,19 @@ TEST(StreamingBands, DoNotDependOnThePiecesAndTakeGaps) {
   for (const std::size_t piece : {1u, 17u, 65'536u, 300'000u}) expect_same(whole, streamed(values, piece));
 }
 
+TEST(StreamingBands, TakeSingleMissingSamplesAsTheWholeDoes) {
+  for (const std::size_t samples : {5'000u, 100'000u, 300'000u}) {
+    auto values = record(samples);
+    for (std::size_t i = 0; i < samples; ++i)
+      if (i * i % 23 == 3) values[i] = std::nan("");
+    const NoiseBands whole(values), pieces = streamed(values, 1'001);
+    expect_same(whole, pieces);
+    for (std::size_t i = 0; i < whole.bands.size(); ++i)
+      for (std::size_t t = 0; t < power_law_terms.size(); ++t)
+        EXPECT_NEAR(whole.bands[i].expected[t], pieces.bands[i].expected[t], 1e-12 * whole.bands[i].expected[t]);
+  }
+}
+
 TEST(StreamingBands, PartsAreEqualToAFiveHundredthOfTheRecord) {
   auto values = record(3'000'000);
   for (std::size_t i = 0; i < 3'000'000 / 16; ++i) values[i] = 1.5 + 2.0 * (values[i] - 1.5);

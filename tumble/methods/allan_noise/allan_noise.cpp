@@ -10,6 +10,7 @@
 #include "tumble/methods/allan_noise/family.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
+#include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
 #include "tumble/methods/allan_noise/stream.hpp"
@@ -110,6 +111,14 @@ std::vector<Option> options() {
   return all;
 }
 
+/// Where gaps leave no run that is long enough for half of the averaging times asked for (on a logarithmic scale).
+void warn_where_curve_ends(const Settings& settings, ChannelNoise& result) {
+  const double wanted = settings.number("longest_fraction") * static_cast<double>(result.samples);
+  if (result.curve.empty() || std::pow(static_cast<double>(result.curve.back().factor), 2) > wanted) return;
+  result.findings.push_back(
+      {Finding::Severity::info, "deviation_ends_at_gaps", {{"tau", result.curve.back().tau, "s"}}, result.label});
+}
+
 /// Deviation curve and fit of one stretch; `failure` says why there is none.
 ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
   ChannelNoise result;
@@ -125,10 +134,13 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
     result.failure = unusable(signal);
     if (!result.failure.empty()) return result;
     result.begin = signal.begin;
+    find_outliers(settings, signal, result);
     set_disturbed_aside(settings, signal, result);
+    settle_outliers(result);
     const AllanOptions curve{settings.number("points_per_decade"), result.confidence,
                              settings.number("longest_fraction")};
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
+    warn_where_curve_ends(settings, result);
     result.likelihood = settings.word("estimator") == "likelihood";
     if (result.likelihood && settings.word("lines") == "fit")
       fit_likelihood_and_lines(signal, settings, result);
@@ -137,6 +149,7 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
           NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
     else
       result.fit = fit_allan_curve(signal, result.curve, curve, settings);
+    if (result.likelihood && !result.outliers.empty()) add_robust_terms(signal, settings, result);
     add_family(signal, settings, result);
     add_all_taus(signal, settings, result);
     add_spectrum(signal, settings, result);
@@ -173,7 +186,10 @@ Estimate described(const std::vector<ChannelNoise>& results, const Plan& plan) {
 
 Estimate stream(const StreamedEvidence& evidence, const Progress&) {
   check(evidence.plan.settings);
-  return described(noise_of_stream(evidence), evidence.plan);
+  const auto results = noise_of_stream(evidence);
+  Estimate estimate = described(results, evidence.plan);
+  describe_outliers(results, estimate);
+  return estimate;
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
@@ -187,6 +203,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Estimate estimate = described(results, evidence.plan);
   describe_lines(results, estimate);
   describe_set_aside(results, estimate);
+  describe_outliers(results, estimate);
   describe_family(results, estimate);
   describe_all_taus(results, estimate);
   describe_spectra(results, estimate);

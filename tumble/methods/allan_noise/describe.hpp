@@ -29,6 +29,15 @@ struct FittedLine {
   double unsteadiness = 0.0;  ///< how far parts of the record depart from it over the amplitude; 0: not beyond noise
 };
 
+/// What is far from the samples beside it: begin <= i < end.
+struct Outlier {
+  std::size_t begin = 0, end = 0, worst = 0;  ///< number of the sample
+  std::size_t samples = 0;                    ///< values that are far
+  double departure = 0.0;                     ///< of the worst from its neighbours [u]
+  double deviations = 0.0;                    ///< the same over what is usual [1]
+  bool broad = false;                         ///< a mean over 16 samples and more is far
+};
+
 /// One measure of stability of a channel.
 struct FamilyCurve {
   Stability measure;
@@ -53,6 +62,10 @@ struct ChannelNoise {
   std::vector<LengthAdvice> advice;
   std::vector<FittedLine> lines;
   std::vector<RecordPart> set_aside;  ///< samples that are treated as missing
+  std::vector<Outlier> outliers;
+  std::vector<RecordPart> knocks_set_aside;  ///< of set_aside, those that are as short as knocks
+  std::optional<NoiseFit> robust;            ///< of the record without its outliers, where it has some
+  std::size_t robust_removed = 0;            ///< samples that this does not count
   Findings findings;
   std::string failure;  ///< why there is no fit; empty: there is one
 };

@@ -19,6 +19,7 @@ struct Periodogram {
   double segments = 0.0;
 };
 
+/// Missing values count as the mean of their segment; segments that miss half of the window's power are not used.
 Periodogram periodogram(std::span<const double> values, std::size_t length) {
   std::vector<double> window(length), segment(length);
   double power = 0.0;
@@ -32,12 +33,19 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
   std::vector<std::complex<double>> spectrum;
   for (std::size_t first = 0; (first + 1) * length <= values.size(); first += stride) {
     const auto part = values.subspan(first * length, length);
-    double mean = 0.0;
-    for (const double value : part) mean += value / static_cast<double>(length);
-    if (std::isnan(mean)) continue;
-    for (std::size_t i = 0; i < length; ++i) segment[i] = window[i] * (part[i] - mean);
+    double mean = 0.0, present = 0.0, shown = 0.0;
+    for (std::size_t i = 0; i < length; ++i) {
+      if (std::isnan(part[i])) continue;
+      mean += part[i];
+      shown += window[i] * window[i];
+      ++present;
+    }
+    if (shown < 0.5 * power) continue;
+    mean /= present;
+    for (std::size_t i = 0; i < length; ++i)
+      segment[i] = std::isnan(part[i]) ? 0.0 : window[i] * (part[i] - mean);
     real_transform(segment, spectrum);
-    for (std::size_t k = 0; k < result.density.size(); ++k) result.density[k] += 2.0 * std::norm(spectrum[k]) / power;
+    for (std::size_t k = 0; k < result.density.size(); ++k) result.density[k] += 2.0 * std::norm(spectrum[k]) / shown;
     ++result.segments;
   }
   for (double& density : result.density) density /= std::max(1.0, result.segments);

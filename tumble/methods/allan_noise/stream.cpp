@@ -12,6 +12,7 @@
 #include "tumble/math/stability/streaming_allan.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
+#include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
@@ -47,6 +48,7 @@ struct StreamedChannel {
   StreamingNoiseBands bands;
   ScatterBlocks scatter;
   SegmentSample segments;
+  OutlierSearch outliers;
   Extremes extremes;
   std::size_t samples = 0;
   ChannelNoise result;
@@ -72,6 +74,7 @@ void work_through(StreamedChannel& channel, bool first_half) {
   channel.samples += channel.now.size();
   channel.scatter.push(channel.now);
   channel.segments.push(channel.now);
+  channel.outliers.push(channel.now);
 }
 
 void finish(StreamedChannel& channel, const Settings& settings) {
@@ -86,6 +89,8 @@ void finish(StreamedChannel& channel, const Settings& settings) {
     const Findings disturbed =
         disturbances(channel.scatter.blocks(), channel.scatter.size(), result.rate, begin, result.label);
     result.findings.insert(result.findings.end(), disturbed.begin(), disturbed.end());
+    result.begin = begin;
+    result.outliers = channel.outliers.events();
     const double longest = std::max(1.0, settings.number("longest_fraction") * static_cast<double>(result.samples));
     result.curve = channel.allan.points(result.rate, result.confidence);
     std::erase_if(result.curve, [&](const DeviationPoint& one) { return static_cast<double>(one.factor) > longest; });

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "tumble/math/noise/noise_bands.hpp"
+#include "tumble/math/noise/noise_bands/lost_samples.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -79,18 +80,25 @@ double unit_covariance(NoiseTerm term, double unit, int h) {
   return 0.0;
 }
 
+std::vector<double> markov_below_variance(double unit, double time, int lags) {
+  const MarkovMeans means(unit / time);
+  std::vector<double> below(static_cast<std::size_t>(lags), 0.0);
+  double value = -means.drop, covariance = means.next;
+  for (std::size_t h = 1; h < below.size(); ++h) {
+    below[h] = value;
+    value -= covariance * (1.0 - means.decay);
+    covariance *= means.decay;
+  }
+  return below;
+}
+
 double expected_markov(const NoiseBand& band, double time) {
   const MarkovMeans means(band.unit / time);
+  const double lost = band.lost == nullptr ? 0.0 : band.lost->markov_variance(time);
   if (band.radix > 0) {
-    const auto& products = cosine_products(band.radix, band.order);
+    const auto& products = band.products.empty() ? cosine_products(band.radix, band.order) : band.products;
     // Covariances less the variance, which weights that add up to zero do not see: no cancellation.
-    double sum = 0.0, below = -means.drop, covariance = means.next;
-    for (int h = 1; h < band.radix; ++h) {
-      sum += 2.0 * products[static_cast<std::size_t>(h)] * below;
-      below -= covariance * (1.0 - means.decay);
-      covariance *= means.decay;
-    }
-    return sum;
+    return over_lags(products, markov_below_variance(band.unit, time, band.radix)) + lost * products[0];
   }
   const double w = 2.0 * pi * band.frequency * band.unit, gone = 1.0 - means.decay;
   const double beyond = means.next * gone * gone;  // minus the covariance of differences at lag 2
@@ -100,7 +108,7 @@ double expected_markov(const NoiseBand& band, double time) {
   const double cotangent = std::abs(std::sin(w)) < 1e-12 ? 0.0 : std::cos(w) / std::sin(w);
   const double first = (1.0 - band.shortness) * std::cos(w) + band.shortness * std::cos(w);
   const double others = sum.real() - band.shortness * lags.real() + band.shortness * cotangent * sum.imag();
-  return zero + 2.0 * (one * first - beyond * others);
+  return zero + 2.0 * (one * first - beyond * others) + lost * (2.0 - 2.0 * std::cos(w));
 }
 
 }  // namespace tumble

@@ -95,7 +95,8 @@ std::vector<double> step(const BandData& data, const Matrix& x, std::span<const 
 
 }  // namespace
 
-BandData::BandData(const NoiseBands& from) : design(from.bands.size(), power_law_terms.size()), bands(from.bands) {
+BandData::BandData(const NoiseBands& from)
+    : design(from.bands.size(), power_law_terms.size()), bands(from.bands), scatter(from.scatter) {
   for (std::size_t i = 0; i < bands.size(); ++i) {
     const NoiseBand& band = bands[i];
     z.push_back(band.mean_square);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct BandData {
   std::vector<double> start;  ///< s before any model: z smoothed over frequency
   Matrix design;              ///< of power_law_terms
   std::vector<NoiseBand> bands;
+  std::vector<std::shared_ptr<const PowerScatter>> scatter;  ///< of each scale, along the record
 
   /// Expected mean squares [bands] of a process of unit variance with this correlation time [samples].
   std::vector<double> markov(double time) const;

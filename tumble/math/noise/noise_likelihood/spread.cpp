@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/noise/noise_likelihood/excess.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
@@ -113,8 +114,13 @@ NoiseSpread spread(const BandData& data, const std::vector<double>& statistical_
     each.push_back(data.count[b] / statistical_count[b] / (s[b] * s[b]));
     errors.push_back(s[b] * s[b] * (2.0 / data.count[b] - 2.0 / statistical_count[b]));
   }
-  const Matrix more = covariance_of_dependence(data.bands, weighted_terms(chosen), scaled_rows(each, model.x));
+  const auto terms = weighted_terms(chosen);
+  const auto excess = excess_scatter(data, terms);
+  const Matrix weights = scaled_rows(each, model.x);
+  const Matrix more = covariance_of_dependence(data.bands, terms, weights) +
+                      covariance_of_excess(data, excess, statistical_count, s, weights);
   NoiseSpread result;
+  for (const ExcessScatter& one : excess) result.scatter_ratio = std::max(result.scatter_ratio, one.ratio);
   result.covariance = independent + sandwich(independent, more);
   for (std::size_t i = 0; i < independent.rows; ++i)
     result.widening.push_back(std::sqrt(result.covariance(i, i) / independent(i, i)));
