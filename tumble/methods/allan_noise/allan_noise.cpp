@@ -8,6 +8,7 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/family.hpp"
+#include "tumble/methods/allan_noise/faults.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
@@ -125,6 +126,8 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
     result.failure = unusable(signal);
     if (!result.failure.empty()) return result;
     result.begin = signal.begin;
+    const Findings coarse = coarse_output(signal.values, result.label);
+    result.findings.insert(result.findings.end(), coarse.begin(), coarse.end());
     set_disturbed_aside(settings, signal, result);
     const AllanOptions curve{settings.number("points_per_decade"), result.confidence,
                              settings.number("longest_fraction")};
