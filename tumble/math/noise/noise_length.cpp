@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tumble/math/eigen/view.hpp"
+#include "tumble/math/noise/noise_filter.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -28,11 +29,11 @@ NoiseBand low_band(double frequency, double unit, double shortness) {
   return band;
 }
 
-std::vector<NoiseBand> lengthened(const NoiseBands& from, double longest, double times) {
+std::vector<NoiseBand> lengthened(const std::vector<NoiseBand>& from, double longest, double times) {
   std::vector<NoiseBand> bands;
   double unit = 1.0;
   const double lowest = 0.25 / (longest * times);  // half a step below the lowest frequency
-  for (NoiseBand band : from.bands) {
+  for (NoiseBand band : from) {
     if (band.frequency < lowest) continue;
     band.count *= times;
     if (band.radix == 0) unit = band.unit;
@@ -55,16 +56,21 @@ double expected(const NoiseBand& band, const UnitTerm& term) {
 
 }  // namespace
 
-RecordLength::RecordLength(const NoiseBands& bands, const NoiseFit& fit) : bands_(bands), fit_(fit), longest_(1.0) {
-  for (const auto& band : bands.bands)
+RecordLength::RecordLength(const NoiseBands& bands, const NoiseFit& fit)
+    : bands_(bands.bands), fit_(fit), longest_(1.0) {
+  const auto autocovariance = filtered_autocovariance(fit.filter);
+  for (auto& band : bands_) {
     if (band.radix == 0) longest_ = std::max(longest_, 0.5 / band.frequency);
+    band.expected[1] = expected_filtered(band, autocovariance);
+  }
 }
 
 double RecordLength::sd_of(std::size_t parameter, double times) const {
   const auto bands = lengthened(bands_, longest_, times);
   const std::size_t terms = fit_.terms.size();
   std::vector<std::size_t> list;
-  for (std::size_t t = 0; t < fit_.covariance.rows; ++t)
+  const std::size_t processes = terms - std::min(terms, power_law_terms.size());
+  for (std::size_t t = 0; t < terms + processes; ++t)
     if (t >= terms || fit_.terms[t].kept || t == parameter) list.push_back(t);
   MatrixXd x(at(bands.size()), at(list.size()));
   VectorXd s = VectorXd::Zero(x.rows());

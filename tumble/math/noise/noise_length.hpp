@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "tumble/math/noise/noise_likelihood.hpp"
 
@@ -14,14 +15,15 @@ class RecordLength {
 
   /// Times the length of the record at which the standard uncertainty of a parameter is `sd`; index and units as in
   /// NoiseFit::covariance. A term that is not in the model is tried beside the others at zero. At least 1e-3, and
-  /// infinite beyond 1e5. Given: sd [unit of the parameter]. Returned: ratio of lengths [1].
+  /// infinite beyond 1e5. The filter counts as known. Given: sd [unit of the parameter]. Returned: ratio of lengths
+  /// [1].
   double times_for(std::size_t parameter, double sd) const;
 
   /// Standard uncertainty [unit of the parameter] from a record `times` [1] as long.
   double sd_of(std::size_t parameter, double times) const;
 
  private:
-  const NoiseBands& bands_;
+  std::vector<NoiseBand> bands_;  ///< white noise as it was filtered
   const NoiseFit& fit_;
   double longest_;  ///< [samples] of the sines: half a cycle of the lowest frequency
 };

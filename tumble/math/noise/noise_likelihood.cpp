@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/noise/noise_likelihood/average.hpp"
 #include "tumble/math/noise/noise_likelihood/residuals.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -39,20 +41,29 @@ void describe_absent(const BandData& data, const TriedTerms& chosen, bool ramp, 
   result.upper_limit = upper_limit(data, others, own.values, ramp, with, result.squared, result.squared_sd);
 }
 
-void describe_kept(const BandData& data, const TermSelection& selection, const LinearNoise& model,
-                   const NoiseSpread& known, const TriedTerms& chosen, NoiseFit& fit) {
+/// How much a term of the chosen set lowers -2 ln L, each set at its best parameters, and the chance of that.
+void weigh(const BandData& data, const TermSelection& selection, const SearchRange& range, std::size_t t,
+           FittedTerm& term) {
+  const TriedTerms& chosen = selection.all[selection.chosen];
+  const TriedTerms& without =
+      selection.all[t < power_laws ? selection.chosen & ~(std::size_t{1} << t) : selection.chosen - subsets];
+  term.improvement = std::numeric_limits<double>::infinity();
+  term.chance = 0.0;
+  if (without.fit.c.empty()) return;  // nothing to be compared with
+  term.improvement = without.value() - chosen.value();
+  term.chance = t < power_laws ? chance_without(data, without, chosen, t, range) : chance_of_process(term.improvement);
+}
+
+void describe_kept(const BandData& data, const TermSelection& selection, const SearchRange& range,
+                   const LinearNoise& model, const NoiseSpread& known, NoiseFit& fit) {
+  const TriedTerms& chosen = selection.all[selection.chosen];
   for (std::size_t a = 0; a < model.terms.size(); ++a) {
     FittedTerm& term = fit.terms[model.terms[a]];
     const std::size_t t = model.terms[a];
     term.kept = true;
     std::size_t place = chosen.fit.c.size() - chosen.terms.times.size() + t - power_laws;
-    if (t < power_laws) {
-      place = std::count(chosen.terms.used.begin(), chosen.terms.used.begin() + t, true);
-      const TriedTerms& without = selection.all[selection.chosen & ~(std::size_t{1} << t)];
-      const bool sole = without.fit.c.empty();  // nothing to be compared with
-      term.improvement = sole ? 0.0 : without.value() - chosen.value();
-      term.chance = sole ? 0.0 : chance_without(data, without, chosen, t);
-    }
+    if (t < power_laws) place = std::count(chosen.terms.used.begin(), chosen.terms.used.begin() + t, true);
+    weigh(data, selection, range, t, term);
     term.squared = chosen.fit.c[place];
     const double variance = known.covariance(a, a);
     term.squared_sd = std::sqrt(variance);
@@ -73,12 +84,17 @@ void describe_kept(const BandData& data, const TermSelection& selection, const L
 }
 
 void add_covariance(const LinearNoise& model, const NoiseSpread& known, const TriedTerms& chosen, NoiseFit& fit) {
-  const std::size_t terms = fit.terms.size(), all = terms + chosen.terms.times.size();
+  const std::size_t terms = fit.terms.size(), processes = chosen.terms.times.size(),
+                    all = terms + processes + static_cast<std::size_t>(model.filter_parameters);
   std::vector<std::size_t> place = model.terms;
   std::vector<double> scale(known.covariance.rows, 1.0);
   for (const std::size_t m : model.processes) {
     scale[place.size()] = chosen.terms.times[m];
     place.push_back(terms + m);
+  }
+  for (int k = 0; k < model.filter_parameters; ++k) {
+    scale[place.size()] = k == 0 ? chosen.terms.filter.bandwidth : chosen.terms.filter.damping;
+    place.push_back(terms + processes + static_cast<std::size_t>(k));
   }
   fit.covariance = Matrix(all, all);
   fit.model_error_variance.assign(all, 0.0);
@@ -86,6 +102,31 @@ void add_covariance(const LinearNoise& model, const NoiseSpread& known, const Tr
     for (std::size_t b = 0; b < place.size(); ++b)
       fit.covariance(place[a], place[b]) = scale[a] * scale[b] * known.covariance(a, b);
     fit.model_error_variance[place[a]] = scale[a] * scale[a] * known.by_error(a, a);
+  }
+}
+
+/// What is reported, averaged; intervals that would reach zero leave a limit only.
+void add_values(const BandData& data, const std::vector<double>& statistical_count, const TermSelection& selection,
+                const LinearNoise& model, const NoiseSpread& known, NoiseFit& fit) {
+  const NoiseValues alone = values_of_chosen(selection, model, known);
+  const NoiseValues mean = averaged_values(data, statistical_count, selection, alone);
+  fit.value = mean.value;
+  fit.value_covariance = mean.covariance;
+  fit.value_error_variance = mean.error_variance;
+  fit.averaged_sets = mean.sets;
+  fit.shown.assign(fit.terms.size(), false);
+  for (std::size_t t = 0; t < fit.terms.size(); ++t) {
+    FittedTerm& term = fit.terms[t];
+    const double variance = mean.covariance(t, t), sd = std::sqrt(variance);
+    if (!term.kept) {
+      term.upper_limit = std::max(term.upper_limit, std::pow(mean.value[t] + 1.645 * sd, 2));
+      continue;
+    }
+    // What the sets differ by is known from all of them: it counts as of many degrees of freedom.
+    term.degrees_of_freedom *= std::max(1.0, std::pow(variance / alone.covariance(t, t), 2));
+    fit.shown[t] = mean.value[t] > student_quantile(0.975, term.degrees_of_freedom) * sd;
+    term.upper_limit =
+        std::max(term.upper_limit, std::pow(mean.value[t] + student_quantile(0.95, term.degrees_of_freedom) * sd, 2));
   }
 }
 
@@ -130,14 +171,14 @@ void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& opti
 }
 
 void list_composites(const TermSelection& selection, NoiseFit& fit) {
-  for (std::size_t mask = 0; mask < selection.all.size(); ++mask) {
-    const TriedTerms& one = selection.all[mask];
+  for (std::size_t index = 0; index < selection.all.size(); ++index) {
+    const TriedTerms& one = selection.all[index];
     if (one.fit.c.empty()) continue;
     NoiseComposite composite{{},
                              one.value(),
                              size_of(one.terms),
-                             selection.aicc[mask] - selection.aicc[selection.chosen],
-                             selection.supported[mask]};
+                             selection.aicc[index] - selection.aicc[selection.chosen],
+                             selection.supported[index]};
     for (std::size_t t = 0; t < power_laws; ++t)
       if (one.terms.used[t]) composite.terms.push_back({power_law_terms[t]});
     for (const double time : one.terms.times) composite.terms.push_back({NoiseTerm::markov, time});
@@ -148,37 +189,58 @@ void list_composites(const TermSelection& selection, NoiseFit& fit) {
   });
 }
 
-NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options) {
+/// All power laws with the processes and the filter that the record asks for.
+TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseLikelihoodOptions& options) {
   const NoiseTerms all = power_laws_of(options);
-  TriedTerms full = tried(whole, all, ramp, whole.start);
-  const double longest = static_cast<double>(samples) / 20.0;
-  for (std::size_t m = 0; m < options.most_markov && add_process(whole, ramp, longest, full); ++m) {
-  }
+  TriedTerms plain = tried(whole, all, range.ramp, whole.start), filtered = plain;
+  const bool seen = options.filter && add_filter(whole, range, filtered);
+  const auto with_processes = [&](TriedTerms& one) {
+    for (std::size_t m = 0; m < options.most_markov && add_process(whole, range, one); ++m) {
+    }
+  };
+  with_processes(plain);
+  if (!seen) return plain;
+  // A process may have been taken for a filter.
+  with_processes(filtered);
+  return filter_needed(plain, filtered) ? filtered : plain;
+}
+
+/// The set that was chosen, at parameters found to the last digit that matters.
+void refine_chosen(const BandData& data, const SearchRange& range, TermSelection& selection) {
+  TriedTerms& chosen = selection.all[selection.chosen];
+  chosen = best_parameters(data, chosen, range, 2e-3);
+}
+
+NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options) {
+  const SearchRange range{ramp, static_cast<double>(samples) / 20.0};
+  const TriedTerms full = fullest(whole, range, options);
   NoiseFit fit;
   fit.model_error = model_error(whole, ramp, full);
   BandData data = whole;
   data.count = counts_with(whole.count, fit.model_error);
-  TermSelection selection = select(data, ramp, full, options.significance);
-  if (!full.terms.times.empty()) {
-    // The terms that fall away give the correlation times more room.
-    TriedTerms refined = selection.all[selection.chosen];
-    for (int round = 0; round < 2; ++round)
-      for (std::size_t m = 0; m < refined.terms.times.size(); ++m)
-        refined = best_time(data, refined.terms, ramp, refined.fit.s, m,
-                            std::max(0.5 * refined.terms.times[m], shortest_time),
-                            std::min(2.0 * refined.terms.times[m], longest));
-    refined.terms.used = all.used;
-    selection = select(data, ramp, refined, options.significance);
+  TermSelection selection = select(data, range, full, options.significance);
+  refine_chosen(data, range, selection);
+  // What the significant terms cannot follow, though all terms could, is not passed over either.
+  if (const double error = model_error(whole, ramp, selection.all[selection.chosen]); error > fit.model_error) {
+    fit.model_error = error;
+    data.count = counts_with(whole.count, error);
+    refine_chosen(data, range, selection);
   }
   const TriedTerms& chosen = selection.all[selection.chosen];
   for (const NoiseTerm term : power_law_terms) fit.terms.push_back({{term}});
-  for (const double time : chosen.terms.times) fit.terms.push_back({{NoiseTerm::markov, time}});
+  for (const double time : chosen.terms.times) {
+    fit.terms.push_back({{NoiseTerm::markov, time}});
+    fit.time_at_bound.push_back(range.at_bound(time));
+  }
+  fit.longest_time = range.longest;
+  if (chosen.terms.filter_parameters() > 0) fit.filter = chosen.terms.filter;
   const LinearNoise model = linear(data, chosen);
   const NoiseSpread known = spread(data, whole.count, model, chosen);
-  describe_kept(data, selection, model, known, chosen, fit);
+  describe_kept(data, selection, range, model, known, fit);
   for (std::size_t t = 0; t < power_laws; ++t)
     if (!fit.terms[t].kept) describe_absent(data, chosen, ramp, t, fit.terms[t]);
   add_covariance(model, known, chosen, fit);
+  add_values(data, whole.count, selection, model, known, fit);
   list_composites(selection, fit);
   fit.ramp = ramp_of(data, chosen, model, known, fit.terms[power_laws - 1]);
   fit.residuals = residuals_of(whole, chosen.fit);
@@ -191,6 +253,30 @@ NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const
 }
 
 }  // namespace
+
+void take_values_of_terms(NoiseFit& fit) {
+  const std::size_t terms = fit.terms.size(), all = fit.covariance.rows;
+  std::vector<double> gain(all, 1.0);
+  fit.value.assign(all, 0.0);
+  fit.shown.assign(terms, false);
+  for (std::size_t t = 0, process = 0; t < terms; ++t) {
+    const FittedTerm& term = fit.terms[t];
+    gain[t] = 0.0;
+    if (term.kept) {
+      const double root = std::sqrt(term.squared);
+      gain[t] = 0.5 / root;
+      fit.value[t] = root * term.root_correction;
+    }
+    if (term.unit.term == NoiseTerm::markov && terms + process < all)
+      fit.value[terms + process++] = term.unit.markov_time;
+  }
+  fit.value_covariance = scaled_columns(scaled_rows(gain, fit.covariance), gain);
+  fit.value_error_variance = fit.model_error_variance;
+  for (std::size_t i = 0; i < all; ++i) fit.value_error_variance[i] *= gain[i] * gain[i];
+  for (std::size_t t = 0; t < terms; ++t)
+    fit.shown[t] = fit.terms[t].kept && fit.value[t] > student_quantile(0.975, fit.terms[t].degrees_of_freedom) *
+                                                           std::sqrt(fit.value_covariance(t, t));
+}
 
 NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& options) {
   NoiseBands used = bands;

@@ -8,6 +8,7 @@
 #include "tumble/methods/allan_noise/describe.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
 #include "tumble/methods/allan_noise/family.hpp"
+#include "tumble/methods/allan_noise/faults.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
@@ -135,6 +136,8 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
     if (!result.failure.empty()) return result;
     result.begin = signal.begin;
     find_outliers(settings, signal, result);
+    const Findings coarse = coarse_output(signal.values, result.label);
+    result.findings.insert(result.findings.end(), coarse.begin(), coarse.end());
     set_disturbed_aside(settings, signal, result);
     settle_outliers(result);
     const AllanOptions curve{settings.number("points_per_decade"), result.confidence,

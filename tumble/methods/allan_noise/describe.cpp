@@ -46,32 +46,49 @@ std::string number_of(const NoiseFit& fit, std::size_t term) {
   return before > 0 && fit.terms[term].unit.term == NoiseTerm::markov ? fmt::format("_{}", before + 1) : "";
 }
 
-/// One parameter of a channel: where its variance stands in the fit's covariance, and its derivative by that.
+/// One parameter of a channel: where its variance stands in the fit's covariance, and its unit there [SI].
 struct Source {
   std::size_t index = 0;
   double gain = 1.0;
 };
 
-/// Adds the terms that are kept and the correlation times; the ramp comes last and has no source.
+void add_filter(const ChannelNoise& channel, std::size_t first, Estimate& estimate, std::vector<Source>& sources) {
+  const NoiseFit& fit = channel.fit;
+  if (!fit.filter.given()) return;
+  estimate.parameters.push_back({channel.label + ".bandwidth", "f_3dB", Unit::parse("Hz"),
+                                 fit.value[first] * channel.rate,
+                                 "-3 dB frequency of the sensor's own filter: " + filter_name(fit.filter), 1e6});
+  sources.push_back({first, channel.rate});
+  if (!fit.filter.two_poles()) return;
+  estimate.parameters.push_back(
+      {channel.label + ".damping", "zeta", Unit(), fit.value[first + 1], "damping of the sensor's own filter", 1e6});
+  sources.push_back({first + 1, 1.0});
+}
+
+/// Adds the terms that are shown, the correlation times and the filter; the ramp comes last and has no source.
 std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estimate) {
   const NoiseFit& fit = channel.fit;
   std::vector<Source> sources;
   std::size_t process = 0;
   for (std::size_t t = 0; t < fit.terms.size(); ++t) {
     const FittedTerm& term = fit.terms[t];
-    if (!term.kept) continue;
+    const bool markov = term.unit.term == NoiseTerm::markov;
+    const std::size_t time = fit.terms.size() + process;
+    if (markov) ++process;
+    if (!fit.shown[t]) continue;
     const TermWords said = words(term.unit.term, channel.kind);
     const std::string number = number_of(fit, t);
-    const double root = coefficient(term.unit.term, term.squared, channel.rate), value = root * term.root_correction;
-    estimate.parameters.push_back({channel.label + "." + said.name + number, said.symbol, Unit::parse(said.unit), value,
-                                   said.description, term.degrees_of_freedom});
-    sources.push_back({t, 0.5 * root / term.squared});
-    if (term.unit.term != NoiseTerm::markov) continue;
+    const double unit = coefficient(term.unit.term, 1.0, channel.rate);
+    estimate.parameters.push_back({channel.label + "." + said.name + number, said.symbol, Unit::parse(said.unit),
+                                   unit * fit.value[t], said.description, term.degrees_of_freedom});
+    sources.push_back({t, unit});
+    if (!markov) continue;
     estimate.parameters.push_back({channel.label + ".markov_time" + number, "T_c", Unit::parse("s"),
-                                   term.unit.markov_time / channel.rate, "correlation time of the Gauss-Markov bias",
+                                   fit.value[time] / channel.rate, "correlation time of the Gauss-Markov bias",
                                    term.degrees_of_freedom});
-    sources.push_back({fit.terms.size() + process++, 1.0 / channel.rate});
+    sources.push_back({time, 1.0 / channel.rate});
   }
+  add_filter(channel, fit.terms.size() + process, estimate, sources);
   if (fit.ramp.kept)
     estimate.parameters.push_back({channel.label + ".rate_ramp", "R", Unit::parse(ramp_unit(channel.kind)),
                                    fit.ramp.slope * channel.rate, "straight trend of the bias",
@@ -100,7 +117,7 @@ void subtract_departure(Matrix& covariance, std::vector<double>& departure) {
   }
 }
 
-/// Covariances by the derivative of the root; channels are taken as independent. The ramp is linear in the record, as
+/// Covariances of the parameters; channels are taken as independent. The ramp is linear in the record, as
 /// the others are quadratic: not correlated with them.
 void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector<std::vector<Source>>& sources,
                     Estimate& estimate) {
@@ -113,8 +130,9 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
     for (std::size_t a = 0; a < sources[c].size(); ++a) {
       const Source& one = sources[c][a];
       for (std::size_t b = 0; b < sources[c].size(); ++b)
-        noise(base + a, base + b) = one.gain * sources[c][b].gain * fit.covariance(one.index, sources[c][b].index);
-      shape[base + a] = one.gain * one.gain * fit.model_error_variance[one.index];
+        noise(base + a, base + b) =
+            one.gain * sources[c][b].gain * fit.value_covariance(one.index, sources[c][b].index);
+      shape[base + a] = one.gain * one.gain * fit.value_error_variance[one.index];
       noise(base + a, base + a) = std::max(noise(base + a, base + a), shape[base + a]);
     }
     base += sources[c].size();
@@ -127,9 +145,11 @@ void add_covariance(const std::vector<ChannelNoise>& channels, const std::vector
          {from_covariance("output noise", noise), from_variances("departure of the record from the terms", shape)});
 }
 
-std::string decision(const FittedTerm& term) {
+std::string decision(const FittedTerm& term, bool shown) {
   if (!term.kept && term.squared <= 0.0) return "not used: not above zero";
   if (!term.kept) return fmt::format("not used: not significant (p = {:.2f})", term.chance);
+  if (!shown) return "used; not above zero with 95 %";
+  if (std::isinf(term.improvement)) return "used: the only term";
   return term.chance < 1e-6 ? "used (p < 1e-6)" : fmt::format("used (p = {:.2g})", term.chance);
 }
 
@@ -144,8 +164,9 @@ void add_stability_rows(const ChannelNoise& channel, Table& table) {
                       coefficient(term.unit.term, 1.0, channel.rate);
     const auto digits = [](double value, double scale) { return std::round(value * scale) / scale; };
     table.rows.push_back({channel.label, said.name + number_of(channel.fit, t), said.symbol, of(term.squared),
-                          shown(sd, said.unit), digits(term.z, 100.0), digits(term.improvement, 10.0),
-                          of(term.upper_limit), decision(term)});
+                          shown(sd, said.unit), digits(term.z, 100.0),
+                          std::isinf(term.improvement) ? Table::Cell("") : Table::Cell(digits(term.improvement, 10.0)),
+                          of(term.upper_limit), decision(term, channel.fit.shown[t])});
   }
   const NoiseRamp& ramp = channel.fit.ramp;
   const std::string unit = ramp_unit(channel.kind);
@@ -190,7 +211,7 @@ void add_stability_curves(const ChannelNoise& channel, std::vector<Curve>& curve
     if (!term.kept) continue;
     std::vector<double> variances;
     for (std::size_t i = 0; i < sum.size(); ++i) {
-      variances.push_back(term.squared * unit_allan_variance(term.unit, static_cast<double>(channel.curve[i].factor)));
+      variances.push_back(fitted_allan_variance(channel.fit, term, static_cast<double>(channel.curve[i].factor)));
       sum[i] += variances.back();
     }
     terms.push_back(line(channel, words(term.unit.term, channel.kind).name, variances));
@@ -219,8 +240,9 @@ struct HiddenTerm {
 
 /// Adds the channel to the terms that it does not show.
 void add_hidden(const ChannelNoise& channel, std::vector<HiddenTerm>& hidden) {
-  for (const FittedTerm& term : channel.fit.terms) {
-    if (term.kept) continue;
+  for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
+    const FittedTerm& term = channel.fit.terms[t];
+    if (channel.fit.shown[t]) continue;
     const TermWords name = words(term.unit.term, channel.kind);
     const double limit = coefficient(term.unit.term, term.upper_limit, channel.rate);
     auto entry = std::ranges::find(hidden, name.name, [](const HiddenTerm& one) { return one.term.name; });
@@ -331,6 +353,13 @@ double coefficient(NoiseTerm term, double squared, double rate) {
       break;
   }
   return std::sqrt(squared);
+}
+
+double fitted_allan_variance(const NoiseFit& fit, const FittedTerm& term, double factor) {
+  if (term.unit.term != NoiseTerm::white || !fit.filter.given())
+    return term.squared * unit_allan_variance(term.unit, factor);
+  const auto autocovariance = filtered_autocovariance(fit.filter);
+  return term.squared * (mean_covariance(autocovariance, factor, 0) - mean_covariance(autocovariance, factor, 1));
 }
 
 Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd) {

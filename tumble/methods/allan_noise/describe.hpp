@@ -83,6 +83,9 @@ std::string ramp_unit(QuantityKind kind);
 /// sqrt(c/T).
 double coefficient(NoiseTerm term, double squared, double rate);
 
+/// Allan variance [u^2] that a term of the fit gives at an averaging factor [samples].
+double fitted_allan_variance(const NoiseFit& fit, const FittedTerm& term, double factor);
+
 /// Parameters, covariance, budget, tables, curves and findings of all channels together.
 /// wanted_sd: relative [1], of the advice on the length of record.
 Estimate describe_noise(const std::vector<ChannelNoise>& channels, double wanted_sd);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/noise/noise_length.hpp"
+#include "tumble/methods/allan_noise/faults.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"
@@ -43,6 +44,7 @@ NoiseFit in_general(const AllanFit& from, const std::vector<AllanObservation>& u
   fit.model_error = from.model_error;
   fit.minus_twice_log_likelihood = from.minus_twice_log_likelihood;
   fit.condition = from.condition;
+  take_values_of_terms(fit);
   return fit;
 }
 
@@ -91,11 +93,11 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
       continue;
     }
     const auto percent = [](double share) { return fmt::format("{:.2g} %", 100.0 * share); };
-    rows.push_back({said.name, percent(0.5 * term.squared_sd / term.squared), percent(wanted),
+    rows.push_back({said.name, percent(std::sqrt(fit.value_covariance(t, t)) / fit.value[t]), percent(wanted),
                     record * length.times_for(t, 2.0 * wanted * term.squared)});
     if (term.unit.term != NoiseTerm::markov) continue;
     const std::size_t at = fit.terms.size() + process++;
-    rows.push_back({"markov_time", percent(std::sqrt(fit.covariance(at, at)) / term.unit.markov_time), percent(wanted),
+    rows.push_back({"markov_time", percent(std::sqrt(fit.value_covariance(at, at)) / fit.value[at]), percent(wanted),
                     record * length.times_for(at, wanted * term.unit.markov_time)});
   }
   return rows;
@@ -103,7 +105,9 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
 
 void conclude(const NoiseBands& bands, double begin, const Settings& settings, ChannelNoise& result) {
   const Findings changes = changes_along(bands, begin, result.rate, result.label);
-  result.findings.insert(result.findings.end(), changes.begin(), changes.end());
+  for (const Findings& some :
+       {changes, uneven_bias(bands, begin, result.rate, result.kind, result.label), times_at_bound(result)})
+    result.findings.insert(result.findings.end(), some.begin(), some.end());
   result.advice = advice(result, bands, settings.number("wanted_sd"));
 }
 

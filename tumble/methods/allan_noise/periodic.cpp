@@ -19,13 +19,15 @@ constexpr std::size_t most_at_once = 8;
 /// Expected mean squares of the bands.
 std::vector<double> expected_of(const NoiseBands& bands, const NoiseFit& fit) {
   std::vector<double> expected;
+  const auto autocovariance = filtered_autocovariance(fit.filter);
   for (const NoiseBand& band : bands.bands) {
     double sum = fit.ramp.kept ? fit.ramp.slope * fit.ramp.slope * band.ramp_square : 0.0;
     for (std::size_t t = 0; t < fit.terms.size(); ++t) {
       const FittedTerm& term = fit.terms[t];
       if (!term.kept) continue;
-      sum +=
-          term.squared * (t < band.expected.size() ? band.expected[t] : expected_markov(band, term.unit.markov_time));
+      sum += term.squared * (t == 1                     ? expected_filtered(band, autocovariance)
+                             : t < band.expected.size() ? band.expected[t]
+                                                        : expected_markov(band, term.unit.markov_time));
     }
     expected.push_back(sum);
   }

@@ -21,7 +21,7 @@ Table with_columns(const char* name, const std::string& caption, std::initialize
 }
 
 double curve_at(const ChannelNoise& channel, const FittedTerm& term, std::size_t i) {
-  return term.squared * unit_allan_variance(term.unit, static_cast<double>(channel.curve[i].factor));
+  return fitted_allan_variance(channel.fit, term, static_cast<double>(channel.curve[i].factor));
 }
 
 /// Point of the curve where a term has its greatest share of the fitted variance.
@@ -65,8 +65,8 @@ std::string length_text(double seconds) {
   return fmt::format("{:.3g} days", seconds / 86400.0);
 }
 
-double value_of(const ChannelNoise& channel, const FittedTerm& term) {
-  return term.root_correction * coefficient(term.unit.term, term.squared, channel.rate);
+double value_of(const ChannelNoise& channel, std::size_t t) {
+  return channel.fit.value[t] * coefficient(channel.fit.terms[t].unit.term, 1.0, channel.rate);
 }
 
 void add_density(const ChannelNoise& channel, NoiseTerm which, Table& table) {
@@ -75,16 +75,18 @@ void add_density(const ChannelNoise& channel, NoiseTerm which, Table& table) {
       fmt::format("{}_{}", rate ? "gyroscope" : "accelerometer", white ? "noise_density" : "random_walk");
   const std::string unit =
       white ? (rate ? "rad/s/sqrt(Hz)" : "m/s^2/sqrt(Hz)") : (rate ? "rad/s^2/sqrt(Hz)" : "m/s^3/sqrt(Hz)");
-  for (const auto& term : channel.fit.terms) {
+  for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
+    const FittedTerm& term = channel.fit.terms[t];
     if (term.unit.term != which) continue;
-    const double value = value_of(channel, term);
+    const bool shown = channel.fit.shown[t];
+    const double value = value_of(channel, t);
     const double limit = coefficient(which, term.upper_limit, channel.rate);
-    const double relative = term.kept ? 0.5 * term.squared_sd / term.squared : 0.0;
-    table.rows.push_back({channel.label, key, term.kept ? fmt::format("{:.4g}", value) : fmt::format("< {:.3g}", limit),
-                          term.kept ? fmt::format("{:.2g} %", 100.0 * relative) : "", unit,
-                          white && term.kept ? fmt::format("sd of one sample at {:.6g} Hz: {:.4g} {}", channel.rate,
-                                                           value * std::sqrt(channel.rate), rate ? "rad/s" : "m/s^2")
-                                             : ""});
+    const double relative = shown ? std::sqrt(channel.fit.value_covariance(t, t)) / channel.fit.value[t] : 0.0;
+    table.rows.push_back({channel.label, key, shown ? fmt::format("{:.4g}", value) : fmt::format("< {:.3g}", limit),
+                          shown ? fmt::format("{:.2g} %", 100.0 * relative) : "", unit,
+                          white && shown ? fmt::format("sd of one sample at {:.6g} Hz: {:.4g} {}", channel.rate,
+                                                       value * std::sqrt(channel.rate), rate ? "rad/s" : "m/s^2")
+                                         : ""});
   }
 }
 
@@ -96,8 +98,9 @@ Table readings_table(const std::vector<ChannelNoise>& channels) {
                    {"channel", "term", "identified", "read off the curve", "at tau", "share of the term there"});
   for (const auto& channel : channels) {
     if (channel.curve.empty()) continue;
-    for (const auto& term : channel.fit.terms) {
-      if (!term.kept) continue;
+    for (std::size_t t = 0; t < channel.fit.terms.size(); ++t) {
+      const FittedTerm& term = channel.fit.terms[t];
+      if (!channel.fit.shown[t]) continue;
       const TermWords said = words(term.unit.term, channel.kind);
       const Strongest at = strongest(channel, term);
       const auto& point = channel.curve[at.point];
@@ -105,7 +108,7 @@ Table readings_table(const std::vector<ChannelNoise>& channels) {
       const auto shown = [&](double value) {
         return fmt::format("{:.4g} {}", unit.difference_from_si(value), said.unit);
       };
-      table.rows.push_back({channel.label, said.name, shown(value_of(channel, term)),
+      table.rows.push_back({channel.label, said.name, shown(value_of(channel, t)),
                             shown(read_off(term.unit.term, point.tau, point.deviation)), say_seconds(point.tau),
                             fmt::format("{:.0f} %", 100.0 * at.share)});
     }

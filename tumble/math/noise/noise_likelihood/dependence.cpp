@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/noise/noise_filter.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::noise_likelihood {
@@ -99,11 +100,34 @@ Matrix between_scales(const Scale& fast, const Scale& slow, const std::vector<We
          with_transpose(weighed(chosen_rows(weights, fast.bands), squares, chosen_rows(weights, slow.bands)));
 }
 
+/// What the differences of block means beyond those that were summed add for one Gauss-Markov process: they fall off as
+/// exp(-t/T_c), so that the sums of both sides are geometric.
+struct ProcessTails {
+  Matrix ends;   ///< last difference before and after the block, for each cosine [2 x cosines]
+  double decay;  ///< from one block to the next
+};
+
+std::vector<ProcessTails> tails_of(const Scale& last, const std::vector<WeightedTerm>& terms, double unit) {
+  std::vector<ProcessTails> tails;
+  for (const auto& term : terms) {
+    if (term.unit.term != NoiseTerm::markov) continue;
+    const Matrix means = with_block_means(last, {term}, units_apart);
+    Matrix ends(2, means.columns);
+    for (std::size_t k = 0; k < means.columns; ++k) {
+      ends(0, k) = means(1, k) - means(0, k);
+      ends(1, k) = means(means.rows - 1, k) - means(means.rows - 2, k);
+    }
+    tails.push_back({ends, std::exp(-unit / term.unit.markov_time)});
+  }
+  return tails;
+}
+
 /// A cosine's covariance with differences of block means around it, as their sine transform sees it.
 Matrix with_sines(const Scale& last, const std::vector<NoiseBand>& bands, const std::vector<WeightedTerm>& terms,
                   const Matrix& weights) {
   const Matrix means = with_block_means(last, terms, units_apart);
   const double unit = last.unit * last.radix;
+  const auto tails = tails_of(last, terms, unit);
   std::vector<std::size_t> sines;
   for (std::size_t i = 0; i < bands.size(); ++i)
     if (bands[i].radix == 0 && bands[i].unit == unit) sines.push_back(i);
@@ -115,6 +139,11 @@ Matrix with_sines(const Scale& last, const std::vector<NoiseBand>& bands, const 
       std::complex<double> sum = 0.0;
       for (std::size_t j = 1; j < means.rows; ++j)
         sum += (means(j, k) - means(j - 1, k)) * std::polar(1.0, w * (static_cast<double>(j) - units_apart));
+      for (const auto& [ends, decay] : tails) {
+        const auto before = std::polar(decay, -w), after = std::polar(decay, w);
+        sum += ends(0, k) * std::polar(1.0, w * (1.0 - units_apart)) * before / (1.0 - before);
+        sum += ends(1, k) * std::polar(1.0, w * units_apart) * after / (1.0 - after);
+      }
       squares(k, b) = std::norm(sum) * band.count;
     }
   }
@@ -137,6 +166,10 @@ Matrix of_ends(const std::vector<NoiseBand>& bands, const std::vector<WeightedTe
 double unit_mean_covariance(const std::vector<WeightedTerm>& terms, double unit, int lag) {
   double sum = 0.0;
   for (const auto& term : terms) {
+    if (term.unit.term == NoiseTerm::white) {
+      sum += term.squared * mean_covariance(term.autocovariance, unit, lag);
+      continue;
+    }
     if (term.unit.term != NoiseTerm::markov) {
       sum += term.squared * unit_covariance(term.unit.term, unit, lag);
       continue;

@@ -11,6 +11,7 @@ namespace tumble::noise_likelihood {
 struct WeightedTerm {
   UnitTerm unit;
   double squared = 0.0;
+  std::vector<double> autocovariance;  ///< of white noise that was filtered, for a density of one; else empty
 };
 
 /// What the covariance between contrasts adds to that of weighted sums of squares

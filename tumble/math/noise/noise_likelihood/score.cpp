@@ -29,10 +29,11 @@ double third_moment(const BandData& data, std::span<const double> s, std::span<c
 
 }  // namespace
 
-double chance_by_slope(const BandData& data, const TriedTerms& without, std::span<const double> column) {
+double chance_by_slope(const BandData& data, const TriedTerms& without, std::span<const double> column,
+                       const SearchRange& range) {
   const ScoringFit& fit = without.fit;
   const auto weight = root_weights(data, fit.s);
-  Matrix others = scaled_rows(weight, linear(data, without).x);
+  Matrix others = scaled_rows(weight, linear(data, without, &range).x);
   others = scaled_columns(others, inverses(column_norms(others)));
   const auto wanted = scaled(weight, column);
   const auto rest = difference(wanted, others * solve_symmetric(gram(others), transposed_product(others, wanted)));

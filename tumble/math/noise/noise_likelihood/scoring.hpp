@@ -6,6 +6,7 @@
 
 #include "tumble/math/matrix.hpp"
 #include "tumble/math/noise/noise_bands.hpp"
+#include "tumble/math/noise/noise_filter.hpp"
 
 namespace tumble::noise_likelihood {
 
@@ -24,6 +25,8 @@ struct BandData {
 
   /// Expected mean squares [bands] of a process of unit variance with this correlation time [samples].
   std::vector<double> markov(double time) const;
+  /// Expected mean squares [bands] of filtered white noise of density one.
+  std::vector<double> filtered(const NoiseFilter& filter) const;
 };
 
 struct ScoringFit {

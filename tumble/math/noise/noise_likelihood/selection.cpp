@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "tumble/math/linear_algebra.hpp"
@@ -13,38 +14,50 @@ namespace tumble::noise_likelihood {
 namespace {
 
 constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process: 0.1 % of chi-square of two
+constexpr double filter_fall = 30.0;   ///< ... by a filter: many shapes and bandwidths are tried
+constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
+constexpr double hopeless = 1000.0;    ///< of -2 ln L above all terms: no correlation time within an octave mends that
+constexpr double least_damping = 0.3, most_damping = 2.0, widest = 0.6;
 
 double aicc(const TriedTerms& one, bool ramp, double contrasts) {
   const double p = size_of(one.terms) + (ramp ? 1.0 : 0.0);
   return one.value() + 2.0 * p + 2.0 * p * (p + 1.0) / std::max(1.0, contrasts - p - 1.0);
 }
 
-}  // namespace
+/// A parameter that enters the expectations nonlinearly: where it stands, and between what it is searched.
+struct Nonlinear {
+  std::function<double&(NoiseTerms&)> of;
+  double low = 0.0, high = INFINITY;
+};
 
-Matrix columns(const BandData& data, const NoiseTerms& terms) {
-  std::vector<std::size_t> list;
-  for (std::size_t t = 0; t < power_laws; ++t)
-    if (terms.used[t]) list.push_back(t);
-  Matrix x = chosen_columns(data.design, list);
-  for (const double time : terms.times) x = beside(x, as_column(data.markov(time)));
-  return x;
+std::vector<Nonlinear> nonlinear(const NoiseTerms& terms, const SearchRange& range) {
+  std::vector<Nonlinear> all;
+  for (std::size_t m = 0; m < terms.times.size(); ++m)
+    all.push_back({[m](NoiseTerms& one) -> double& { return one.times[m]; }, shortest_time, range.longest});
+  if (terms.filter_parameters() == 0) return all;
+  const bool poles = terms.filter.two_poles() || terms.filter.shape == FilterShape::first_order ||
+                     terms.filter.shape == FilterShape::first_order_means;
+  const double low = poles ? least_bandwidth : bandwidth_of_means(terms.filter.shape, longest_mean),
+               high = poles ? widest : bandwidth_of_means(terms.filter.shape, 1.0);
+  all.push_back({[](NoiseTerms& one) -> double& { return one.filter.bandwidth; }, low, high});
+  if (terms.filter.two_poles())
+    all.push_back({[](NoiseTerms& one) -> double& { return one.filter.damping; }, least_damping, most_damping});
+  return all;
 }
 
-TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start) {
-  return {terms, fit_by_scoring(data, columns(data, terms), ramp, start)};
-}
-
-TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const std::vector<double>& start,
-                     std::size_t which, double low, double high) {
-  const auto of = [&](double log_time) {
-    terms.times[which] = std::exp(log_time);
-    return tried(data, terms, ramp, start);
+/// The best value of one parameter between `low` and `high`, by golden section of its logarithm.
+TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp, const Nonlinear& which, double low,
+                        double high, double tolerance) {
+  NoiseTerms terms = from.terms;
+  const auto of = [&](double log_value) {
+    which.of(terms) = std::exp(log_value);
+    return tried(data, terms, ramp, from.fit.s);
   };
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
   double a = std::log(low), b = std::log(high);
   double left = b - golden * (b - a), right = a + golden * (b - a);
   TriedTerms at_left = of(left), at_right = of(right);
-  while (b - a > 2e-3) {
+  while (b - a > tolerance) {
     if (at_left.value() < at_right.value()) {
       b = right;
       right = left;
@@ -60,66 +73,206 @@ TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const st
   return at_left.value() < at_right.value() ? at_left : at_right;
 }
 
-bool add_process(const BandData& data, bool ramp, double longest, TriedTerms& before) {
-  TriedTerms best = before;
-  for (double time = shortest_time; time < longest; time *= 2.0) {
-    NoiseTerms with = before.terms;
-    with.times.push_back(time);
-    TriedTerms one = tried(data, with, ramp, before.fit.s);
-    if (one.value() < best.value()) best = std::move(one);
+/// The likeliest of these correlation times beside the terms of `like`.
+TriedTerms likeliest(const BandData& data, const TriedTerms& like, bool ramp,
+                     const std::vector<std::vector<double>>& times) {
+  TriedTerms best;
+  for (const auto& some : times) {
+    NoiseTerms terms = like.terms;
+    terms.times = some;
+    TriedTerms one = tried(data, terms, ramp, like.fit.s);
+    if (best.fit.c.empty() || one.value() < best.value()) best = std::move(one);
   }
-  const std::size_t which = before.terms.times.size();
-  if (best.terms.times.size() == which || before.value() - best.value() < 1.0) return false;
-  const double time = best.terms.times.back();
-  best = best_time(data, best.terms, ramp, best.fit.s, which, std::max(0.5 * time, shortest_time),
-                   std::min(2.0 * time, longest));
+  return best;
+}
+
+/// Octaves between the bounds, with `beside` before each.
+std::vector<std::vector<double>> octaves(std::vector<double> beside, double longest) {
+  std::vector<std::vector<double>> all;
+  beside.push_back(shortest_time);
+  for (; beside.back() < longest; beside.back() *= 2.0) all.push_back(beside);
+  return all;
+}
+
+/// Filters from which the search begins.
+std::vector<NoiseFilter> filters() {
+  std::vector<NoiseFilter> all;
+  for (const FilterShape shape : {FilterShape::first_order, FilterShape::first_order_means})
+    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6) all.push_back({shape, bandwidth, 0.0});
+  for (const FilterShape shape : {FilterShape::second_order, FilterShape::second_order_means})
+    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6)
+      for (const double damping : {0.5, 0.7, 1.0}) all.push_back({shape, bandwidth, damping});
+  for (const FilterShape shape : {FilterShape::mean, FilterShape::mean_of_means, FilterShape::third_mean})
+    for (double length = shape == FilterShape::mean ? 1.3 : 1.0; length < longest_mean; length *= 1.3)
+      all.push_back({shape, bandwidth_of_means(shape, length), 0.0});
+  return all;
+}
+
+TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, const TriedTerms& from) {
+  NoiseTerms terms = from.terms;
+  terms.filter = filter;
+  return tried(data, terms, ramp, from.fit.s);
+}
+
+/// Whether any low pass helps at all: four bandwidths that stand for all shapes.
+bool filter_seen(const BandData& data, bool ramp, const TriedTerms& before) {
+  return std::ranges::any_of(std::vector{0.4, 0.2, 0.08, 0.025}, [&](double bandwidth) {
+    const auto one = with_filter(data, ramp, {FilterShape::first_order, bandwidth, 0.0}, before);
+    return before.value() - one.value() > 0.3 * filter_fall;
+  });
+}
+
+}  // namespace
+
+Matrix columns(const BandData& data, const NoiseTerms& terms) {
+  std::vector<std::size_t> list;
+  for (std::size_t t = 0; t < power_laws; ++t)
+    if (terms.used[t]) list.push_back(t);
+  Matrix x = chosen_columns(data.design, list);
+  if (terms.filter_parameters() > 0)
+    std::ranges::copy(data.filtered(terms.filter), column(x, terms.used[0] ? 1 : 0).begin());
+  for (const double time : terms.times) x = beside(x, as_column(data.markov(time)));
+  return x;
+}
+
+TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start) {
+  return {terms, fit_by_scoring(data, columns(data, terms), ramp, start)};
+}
+
+TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const SearchRange& range, double tolerance) {
+  const auto parameters = nonlinear(from.terms, range);
+  TriedTerms best = from;
+  for (int round = 0; round < 4; ++round) {
+    const double before = best.value();
+    bool moved = false;
+    for (const Nonlinear& one : parameters) {
+      NoiseTerms terms = best.terms;
+      const double at = one.of(terms);
+      TriedTerms next = best_between(data, best, range.ramp, one, std::max(0.5 * at, one.low),
+                                     std::min(2.0 * at, one.high), tolerance);
+      if (next.value() < best.value()) best = std::move(next);
+      terms = best.terms;
+      moved = moved || std::abs(std::log(one.of(terms) / at)) > 0.6;
+    }
+    if (!moved && (parameters.size() < 2 || before - best.value() < 0.02)) break;
+  }
+  return best;
+}
+
+bool add_process(const BandData& data, const SearchRange& range, TriedTerms& before) {
+  const auto tries = octaves(before.terms.times, range.longest);
+  if (tries.empty()) return false;
+  TriedTerms best = likeliest(data, before, range.ramp, tries);
+  if (before.value() - best.value() < 1.0) return false;
+  best = best_parameters(data, best, range, 2e-3);
   const bool helps = before.value() - best.value() > process_fall;
   if (helps) before = std::move(best);
   return helps;
 }
 
+bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before) {
+  if (!before.terms.used[1] || !filter_seen(data, range.ramp, before)) return false;
+  std::vector<TriedTerms> best(static_cast<std::size_t>(FilterShape::third_mean) + 1);
+  for (const NoiseFilter& filter : filters()) {
+    TriedTerms one = with_filter(data, range.ramp, filter, before);
+    TriedTerms& same = best[static_cast<std::size_t>(filter.shape)];
+    if (same.fit.c.empty() || one.value() < same.value()) same = std::move(one);
+  }
+  const TriedTerms* chosen = nullptr;
+  for (TriedTerms& one : best) {
+    if (one.fit.c.empty()) continue;
+    one = best_parameters(data, one, range, 2e-3);
+    const auto cost = [](const TriedTerms& which) { return which.value() + 2.0 * size_of(which.terms); };
+    if (chosen == nullptr || cost(one) < cost(*chosen)) chosen = &one;
+  }
+  const bool helps = before.value() - chosen->value() > filter_fall;
+  if (helps) before = *chosen;
+  return helps;
+}
+
+bool filter_needed(const TriedTerms& without, const TriedTerms& with) {
+  return without.value() + 2.0 * size_of(without.terms) - with.value() - 2.0 * size_of(with.terms) > 0.3 * filter_fall;
+}
+
 int size_of(const NoiseTerms& terms) {
-  return static_cast<int>(std::count(terms.used.begin(), terms.used.end(), true) + 2 * std::ssize(terms.times));
+  return static_cast<int>(std::count(terms.used.begin(), terms.used.end(), true) + 2 * std::ssize(terms.times)) +
+         terms.filter_parameters();
 }
 
 double chance_of(double fall) { return fall <= 0.0 ? 1.0 : 0.5 * chi_square_tail(fall, 1.0); }
 
-double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term) {
+double chance_of_process(double fall) { return fall <= 0.0 ? 1.0 : chi_square_tail(0.5 * fall, 2.0); }
+
+double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term,
+                      const SearchRange& range) {
   constexpr double beyond_doubt = 300.0;
   const double fall = without.value() - with.value(), chance = chance_of(fall);
   if (chance > 0.5 || fall > beyond_doubt) return chance;
-  return std::max(chance, chance_by_slope(data, without, column(data.design, term)));
+  const auto white = column(data.design, term);
+  const auto own = term == 1 && with.terms.filter.given() ? data.filtered(with.terms.filter)
+                                                          : std::vector<double>(white.begin(), white.end());
+  return std::max(chance, chance_by_slope(data, without, own, range));
 }
 
-TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, double significance) {
+namespace {
+
+/// The set `index` at its best: from its likeliest octave, the times of `full`, and those of each set with a term less.
+TriedTerms best_of_set(const BandData& data, const SearchRange& range, const TriedTerms& full, std::size_t index,
+                       const std::vector<TriedTerms>& smaller) {
+  TriedTerms like{full.terms, full.fit};
+  for (std::size_t t = 0; t < power_laws; ++t) like.terms.used[t] = (index >> t) & 1u;
+  const std::size_t processes = index / subsets;
+  std::vector<std::vector<double>> times;
+  if (processes == 0 || processes == full.terms.times.size())
+    times.push_back(processes == 0 ? std::vector<double>() : full.terms.times);
+  if (processes == 1) {
+    const auto more = octaves({}, range.longest);
+    times.insert(times.end(), more.begin(), more.end());
+  }
+  for (std::size_t t = 0; processes > 0 && t < power_laws; ++t) {
+    const std::size_t less = index & ~(std::size_t{1} << t);
+    if (less != index && !smaller[less].fit.c.empty()) times.push_back(smaller[less].terms.times);
+  }
+  TriedTerms best = likeliest(data, like, range.ramp, times);
+  return best.value() > full.value() + hopeless ? best : best_parameters(data, best, range, coarse);
+}
+
+bool is_supported(const BandData& data, const SearchRange& range, const TermSelection& selection, std::size_t index,
+                  double significance) {
+  const TriedTerms& one = selection.all[index];
+  if (!(std::ranges::min(one.fit.c) > 0.0)) return false;
+  if (index >= subsets) {
+    const TriedTerms& without = selection.all[index - subsets];
+    if (!without.fit.c.empty() && without.value() - one.value() < process_fall) return false;
+  }
+  for (std::size_t t = 0; t < power_laws; ++t) {
+    const std::size_t without = index & ~(std::size_t{1} << t);
+    if (without == index || selection.all[without].fit.c.empty()) continue;
+    if (chance_without(data, selection.all[without], one, t, range) >= significance) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance) {
   TermSelection selection;
-  const std::size_t subsets = std::size_t{1} << power_laws;
-  selection.all.resize(subsets);
-  selection.supported.assign(subsets, false);
-  selection.aicc.assign(subsets, INFINITY);
+  const std::size_t sets = subsets * (full.terms.times.size() + 1);
+  selection.all.resize(sets);
+  selection.supported.assign(sets, false);
+  selection.aicc.assign(sets, INFINITY);
   const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
   double least = INFINITY;
-  for (std::size_t mask = 0; mask < subsets; ++mask) {
-    NoiseTerms terms = full.terms;
-    bool within = true;
-    for (std::size_t t = 0; t < power_laws; ++t) {
-      terms.used[t] = (mask >> t) & 1u;
-      within = within && (full.terms.used[t] || !terms.used[t]);
-    }
-    if (size_of(terms) == 0 || !within) continue;
-    selection.all[mask] = tried(data, terms, ramp, full.fit.s);
-    const TriedTerms& one = selection.all[mask];
-    bool supported = std::ranges::min(one.fit.c) > 0.0;
-    for (std::size_t t = 0; t < power_laws && supported; ++t) {
-      const std::size_t without = mask & ~(std::size_t{1} << t);
-      if (without == mask || selection.all[without].fit.c.empty()) continue;
-      supported = chance_without(data, selection.all[without], one, t) < significance;
-    }
-    selection.supported[mask] = supported;
-    selection.aicc[mask] = aicc(one, ramp, contrasts);
-    if (!supported || selection.aicc[mask] >= least) continue;
-    least = selection.aicc[mask];
-    selection.chosen = mask;
+  for (std::size_t index = 0; index < sets; ++index) {  // a set comes after those with a term less
+    bool within = index > 0;
+    for (std::size_t t = 0; t < power_laws; ++t) within = within && (full.terms.used[t] || !((index >> t) & 1u));
+    if (!within) continue;
+    selection.all[index] = best_of_set(data, range, full, index, selection.all);
+    selection.aicc[index] = aicc(selection.all[index], range.ramp, contrasts);
+    selection.supported[index] = is_supported(data, range, selection, index, significance);
+    if (!selection.supported[index] || selection.aicc[index] >= least) continue;
+    least = selection.aicc[index];
+    selection.chosen = index;
   }
   if (!std::isfinite(least))
     throw Error(Error::Kind::bad_data,

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "tumble/math/noise/noise_filter.hpp"
 #include "tumble/math/noise/noise_likelihood/scoring.hpp"
 
 namespace tumble::noise_likelihood {
@@ -14,6 +16,10 @@ constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to th
 struct NoiseTerms {
   std::vector<bool> used{true, true, true, true};  ///< power laws
   std::vector<double> times;                       ///< [samples] of the processes
+  NoiseFilter filter;                              ///< of the white noise
+
+  /// Parameters of the filter where there is white noise to be filtered.
+  int filter_parameters() const { return used[1] ? filter.parameters() : 0; }
 };
 
 /// Expected mean squares of the terms with unit coefficients [bands x terms].
@@ -28,14 +34,28 @@ struct TriedTerms {
 /// The likelihood of these terms, searched from the coefficients `start` [u^2].
 TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start);
 
-/// The model with the correlation time of process `which` set to its best between `low` and `high` [samples], by golden
-/// section.
-TriedTerms best_time(const BandData& data, NoiseTerms terms, bool ramp, const std::vector<double>& start,
-                     std::size_t which, double low, double high);
+/// Where the parameters of processes and filters are looked for.
+struct SearchRange {
+  bool ramp = false;
+  double longest = INFINITY;  ///< correlation time [samples]
 
-/// One process more beside the terms of `before`, where it lowers -2 ln L enough. Given: longest correlation time
-/// [samples]. Returned: whether it does.
-bool add_process(const BandData& data, bool ramp, double longest, TriedTerms& before);
+  /// Whether a correlation time [samples] lies at one end, where the likelihood may still rise beyond.
+  bool at_bound(double time) const { return time < 1.02 * shortest_time || time > 0.98 * longest; }
+};
+
+/// The likelihood with the correlation times and the filter at their best, searched from those of `terms` (within a
+/// factor 2 of each, again while that pays). Given: tolerance [1] of their logarithms.
+TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const SearchRange& range, double tolerance);
+
+/// One process more beside the terms of `before`, where it lowers -2 ln L enough. Returned: whether it does.
+bool add_process(const BandData& data, const SearchRange& range, TriedTerms& before);
+
+/// A filter of the white noise of `before`, where it lowers -2 ln L so much that no record of unfiltered noise does it.
+/// Returned: whether it does.
+bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before);
+
+/// Whether the filter of the second model is worth more than what the first has in its place.
+bool filter_needed(const TriedTerms& without, const TriedTerms& with);
 
 int size_of(const NoiseTerms& terms);
 
@@ -43,17 +63,26 @@ int size_of(const NoiseTerms& terms);
 /// zero.
 double chance_of(double fall);
 
+/// Probability [1] of so great a fall of -2 ln L [1] by a Gauss-Markov process that is not there: chi-square of two.
+double chance_of_process(double fall);
+
 /// Probability [1] that chance alone makes a term of the power laws look as needed as it does.
-double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term);
+double chance_without(const BandData& data, const TriedTerms& without, const TriedTerms& with, std::size_t term,
+                      const SearchRange& range);
+
+constexpr std::size_t subsets = std::size_t{1} << power_laws;
 
 struct TermSelection {
-  std::vector<TriedTerms> all;  ///< [mask] over the power laws
+  /// [mask + subsets p] over the power laws beside p processes, each at its own best correlation times and filter;
+  /// without coefficients where it was not tried
+  std::vector<TriedTerms> all;
   std::vector<bool> supported;
   std::vector<double> aicc;
   std::size_t chosen = 0;
 };
 
-/// Every subset of the power laws beside the processes. Given: significance [1] of a term that remains.
-TermSelection select(const BandData& data, bool ramp, const TriedTerms& full, double significance);
+/// Every subset of the power laws beside none to all of the processes of `full`. Given: significance [1] of a term that
+/// remains.
+TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance);
 
 }  // namespace tumble::noise_likelihood

@@ -67,12 +67,15 @@ double freedom_for(const std::function<double(double)>& missed) {
 
 }  // namespace
 
-LinearNoise linear(const BandData& data, const TriedTerms& chosen) {
+LinearNoise linear(const BandData& data, const TriedTerms& chosen, const SearchRange* range) {
+  constexpr double h = 1e-3;
   LinearNoise result;
   std::vector<std::size_t> list;
   std::size_t place = 0;
+  double white = 0.0;
   for (std::size_t t = 0; t < power_laws; ++t) {
     if (!chosen.terms.used[t]) continue;
+    if (t == 1) white = chosen.fit.c[place];
     if (chosen.fit.c[place] > 0.0) {
       list.push_back(place);
       result.terms.push_back(t);
@@ -81,13 +84,22 @@ LinearNoise linear(const BandData& data, const TriedTerms& chosen) {
   }
   Matrix slopes;
   for (std::size_t m = 0; m < chosen.terms.times.size(); ++m, ++place) {
+    if (!(chosen.fit.c[place] > 0.0)) continue;
     list.push_back(place);
     result.terms.push_back(power_laws + m);
-    result.processes.push_back(m);
-    constexpr double h = 1e-3;
     const double time = chosen.terms.times[m];
+    if (range != nullptr && range->at_bound(time)) continue;
+    result.processes.push_back(m);
     const auto change = difference(data.markov(time * std::exp(h)), data.markov(time * std::exp(-h)));
     slopes = beside(slopes, as_column(scaled(chosen.fit.c[place] / (2.0 * h), change)));
+  }
+  for (int k = 0; white > 0.0 && k < chosen.terms.filter_parameters(); ++k, ++result.filter_parameters) {
+    const auto moved = [&](double factor) {
+      NoiseFilter filter = chosen.terms.filter;
+      (k == 0 ? filter.bandwidth : filter.damping) *= factor;
+      return data.filtered(filter);
+    };
+    slopes = beside(slopes, as_column(scaled(white / (2.0 * h), difference(moved(std::exp(h)), moved(std::exp(-h))))));
   }
   result.x = beside(chosen_columns(columns(data, chosen.terms), list), slopes);
   return result;
@@ -97,8 +109,11 @@ std::vector<WeightedTerm> weighted_terms(const TriedTerms& chosen) {
   std::vector<WeightedTerm> terms;
   auto squared = chosen.fit.c.begin();
   for (std::size_t t = 0; t < power_laws; ++t)
-    if (chosen.terms.used[t]) terms.push_back({{power_law_terms[t]}, *squared++});
-  for (const double time : chosen.terms.times) terms.push_back({{NoiseTerm::markov, time}, *squared++});
+    if (chosen.terms.used[t])
+      terms.push_back({{power_law_terms[t]},
+                       *squared++,
+                       t == 1 ? filtered_autocovariance(chosen.terms.filter) : std::vector<double>()});
+  for (const double time : chosen.terms.times) terms.push_back({{NoiseTerm::markov, time}, *squared++, {}});
   return terms;
 }
 

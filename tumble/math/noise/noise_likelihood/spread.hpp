@@ -8,14 +8,17 @@
 
 namespace tumble::noise_likelihood {
 
-/// Columns of the terms above zero and, last, the derivatives by ln T_c of the processes, at the fitted model.
+/// Columns of the terms above zero, then the derivatives by ln T_c of the processes, and last those by the logarithms
+/// of the filter's parameters, at the fitted model.
 struct LinearNoise {
   Matrix x;                            ///< [bands x columns]
   std::vector<std::size_t> terms;      ///< index in NoiseFit::terms of the first columns
-  std::vector<std::size_t> processes;  ///< of the last columns
+  std::vector<std::size_t> processes;  ///< of the columns after them
+  int filter_parameters = 0;           ///< number of the last columns
 };
 
-LinearNoise linear(const BandData& data, const TriedTerms& chosen);
+/// Given: range  where there is one, a correlation time at its end counts as known
+LinearNoise linear(const BandData& data, const TriedTerms& chosen, const SearchRange* range = nullptr);
 
 std::vector<WeightedTerm> weighted_terms(const TriedTerms& chosen);
 

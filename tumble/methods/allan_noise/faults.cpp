@@ -1,0 +1,186 @@
+#include "tumble/methods/allan_noise/faults.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <vector>
+
+#include "tumble/math/median.hpp"
+
+namespace tumble::allan_noise {
+namespace {
+
+using Severity = Finding::Severity;
+
+constexpr double rare = 1e-5;  ///< chance of one comparison
+constexpr std::size_t fewest_means = 64, shortest_mean = 16, parts = 8;
+
+/// Means of two neighbours each; missing where one is.
+std::vector<double> halved(const std::vector<double>& values) {
+  std::vector<double> means;
+  for (std::size_t i = 0; i + 1 < values.size(); i += 2) means.push_back(0.5 * (values[i] + values[i + 1]));
+  return means;
+}
+
+/// Means of one length with the differences of neighbours.
+struct Means {
+  std::vector<double> values;
+  double unit = 1.0;                ///< [samples]
+  std::vector<double> difference;   ///< to the next; NaN: missing
+  double count = 0.0, usual = 0.0;  ///< number of differences, and their sd by the median size [u]
+};
+
+Means means_of(std::vector<double> values, double unit) {
+  Means result{std::move(values), unit, {}, 0.0, 0.0};
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i + 1 < result.values.size(); ++i) {
+    result.difference.push_back(result.values[i + 1] - result.values[i]);
+    if (!std::isnan(result.difference.back())) sizes.push_back(std::abs(result.difference.back()));
+  }
+  result.count = static_cast<double>(sizes.size());
+  if (!sizes.empty()) result.usual = median(sizes) / 0.6745;
+  return result;
+}
+
+/// Whether the level stays where difference i brings it: a pulse comes back.
+bool stays(const Means& means, std::size_t i) {
+  const double size = means.difference[i];
+  const auto follows = [&](std::size_t from, std::size_t to) {
+    const double change = means.values[to] - means.values[from];
+    return std::isnan(change) || change / size > 0.6;
+  };
+  const bool before = i > 0, after = i + 2 < means.values.size();
+  return (!before || follows(i - 1, i + 1)) && (!after || follows(i, i + 2)) &&
+         (!before || !after || follows(i - 1, i + 2));
+}
+
+/// Probability of a difference as large or larger among all, the usual one being known from their median only.
+double chance_of_jump(const Means& means, double size) {
+  const boost::math::students_t distribution(std::max(3.0, 0.37 * means.count));
+  return 2.0 * means.count * boost::math::cdf(boost::math::complement(distribution, size / means.usual));
+}
+
+struct Jumps {
+  std::size_t count = 0;
+  double first = 0.0, worst = 0.0, size = 0.0;  ///< [s], [s], [u]
+  double chance = 1.0;
+};
+
+Jumps jumps_of(const Means& means, double begin, double rate) {
+  Jumps jumps;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < means.difference.size(); ++i) {
+    const double size = std::abs(means.difference[i]);
+    if (!(size > 4.0 * means.usual)) continue;
+    const double chance = chance_of_jump(means, size);
+    if (chance > 10.0 * rare || !stays(means, i)) continue;
+    const double time = begin + static_cast<double>(i + 1) * means.unit / rate;
+    if (jumps.count == 0 || i > last + 1) ++jumps.count;
+    if (jumps.count == 1 && jumps.first == 0.0) jumps.first = time;
+    last = i;
+    if (size <= std::abs(jumps.size)) continue;
+    jumps.size = means.difference[i];
+    jumps.worst = time;
+    jumps.chance = chance;
+  }
+  return jumps;
+}
+
+/// How much larger the differences of the first eighth are than the others (ratio of mean squares), and the chance of
+/// it.
+struct Settling {
+  double ratio = 1.0, chance = 1.0;
+};
+
+Settling settling_of(const Means& means) {
+  double sum[2] = {}, count[2] = {};
+  for (std::size_t i = 0; i < means.difference.size(); ++i) {
+    if (std::isnan(means.difference[i])) continue;
+    const int which = i < means.difference.size() / parts ? 0 : 1;
+    sum[which] += means.difference[i] * means.difference[i];
+    ++count[which];
+  }
+  if (count[0] < 4.0 || count[1] < 4.0 || !(sum[1] > 0.0)) return {};
+  const double ratio = sum[0] / count[0] / (sum[1] / count[1]);
+  // Differences of white means are correlated with the next: two thirds of them count.
+  const boost::math::fisher_f distribution(count[0] / 1.5, count[1] / 1.5);
+  return {ratio, boost::math::cdf(boost::math::complement(distribution, ratio))};
+}
+
+}  // namespace
+
+Findings coarse_output(std::span<const double> values, const std::string& label) {
+  constexpr std::size_t block = 32;
+  double least = INFINITY, squares = 0.0, count = 0.0, scatter = 0.0, scattered = 0.0, largest = 0.0;
+  for (std::size_t first = 0; first + block <= values.size(); first += block) {
+    double mean = 0.0, square = 0.0;
+    for (std::size_t i = first; i < first + block; ++i) {
+      const double off = values[i] - values[first];
+      mean += off / block;
+      square += off * off / block;
+      if (i == first) continue;
+      const double step = std::abs(values[i] - values[i - 1]);
+      if (std::isnan(step)) continue;
+      squares += step * step;
+      ++count;
+      if (step > 1e-9 * std::abs(values[i]) && step < least) least = step;
+      largest = std::max(largest, step);
+    }
+    if (std::isnan(mean)) continue;
+    scatter += std::max(0.0, square - mean * mean);
+    ++scattered;
+  }
+  if (!(count > 0.0 && scattered > 0.0) || !std::isfinite(least)) return {};
+  // Rounding to steps of 2.3 sd gives differences of 1/1.33 of the step, two levels that alternate by chance 1/1.41.
+  const double difference = std::sqrt(squares / count), sd = std::sqrt(scatter / scattered);
+  if (least < 1.3 * difference || least < 1.75 * sd) return {};
+  return {{Severity::error, "output_coarser_than_noise", {{"step", least / std::max(sd, 1e-300)}}, label}};
+}
+
+Findings uneven_bias(const NoiseBands& bands, double begin, double rate, QuantityKind kind, const std::string& label) {
+  std::vector<double> values = bands.slow;
+  double unit = bands.slow_unit;
+  Jumps jumps;
+  Settling settling;
+  for (; values.size() >= fewest_means; values = halved(values), unit *= 2.0) {
+    if (unit < shortest_mean) continue;
+    const Means means = means_of(values, unit);
+    if (!(means.usual > 0.0) || means.count < 0.5 * fewest_means) continue;
+    const Jumps here = jumps_of(means, begin, rate);
+    if (here.chance < rare && (jumps.count == 0 || here.chance < jumps.chance)) jumps = here;
+    if (const Settling now = settling_of(means); now.chance < settling.chance) settling = now;
+  }
+  Findings findings;
+  if (jumps.count > 0)
+    findings.push_back({Severity::error,
+                        "bias_jumps",
+                        {{"size", jumps.size, rate_unit(kind)}, {"worst", jumps.worst, "s"}},
+                        label,
+                        {jumps.count, jumps.first, jumps.worst}});
+  else if (settling.chance < rare)
+    findings.push_back(
+        {Severity::error,
+         "bias_settles",
+         {{"ratio", std::sqrt(settling.ratio)}, {"to", begin + static_cast<double>(bands.samples) / parts / rate, "s"}},
+         label});
+  return findings;
+}
+
+Findings times_at_bound(const ChannelNoise& channel) {
+  const NoiseFit& fit = channel.fit;
+  Findings findings;
+  std::size_t process = 0;
+  for (const auto& term : fit.terms) {
+    if (term.unit.term != NoiseTerm::markov || process >= fit.time_at_bound.size()) continue;
+    if (!fit.time_at_bound[process++]) continue;
+    const bool slow = term.unit.markov_time > 0.5 * fit.longest_time;
+    findings.push_back({Severity::error,
+                        slow ? "process_too_slow" : "process_too_fast",
+                        {{"time", term.unit.markov_time / channel.rate, "s"}},
+                        channel.label});
+  }
+  return findings;
+}
+
+}  // namespace tumble::allan_noise
