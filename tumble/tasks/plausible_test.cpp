@@ -126,5 +126,20 @@ TEST(Plausible, WhatTheSiteRulesIsSaid) {
   EXPECT_TRUE(ruled_by_site(plan, estimate).empty());
 }
 
+// An error names parameters by a list: they are undermined, and a parameter whose name begins alike is not.
+TEST(Plausible, AnErrorUnderminesTheParametersThatItLists) {
+  const Findings findings{{Finding::Severity::error,
+                           "scale_factor_differs_at_rest",
+                           {{"difference", 0.05, "%"},
+                            {"ratio", 10.0},
+                            {"shown", 1.0, "g"},
+                            {"planned", 1.0, "g"},
+                            {"parameters", "S2.gain_10Hz S2.gain_20Hz"}}}};
+  EXPECT_TRUE(is_undermined("S2.gain_10Hz", findings));
+  EXPECT_TRUE(is_undermined("S2.gain_20Hz", findings));
+  EXPECT_FALSE(is_undermined("S2.gain_1", findings));
+  EXPECT_FALSE(is_undermined("gain_20Hz", findings));
+}
+
 }  // namespace
 }  // namespace tumble

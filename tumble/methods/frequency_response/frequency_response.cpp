@@ -154,6 +154,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
 
 }  // namespace
 
@@ -167,6 +168,7 @@ extern const Method frequency_response{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of};
+    .trial = trial_of,
+    .second_trial = second_trial_of};
 
 }  // namespace tumble::frequency_response

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -36,7 +37,7 @@ struct Bench {
   double amplitude = 10.0;
   double window = 0.0;  ///< of the output
   std::vector<double> tones{5.0, 10.0, 20.0, 40.0, 60.0, 80.0};
-  Complex (*response)(double) = [](double f) { return loop(f); };
+  std::function<Complex(double)> response = [](double f) { return loop(f); };
   double duration = 4.0;
 
   Evidence evidence() const {
@@ -170,6 +171,72 @@ TEST(FrequencyResponse, TonesAreFoundWithoutMarks) {
   evidence.recordings[0].marks.clear();
   evidence.plan.schedule.clear();
   expect_loop(method().identify(evidence, {}), test.tones, 1e-9);
+}
+
+// The loop of a reversed output: 180 deg at 0 Hz, and the same natural frequency. A delay of 47.5 ms alone also has
+// -171 deg at 10 Hz, and no finding.
+TEST(FrequencyResponse, ASignIsDistinguishedFromADelay) {
+  Bench test;
+  test.response = [](double f) { return -loop(f); };
+  const Estimate reversed = method().identify(test.evidence(), {});
+  const Finding* inverted = finding_of(reversed.findings, "response_inverted");
+  ASSERT_NE(inverted, nullptr);
+  EXPECT_EQ(inverted->severity, Finding::Severity::error);
+  EXPECT_NEAR(value(reversed, "natural_frequency"), 45.0, 1e-7);
+  EXPECT_NEAR(value(reversed, "phase_" + frequency_label(test.tones[0])), std::arg(-loop(test.tones[0])), 1e-9);
+  for (const double delay : {0.0475, -2e-3, 0.13}) {
+    test.response = [&](double f) { return std::polar(1.0, -two_pi * f * delay); };
+    const Estimate delayed = method().identify(test.evidence(), {});
+    EXPECT_EQ(finding_of(delayed.findings, "response_inverted"), nullptr) << delay;
+    test.response = [&](double f) { return -std::polar(1.0, -two_pi * f * delay); };
+    const Estimate both = method().identify(test.evidence(), {});
+    EXPECT_NE(finding_of(both.findings, "response_inverted"), nullptr) << delay;
+    EXPECT_NEAR(value(both, "group_delay"), delay, 1e-9);
+  }
+  test.tones = {10.0};
+  EXPECT_NE(finding_of(method().identify(test.evidence(), {}).findings, "sign_or_delay"), nullptr);
+}
+
+// Two loops in succession fit no model: the slope of the phase at 0 Hz is twice 2 zeta/omega_n + tau, and the table has
+// the values of what does not fit. The polynomial's remainder is in the interval.
+TEST(FrequencyResponse, ALoopThatNoModelFitsHasAGroupDelay) {
+  Bench test;
+  test.tones = {2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0};
+  test.response = [](double f) { return loop(f) * loop(f) / (1.0 + Complex(0.0, f / 90.0)); };
+  Evidence evidence = test.evidence();
+  RandomStream(3).normal(0, evidence.recordings[0].channels[0].values);
+  const Bench sound = test;
+  const Evidence clean = sound.evidence();
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = clean.recordings[0].channels[0].values[i] + 2e-3 * values[i];
+  const Estimate estimate = method().identify(evidence, {});
+  const Parameter* delay = find_parameter(estimate, "group_delay");
+  ASSERT_NE(delay, nullptr);
+  const double truth = 2.0 * (1.5e-3 + 1.1 / (two_pi * 45.0)) + 1.0 / (two_pi * 90.0);
+  const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(delay - estimate.parameters.data()));
+  EXPECT_NEAR(delay->value, truth, 4.0 * sd);
+  EXPECT_LT(sd, 0.02 * truth);
+  EXPECT_EQ(find_table(estimate, "models")->columns.size(), 12u);
+}
+
+// Noise of 5 % of the amplitude hides tops cut at 90 %: 4 % of the fundamental. Noise alone is no clipping, and the
+// third harmonic of a motion of 2 % neither.
+TEST(FrequencyResponse, ClippingBeneathNoiseIsFound) {
+  const auto noisy = [](double limit, double third, std::uint64_t seed) {
+    Evidence evidence = Bench{}.evidence();
+    auto& values = evidence.recordings[0].channels[0].values;
+    std::vector<double> noise(values.size());
+    RandomStream(seed).normal(0, noise);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double x = values[i] - 9.8;
+      values[i] = 9.8 + std::clamp(x + third * x * x * x, -limit, limit) + 0.5 * noise[i];
+    }
+    return method().identify(evidence, {});
+  };
+  EXPECT_NE(finding_of(noisy(9.0, 0.0, 1).findings, "tone_clipped_in_noise"), nullptr);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed)
+    EXPECT_EQ(finding_of(noisy(99.0, 2e-4, seed).findings, "tone_clipped_in_noise"), nullptr) << seed;
 }
 
 TEST(FrequencyResponse, SweepThroughALoop) {

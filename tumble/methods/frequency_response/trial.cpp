@@ -13,6 +13,7 @@ namespace {
 
 struct Truth {
   double gain = 1.012, natural = 45.0, damping = 0.55, delay = 1.5e-3;
+  double group_delay() const { return delay + 2.0 * damping / (two_pi * natural); }
   std::complex<double> at(double f) const {
     const std::complex<double> i(0.0, 1.0);
     const double r = f / natural;
@@ -103,6 +104,7 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   trial.truth.emplace_back("natural_frequency", truth.natural);
   trial.truth.emplace_back("damping_ratio", truth.damping);
   trial.truth.emplace_back("delay", truth.delay);
+  trial.truth.emplace_back("group_delay", truth.group_delay());
   return trial;
 }
 

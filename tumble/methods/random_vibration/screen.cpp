@@ -58,7 +58,7 @@ void screen(Series& series, const std::vector<double>& reference, int lags, Data
       least, series.force.size(),
       [&] { return rest ? about_a_line(series) : explained(reference, series.force, lags).residual; },
       [&](std::size_t j) { series.force[j] = std::nan(""); });
-  if (!skipped.index.empty()) data.findings.push_back(vibration::outliers_finding(data, series, skipped));
+  vibration::add_outliers(data, series, skipped, data.findings);
 }
 
 /// Two units in one vibration: the difference shows that one of them is off, and not which.
@@ -66,14 +66,15 @@ void screen(Series& first, Series& second, Data& data) {
   const double least = std::hypot(vibration::rounding_sd(first, data.units[first.unit].pulse),
                                   vibration::rounding_sd(second, data.units[second.unit].pulse));
   const std::size_t n = std::min(first.force.size(), second.force.size());
-  Outliers skipped = skip_each(
+  const Outliers skipped = skip_each(
       least, n, [&] { return explained(first.force, second.force, lags_of_units).residual; },
       [&](std::size_t j) { first.force[j] = second.force[j] = std::nan(""); });
   if (skipped.index.empty()) return;
-  skipped.sum = std::abs(skipped.sum);  // of which unit it is, and with which sign, is not known
-  data.findings.push_back(vibration::outliers_finding(data, second, skipped));
-  data.findings.back().where =
-      data.units[first.unit].name + " or " + data.units[second.unit].name + ", " + second.label;
+  data.findings.push_back({Finding::Severity::warning,
+                           "units_differ_in_windows",
+                           {{"first_unit", data.units[first.unit].name}, {"second_unit", data.units[second.unit].name}},
+                           second.label,
+                           {skipped.index.size(), Place(second.time[skipped.index.front()])}});
 }
 
 }  // namespace

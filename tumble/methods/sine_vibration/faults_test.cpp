@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <variant>
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/sine_vibration/testing/shaken.hpp"
@@ -118,8 +120,74 @@ TEST(SineVibrationFaults, ShakerThatWasNotOnOrAtAnotherFrequency) {
   const auto other = sine_method().identify(evidence, {});
   EXPECT_EQ(value_of(other.findings, "frequency_differs_from_plan", "planned"), 55.0);
   EXPECT_NEAR(value_of(other.findings, "frequency_differs_from_plan", "measured"), 40.0, 1e-3);
-  for (double& v : counts(evidence).values) v = 100.0 + std::fmod(v, 2.0);
-  EXPECT_NE(refusal(sine_method(), evidence).find("check that the shaker was on"), std::string::npos);
+}
+
+// Counts of a constant: 0.13 of a pulse a window beats with the windows at 26 Hz, 0.2 at 40 Hz as if it were a tone.
+TEST(SineVibrationFaults, RoundingIsNoTone) {
+  for (const double pulses : {99.87, 100.2}) {
+    Evidence evidence = shaken({});
+    double total = 0.0;
+    for (double& v : counts(evidence).values) {
+      const double before = std::floor(total + 1e-6);
+      total += pulses;
+      v = std::floor(total + 1e-6) - before;
+    }
+    EXPECT_NE(refusal(sine_method(), evidence).find("check that the shaker was on"), std::string::npos) << pulses;
+  }
+}
+
+// A unit whose loop passes 1 % of the level: 1 % is far above its noise. Truth: 1 over 1 + i 100 in the limit of
+// damping alone, f_n = 4 Hz, zeta = 0.5 at 40 Hz: 1/sqrt(99^2 + 10^2) = 0.01005; rounding hides 2e-4 of 3 g.
+TEST(SineVibrationFaults, ToneOfOnePerCentIsMeasured) {
+  const auto weak = [](Plan& plan) {
+    set_truth(plan, "natural_frequency", 4.0, "Hz");
+    set_truth(plan, "damping_ratio", 0.5, "1");
+  };
+  const auto e = sine_method().identify(shaken({.tones = {{40.0, 3.0}}, .change = weak}), {});
+  EXPECT_NEAR(value(e, "gain_40Hz"), 1.0 / std::hypot(99.0, 10.0), 4e-4);
+  EXPECT_NE(finding_of(e.findings, "improbable_gain"), nullptr);
+}
+
+// 5 pulses lost in one of 80 windows, everywhere: the mean would be 0.6 mg off, seven times K_2 A^2/2. In the tone and
+// at rest the windows are skipped, and one finding says so. Rounding of 3 s to 6 s: 0.6 pulse/T, 8 ug.
+TEST(SineVibrationFaults, LostPulsesAreSkippedAndSaid) {
+  Evidence evidence = shaken({});
+  const double before = value(sine_method().identify(evidence, {}), "vibration_rectification");
+  auto& values = counts(evidence).values;
+  RandomStream random(77);
+  std::size_t lost = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (random.uniform(i) < 0.0125) values[i] -= 5.0, ++lost;
+  const auto e = sine_method().identify(evidence, {});
+  EXPECT_NEAR(value(e, "vibration_rectification"), before, si(10.0, "ug/g^2"));
+  const Finding* finding = finding_of(e.findings, "windows_off_by_pulses");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_GT(finding->occurrences.count, lost * 7 / 10);  // what settling skips is not looked at
+  EXPECT_LE(finding->occurrences.count, lost);
+  EXPECT_EQ(std::ranges::count(e.findings, "windows_off_by_pulses", &Finding::code), 1);
+}
+
+// The scale factor of the settings is 5 % off: rest and gain show it alike. A bias of 50 mg shows at rest alone.
+TEST(SineVibrationFaults, RestsContradictTheScaleFactor) {
+  Evidence evidence = shaken({});
+  evidence.plan.settings.set_word("scale_factor", "21000 pulse/s/g");
+  const auto e = sine_method().identify(evidence, {});
+  EXPECT_NEAR(value_of(e.findings, "scale_factor_differs_at_rest", "difference"), 1.0 / 1.05 - 1.0, 1e-3);
+  const Finding* finding = finding_of(e.findings, "scale_factor_differs_at_rest");
+  EXPECT_EQ(finding->severity, Finding::Severity::error);
+  const auto names = std::ranges::find(finding->values, "parameters", &FindingValue::name);
+  EXPECT_NE(std::get<std::string>(names->value).find("gain_40Hz"), std::string::npos);
+  const auto biased = [](Plan& plan) { set_truth(plan, "bias", 50.0, "mg"); };
+  const auto bias = sine_method().identify(shaken({.change = biased}), {});
+  EXPECT_EQ(finding_of(bias.findings, "scale_factor_differs_at_rest"), nullptr);
+  EXPECT_EQ(finding_of(bias.findings, "bias_beyond_stated")->severity, Finding::Severity::info);
+  evidence = shaken({});
+  for (double& v : counts(evidence).values) v = -v;
+  EXPECT_EQ(finding_of(sine_method().identify(evidence, {}).findings, "rest_inverted")->severity,
+            Finding::Severity::error);
+  const auto sound = sine_method().identify(shaken({}), {});
+  for (const char* code : {"scale_factor_differs_at_rest", "rest_differs_from_plan", "bias_beyond_stated"})
+    EXPECT_EQ(finding_of(sound.findings, code), nullptr) << code;
 }
 
 TEST(SineVibrationFaults, WithoutRestNoShiftButGains) {

@@ -154,14 +154,22 @@ void compare_with_plan(const Context& context, const Series& series, const Point
          where});
 }
 
+/// [m/s^2] that rounding to pulses alone can give a line where the shaker was off: it beats with the windows at any
+/// frequency, with up to 2/pi |sin(pi f H)| pulses. At the planned frequency it can only where count and tone repeat.
+double least_amplitude(const Context& context, const Series& series, const Line& line) {
+  const double pulse = context.data.units[series.unit].pulse / series.window;
+  if (!(pulse > 0.0)) return 0.0;
+  if (std::abs(line.frequency - series.shake.frequency) * line.span > 2.0) return pulse;
+  const double turns = line.frequency * series.interval, samples = static_cast<double>(line.samples);
+  const bool repeats = vibration::raster(turns, line.mean / pulse, samples) < 0.25 * samples;
+  return repeats ? 1.5 * 2.0 / pi * std::abs(std::sin(pi * turns)) * pulse : 0.0;
+}
+
 /// Why the tone cannot be used: the shaker was off, or the unit clips. None: it can.
 std::optional<Finding> fault_of(const Context& context, const Series& series, const Point& point) {
   const std::string where = place_of(context.data, series);
   const Line& line = point.line;
-  // Where the shaker was off, rounding to pulses beats with the windows: a line of less than a pulse, at any frequency.
-  const double pulse_force = context.data.units[series.unit].pulse / series.window;
-  const bool elsewhere = std::abs(line.frequency - series.shake.frequency) * line.span > 2.0;
-  if (!(line.amplitude > (elsewhere ? pulse_force : 0.0)) || line.log_variance > 0.04)
+  if (!(line.amplitude > least_amplitude(context, series, line)) || line.log_variance > 0.04)
     return Finding{Severity::error, "tone_below_noise", {{"frequency", series.shake.frequency, "Hz"}}, where};
   const double vibration = point.level * std::max(point.gain, 1.0);
   const double rest = std::isnan(series.rest) ? 0.0 : std::abs(series.rest);
@@ -194,16 +202,14 @@ std::optional<Point> point_of(const Context& context, std::size_t index, Finding
   point.unit = series.unit;
   point.window = series.averaging;
   point.nominal = vibration::three_digits(series.shake.frequency);
-  vibration::Outliers skipped;
   point.line = screened(
-      series, unit.pulse, [&](const std::vector<double>& values) { return line_of(series, values); }, skipped);
+      series, unit.pulse, [&](const std::vector<double>& values) { return line_of(series, values); }, point.skipped);
   const double f = point.line.frequency, rate = 1.0 / series.interval, pulse_force = unit.pulse / series.window;
   if (unusable(objection(f, series.averaging, series.interval, length, where))) return {};
   set_level(context, series, point, findings);
   const double window = std::abs(sinc(f * series.averaging));
   point.gain = point.line.amplitude / (point.level * window);
   if (unusable(fault_of(context, series, point))) return {};
-  if (!skipped.index.empty()) findings.push_back(vibration::outliers_finding(context.data, series, skipped));
   compare_with_plan(context, series, point, findings);
   if (unit.pulse > 0.0)
     point.rounding_log_variance =
@@ -217,14 +223,13 @@ std::optional<Point> point_of(const Context& context, std::size_t index, Finding
   return point;
 }
 
-Rest rest_of(const Context& context, std::size_t index, Findings& findings) {
+Rest rest_of(const Context& context, std::size_t index) {
   const Series& series = context.data.series[index];
-  vibration::Outliers skipped;
-  Rest rest{index,
-            screened(
-                series, context.data.units[series.unit].pulse,
-                [&](const std::vector<double>& v) { return fit_rest(series.time, v, series.interval); }, skipped)};
-  if (!skipped.index.empty()) findings.push_back(vibration::outliers_finding(context.data, series, skipped));
+  Rest rest;
+  rest.series = index;
+  rest.line = screened(
+      series, context.data.units[series.unit].pulse,
+      [&](const std::vector<double>& values) { return fit_rest(series.time, values, series.interval); }, rest.skipped);
   return rest;
 }
 
@@ -233,7 +238,7 @@ Outcome outcome_of(const Context& context, std::size_t index) {
   Outcome outcome;
   try {
     if (series.at_rest())
-      outcome.rest = rest_of(context, index, outcome.findings);
+      outcome.rest = rest_of(context, index);
     else if (series.shake.kind == Motion::Kind::sine)
       outcome.point = point_of(context, index, outcome.findings);
     else
@@ -346,8 +351,15 @@ Measured measure(const vibration::Data& data) {
   std::size_t with = 0;
   for (auto& outcome : outcomes) {
     for (auto& finding : outcome.findings) add_finding(std::move(finding), measured.findings);
-    if (outcome.rest) measured.rests.push_back(std::move(*outcome.rest));
+    const auto add_skipped = [&](std::size_t series, const vibration::Outliers& skipped) {
+      vibration::add_outliers(data, data.series[series], skipped, measured.findings);
+    };
+    if (outcome.rest) {
+      add_skipped(outcome.rest->series, outcome.rest->skipped);
+      measured.rests.push_back(std::move(*outcome.rest));
+    }
     if (!outcome.point) continue;
+    add_skipped(outcome.point->series, outcome.point->skipped);
     with += context.reference[outcome.point->motion] ? 1 : 0;
     measured.points.push_back(std::move(*outcome.point));
   }

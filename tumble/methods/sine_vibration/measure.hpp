@@ -34,12 +34,14 @@ struct Point {
 
   double shift = 0.0;       ///< [m/s^2] of the mean against the unit at rest; NaN: no segment at rest
   bool both_sides = false;  ///< at rest before and after
+  vibration::Outliers skipped;
 };
 
 /// The unit at rest in one segment.
 struct Rest {
   std::size_t series = 0;
   Line line;
+  vibration::Outliers skipped;
 };
 
 struct Measured {

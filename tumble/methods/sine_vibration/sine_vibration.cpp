@@ -68,6 +68,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
 }
 
 Trial trial_of(std::uint64_t seed) { return trial(seed, options()); }
+Trial second_trial_of(std::uint64_t seed) { return second_trial(seed, options()); }
 
 }  // namespace
 
@@ -81,6 +82,7 @@ extern const Method sine_vibration{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .trial = trial_of};
+    .trial = trial_of,
+    .second_trial = second_trial_of};
 
 }  // namespace tumble::sine_vibration

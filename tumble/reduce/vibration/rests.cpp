@@ -172,16 +172,31 @@ Outliers outliers_of(const std::vector<double>& residual, double least) {
   return 20 * outliers.index.size() > sizes.size() ? Outliers{} : outliers;
 }
 
-Finding outliers_finding(const Data& data, const Series& series, const Outliers& outliers) {
-  const double pulse = data.units[series.unit].pulse, windows = static_cast<double>(series.force.size());
-  std::vector<FindingValue> values{{"share", static_cast<double>(outliers.index.size()) / windows, "%"},
-                                   {"shift", outliers.sum / windows, "mg"}};
-  if (pulse > 0.0) values.emplace_back("pulses", outliers.sum * series.window / pulse, "pulse");
-  return {Severity::warning,
-          pulse > 0.0 ? "windows_off_by_pulses" : "windows_off",
-          values,
-          place_of(data, series),
-          {outliers.index.size(), Place(series.time[outliers.index.front()])}};
+void add_outliers(const Data& data, const Series& series, const Outliers& outliers, Findings& findings) {
+  if (outliers.index.empty()) return;
+  const UnitUnderTest& unit = data.units[series.unit];
+  const char* code = unit.pulse > 0.0 ? "windows_off_by_pulses" : "windows_off";
+  const std::string where = unit.prefix.empty() ? "" : unit.name;
+  const double shift = outliers.sum / static_cast<double>(series.force.size());
+  const double pulses = unit.pulse > 0.0 ? outliers.sum * series.window / unit.pulse : 0.0;
+  const Place place(series.label, series.time[outliers.index.front()]);
+  for (Finding& earlier : findings) {
+    if (earlier.code != code || earlier.where != where) continue;
+    auto values = earlier.values;
+    const double before = std::get<double>(values[0].value), most = std::get<double>(values[1].value);
+    values[0].value = before + pulses;
+    const bool worse = std::abs(shift) > std::abs(most);
+    if (worse) values[1].value = shift;
+    const Occurrences& often = earlier.occurrences;
+    earlier = Finding(Severity::warning, code, values, where,
+                      {often.count + outliers.index.size(), often.first, worse ? place : often.worst});
+    return;
+  }
+  findings.push_back({Severity::warning,
+                      code,
+                      {{"pulses", pulses, "pulse"}, {"shift", shift, "mg"}},
+                      where,
+                      {outliers.index.size(), place, place}});
 }
 
 }  // namespace tumble::vibration

@@ -125,9 +125,8 @@ Outliers outliers_of(const std::vector<double>& residual, double least);
 /// is counted. Given: pulse [m/s].
 double rounding_sd(const Series& series, double pulse);
 
-/// The finding for windows that the method skips as outliers. Given: times [s]; window [s]; unit and place of the
-/// series.
-Finding outliers_finding(const Data& data, const Series& series, const Outliers& outliers);
+/// Adds windows that the method skips as outliers to the finding of their unit, or such a finding.
+void add_outliers(const Data& data, const Series& series, const Outliers& outliers, Findings& findings);
 
 /// Mean of a series and its uncertainty.
 struct Mean {
