@@ -98,7 +98,7 @@ Trial second_trial(std::uint64_t seed, const std::vector<Option>& options) {
   trial.evidence.recordings = {simulate(trial.evidence.plan, seed, {})};
   spoil(random, trial.evidence.recordings[0]);
   const Site& site = *trial.evidence.plan.site;
-  const double a_0 = normal_gravity(site.latitude, site.height);
+  const double a_0 = normal_gravity(site.latitude, site.height.value_or(0.0));
   double log_ratio = 0.0;
   for (const UnitKind& unit : unit_kinds) {
     trial.truth.emplace_back(std::string(unit.prefix) + "vibration_rectification", unit.rectification(a_0));
