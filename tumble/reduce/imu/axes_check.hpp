@@ -28,7 +28,8 @@ AxesSeen axes_seen(const Matrix& response);
 AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown);
 
 /// Outputs less their biases, however large these are: what is half way between the least and the greatest of an
-/// output, where what was felt goes as far to both sides of each axis. Else the outputs as they are. Given: as above.
+/// output, where what was felt goes as far to both sides of each axis. Else the outputs as they are. Given: as above, shown [SI of
+/// the outputs].
 std::vector<Vector3> without_offsets(std::span<const Vector3> felt, std::span<const Vector3> shown);
 
 /// Faults of the axes, each an error with its remedy: axes_exchanged, axis_reversed, axes_mirrored (left-handed),
