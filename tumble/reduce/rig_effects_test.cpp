@@ -174,7 +174,7 @@ TEST(RigSd, IsAbsentWhereTheRigHasNoSuchError) {
 
 TEST(RigSd, EveryErrorOfEveryRigHasAKnownName) {
   for (const Rig* rig : rig_catalogue())
-    for (const auto& error : rig->errors(defaults(rig->options()), Site{}))
+    for (const auto& error : rig->errors(defaults(rig->options()), {}))
       EXPECT_TRUE(is_error_name(error.name)) << rig->name << ": " << error.name;
 }
 

@@ -125,16 +125,12 @@ Table covered(const Calibration& c, const Recorded& recorded) {
   const auto widen = [](Vector3& by, Vector3 with) {
     for (std::size_t i = 0; i < 3; ++i) by[i] = std::max(by[i], std::abs(with[i]));
   };
-  for (std::size_t s = 0; s < (c.gyros ? sections : poses); ++s) {
-    const Section& section = recorded.section[s];
-    Vector3 least, greatest;
-    for (std::size_t i = 0; i < 3; ++i) least[i] = section.least[3 + i], greatest[i] = section.greatest[3 + i];
-    if (s < poses)
-      widen(force, of_force * (Vector3{section.mean[0], section.mean[1], section.mean[2]} - c.b_a));
-    else  // the axis of the turn shows its greatest rate in its output
-      for (const Vector3 output : {least, greatest})
-        rate[s - poses] = std::max(rate[s - poses], std::abs((of_rate * (output - c.b_g))[s - poses]));
-  }
+  for (std::size_t s = 0; s < (c.gyros ? sections : poses); ++s)
+    for (const auto* extremes : {&recorded.section[s].least, &recorded.section[s].greatest}) {
+      const auto& v = *extremes;
+      widen(force, of_force * (Vector3{v[0], v[1], v[2]} - c.b_a));
+      if (c.gyros) widen(rate, of_rate * (Vector3{v[3], v[4], v[5]} - c.b_g));
+    }
   for (std::size_t i = 0; i < 3; ++i) table.rows.push_back({std::string(1, letters[i]), rate[i], force[i]});
   return table;
 }

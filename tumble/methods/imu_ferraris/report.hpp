@@ -15,7 +15,7 @@ Table matrices(const Calibration& calibration, const Recorded& recorded);
 /// Each pose: how long, how noisy, and the size of the calibrated specific force, which should be gravity.
 Table pose_table(const Means& means, const Calibration& calibration, const Recorded& recorded);
 
-/// Greatest specific force along each axis in the poses, and greatest rate about it in the turns: what the calibration
+/// Greatest specific force along each axis and greatest rate about it in any sample of the sections: what the session
 /// covers.
 Table covered(const Calibration& calibration, const Recorded& recorded);
 

@@ -35,6 +35,7 @@ struct Section {
   std::array<double, outputs> least = uniform(std::numeric_limits<double>::infinity());      ///< sample
   std::array<double, outputs> greatest = uniform(-std::numeric_limits<double>::infinity());  ///< sample
 
+  /// Given: value [SI], of every output.
   static constexpr std::array<double, outputs> uniform(double value) {
     std::array<double, outputs> all{};
     all.fill(value);

@@ -144,16 +144,20 @@ std::vector<Felt> felt_by(const std::vector<Triad>& triads, const Recording& rec
 }
 
 /// Standard uncertainty of the angular acceleration by differences of the rates [rad/s^2], sample by sample. Where it
-/// jumps within a sample, the central difference is off by up to half of what the two one-sided differences are apart,
-/// and anything between is as likely: that half over sqrt(3).
+/// jumps within a sample, the central differences at that sample and beside it are off by up to half of what the
+/// one-sided differences there are apart, and anything between is as likely: that half over sqrt(3).
 std::vector<Vector3> acceleration_sd(const Channel& clock, const std::vector<Felt>& felt) {
-  std::vector<Vector3> sd(felt.size());
+  std::vector<Vector3> apart(felt.size()), sd(felt.size());
   for (std::size_t k = 1; k + 1 < felt.size(); ++k) {
     const double before = clock.time(k) - clock.time(k - 1), after = clock.time(k + 1) - clock.time(k);
-    const Vector3 apart =
+    const Vector3 change =
         (1.0 / after) * (felt[k + 1].rate - felt[k].rate) - (1.0 / before) * (felt[k].rate - felt[k - 1].rate);
-    if (std::isfinite(norm(apart))) sd[k] = 0.5 / std::sqrt(3.0) * apart;
+    if (std::isfinite(norm(change))) apart[k] = change;
   }
+  for (std::size_t k = 0; k < felt.size(); ++k)
+    for (std::size_t near = k > 0 ? k - 1 : k; near < std::min(k + 2, felt.size()); ++near)
+      for (std::size_t i = 0; i < 3; ++i)
+        sd[k][i] = std::max(sd[k][i], 0.5 / std::sqrt(3.0) * std::abs(apart[near][i]));
   return sd;
 }
 

@@ -288,7 +288,10 @@ TEST(ImuTurntable, CompensationMarksWhatTheTestDidNotCover) {
 }
 
 /// Where the table starts and stops, the angular acceleration by differences is off: the levers make up to 0.03 m/s^2
-/// of it in some samples. It is in the uncertainty: even deviations of half the width have sqrt(3) sd at most.
+/// of it in some samples. It is in the uncertainty: a jump about one axis is off by sqrt(3) sd at most, jumps about
+/// three axes at once by 3 sd. While the table speeds up by 50 deg/s^2 for a sample of 50 ms, the square of the rate
+/// has the mean of (44 mrad/s)^2/12 more than that of its mean, 0.4 ug with 25 mm; two axes that turn at once make 10
+/// ug of it.
 TEST(ImuTurntable, CompensationKnowsHowUncertainItIsWhereMotionBegins) {
   Plan plan = quiet_plan();
   plan.sample_rate = 20.0;
@@ -307,7 +310,7 @@ TEST(ImuTurntable, CompensationKnowsHowUncertainItIsWhereMotionBegins) {
     for (std::size_t k = 1; k + 1 < is.values.size(); ++k) {
       const double off = std::abs(is.values[k] - should.values[k]);
       greatest = std::max(greatest, off);
-      EXPECT_LE(off, 2.0 * sd.values[k] + si(5.0, "ug")) << name << " at " << is.time(k);
+      EXPECT_LE(off, 3.0 * sd.values[k] + si(20.0, "ug")) << name << " at " << is.time(k);
     }
   }
   EXPECT_GT(greatest, si(100.0, "ug"));  // there is something to be uncertain about

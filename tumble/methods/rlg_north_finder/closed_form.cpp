@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/matrix3.hpp"
 #include "tumble/methods/rlg_north_finder/solve.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -23,12 +24,29 @@ double total(const Turning& turning, const std::vector<double>& means) {
   return means[turning.segment] * turning.seconds;
 }
 
-/// (N+ - N-)/(2 Theta)
-double per_angle(const Path& path, int axis, const std::vector<double>& means) {
+/// What the gyro feels in a rotation forward less in reverse, along the axes of the body [rad]: along the axis of the
+/// rotation whole turns and what a hand made of them, along the others what an axis that stands askew makes.
+Vector3 turned(const Path& path, int axis, std::span<const linear::SegmentSummary> segments) {
   const Turning &forward = *path.rotation(axis, true), &reverse = *path.rotation(axis, false);
-  const double angle =
+  Vector3 angle =
+      forward.seconds * segments[forward.segment].felt.rate - reverse.seconds * segments[reverse.segment].felt.rate;
+  angle[static_cast<std::size_t>(axis)] =
       two_pi * (std::round(forward.turns) - std::round(reverse.turns)) + forward.beyond - reverse.beyond;
-  return (total(forward, means) - total(reverse, means)) / angle;
+  return angle;
+}
+
+/// K, K gamma_y, K gamma_z of N+ - N- = K (W_x + gamma_y W_y + gamma_z W_z) about x, y and z: (N+ - N-)/(2 Theta) each,
+/// where every turn is about its axis alone.
+Vector3 by_rotations(const Path& path, std::span<const linear::SegmentSummary> segments,
+                     const std::vector<double>& means) {
+  Matrix3 angles;
+  Vector3 counts;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto row = static_cast<std::size_t>(axis);
+    angles[row] = turned(path, axis, segments);
+    counts[row] = total(*path.rotation(axis, true), means) - total(*path.rotation(axis, false), means);
+  }
+  return inverse(angles) * counts;
 }
 
 /// Scale factor, bias and misalignments of an accelerometer: `own` its axis, `other` the other one that stands upright.
@@ -86,8 +104,8 @@ std::vector<double> of_upright(const Means& means, const Summaries& segments, do
   std::array<Path, outputs> paths;
   for (std::size_t i = 0; i < outputs; ++i) paths[i] = path_of({segments[i].begin(), segments[i].end()});
   const Path& path = paths[gyro];
-  const double k = per_angle(path, 0, means[gyro]);
-  const double gamma_z = per_angle(path, 2, means[gyro]) / k, gamma_y = per_angle(path, 1, means[gyro]) / k;
+  const Vector3 by_axis = by_rotations(path, segments[gyro], means[gyro]);
+  const double k = by_axis.x, gamma_y = by_axis.y / k, gamma_z = by_axis.z / k;
   double bias = 0.0;
   for (const std::size_t s : four(path)) {
     const Vector3 w = segments[gyro][s].felt.rate;
