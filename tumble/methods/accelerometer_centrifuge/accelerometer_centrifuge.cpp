@@ -101,6 +101,7 @@ extern const Method accelerometer_centrifuge{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::accelerometer_centrifuge

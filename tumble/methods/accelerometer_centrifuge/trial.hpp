@@ -8,4 +8,7 @@ namespace tumble::accelerometer_centrifuge {
 /// dividing head, read as pulses. The effective centre lies 1.3 mm further out than the plan says.
 Trial trial(std::uint64_t seed);
 
+/// As Method::second_trial.
+Trial second_trial(std::uint64_t seed);
+
 }  // namespace tumble::accelerometer_centrifuge

@@ -36,7 +36,7 @@ std::vector<Effect> rig_effects(const Circumstances& around, const std::vector<O
                                 const std::vector<RigLinesShift>& shifts, const std::vector<std::size_t>& cell_of,
                                 const std::vector<RigLines>& nominal, const std::vector<const Spin*>& cells);
 
-/// A lag of the capture loop of so many seconds beyond what is known of it, docs/equations (1.17).
+/// A lag of the capture loop of so many seconds [s] beyond what is known of it, docs/equations (1.17).
 Effect lag_effect(const Circumstances& around, const std::vector<Observation>& observations, double seconds);
 
 /// Azimuth of the reference gyro that a second of lag feigns [rad/s]: the line of the Earth's rate lags too.

@@ -13,7 +13,7 @@ namespace tumble::dtg_centrifuge {
 /// What is known of a lag beforehand: a few milliseconds. This one is of 11 Hz with a damping ratio of 0.7.
 inline constexpr double usual_lag = 0.02;  // [s] standard deviation about zero
 
-/// The lines of one output without a lag of so many seconds.
+/// The lines of one output without a lag of so many seconds [s].
 std::vector<Measured> without_lag(std::vector<Measured> measured, Signal output, double seconds);
 
 /// The lag beyond the one that the lines are corrected for, `known` [s].
@@ -27,7 +27,7 @@ struct LagFit {
 LagFit lag_of(const Quantities& levels, const Polynomial& polynomial);
 
 /// The levels as they are with the lag that the polynomial shows, not with what they show each alone: derivatives by
-/// the quantities, a row a level and part. Identity where there is no lag.
+/// the quantities, a row a level and part [2L x n]. Identity [n x n] where there is no lag.
 Matrix levels_with_lag(const Quantities& levels, const Polynomial& polynomial);
 
 }  // namespace tumble::dtg_centrifuge
