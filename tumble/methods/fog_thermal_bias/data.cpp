@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -113,6 +114,12 @@ std::vector<double> add_output(RunData& run, const Slice& gyro, const Intervals&
   return samples;
 }
 
+/// Mean time between readings [s]; infinite: one reading.
+double reading_spacing(const std::vector<double>& times) {
+  return times.size() > 1 ? (times.back() - times.front()) / static_cast<double>(times.size() - 1)
+                          : std::numeric_limits<double>::infinity();
+}
+
 /// Which part of the gyro's samples about each thermal reading was measured: where the gyro has a gap, its mean is that
 /// of the rest of the interval, and so must be the mean of the temperatures. Empty: all were.
 std::vector<double> measured_about(const Slice& gyro, const std::vector<double>& readings, double spacing) {
@@ -122,8 +129,7 @@ std::vector<double> measured_about(const Slice& gyro, const std::vector<double>&
   if (times.empty() || readings.size() < 2) return {};
   const double expected = (times.back() - times.front()) / spacing + 1.0;
   if (static_cast<double>(times.size()) > expected - 0.5) return {};
-  const double between = (readings.back() - readings.front()) / static_cast<double>(readings.size() - 1);
-  const double half = 0.5 * std::max(spacing, between) * (1.0 + 1e-9);
+  const double half = 0.5 * std::max(spacing, reading_spacing(readings)) * (1.0 + 1e-9);
   std::vector<double> out;
   for (const double time : readings) {
     const auto first = std::ranges::lower_bound(times, time - half),
@@ -168,9 +174,12 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
   const auto samples = add_output(run, gyro, intervals),
              readings = add_thermal(run, thermal, measured_about(gyro, thermal.time, spacing), terms, intervals);
   const double full = interval / spacing;
+  // Sensors that are slower than the interval have one reading in some intervals and none in others.
+  const double full_readings = std::floor(interval / reading_spacing(thermal.time) + 1e-9);
   for (std::size_t k = 0; k < count; ++k) {
     run.time[k] = (static_cast<double>(k) + 0.5) * interval;
-    const bool usable = samples[k] >= 0.5 * full && readings[k] > 0.0;
+    const bool covered = readings[k] >= 0.9 * std::min(1.0, samples[k] / full) * full_readings;
+    const bool usable = samples[k] >= 0.5 * full && readings[k] > 0.0 && covered;
     run.share[k] = usable ? std::min(1.0, samples[k] / full) : 0.0;
     const double per = readings[k] > 0.0 ? 1.0 / readings[k] : 0.0;
     run.output[k] = usable ? run.output[k] / samples[k] : 0.0;
@@ -212,19 +221,35 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   return out;
 }
 
+/// A local quadratic within a gap of the readings extrapolates: where the gap is longer than half a window, there is no
+/// temperature in it.
+void blank_gaps(const Slice& readings, double half, Smoothed& smooth) {
+  double before = readings.time.front();
+  std::size_t last = 0;
+  for (std::size_t k = 0; k < readings.time.size(); ++k) {
+    if (std::isnan(readings.value[k])) continue;
+    if (readings.time[k] - before > std::max(half, 3.0 * reading_spacing(readings.time)))
+      for (std::size_t i = last + 1; i < k; ++i) smooth.value[i] = smooth.slope[i] = smooth.curvature[i] = std::nan("");
+    before = readings.time[k];
+    last = k;
+  }
+}
+
 }  // namespace
 
 Thermal thermal_of(const Sensors& sensors, double begin, double end, const Settings& settings, double lag) {
   const double half = 0.5 * settings.number("smoothing");
   const Slice top = slice(*sensors.top, begin, end);
   if (top.time.empty()) throw Error(Error::Kind::bad_data, "channel " + sensors.top->name + ": no sample in the run");
-  const Smoothed smooth = local_quadratic(top.time, top.value, half);
+  Smoothed smooth = local_quadratic(top.time, top.value, half);
+  blank_gaps(top, half, smooth);
   Smoothed other = smooth;
   if (sensors.side != nullptr) {
     const Slice side = slice(*sensors.side, begin, end);
     if (side.time.empty())
       throw Error(Error::Kind::bad_data, "channel " + sensors.side->name + ": no sample in the run");
-    const Smoothed s = local_quadratic(side.time, side.value, half);
+    Smoothed s = local_quadratic(side.time, side.value, half);
+    blank_gaps(side, half, s);
     other = {onto(side.time, s.value, top.time), onto(side.time, s.slope, top.time),
              onto(side.time, s.curvature, top.time)};
   }

@@ -16,6 +16,7 @@ namespace {
 constexpr double shortest = 300.0, before = 60.0;  ///< [s]
 constexpr double least_movement = 1.0;             ///< [K]
 constexpr double steps = 8.0;                      ///< of the readings
+constexpr double of_other = 3.0;                   ///< times as much: the two places of a case differ by some kelvins
 
 /// Readings of a channel in a run.
 struct Readings {
@@ -84,7 +85,7 @@ std::vector<Stretch> stuck_in(const Readings& own, const Readings* other) {
     if (end - begin < shortest) continue;
     const bool jumps = last < own.value.size() && std::abs(own.value[last] - own.value[first]) >= least_change(own) &&
                        own.time[last] - end < before;
-    const bool moves = other != nullptr && movement(*other, begin, end) >= least_change(*other);
+    const bool moves = other != nullptr && movement(*other, begin, end) >= of_other * least_change(*other);
     if (moves || (other == nullptr && (jumps || stops_at_once(own, first)))) out.push_back({begin, end - begin});
   }
   return out;

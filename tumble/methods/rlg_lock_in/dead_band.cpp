@@ -92,10 +92,10 @@ void start_values(const Sweep& sweep, bool locked, DeadBand& band) {
   band.lock_in_rate = std::sqrt(square);
 }
 
-/// Share of W_L within which the mean beat is not (4.23): as stated, or four times the width over which white noise of
+/// Share of W_L within which the mean beat is not (4.23): as stated, or eight times the width over which white noise of
 /// the variance found [rad^2/s] rounds the edge.
 double margin_of(const DeadBandOptions& options, const DeadBand& band) {
-  constexpr double widths = 4.0, most = 0.5;
+  constexpr double widths = 8.0, most = 0.5;
   if (!(band.lock_in_rate > 0.0)) return options.margin;
   const double diffusion = pi * band.scale_factor * band.fit.white_variance;
   const double width = std::cbrt(band.lock_in_rate * diffusion * diffusion);

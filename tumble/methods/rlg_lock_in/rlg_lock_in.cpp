@@ -121,7 +121,6 @@ extern const Method rlg_lock_in{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .predict = predict,
-    .second_trial = second_trial};
+    .predict = predict};
 
 }  // namespace tumble::rlg_lock_in
