@@ -85,7 +85,7 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   trial.evidence.plan = plan_of(options);
   trial.evidence.recordings = {simulate(trial.evidence.plan, seed, {})};
   const Site& site = *trial.evidence.plan.site;
-  const double a_0 = normal_gravity(site.latitude, site.height), square = variance(density());
+  const double a_0 = gravity(site), square = variance(density());
   const double peaks = 2.0 * greatest_of((vibrating - settling) * rate).mean;
   const auto sd_of = [&](const Kind& unit) {
     const double walk = si(unit.walk, "ug/sqrt(Hz)");
