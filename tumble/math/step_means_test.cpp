@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace tumble {
@@ -21,8 +22,8 @@ void find_means(const std::vector<double>& middles, std::size_t before, std::vec
 TEST(StepMeans, AreThoseOfTheIntegralToTheSixthOrder) {
   for (const double x : {0.05, 0.157, 0.5}) {
     std::vector<double> middles, means(20);
-    for (int k = -2; k < 22; ++k) middles.push_back(std::sin(x * k + 0.3));
-    find_means(middles, 2, means);
+    for (int k = -4; k < 24; ++k) middles.push_back(std::sin(x * k + 0.3));
+    find_means(middles, 4, means);
     for (std::size_t k = 0; k < means.size(); ++k) {
       const double exact = std::sin(x * static_cast<double>(k) + 0.3) * std::sin(0.5 * x) / (0.5 * x);
       EXPECT_NEAR(means[k], exact, std::pow(x, 6) / 2600.0 + 1e-15) << x << " " << k;
@@ -30,21 +31,8 @@ TEST(StepMeans, AreThoseOfTheIntegralToTheSixthOrder) {
   }
 }
 
-// d2 from a line through two of its values: off by its next difference, x^4 of the amplitude, over 24.
-TEST(StepMeans, AtTheEndsAreExtrapolated) {
-  for (const double x : {0.05, 0.157}) {
-    std::vector<double> middles, means(9);
-    for (int k = 0; k < 9; ++k) middles.push_back(std::sin(x * k + 0.3));
-    find_means(middles, 0, means);
-    for (const std::size_t k : {0u, 1u, 7u, 8u}) {
-      const double exact = std::sin(x * static_cast<double>(k) + 0.3) * std::sin(0.5 * x) / (0.5 * x);
-      EXPECT_NEAR(means[k], exact, std::pow(x, 4) / 20.0) << x << " " << k;
-    }
-  }
-}
-
-// A drive that accelerates, keeps its rate and stops, with its kinks between steps: the middles are the means already,
-// and their sum is the angle. A sine that ends at once keeps its own course up to the end.
+// A drive that accelerates, keeps its rate and stops, with its kinks between steps: the middles are the means already.
+// A sine that ends where it is steepest keeps its own course up to the end, but for d4 and the extrapolated d2: x^4/20.
 TEST(StepMeans, KinksAreNotSmoothedOver) {
   std::vector<double> drive, sine, means(40);
   for (int k = 0; k < 40; ++k) {
@@ -55,9 +43,19 @@ TEST(StepMeans, KinksAreNotSmoothedOver) {
   find_means(drive, 0, means);
   for (std::size_t k = 0; k < 40; ++k) EXPECT_NEAR(means[k], drive[k], 1e-14) << k;
   find_means(sine, 0, means);
-  for (std::size_t k = 0; k < 20; ++k)
+  for (std::size_t k = 2; k < 20; ++k)
     EXPECT_NEAR(means[k], sine[k] * std::sin(0.0785) / 0.0785, std::pow(0.157, 4) / 20.0) << k;
-  for (std::size_t k = 20; k < 40; ++k) EXPECT_EQ(means[k], 0.0) << k;
+}
+
+// From rest to rest by a raised cosine: the sum of the middles is the integral, and so is that of the means.
+TEST(StepMeans, AMoveFromRestToRestKeepsItsSum) {
+  std::vector<double> rate, means(100);
+  for (int k = 0; k < 100; ++k)
+    rate.push_back(k < 20 || k >= 80 ? 0.0 : 1.0 - std::cos(2.0 * std::numbers::pi * (k - 19.5) / 60.0));
+  find_means(rate, 0, means);
+  double sum = 0.0, of_middles = 0.0;
+  for (std::size_t k = 0; k < 100; ++k) sum += means[k], of_middles += rate[k];
+  EXPECT_NEAR(sum, of_middles, 1e-12);
 }
 
 TEST(StepMeans, OfFewValuesAreTheValues) {

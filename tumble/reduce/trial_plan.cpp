@@ -1,6 +1,9 @@
 #include "tumble/reduce/trial_plan.hpp"
 
+#include <cmath>
+
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/random.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 
@@ -31,6 +34,16 @@ void set_truth(Plan& plan, std::span<const TruthValue> values) {
 
 void set_setting(Plan& plan, const char* name, double value, const char* unit) {
   plan.settings.set_number(name, si(value, unit), Unit::parse(unit));
+}
+
+void lose_samples(Recording& recording, std::uint64_t seed, std::uint64_t every) {
+  const RandomStream random = RandomStream(seed).split("lost samples");
+  for (auto& channel : recording.channels) {
+    const std::size_t size = channel.values.size();
+    for (std::size_t i = 0; i < size; ++i)
+      if (random.uniform(i) * static_cast<double>(every) < 1.0 || (i >= size / 2 && i < size / 2 + 10))
+        channel.values[i] = std::nan("");
+  }
 }
 
 }  // namespace tumble

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "tumble/core/plan.hpp"
+#include "tumble/core/recording.hpp"
 
 /// The plans with which the trials of the methods begin.
 namespace tumble {
@@ -28,5 +30,8 @@ void set_truth(Plan& plan, std::span<const TruthValue> values);
 
 /// `value` [unit] as a setting of the method.
 void set_setting(Plan& plan, const char* name, double value, const char* unit);
+
+/// Makes samples missing [1 in `every`, at random], and one gap of ten in a row in the middle of the recording.
+void lose_samples(Recording& recording, std::uint64_t seed, std::uint64_t every);
 
 }  // namespace tumble

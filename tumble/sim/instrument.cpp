@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -50,6 +51,11 @@ Sum sum_of(const Model& model, const Output& output, const Settings& truth, cons
   return sum;
 }
 
+/// Steps within one segment: what is felt may change its course at once from a segment to the next.
+struct Piece {
+  std::size_t begin = 0, end = 0;
+};
+
 /// One output: what it indicates at every step, through its electronics into samples.
 struct Producer {
   Sum sum;
@@ -70,7 +76,7 @@ struct Producer {
 
   /// `felt` is not looked at where `constant` has a value; else it begins `before` steps in front of the first.
   void fill(const std::optional<double>& constant, std::span<const Felt> felt, std::span<const StepCourse> courses,
-            std::size_t before, std::size_t oversampling, std::span<double> samples) {
+            std::span<const Piece> pieces, std::size_t before, std::size_t oversampling, std::span<double> samples) {
     fine.resize(oversampling == 1 ? 0 : samples.size() * oversampling);
     const auto steps = oversampling == 1 ? samples : std::span(fine);
     if (constant) {
@@ -78,7 +84,13 @@ struct Producer {
     } else {
       middles.resize(felt.size());
       for (std::size_t k = 0; k < felt.size(); ++k) middles[k] = sum(felt[k]) + turn_on;
-      means_from_middles(middles, courses, before, steps);
+      for (const Piece& piece : pieces) {
+        const std::size_t from = std::max(piece.begin, before), to = std::min(piece.end, before + steps.size());
+        if (from >= to) continue;
+        means_from_middles(std::span(middles).subspan(piece.begin, piece.end - piece.begin),
+                           courses.subspan(piece.begin, piece.end - piece.begin), from - piece.begin,
+                           steps.subspan(from - before, to - from));
+      }
     }
     if (recorded.history) {
       const auto own_steps = felt.subspan(before, steps.size());
@@ -113,7 +125,10 @@ struct Instrument {
   std::size_t oversampling;
   std::size_t all_steps;  ///< of the power-up
   std::vector<Felt> felt = {};
-  std::vector<StepCourse> courses = {};  ///< of `felt`
+  std::vector<std::size_t> borders = {};   ///< steps at which segments begin, rising
+  std::vector<bool> smooth_segments = {};  ///< see goes_on()
+  std::vector<Piece> pieces = {};          ///< of `felt`, one a segment
+  std::vector<StepCourse> courses = {};    ///< of `felt`
 
   void make(std::size_t first, const Samples& out) {
     const std::size_t steps = out.front().size() * oversampling;
@@ -123,9 +138,9 @@ struct Instrument {
     const std::size_t at = first * oversampling, before = std::min(step_margin, at);
     const std::size_t after = std::min(step_margin, std::max(all_steps, at + steps) - at - steps);
     if (std::any_of(constants.begin(), constants.end(), [](const auto& constant) { return !constant; }))
-      feel(begin - static_cast<double>(before) * step, before + steps + after, several);
+      feel(at - before, before + steps + after, several);
     const auto fill = [&](std::size_t k) {
-      outputs[k].fill(constants[k], felt, courses, before, oversampling, out[k]);
+      outputs[k].fill(constants[k], felt, courses, pieces, before, oversampling, out[k]);
     };
     if (several) return parallel_for(outputs.size(), fill);
     for (std::size_t k = 0; k < outputs.size(); ++k) fill(k);
@@ -143,7 +158,8 @@ struct Instrument {
     return constants;
   }
 
-  void feel(double begin, std::size_t steps, bool several) {
+  void feel(std::size_t first, std::size_t steps, bool several) {
+    const double begin = (static_cast<double>(first) + 0.5) * step;
     felt.resize(steps);
     const auto part = [&](std::size_t p) {
       const std::size_t from = p * steps_of_one, size = std::min(steps_of_one, steps - from);
@@ -154,7 +170,18 @@ struct Instrument {
       parallel_for(parts, part);
     else
       for (std::size_t p = 0; p < parts; ++p) part(p);
-    courses = courses_of(std::span<const Felt>(felt));
+    pieces.clear();
+    courses.clear();
+    for (std::size_t from = first; from < first + steps;) {
+      const auto border = std::ranges::upper_bound(borders, from);
+      const std::size_t to = border == borders.end() ? first + steps : std::min(first + steps, *border);
+      pieces.push_back({from - first, to - first});
+      const bool smooth = smooth_segments[static_cast<std::size_t>(border - borders.begin()) - 1];
+      const auto part_of = smooth ? courses_of(std::span<const Felt>(felt).subspan(from - first, to - from))
+                                  : std::vector<StepCourse>(to - from, StepCourse::kinked);
+      courses.insert(courses.end(), part_of.begin(), part_of.end());
+      from = to;
+    }
   }
 };
 
@@ -166,6 +193,12 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun
   const RandomStream of_run = random.split("run").split(static_cast<std::uint64_t>(run.run));
   const auto instrument =
       std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling, run.samples * oversampling});
+  double border = 0.0;
+  for (const auto& segment : run.segments) {
+    instrument->borders.push_back(static_cast<std::size_t>(std::llround(border * rate)));
+    instrument->smooth_segments.push_back(goes_on(segment));
+    border += segment.duration;
+  }
   std::vector<Channel> channels;
   for (const auto& [prefix, model, truth, own_from_first] : participants_of(plan)) {
     const bool as_first = own_from_first.x.x == 1.0 && own_from_first.y.y == 1.0 && own_from_first.z.z == 1.0;

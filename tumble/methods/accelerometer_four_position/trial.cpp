@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <span>
 
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
@@ -33,7 +34,7 @@ void add_schedule(Plan& plan) {
 }
 
 /// Results of the closed forms without noise at one temperature.
-FourResults exact(const Plan& plan, double celsius, double gravity) {
+FourResults exact(const Plan& plan, double celsius, double gravity, bool o_level = false) {
   const Model& model = find_model("pendulous_accelerometer");
   const Output output = model.outputs(plan.truth).front();
   const auto coefficients = coefficients_of(model, output, plan.truth);
@@ -42,27 +43,39 @@ FourResults exact(const Plan& plan, double celsius, double gravity) {
   for (std::size_t k = 0; k < 4; ++k) {
     Felt felt;
     felt.specific_force = forces[k];
+    if (o_level) felt.specific_force = {forces[k].x, 0.0, forces[k].y};
     felt.temperature = celsius + 273.15;
     y[k] = output.input(felt);
     for (std::size_t t = 0; t < coefficients.size(); ++t) y[k] += coefficients[t] * output.terms[t].regressor(felt);
   }
-  return from_four(y, gravity, 1.0);
+  return from_four(y, gravity, o_level ? -1.0 : 1.0);
 }
 
 /// The quadratic through the exact results at the temperatures of the test; what they differ from it by is 1e-8 of
 /// them.
-void add_truth(const Plan& plan, Quantity quantity, const char* letter, Trial& trial) {
-  Matrix design(std::size(plateaus), 3);
+void add_truth(const Plan& plan, Quantity quantity, const char* letter, std::span<const double> temperatures,
+               bool o_level, Trial& trial) {
+  Matrix design(temperatures.size(), 3);
   std::vector<double> values;
-  for (std::size_t i = 0; i < std::size(plateaus); ++i) {
-    const double t = plateaus[i];
+  for (std::size_t i = 0; i < temperatures.size(); ++i) {
+    const double t = temperatures[i];
     design(i, 0) = 1.0;
     design(i, 1) = t;
     design(i, 2) = t * t;
-    values.push_back(exact(plan, t, *plan.site->gravity).value[quantity]);
+    values.push_back(exact(plan, t, *plan.site->gravity, o_level).value[quantity]);
   }
   const auto fit = least_squares(design, values, {}, {});
   for (std::size_t j = 0; j < 3; ++j) trial.truth.emplace_back(fmt::format("{}_{}", letter, j), fit.parameters[j]);
+}
+
+void add_all_truth(const Plan& plan, std::span<const double> temperatures, bool o_level, Trial& trial) {
+  add_truth(plan, bias, "b", temperatures, o_level, trial);
+  add_truth(plan, scale_factor_error, "c", temperatures, o_level, trial);
+  const auto at_20 = exact(plan, 20.0, *plan.site->gravity, o_level);
+  trial.truth.emplace_back("bias", at_20.value[bias]);
+  trial.truth.emplace_back("scale_factor_error", at_20.value[scale_factor_error]);
+  trial.truth.emplace_back("second_order_coefficient", at_20.value[second_order]);
+  trial.truth.emplace_back("misalignment", at_20.value[misalignment]);
 }
 
 }  // namespace
@@ -90,13 +103,7 @@ Trial trial(std::uint64_t seed) {
   set("turn_on_repeatability", 15.0, "ug");
   add_schedule(plan);
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
-  add_truth(plan, bias, "b", trial);
-  add_truth(plan, scale_factor_error, "c", trial);
-  const auto at_20 = exact(plan, 20.0, *plan.site->gravity);
-  trial.truth.emplace_back("bias", at_20.value[bias]);
-  trial.truth.emplace_back("scale_factor_error", at_20.value[scale_factor_error]);
-  trial.truth.emplace_back("second_order_coefficient", at_20.value[second_order]);
-  trial.truth.emplace_back("misalignment", at_20.value[misalignment]);
+  add_all_truth(plan, plateaus, false, trial);
   return trial;
 }
 

@@ -37,6 +37,7 @@ extern const Method accelerometer_tumble{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::accelerometer_tumble

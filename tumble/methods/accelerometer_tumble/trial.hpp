@@ -8,4 +8,8 @@ namespace tumble::accelerometer_tumble {
 /// 180 deg about its input axis, read as pulses.
 Trial trial(std::uint64_t seed);
 
+/// Irregular positions in both mounts and back, a voltage of negative scale factor, coefficients of the other sign, at
+/// another site; samples are missing.
+Trial second_trial(std::uint64_t seed);
+
 }  // namespace tumble::accelerometer_tumble

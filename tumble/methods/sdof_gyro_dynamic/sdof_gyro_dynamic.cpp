@@ -1,6 +1,7 @@
 #include "tumble/methods/linear_method.hpp"
 #include "tumble/reduce/linear/table_trial.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
+#include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 
 namespace tumble::sdof_gyro_dynamic {
@@ -88,6 +89,31 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
+/// Coefficients of the other sign, a slower loop with less damping, other speeds and oscillations on a table whose axis
+/// is tilted, at another site; a current, with samples missing.
+Trial second_trial(std::uint64_t seed) {
+  Plan plan = sdof_gyro_support::trial_plan("sdof_gyro_dynamic", options(), "two_axis_table", 25.0);
+  plan.site = Site{si(-33.9, "deg"), si(18.4, "deg"), 1700.0, {}};
+  plan.rig.set_number("outer_azimuth", si(37.0, "deg"), Unit::parse("deg"));
+  plan.rig.set_number("outer_elevation", si(20.0, "deg"), Unit::parse("deg"));
+  for (const auto& [name, value] : coefficients) plan.truth.set_number(name, -1.5 * value, Unit());
+  plan.truth.set_number("natural_frequency", 55.0, Unit::parse("Hz"));
+  plan.truth.set_number("damping_ratio", 0.5, Unit());
+  plan.truth.set_integer("oversampling", 8);
+  set_truth(plan, "scale_factor_error", -60.0, "ppm");
+  set_truth(plan, "misalignment_O", 50.0, "arcsec");
+  set_truth(plan, "misalignment_S", -40.0, "arcsec");
+  set_truth(plan, "angle_random_walk", 0.005, "deg/sqrt(h)");
+  linear::add_table_motions(plan, 40.0, 12.0, 0.7);
+  const double lag_error = 0.01 * RandomStream(seed).split("loop").normal(0);
+  plan.settings.set_number("natural_frequency", 55.0 * (1.0 + lag_error), Unit::parse("Hz"));
+  plan.settings.set_number("damping_ratio", 0.5, Unit());
+  Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
+  lose_samples(trial.evidence.recordings.front(), seed, 50);
+  for (const auto& [name, value] : coefficients) trial.truth.emplace_back(name, plan.truth.number(name));
+  return trial;
+}
+
 Compensation compensate(const Estimate& estimate, const Recording& recording, const Plan* plan) {
   return sdof_gyro_support::compensated(estimate, recording, plan, options());
 }
@@ -101,6 +127,7 @@ extern const Method sdof_gyro_dynamic = linear_method<sdof_gyro_support::roles, 
     .options = options,
     .trial = trial,
     .compensate = compensate,
+    .second_trial = second_trial,
 });
 
 }  // namespace tumble::sdof_gyro_dynamic

@@ -103,7 +103,7 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
     for (auto& response : responses) response = problem.response(step);
   }
   const double begin = stretch.first - static_cast<double>(before) * stretch.step + 0.5 * step;
-  const double end = power_up.begins.back();
+  const double start = power_up.begins[stretch.segment], end = power_up.begins[stretch.segment + 1];
   const std::size_t all = before + stretch.samples, samples_at_once = std::max<std::size_t>(1, at_once / fine);
   std::vector<Felt> felt(samples_at_once * fine + 2 * step_margin);
   std::vector<double> middles(felt.size()), values(felt.size());
@@ -114,10 +114,12 @@ void sum_moving(const PowerUp& power_up, const Stretch& stretch, const Blocking&
     const auto fit = [&](double room) {
       return static_cast<std::size_t>(std::clamp(room / step, 0.0, static_cast<double>(step_margin)));
     };
-    const std::size_t front = fit(first), back = fit(end - first - static_cast<double>(steps - 1) * step);
+    const std::size_t front = fit(first - start), back = fit(end - first - static_cast<double>(steps - 1) * step);
     const auto points = std::span(felt).first(front + steps + back);
     power_up.reference.felt(first - static_cast<double>(front) * step, step, points);
-    const auto courses = courses_of(std::span<const Felt>(points));
+    const auto courses = goes_on(power_up.rig.segments[stretch.segment])
+                             ? courses_of(std::span<const Felt>(points))
+                             : std::vector<StepCourse>(points.size(), StepCourse::kinked);
     for (std::size_t s = 0; s < sums.series.columns; ++s) {
       for (std::size_t k = 0; k < points.size(); ++k) middles[k] = evaluate(problem, s, points[k]);
       const auto block = std::span(values).first(steps);

@@ -9,7 +9,6 @@ namespace {
 
 Motion hold(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
 Motion rate(double degrees) { return {.kind = Motion::Kind::rate, .value = si(degrees, "deg/s")}; }
-Motion sine(double degrees) { return {.kind = Motion::Kind::sine, .amplitude = si(degrees, "deg"), .frequency = 0.5}; }
 
 void add(Plan& plan, const std::string& label, double duration, const Motion& outer, const Motion& inner) {
   plan.schedule.push_back({label, duration, 1, {{"outer", outer}, {"inner", inner}}});
@@ -17,11 +16,12 @@ void add(Plan& plan, const std::string& label, double duration, const Motion& ou
 
 }  // namespace
 
-void add_table_motions(Plan& plan) {
+void add_table_motions(Plan& plan, double fastest, double amplitude, double frequency) {
+  const Motion sine{.kind = Motion::Kind::sine, .amplitude = si(amplitude, "deg"), .frequency = frequency};
   const double faces[][2] = {{0, 0}, {90, 0}, {90, 90}, {90, 180}, {90, 270}, {180, 0}};
   for (const auto& face : faces)
     add(plan, fmt::format("rest {:g} {:g}", face[0], face[1]), 20.0, hold(face[0]), hold(face[1]));
-  for (const double speed : {60.0, -60.0, 30.0, -30.0}) {
+  for (const double speed : {fastest, -fastest, 0.5 * fastest, -0.5 * fastest}) {
     for (const double turn : {0.0, 45.0, 90.0})
       add(plan, fmt::format("outer {:g} at {:g}", speed, turn), 16.0, rate(speed), hold(turn));
     for (const double tilt : {0.0, 90.0})
@@ -31,10 +31,10 @@ void add_table_motions(Plan& plan) {
   }
   for (const double turn : {0.0, 45.0, 90.0}) {
     add(plan, fmt::format("to sine {:g}", turn), 10.0, hold(0.0), hold(turn));
-    add(plan, fmt::format("outer sine {:g}", turn), 20.0, sine(20.0), hold(turn));
+    add(plan, fmt::format("outer sine {:g}", turn), 20.0, sine, hold(turn));
   }
   add(plan, "to inner sine", 10.0, hold(45.0), hold(0.0));
-  add(plan, "inner sine", 20.0, hold(45.0), sine(20.0));
+  add(plan, "inner sine", 20.0, hold(45.0), sine);
   add(plan, "end", 10.0, hold(0.0), hold(0.0));
 }
 
