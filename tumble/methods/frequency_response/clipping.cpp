@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/units/constants.hpp"
@@ -40,7 +41,7 @@ Cycle folded(const std::vector<double>& phase, const std::vector<double>& values
 
 double cut(double psi, double high, double low) { return std::clamp(std::cos(psi), -std::cos(low), std::cos(high)); }
 
-/// Sum of the weighted squares that constant, tone and harmonics 2 and 3 leave. `sine`: the tone may turn a little.
+/// Sum of the weighted squares that constant, tone and harmonics 2 and 3 leave; the tone may turn a little.
 double remaining(const Cycle& cycle, double high, double low) {
   const std::size_t n = cycle.phase.size();
   Matrix x(n, 7);
@@ -79,11 +80,16 @@ FlatTops flat_tops(const std::vector<double>& phase, const std::vector<double>& 
   if (cycle.phase.size() < fewest_bins) return tops;
   const double harmonics_alone = remaining(cycle, 0.0, 0.0);
   double least = harmonics_alone, high = 0.0, low = 0.0;
-  for (int h = 0; h < angles; ++h)
-    for (int l = 0; l < angles; ++l) {
-      const double left = remaining(cycle, h * angle_step, l * angle_step);
-      if (left < least) least = left, high = h * angle_step, low = l * angle_step;
-    }
+  const auto take = [&](double h, double l) {
+    const double left = remaining(cycle, h, l);
+    if (left < least) least = left, high = h, low = l;
+  };
+  for (int k = 1; k < angles; ++k) {
+    const double angle = k * angle_step;
+    for (const auto& [h, l] : {std::pair(angle, angle), std::pair(angle, 0.0), std::pair(0.0, angle)}) take(h, l);
+  }
+  if (low > 0.0 && high > 0.0)
+    for (int k = 0; k < angles; ++k) take(high, k * angle_step);
   const double noise = least / static_cast<double>(cycle.phase.size() - 9);
   if (!(noise > 0.0)) return tops;
   tops.improvement = (harmonics_alone - least) / noise;

@@ -194,6 +194,7 @@ TEST(FrequencyResponse, ASignIsDistinguishedFromADelay) {
     EXPECT_NEAR(value(both, "group_delay"), delay, 1e-9);
   }
   test.tones = {10.0};
+  test.response = [](double) { return Complex(-1.0, 0.1); };
   EXPECT_NE(finding_of(method().identify(test.evidence(), {}).findings, "sign_or_delay"), nullptr);
 }
 

@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/random.hpp"
@@ -49,19 +52,22 @@ SpectralDensity second_density() {
   return {{30.0, 31.0, 300.0, 1500.0}, {s, s, 2.0 * s, s}};
 }
 
-Plan second_plan(const std::vector<Option>& options) {
+Plan second_plan(const std::vector<Option>& options, const RandomStream& random) {
   Plan plan = trial_plan("random_vibration", options, "pendulous_accelerometer", "shaker", windows_a_second);
   plan.site->latitude = si(61.0, "deg");
   plan.site->height = 900.0;
-  plan.settings.set_word("scale_factor", "4000 pulse/s/g");
-  plan.settings.set_number("scale_factor_sd", 1e-4, Unit::parse("%"));
+  constexpr double scale_sd = 5e-4;
+  plan.settings.set_word("scale_factor", fmt::format("accelerometer: {:.6f} pulse/s/g, Q2: {:.6f} pulse/s/g",
+                                                     pulses_a_second * (1.0 + scale_sd * random.normal(0)),
+                                                     pulses_a_second * (1.0 + scale_sd * random.normal(1))));
+  plan.settings.set_number("scale_factor_sd", scale_sd, Unit::parse("%"));
   plan.settings.set_number("settling", wait, Unit::parse("s"));
   plan.rig.set_number("amplitude_sd", 1e-3, Unit::parse("%"));
   const auto psd = second_density();
   const Motion down{.kind = Motion::Kind::hold, .value = pi};
-  const Motion random{.kind = Motion::Kind::random, .psd_frequency = psd.frequency, .psd = psd.density};
+  const Motion shaken{.kind = Motion::Kind::random, .psd_frequency = psd.frequency, .psd = psd.density};
   plan.schedule = {{"cold", rest_before, 1, {{"shake", Motion{}}, {"mount_pitch", down}}},
-                   {"shaken", in_vibration, 1, {{"shake", random}, {"mount_pitch", down}}},
+                   {"shaken", in_vibration, 1, {{"shake", shaken}, {"mount_pitch", down}}},
                    {"warm", rest_after, 1, {{"shake", Motion{}}, {"mount_pitch", down}}}};
   plan.truth = truth_of(one, plan.truth);
   plan.beside = {{"Q2", plan.instrument_model, truth_of(two, plan.truth)}};
@@ -98,9 +104,10 @@ double variance_of_second_windows(const SpectralDensity& psd) {
 Trial second_trial(std::uint64_t seed, const std::vector<Option>& options) {
   static const double of_windows = variance_of_second_windows(second_density());
   Trial trial;
-  trial.evidence.plan = second_plan(options);
+  const RandomStream random = RandomStream(seed).split("random_vibration, second");
+  trial.evidence.plan = second_plan(options, random);
   trial.evidence.recordings = {simulate(trial.evidence.plan, seed, {})};
-  spoil(RandomStream(seed).split("random_vibration, second"), trial.evidence.recordings[0]);
+  spoil(random, trial.evidence.recordings[0]);
   const Site& site = *trial.evidence.plan.site;
   const double a_0 = -normal_gravity(site.latitude, site.height.value_or(0.0)), square = variance(second_density());
   const double per_force = si(pulses_a_second, "pulse/s/g") / windows_a_second;

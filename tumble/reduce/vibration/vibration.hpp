@@ -38,7 +38,7 @@ struct RestDeparture {
   double planned = 0.0;       ///< [m/s^2] alike
   double uncertainty = 0.0;   ///< [m/s^2] of shown less planned: scale factor, bias, direction of the axis
   bool without_bias = false;  ///< the axis stood both ways: no bias is in `shown`
-  double ratio() const { return shown / planned; }
+  double ratio() const { return shown / planned; }  ///< [1]
 };
 
 /// One unit over one segment of the schedule, after the settling time.
