@@ -21,11 +21,11 @@ bool is_inertial(const Channel& channel) {
   return channel.kind == QuantityKind::angular_rate || channel.kind == QuantityKind::specific_force;
 }
 
-std::vector<const Channel*> chosen(const Evidence& evidence, const Recording& recording) {
+std::vector<const Channel*> chosen(const Evidence& evidence, const Recording& recording, const ChannelsWanted& wanted) {
   if (const Channel* signal = channel_for(evidence, recording, "signal"); signal != nullptr) return {signal};
   std::vector<const Channel*> channels;
   for (const auto& channel : recording.channels)
-    if (is_inertial(channel)) channels.push_back(&channel);
+    if (wanted.accepts(channel)) channels.push_back(&channel);
   return channels;
 }
 
@@ -136,16 +136,18 @@ void by_clock(const ChannelRun& stretch, const std::string& timing, EvenSignal& 
 }  // namespace
 
 std::vector<ChannelRun> channel_runs(const Evidence& evidence) {
+  return channel_runs(evidence, {is_inertial, "an angular rate or a specific force, as in deg/h or m/s^2"});
+}
+
+std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWanted& wanted) {
   std::vector<ChannelRun> all;
   std::map<std::string, int> runs;
   for (const auto& run : runs_of(evidence.recordings)) {
     const Recording& recording = evidence.recordings[run.recording];
-    for (const Channel* channel : chosen(evidence, recording)) {
-      if (!is_inertial(*channel))
-        throw Error(
-            Error::Kind::bad_data,
-            fmt::format("{} is in {}: the method needs an angular rate or a specific force, as in deg/h or m/s^2",
-                        channel->name, channel->unit.text()));
+    for (const Channel* channel : chosen(evidence, recording, wanted)) {
+      if (!wanted.accepts(*channel))
+        throw Error(Error::Kind::bad_data,
+                    fmt::format("{} is in {}: the method needs {}", channel->name, channel->unit.text(), wanted.what));
       const SampleRange range = samples_between(*channel, run.begin, run.end);
       ChannelRun stretch{channel, channel->name, range.begin, range.end, run.recording, run.begin};
       const int number = ++runs[channel->name];
@@ -155,7 +157,7 @@ std::vector<ChannelRun> channel_runs(const Evidence& evidence) {
   }
   if (all.empty())
     throw Error(Error::Kind::bad_data,
-                "no channel of angular rate or specific force; the recordings hold " + described(evidence.recordings));
+                "no channel of " + wanted.what + "; the recordings hold " + described(evidence.recordings));
   return all;
 }
 

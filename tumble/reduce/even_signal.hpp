@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,8 +22,16 @@ struct ChannelRun {
   double run = 0.0;  ///< [s] its begin, -inf of a recording without marks
 };
 
-/// The angular-rate and specific-force channels (or the one with role `signal`) of every recording, one stretch a run.
-/// Throws Error::bad_data that lists what the recordings hold, when there is none.
+/// Which channels a method can work on, and how it says so: "an angular rate or a specific force, as in deg/h".
+struct ChannelsWanted {
+  std::function<bool(const Channel&)> accepts;
+  std::string what;
+};
+
+/// The wanted channels (or the one with role `signal`) of every recording, one stretch a run.
+/// Throws Error::bad_data that lists what the recordings hold, when there is none, or that the signal is not wanted.
+std::vector<ChannelRun> channel_runs(const Evidence& evidence, const ChannelsWanted& wanted);
+/// The angular-rate and specific-force channels.
 std::vector<ChannelRun> channel_runs(const Evidence& evidence);
 
 /// Samples [begin, end) of a record.

@@ -52,8 +52,8 @@ struct Sixteen {
 };
 
 /// Operations and their order are fixed, and none is fused (see CMakeLists.txt): the processor does not matter.
-[[gnu::always_inline]] inline ContrastSums take16(const Sixteen& cosines, std::span<const double> values,
-                                                  double* means, std::vector<std::size_t>& incomplete) {
+[[gnu::always_inline]] inline ContrastSums take16(const Sixteen& cosines, std::span<const double> values, double* means,
+                                                  std::vector<std::size_t>& incomplete) {
   constexpr std::size_t p = widest_block;
   Lanes first[groups] = {}, second[groups] = {}, x[groups];
   ContrastSums sums;
@@ -83,8 +83,8 @@ struct Sixteen {
 }
 
 #ifdef __x86_64__
-[[gnu::target("avx2")]] ContrastSums take16_avx2(const Sixteen& cosines, std::span<const double> values,
-                                                 double* means, std::vector<std::size_t>& incomplete) {
+[[gnu::target("avx2")]] ContrastSums take16_avx2(const Sixteen& cosines, std::span<const double> values, double* means,
+                                                 std::vector<std::size_t>& incomplete) {
   return take16(cosines, values, means, incomplete);
 }
 #endif

@@ -266,7 +266,8 @@ void add_bands(const ScaleSums& sums, double unit, int radix, NoiseBands& result
   const PatternsOfScale patterns = complete ? PatternsOfScale{} : patterns_of(whole, radix);
   if (whole.contrasts > 0.0) {
     for (int k = 1; k < radix; ++k) {
-      NoiseBand band = cosine_band(unit, radix, k, complete ? std::vector<double>{} : patterns.products[k], result.lost);
+      NoiseBand band =
+          cosine_band(unit, radix, k, complete ? std::vector<double>{} : patterns.products[k], result.lost);
       band.count = whole.contrasts;
       band.mean_square = whole.second[k] / whole.contrasts;
       const double ramp = std::sqrt(band.ramp_square) * (k % 2 == 1 ? -1.0 : 1.0);

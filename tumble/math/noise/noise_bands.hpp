@@ -39,8 +39,8 @@ struct NoiseBand {
   // For the Gauss-Markov process: cosines within blocks of `radix` units, or sines over a run of differences of units.
   double unit = 1.0;  ///< [samples] averaged
   int radix = 0, order = 0;
-  double shortness = 0.0;  ///< 1/(n + 1) of a run of n differences
-  std::vector<double> products;              ///< sum_i w_i w_{i+h} of cosines beside missing values; empty: none missing
+  double shortness = 0.0;                   ///< 1/(n + 1) of a run of n differences
+  std::vector<double> products;             ///< sum_i w_i w_{i+h} of cosines beside missing values; empty: none missing
   std::shared_ptr<const LostSamples> lost;  ///< of the values that the contrast is made of; null: nothing
 };
 

@@ -66,7 +66,8 @@ struct NoiseFit {
   double model_error = 0.0;  ///< relative sd of each residual that the terms miss beyond statistics; 0: none
   double minus_twice_log_likelihood = 0.0;
   double condition = 0.0;
-  /// sd of the power along the record over that of Gaussian noise; 1: no more than chance explains. Counted in covariance.
+  /// sd of the power along the record over that of Gaussian noise; 1: no more than chance explains. Counted in
+  /// covariance.
   double scatter_ratio = 1.0;
 };
 

@@ -106,7 +106,9 @@ std::vector<DeviationPoint> overlapping_allan(std::span<const double> rate, doub
   check(sample_rate, options);
   const Phase phase = integrate_rate_once(rate, 3);
   const double longest = std::max(1.0, std::floor(options.longest_fraction * static_cast<double>(rate.size())));
-  const auto factors = averaging_factors(static_cast<std::size_t>(longest), options.points_per_decade);
+  const auto factors = options.factors.empty()
+                           ? averaging_factors(static_cast<std::size_t>(longest), options.points_per_decade)
+                           : options.factors;
   return points_of(phase, sample_rate, factors, options.confidence, {});
 }
 

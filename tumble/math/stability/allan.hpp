@@ -20,9 +20,12 @@ struct DeviationPoint {
 };
 
 struct AllanOptions {
-  double points_per_decade = 10.0;  ///< of tau, as averaging_factors takes them; 0: octaves
-  double confidence = 0.95;         ///< two-sided
-  double longest_fraction = 0.25;   ///< longest tau as a fraction of the record, at most 0.5
+  double points_per_decade = 10.0;     ///< of tau, as averaging_factors takes them; 0: octaves
+  double confidence = 0.95;            ///< two-sided
+  double longest_fraction = 0.25;      ///< longest tau as a fraction of the record, at most 0.5
+  std::vector<std::size_t> factors{};  ///< averaging factors m, ascending, in place of points_per_decade; empty: those
+  bool remove_bias = true;             ///< of the total deviations
+  bool subtract_mean_rate = true;      ///< of the record, in interval errors
 };
 
 /// Overlapping Allan deviation of a rate signal at log-spaced averaging times, with confidence limits from chi-square

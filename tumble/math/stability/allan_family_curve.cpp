@@ -14,6 +14,8 @@ constexpr std::size_t fewest_blocks = 16;     ///< to a tau; twice as many of Th
 constexpr std::size_t most_points = 4096;     ///< of the record, for ThêoBR
 constexpr std::size_t points_that_tell = 31;  ///< the noise type
 
+constexpr std::size_t most_exact = 10000;  ///< samples
+
 enum class Work { once, phase_means, rate_means, theoh };
 
 Work work_of(Stability measure) {
@@ -50,6 +52,21 @@ double longest_fraction(Stability measure, double asked) {
   }
 }
 
+bool is_interval_measure(Stability measure) {
+  return measure == Stability::peak_interval_error || measure == Stability::rms_interval_error;
+}
+
+/// The integral of the mean that integrate_rate took off.
+void add_mean_rate(std::span<const double> rate, double sample_rate, std::vector<double>& phase) {
+  double sum = 0.0, present = 0.0;
+  for (const double value : rate) {
+    if (std::isnan(value)) continue;
+    sum += value;
+    ++present;
+  }
+  for (std::size_t n = 0; n < phase.size(); ++n) phase[n] += sum / present * static_cast<double>(n) / sample_rate;
+}
+
 int type_at(std::span<const DeviationPoint> known, double tau) {
   int alpha = known.empty() ? 0 : known.front().alpha;
   for (const auto& point : known)
@@ -84,12 +101,13 @@ struct Job {
   Stability measure;
   const Phase& phase;
   double interval, confidence;
+  bool remove_bias;
   std::span<const DeviationPoint> known;
 };
 
 std::vector<DeviationPoint> points_at(const Job& job, const Phase& phase, std::size_t block,
                                       const std::vector<std::size_t>& factors, double longest_typed) {
-  StabilityOptions options{.confidence = job.confidence};
+  StabilityOptions options{.confidence = job.confidence, .remove_bias = job.remove_bias};
   const double interval = static_cast<double>(block) * job.interval;
   for (const std::size_t m : factors)
     options.types.push_back(type_at(job.known, std::min(longest_typed, static_cast<double>(m) * interval)));
@@ -149,11 +167,16 @@ std::vector<DeviationPoint> stability_curve(Stability measure, std::span<const d
   Phase phase = integrate_rate(rate, 3);
   std::vector<double> values(phase.values.begin(), phase.values.end());
   for (double& value : values) value /= sample_rate;
+  if (!options.subtract_mean_rate && is_interval_measure(measure)) add_mean_rate(rate, sample_rate, values);
   phase.values = values;
   const double longest = longest_fraction(measure, options.longest_fraction) * static_cast<double>(rate.size());
   const auto factors =
-      averaging_factors(std::max<std::size_t>(1, static_cast<std::size_t>(longest)), options.points_per_decade);
-  const Job job{measure, phase, 1.0 / sample_rate, options.confidence, known};
+      options.factors.empty()
+          ? averaging_factors(std::max<std::size_t>(1, static_cast<std::size_t>(longest)), options.points_per_decade)
+          : options.factors;
+  const Job job{measure, phase, 1.0 / sample_rate, options.confidence, options.remove_bias, known};
+  // Averaging times that were asked for are taken as they are defined, where that does not take long.
+  if (!options.factors.empty() && rate.size() <= most_exact) return points_at(job, phase, 1, factors, INFINITY);
   switch (work_of(measure)) {
     case Work::phase_means:
       return in_blocks(job, true, factors);

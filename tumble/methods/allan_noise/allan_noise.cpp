@@ -10,6 +10,7 @@
 #include "tumble/methods/allan_noise/family.hpp"
 #include "tumble/methods/allan_noise/faults.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
+#include "tumble/methods/allan_noise/input.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
@@ -31,38 +32,49 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> curve_options() {
-  return {quantity("rate", "Hz")
-              .above(0)
-              .at_most(1e9)
-              .bare()
-              .says("sampling rate, where the file does not state it or is wrong"),
-          word("timing", {"auto", "even", "stamps"})
-              .otherwise("auto")
-              .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
-                    "the stamps are late"),
-          word("estimator", {"likelihood", "allan"})
-              .otherwise("likelihood")
-              .says("likelihood: maximum likelihood of the record itself; allan: least squares on the Allan variances"),
-          quantity("confidence")
-              .above(0)
-              .at_most(0.9999)
-              .otherwise("0.95")
-              .says("two-sided confidence of the band about the deviation"),
-          quantity("points_per_decade")
-              .between(0, 1000)
-              .otherwise("10")
-              .says("averaging times on the curve, 1 or more in a decade; 0: octaves; estimator allan fits octaves of "
-                    "them"),
-          word("taus", {"log", "all"})
-              .otherwise("log")
-              .says("averaging times: log: points_per_decade of them; all: in addition every multiple of the sampling "
-                    "interval (of ohdev too)"),
-          text("deviations").says("other measures of stability, with limits: any of " + family_names()),
-          quantity("longest_fraction")
-              .above(0)
-              .at_most(0.5)
-              .otherwise("0.25")
-              .says("longest averaging time over the length of the record")};
+  return {
+      word("data", {"rate", "angle", "phase", "frequency", "increment", "count"})
+          .otherwise("rate")
+          .says("what the samples are: an angular rate or a specific force; its integral, an angle or a velocity; "
+                "the time error of a clock, or its fractional frequency; the angle or velocity since the sample "
+                "before; pulses since then"),
+      text("pulse").says("with data = count: angle or velocity of one pulse, as in 0.5 arcsec"),
+      quantity("rate", "Hz")
+          .above(0)
+          .at_most(1e9)
+          .bare()
+          .says("sampling rate, where the file does not state it or is wrong"),
+      word("timing", {"auto", "even", "stamps"})
+          .otherwise("auto")
+          .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
+                "the stamps are late"),
+      word("estimator", {"likelihood", "allan"})
+          .otherwise("likelihood")
+          .says("likelihood: maximum likelihood of the record itself; allan: least squares on the Allan variances"),
+      quantity("confidence")
+          .above(0)
+          .at_most(0.9999)
+          .otherwise("0.95")
+          .says("two-sided confidence of the band about the deviation"),
+      quantity("points_per_decade")
+          .between(0, 1000)
+          .otherwise("10")
+          .says("averaging times on the curve, 1 or more in a decade; 0: octaves; estimator allan fits octaves of "
+                "them"),
+      text("taus").otherwise("log").says(
+          "averaging times: log: points_per_decade of them; octave: 1, 2, 4, 8 ... sampling intervals; decade: 1, 2, "
+          "4, 10, 20, 40 ...; a list, as in \"1 s, 10 s, 2 min\"; all: as log, and in addition every multiple of "
+          "the sampling interval (of ohdev too)"),
+      word("total_bias", {"remove", "keep"})
+          .otherwise("remove")
+          .says("expected departure of the total deviations from the deviations whose names they bear"),
+      word("mean_rate", {"subtract", "keep"}).otherwise("subtract").says("mean rate of the record in mtie and tierms"),
+      text("deviations").says("other measures of stability, with limits: any of " + family_names()),
+      quantity("longest_fraction")
+          .above(0)
+          .at_most(0.5)
+          .otherwise("0.25")
+          .says("longest averaging time over the length of the record")};
 }
 
 std::vector<Option> fit_options() {
@@ -120,15 +132,25 @@ void warn_where_curve_ends(const Settings& settings, ChannelNoise& result) {
       {Finding::Severity::info, "deviation_ends_at_gaps", {{"tau", result.curve.back().tau, "s"}}, result.label});
 }
 
+/// The fit is of the logarithmic points, whatever `taus` asks for.
+void fit_allan(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+  AllanOptions options = curve_options_of(settings, signal);
+  if (options.factors.empty()) {
+    result.fit = fit_allan_curve(signal, result.curve, options, settings);
+    return;
+  }
+  options.factors.clear();
+  result.fit = fit_allan_curve(signal, overlapping_allan(signal.values, signal.rate, options), options, settings);
+}
+
 /// Deviation curve and fit of one stretch; `failure` says why there is none.
 ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
   ChannelNoise result;
   result.label = stretch.label;
-  result.kind = stretch.channel->kind;
+  result.kind = kind_of_rate(*stretch.channel, settings);
   result.confidence = settings.number("confidence");
   try {
-    EvenSignal signal =
-        even_signal(stretch, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing"));
+    EvenSignal signal = rate_signal(stretch, settings);
     result.findings = signal.findings;
     result.rate = signal.rate;
     result.samples = signal.values.size();
@@ -140,8 +162,7 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
     result.findings.insert(result.findings.end(), coarse.begin(), coarse.end());
     set_disturbed_aside(settings, signal, result);
     settle_outliers(result);
-    const AllanOptions curve{settings.number("points_per_decade"), result.confidence,
-                             settings.number("longest_fraction")};
+    const AllanOptions curve = curve_options_of(settings, signal);
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
     warn_where_curve_ends(settings, result);
     result.likelihood = settings.word("estimator") == "likelihood";
@@ -151,7 +172,7 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
       fit_likelihood(
           NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
     else
-      result.fit = fit_allan_curve(signal, result.curve, curve, settings);
+      fit_allan(signal, settings, result);
     if (result.likelihood && !result.outliers.empty()) add_robust_terms(signal, settings, result);
     add_family(signal, settings, result);
     add_all_taus(signal, settings, result);
@@ -170,6 +191,7 @@ void check(const Settings& settings) {
     problems.push_back(fmt::format("points_per_decade = {:g} must be 0, or 1 to 1000", points));
   if (const int windows = settings.integer("windows"); windows == 1 || windows == 2)
     problems.push_back(fmt::format("windows = {} must be 0, or 3 to 1000", windows));
+  for (auto& problem : input_problems(settings)) problems.push_back(std::move(problem));
   if (settings.has("deviations"))
     for (auto& problem : family_problems(settings.word("deviations"))) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
@@ -198,7 +220,7 @@ Estimate stream(const StreamedEvidence& evidence, const Progress&) {
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   check(settings);
-  const auto runs = channel_runs(evidence);
+  const auto runs = channel_runs(evidence, channels_of_data(settings));
   std::vector<ChannelNoise> results(runs.size());
   report(progress, 0.0, "Allan deviation");
   parallel_for(runs.size(), [&](std::size_t i) { results[i] = analyse(runs[i], settings); });

@@ -90,9 +90,10 @@ std::vector<Source> add_parameters(const ChannelNoise& channel, Estimate& estima
   }
   add_filter(channel, fit.terms.size() + process, estimate, sources);
   if (fit.ramp.kept)
-    estimate.parameters.push_back({channel.label + ".rate_ramp", "R", Unit::parse(ramp_unit(channel.kind)),
-                                   fit.ramp.slope * channel.rate, "straight trend of the bias",
-                                   fit.ramp.degrees_of_freedom});
+    estimate.parameters.push_back(
+        {channel.label + (channel.kind == QuantityKind::other ? ".frequency_drift" : ".rate_ramp"), "R",
+         Unit::parse(ramp_unit(channel.kind)), fit.ramp.slope * channel.rate, "straight trend of the bias",
+         fit.ramp.degrees_of_freedom});
   return sources;
 }
 
@@ -163,8 +164,9 @@ void add_stability_rows(const ChannelNoise& channel, Table& table) {
     const double sd = 0.5 * term.squared_sd / std::sqrt(std::max(term.squared, term.squared_sd)) *
                       coefficient(term.unit.term, 1.0, channel.rate);
     const auto digits = [](double value, double scale) { return std::round(value * scale) / scale; };
+    const bool known = std::isfinite(sd);  // two short pieces can tell that a term is not needed, and no more
     table.rows.push_back({channel.label, said.name + number_of(channel.fit, t), said.symbol, of(term.squared),
-                          shown(sd, said.unit), digits(term.z, 100.0),
+                          known ? shown(sd, said.unit) : "unknown", digits(term.z, 100.0),
                           std::isinf(term.improvement) ? Table::Cell("") : Table::Cell(digits(term.improvement, 10.0)),
                           of(term.upper_limit), decision(term, channel.fit.shown[t])});
   }
@@ -315,11 +317,37 @@ void add_departure(const ChannelNoise& channel, Findings& findings) {
 
 }  // namespace
 
-std::string rate_unit(QuantityKind kind) { return kind == QuantityKind::angular_rate ? "deg/h" : "ug"; }
+std::string rate_unit(QuantityKind kind) {
+  if (kind == QuantityKind::other) return "1";
+  return kind == QuantityKind::angular_rate ? "deg/h" : "ug";
+}
 
-std::string ramp_unit(QuantityKind kind) { return rate_unit(kind) + "/h"; }
+std::string ramp_unit(QuantityKind kind) { return kind == QuantityKind::other ? "1/s" : rate_unit(kind) + "/h"; }
+
+namespace {
+
+/// Of a fractional frequency.
+TermWords clock_words(NoiseTerm term) {
+  switch (term) {
+    case NoiseTerm::quantization:
+      return {"white_phase_noise", "Q", "s", "white noise of the time error"};
+    case NoiseTerm::white:
+      return {"white_frequency_noise", "N", "sqrt(s)", "white noise of the fractional frequency"};
+    case NoiseTerm::flicker:
+      return {"flicker_frequency_noise", "B", "1",
+              "flicker of the frequency; the flat part of the deviation is 0.664 B"};
+    case NoiseTerm::random_walk:
+      return {"random_walk_frequency_noise", "K", "1/sqrt(s)", "random walk of the fractional frequency"};
+    case NoiseTerm::markov:
+      return {"markov_sd", "sigma_c", "1", "first-order Gauss-Markov frequency"};
+  }
+  return {};
+}
+
+}  // namespace
 
 TermWords words(NoiseTerm term, QuantityKind kind) {
+  if (kind == QuantityKind::other) return clock_words(term);
   const bool rate = kind == QuantityKind::angular_rate;
   switch (term) {
     case NoiseTerm::quantization:

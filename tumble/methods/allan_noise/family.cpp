@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tumble/math/stability/allan_family_curve.hpp"
+#include "tumble/methods/allan_noise/input.hpp"
 #include "tumble/units/nearest.hpp"
 
 namespace tumble::allan_noise {
@@ -66,6 +67,7 @@ std::vector<Member> asked_for(const std::string& text) {
 }
 
 Unit unit_of(const Member& member, QuantityKind kind) {
+  if (member.of_angle && kind == QuantityKind::other) return Unit::parse("s");
   if (member.of_angle) return Unit::parse(kind == QuantityKind::angular_rate ? "arcsec" : "mm/s");
   return Unit::parse(rate_unit(kind));
 }
@@ -85,7 +87,10 @@ std::vector<DeviationPoint> from_modified(const ChannelNoise& channel, Stability
 }
 
 std::string noise_name(int alpha, QuantityKind kind) {
-  const std::string of = kind == QuantityKind::angular_rate ? "rate" : "specific force";
+  if (kind == QuantityKind::other && alpha > 0) return alpha == 2 ? "white phase" : "flicker phase";
+  const std::string of = kind == QuantityKind::angular_rate     ? "rate"
+                         : kind == QuantityKind::specific_force ? "specific force"
+                                                                : "frequency";
   switch (alpha) {
     case 2:
       return kind == QuantityKind::angular_rate ? "white angle" : "white velocity";
@@ -154,8 +159,7 @@ std::vector<std::string> family_problems(const std::string& asked) {
 
 void add_family(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
   if (!settings.has("deviations")) return;
-  const AllanOptions options{settings.number("points_per_decade"), result.confidence,
-                             settings.number("longest_fraction")};
+  const AllanOptions options = curve_options_of(settings, signal);
   for (const auto& member : asked_for(settings.word("deviations"))) {
     auto points = from_modified(result, member.measure);
     if (points.empty()) points = stability_curve(member.measure, signal.values, signal.rate, options, result.curve);

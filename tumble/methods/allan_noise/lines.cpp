@@ -42,8 +42,7 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
     }
     if (shown < 0.5 * power) continue;
     mean /= present;
-    for (std::size_t i = 0; i < length; ++i)
-      segment[i] = std::isnan(part[i]) ? 0.0 : window[i] * (part[i] - mean);
+    for (std::size_t i = 0; i < length; ++i) segment[i] = std::isnan(part[i]) ? 0.0 : window[i] * (part[i] - mean);
     real_transform(segment, spectrum);
     for (std::size_t k = 0; k < result.density.size(); ++k) result.density[k] += 2.0 * std::norm(spectrum[k]) / shown;
     ++result.segments;

@@ -44,6 +44,16 @@ TEST(SpectralLines, FindsASineWithItsFrequencyAndAmplitude) {
   EXPECT_NEAR(sum / 40.0, amplitude, 4.0 * 0.007 / std::sqrt(40.0));
 }
 
+TEST(SpectralLines, FindsASineWithSingleSamplesMissing) {
+  auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 7);
+  add_sine(0.6, 0.05, values);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (i * i % 23 == 3) values[i] = std::nan("");
+  const auto lines = spectral_lines(values);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_NEAR(lines[0].frequency, 0.05, 1.0 / 4096.0);
+}
+
 TEST(SpectralLines, StrongestFirstAndSeveral) {
   auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 7);
   add_sine(0.3, 0.2, values);

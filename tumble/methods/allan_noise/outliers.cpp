@@ -163,7 +163,8 @@ void find_outliers(const Settings& settings, EvenSignal& signal, ChannelNoise& r
   OutlierSearch search;
   search.push(signal.values);
   result.outliers = search.events();
-  if (result.outliers.empty() || settings.word("disturbed") != "cut" || !are_rare(result.outliers, signal.values.size()))
+  if (result.outliers.empty() || settings.word("disturbed") != "cut" ||
+      !are_rare(result.outliers, signal.values.size()))
     return;
   const std::size_t longest = block_scatter(signal.values).size;
   std::vector<RecordPart> parts;
@@ -184,11 +185,12 @@ void find_outliers(const Settings& settings, EvenSignal& signal, ChannelNoise& r
 
 void settle_outliers(ChannelNoise& result) {
   std::erase_if(result.outliers, [&](const Outlier& event) {
-    return std::ranges::any_of(result.set_aside, [&](const RecordPart& part) {
-      return part.begin < event.end && event.begin < part.end;
-    }) && std::ranges::none_of(result.knocks_set_aside, [&](const RecordPart& part) {
-      return part.begin < event.end && event.begin < part.end;
-    });
+    return std::ranges::any_of(
+               result.set_aside,
+               [&](const RecordPart& part) { return part.begin < event.end && event.begin < part.end; }) &&
+           std::ranges::none_of(result.knocks_set_aside, [&](const RecordPart& part) {
+             return part.begin < event.end && event.begin < part.end;
+           });
   });
   auto& all = result.set_aside;
   all.insert(all.end(), result.knocks_set_aside.begin(), result.knocks_set_aside.end());

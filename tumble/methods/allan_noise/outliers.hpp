@@ -9,8 +9,8 @@
 namespace tumble::allan_noise {
 
 /// Looks along a record, however long it grows, for what is far from its neighbours: samples, and means over 4, 16, 64
-/// and 256 samples, more than `far` times as far from the mean of the two beside them as is usual. The usual distance is
-/// a quantile that 6 % outliers hardly move, of the first 65536 values of each scale or of all if there are fewer.
+/// and 256 samples, more than `far` times as far from the mean of the two beside them as is usual. The usual distance
+/// is a quantile that 6 % outliers hardly move, of the first 65536 values of each scale or of all if there are fewer.
 class OutlierSearch {
  public:
   static constexpr double far = 7.0;  ///< of Gaussian noise, one value in 4e11
@@ -45,12 +45,12 @@ bool is_knock(const Outlier& event);
 /// Whether they take up at most a hundredth of the record: else they are no knocks but part of the noise.
 bool are_rare(const std::vector<Outlier>& events, std::size_t samples);
 
-/// The record without the samples that are more than 4 robust sd off the median of the four beside them [u]; NaN: missing.
-/// Given: values [u]; removed: how many.
+/// The record without the samples that are more than 4 robust sd off the median of the four beside them [u]; NaN:
+/// missing. Given: values [u]; removed: how many.
 std::vector<double> without_outliers(std::span<const double> values, std::size_t& removed);
 
-/// Finds knocks and outliers of the record, and sets knocks aside where `disturbed` says so: those that are shorter than
-/// the blocks that set_disturbed_aside judges.
+/// Finds knocks and outliers of the record, and sets knocks aside where `disturbed` says so: those that are shorter
+/// than the blocks that set_disturbed_aside judges.
 void find_outliers(const Settings& settings, EvenSignal& signal, ChannelNoise& result);
 
 /// Events in the parts that were set aside as disturbed are theirs; the knocks that were set aside join these parts.

@@ -84,8 +84,8 @@ void describe_knocks(const std::vector<ChannelNoise>& channels, Estimate& estima
            knock.worst_channel->label + " " + shown_in(knock.worst.departure, rate_unit(knock.worst_channel->kind)),
            std::round(10.0 * std::abs(knock.worst.deviations)) / 10.0});
   estimate.tables.push_back(std::move(table));
-  const auto& worst = *std::ranges::max_element(
-      knocks, {}, [](const Together& one) { return std::abs(one.worst.deviations); });
+  const auto& worst =
+      *std::ranges::max_element(knocks, {}, [](const Together& one) { return std::abs(one.worst.deviations); });
   const bool aside =
       std::ranges::any_of(channels, [](const ChannelNoise& channel) { return !channel.knocks_set_aside.empty(); });
   std::vector<FindingValue> values;
@@ -128,8 +128,8 @@ void add_robust_rows(const ChannelNoise& channel, Table& table) {
     };
     const auto [value, sd] = text(with);
     const auto [robust, robust_sd] = text(without);
-    table.rows.push_back({channel.label, said.name, value, sd, robust, robust_sd,
-                          static_cast<double>(channel.robust_removed)});
+    table.rows.push_back(
+        {channel.label, said.name, value, sd, robust, robust_sd, static_cast<double>(channel.robust_removed)});
   }
 }
 

@@ -34,7 +34,11 @@ Curve curve_of(const ChannelNoise& channel, const std::string& name, std::vector
   curve.name = channel.label + " " + name;
   curve.figure = "power spectral density " + channel.label;
   curve.x = {"frequency", Unit::parse("Hz"), channel.spectrum->frequency};
-  curve.y = {"one-sided density", Unit::parse(rate ? "(deg/h)^2/Hz" : "ug^2/Hz"), std::move(density)};
+  curve.y = {"one-sided density",
+             Unit::parse(channel.kind == QuantityKind::other ? "1/Hz"
+                         : rate                              ? "(deg/h)^2/Hz"
+                                                             : "ug^2/Hz"),
+             std::move(density)};
   curve.logarithmic = true;
   return curve;
 }

@@ -11,6 +11,7 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/stability/streaming_allan.hpp"
 #include "tumble/methods/allan_noise/fit.hpp"
+#include "tumble/methods/allan_noise/input.hpp"
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/units/error.hpp"
@@ -37,7 +38,7 @@ struct StreamedChannel {
         clock(stretch.label, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing")),
         allan(longest_factor, settings.number("points_per_decade")) {
     result.label = stretch.label;
-    result.kind = stretch.channel->kind;
+    result.kind = kind_of_rate(*stretch.channel, settings);
     result.confidence = settings.number("confidence");
   }
 
@@ -109,7 +110,7 @@ std::vector<StreamedChannel> opened(const Recording& block, const Plan& plan) {
   const Recording& recording = evidence.recordings.front();
   evidence.recordings.front().marks.clear();
   std::vector<StreamedChannel> channels;
-  for (const auto& stretch : channel_runs(evidence)) {
+  for (const auto& stretch : channel_runs(evidence, channels_of_data(plan.settings))) {
     const auto number = static_cast<std::size_t>(stretch.channel - recording.channels.data());
     channels.emplace_back(stretch, number, plan.settings);
   }
@@ -128,7 +129,8 @@ void refuse_unstreamable(const Settings& settings) {
   };
   refuse(settings.word("estimator") != "likelihood", "estimator = allan");
   refuse(settings.word("timing") == "stamps", "timing = stamps");
-  refuse(settings.word("taus") == "all", "taus = all");
+  refuse(settings.word("taus") != "log", "taus");
+  refuse(settings.word("data") != "rate" && settings.word("data") != "frequency", "data other than rate and frequency");
   refuse(settings.has("deviations"), "deviations");
   refuse(settings.word("spectrum") != "none", "spectrum");
   refuse(settings.integer("windows") != 0, "windows");

@@ -70,6 +70,7 @@ double value_of(const ChannelNoise& channel, std::size_t t) {
 }
 
 void add_density(const ChannelNoise& channel, NoiseTerm which, Table& table) {
+  if (channel.kind == QuantityKind::other) return;  // of a clock
   const bool rate = channel.kind == QuantityKind::angular_rate, white = which == NoiseTerm::white;
   const std::string key =
       fmt::format("{}_{}", rate ? "gyroscope" : "accelerometer", white ? "noise_density" : "random_walk");

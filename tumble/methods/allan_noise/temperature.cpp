@@ -9,6 +9,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/math/noise/whitening.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
+#include "tumble/methods/allan_noise/input.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
@@ -190,7 +191,6 @@ std::optional<TemperatureEffect> temperature_effect(std::span<const double> valu
 void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                           const std::vector<ChannelNoise>& channels, Estimate& estimate) {
   const Settings& settings = evidence.plan.settings;
-  const double rate = settings.has("rate") ? settings.number("rate") : 0.0;
   Table table{"temperature",
               "how the channels follow the temperature: generalised least squares under the identified noise",
               {{"channel", Unit()},
@@ -208,8 +208,9 @@ void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun
     if (temperature == nullptr) continue;
     ChannelRun beside = stretch;
     beside.channel = temperature;
-    EvenSignal signal = even_signal(stretch, rate, settings.word("timing"));
-    const EvenSignal warmth = even_signal(beside, rate, settings.word("timing"));
+    EvenSignal signal = rate_signal(stretch, settings);
+    const EvenSignal warmth =
+        even_signal(beside, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing"));
     set_missing(channels[i].set_aside, signal);
     const auto effect = temperature_effect(signal.values, warmth.values, channels[i]);
     if (!effect) continue;

@@ -7,6 +7,7 @@
 
 #include "tumble/math/stability/joint_stability.hpp"
 #include "tumble/methods/allan_noise/disturbed.hpp"
+#include "tumble/methods/allan_noise/input.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
@@ -256,9 +257,8 @@ void describe_together(const std::vector<ChannelRun>& stretches, const std::vect
   const bool correlation = settings.flag("correlation"), hat = settings.flag("hat");
   if (!correlation && !hat) return;
   std::vector<EvenSignal> signals(stretches.size());
-  const double rate = settings.has("rate") ? settings.number("rate") : 0.0;
   for (std::size_t i = 0; i < stretches.size(); ++i)
-    if (channels[i].failure.empty()) signals[i] = even_signal(stretches[i], rate, settings.word("timing"));
+    if (channels[i].failure.empty()) signals[i] = rate_signal(stretches[i], settings);
   const auto groups = groups_of(stretches, channels);
   for (const auto& group : groups)  // disturbed parts of one are missing in all, so that they remain comparable
     for (const auto i : group)

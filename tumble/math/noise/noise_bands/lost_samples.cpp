@@ -72,8 +72,7 @@ PatternsOfScale patterns_of(const ContrastSums& sums, int radix) {
   for (const auto& [mask, blocks] : sums.patterns.counts()) {
     const BlockPattern pattern = pattern_of(mask, radix);
     result.contrasts += blocks * (pattern.count - 1.0) / (radix - 1.0);
-    for (int k = 1; k < radix; ++k)
-      add_products(blocks, lag_products(cosine_weights(pattern, k)), result.products[k]);
+    for (int k = 1; k < radix; ++k) add_products(blocks, lag_products(cosine_weights(pattern, k)), result.products[k]);
     auto mean = pattern.present;
     divide(pattern.count, mean);
     auto excess = lag_products(mean);

@@ -21,7 +21,7 @@ std::vector<double> markov_below_variance(double unit, double time, int lags);
 /// Of the blocks of one scale in which values are missing: what their cosines (of the values less the mean of those
 /// present, zero where missing) and their means hold of each lag, over all blocks of the scale.
 struct PatternsOfScale {
-  double contrasts = 0.0;                     ///< independent ones in a band: a block with k of p values has (k-1)/(p-1)
+  double contrasts = 0.0;  ///< independent ones in a band: a block with k of p values has (k-1)/(p-1)
   std::vector<std::vector<double>> products;  ///< [order][lag] of the cosine's weights, divided by `contrasts`
   std::vector<double> excess;                 ///< [lag] of the weights of the means, less those of whole blocks
   double share = 0.0;                         ///< by which a variance of independent values is divided in their means

@@ -22,7 +22,8 @@ struct ExcessScatter {
 std::vector<ExcessScatter> excess_scatter(const BandData& data, const std::vector<WeightedTerm>& terms);
 
 /// What an excess adds to the covariance of the sums U_t = 1/2 sum_b weight_bt count_b z_b: common to all bands,
-///   1/4 v_t v_u,   v_t = sum_b e_b weight_bt count_b s_b,   e_b the root of the relative variance in the scale of the band.
+///   1/4 v_t v_u,   v_t = sum_b e_b weight_bt count_b s_b,   e_b the root of the relative variance in the scale of the
+///   band.
 /// Given: count [bands] of independent contrasts, s [bands] expected mean squares, weights [bands x sums].
 Matrix covariance_of_excess(const BandData& data, const std::vector<ExcessScatter>& excess,
                             const std::vector<double>& count, const std::vector<double>& s, const Matrix& weights);

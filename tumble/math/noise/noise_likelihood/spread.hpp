@@ -27,13 +27,14 @@ struct NoiseSpread {
   Matrix covariance, by_error;
   std::vector<double> widening;  ///< of the sd by dependence
   double condition = 0.0;
-  double scatter_ratio = 1.0;  ///< sd of the power along the record over that of Gaussian noise, the largest of any scale
+  double scatter_ratio =
+      1.0;  ///< sd of the power along the record over that of Gaussian noise, the largest of any scale
 };
 
 /// Covariance of the noise terms; `statistical_count` [1] holds how many independent contrasts each band has. It is the
 /// inverse of the information, or, where contrasts depend on each other, that of the maximum: with A the information
-/// and B the covariance of the derivative of ln L, A^-1 B A^-1; where the power scatters more along the record than that
-/// of Gaussian noise, this is part of B (excess.hpp).
+/// and B the covariance of the derivative of ln L, A^-1 B A^-1; where the power scatters more along the record than
+/// that of Gaussian noise, this is part of B (excess.hpp).
 NoiseSpread spread(const BandData& data, const std::vector<double>& statistical_count, const LinearNoise& model,
                    const TriedTerms& chosen);
 
