@@ -189,11 +189,13 @@ void list_composites(const TermSelection& selection, NoiseFit& fit) {
   });
 }
 
-/// All power laws with the processes and the filter that the record asks for.
-TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseLikelihoodOptions& options) {
+/// All power laws with the processes and the filter that the record asks for. before: from a fit before; may be null.
+TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseLikelihoodOptions& options,
+                   const NoiseFilter* before) {
   const NoiseTerms all = power_laws_of(options);
   TriedTerms plain = tried(whole, all, range.ramp, whole.start), filtered = plain;
-  const bool seen = options.filter && add_filter(whole, range, filtered);
+  const bool seen = options.filter && (before == nullptr ? add_filter(whole, range, filtered)
+                                                         : take_filter(whole, range, *before, filtered));
   const auto with_processes = [&](TriedTerms& one) {
     for (std::size_t m = 0; m < options.most_markov && add_process(whole, range, one); ++m) {
     }
@@ -211,9 +213,10 @@ void refine_chosen(const BandData& data, const SearchRange& range, TermSelection
   chosen = best_parameters(data, chosen, range, 2e-3);
 }
 
-NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options) {
+NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options,
+                    const NoiseFilter* before = nullptr) {
   const SearchRange range{ramp, static_cast<double>(samples) / 20.0};
-  const TriedTerms full = fullest(whole, range, options);
+  const TriedTerms full = fullest(whole, range, options, before);
   NoiseFit fit;
   fit.model_error = model_error(whole, ramp, full);
   BandData data = whole;
@@ -295,7 +298,7 @@ NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& option
     with.ramp.kept = true;
     return with;
   }
-  NoiseFit without = fit_beside(data, false, bands.samples, options);
+  NoiseFit without = fit_beside(data, false, bands.samples, options, &with.filter);
   without.ramp = with.ramp;
   return without;
 }

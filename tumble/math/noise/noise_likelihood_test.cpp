@@ -261,6 +261,38 @@ TEST(NoiseLikelihood, OfWhiteNoiseAndWalkIsExact) {
   }
 }
 
+TEST(NoiseLikelihood, KeepsAllTermsBesideAProcessOfManyBlocks) {
+  // A process over several of the last blocks: its covariance with them is summed to its end, so that all variances are
+  // above zero and no term that is plainly shown is refused. Errors of 5 sd: 1 in 10^6.
+  const double white = 1.0, step = 1.0, sd = 1.0, time = 200.0;
+  const auto values = simulated(
+      {.quantization_noise = step, .angle_random_walk = white, .markov_sd = sd, .markov_time = time}, 1.0, 360000, 31);
+  const NoiseFit fit = fit_noise(NoiseBands(values), {});
+  ASSERT_EQ(fit.terms.size(), 5u);
+  const std::vector<std::pair<std::size_t, double>> truth{{0, step}, {1, white}, {4, sd}, {5, time}};
+  for (const auto& [i, value] : truth) {
+    ASSERT_TRUE(i > 4 || fit.shown[i]) << i;
+    ASSERT_GT(fit.value_covariance(i, i), 0.0) << i;
+    EXPECT_NEAR(fit.value[i], value, 5.0 * std::sqrt(fit.value_covariance(i, i))) << i;
+  }
+  EXPECT_EQ(fit.model_error, 0.0);
+  EXPECT_FALSE(fit.filter.given());
+}
+
+TEST(NoiseLikelihood, GivesTheDensityOfFilteredNoiseAtFrequencyZero) {
+  // White noise through one pole at a tenth of the rate, averaged over each sample: a process of T_c = 1/(2 pi 0.1).
+  const double bandwidth = 0.1, time = 1.0 / (2.0 * pi * bandwidth);
+  const auto values = simulated({.markov_sd = 1.0 / std::sqrt(2.0 * time), .markov_time = time}, 1.0, 60000, 32);
+  const NoiseFit fit = fit_noise(NoiseBands(values), {});
+  ASSERT_TRUE(fit.shown[1] && fit.filter.given());
+  EXPECT_NEAR(fit.value[1], 1.0, 5.0 * std::sqrt(fit.value_covariance(1, 1)));
+  EXPECT_LT(std::sqrt(fit.value_covariance(1, 1)), 0.02);
+  EXPECT_NEAR(fit.filter.bandwidth, bandwidth, 0.05 * bandwidth);
+  // None on white noise, whatever the record.
+  for (std::uint64_t seed = 40; seed < 50; ++seed)
+    EXPECT_FALSE(fit_noise(NoiseBands(simulated({.angle_random_walk = 1.0}, 1.0, 40000, seed)), {}).filter.given());
+}
+
 TEST(NoiseLikelihood, LiesAtTheMaximum) {
   const auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.3}, 1.0, 400, 3);
   NoiseLikelihoodOptions options;

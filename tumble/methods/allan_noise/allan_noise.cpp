@@ -21,6 +21,7 @@
 #include "tumble/methods/allan_noise/windows.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
@@ -259,6 +260,29 @@ Trial trial(std::uint64_t seed) {
   return trial;
 }
 
+/// An accelerometer on end with a low pass of its own, other terms, a large offset and a piece that was lost.
+Trial second_trial(std::uint64_t seed) {
+  const double rate = 50.0, bandwidth = 8.0;
+  const double white = si(0.03, "(m/s)/sqrt(h)"), time = 1.0 / (two_pi * bandwidth);
+  const NoiseModel filtered{.markov_sd = white / std::sqrt(2.0 * time), .markov_time = time};
+  const NoiseModel slow{.rate_random_walk = si(3000.0, "ug/sqrt(h)")};
+  Channel accelerometer{"accelerometer.z", QuantityKind::specific_force, Unit::parse("ug"), {0.0, rate, nullptr}, {}};
+  accelerometer.values.assign(30000, -standard_gravity);
+  const RandomStream random = RandomStream(seed).split("allan_noise");
+  add_noise(filtered, rate, random.split("filtered"), accelerometer.values);
+  add_noise(slow, rate, random.split("slow"), accelerometer.values);
+  for (std::size_t i = 11000; i < 11700; ++i) accelerometer.values[i] = std::nan("");
+  Trial trial;
+  trial.evidence.plan.method = "allan_noise";
+  trial.evidence.plan.settings = defaults(options());
+  trial.evidence.recordings.emplace_back();
+  trial.evidence.recordings.back().channels.push_back(std::move(accelerometer));
+  trial.truth = {{"accelerometer.z.velocity_random_walk", white},
+                 {"accelerometer.z.bandwidth", bandwidth},
+                 {"accelerometer.z.acceleration_random_walk", slow.rate_random_walk}};
+  return trial;
+}
+
 }  // namespace
 
 extern const Method allan_noise{
@@ -270,6 +294,7 @@ extern const Method allan_noise{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .stream = stream};
+    .stream = stream,
+    .second_trial = second_trial};
 
 }  // namespace tumble::allan_noise

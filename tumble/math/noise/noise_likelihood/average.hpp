@@ -22,7 +22,7 @@ NoiseValues values_of_chosen(const TermSelection& selection, const LinearNoise& 
 /// one by AICc whose terms are all above zero, with weights w = exp(-d/2), d the difference but not below zero:
 ///   mean = sum w x,   covariance = sum w (C + (x - mean) (x - mean)')
 /// A coefficient is zero in a set without its term. A correlation time or a filter that a set lacks is that of the
-/// chosen set.
+/// chosen set. Given: statistical_count [1] contrasts of each band.
 /// See       docs/decisions/043-noise-averaged-over-models.md
 NoiseValues averaged_values(const BandData& data, const std::vector<double>& statistical_count,
                             const TermSelection& selection, const NoiseValues& chosen);

@@ -178,9 +178,13 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
     TriedTerms& same = best[static_cast<std::size_t>(filter.shape)];
     if (same.fit.c.empty() || one.value() < same.value()) same = std::move(one);
   }
+  double least = INFINITY;
+  for (const TriedTerms& one : best)
+    if (!one.fit.c.empty()) least = std::min(least, one.value());
   const TriedTerms* chosen = nullptr;
   for (TriedTerms& one : best) {
-    if (one.fit.c.empty()) continue;
+    // Another bandwidth of the grid's spacing mends half the distance to no filter at most.
+    if (one.fit.c.empty() || one.value() - least > 0.5 * (before.value() - least)) continue;
     one = best_parameters(data, one, range, 2e-3);
     const auto cost = [](const TriedTerms& which) { return which.value() + 2.0 * size_of(which.terms); };
     if (chosen == nullptr || cost(one) < cost(*chosen)) chosen = &one;
@@ -188,6 +192,12 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
   const bool helps = before.value() - chosen->value() > filter_fall;
   if (helps) before = *chosen;
   return helps;
+}
+
+bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before) {
+  if (!filter.given()) return false;
+  before = best_parameters(data, with_filter(data, range.ramp, filter, before), range, 2e-3);
+  return true;
 }
 
 bool filter_needed(const TriedTerms& without, const TriedTerms& with) {

@@ -54,6 +54,9 @@ bool add_process(const BandData& data, const SearchRange& range, TriedTerms& bef
 /// Returned: whether it does.
 bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before);
 
+/// Puts in the filter that a fit before found, at its best here. Returned: whether there was one.
+bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before);
+
 /// Whether the filter of the second model is worth more than what the first has in its place.
 bool filter_needed(const TriedTerms& without, const TriedTerms& with);
 
