@@ -211,6 +211,10 @@ TEST(Checks, CountsAtRestAreNotStuck) {
   const auto at = [&](std::size_t i) { return rest.channels[0].time(i); };
   rest.marks = {{"shaken", at(0), 1}, {"rest", at(5000), 1}, {"shaken again", at(6000), 1}};
   EXPECT_TRUE(findings_of("stuck_output", rest).empty());
+  rest.marks[1].begin = at(5005);  // the last segment comes to rest five samples before it ends
+  EXPECT_TRUE(findings_of("stuck_output", rest).empty());
+  rest.marks = {{"shaken", at(0), 1}, {"shaken again", at(5500), 1}};  // it stops in one and goes on in the next
+  EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
   rest.marks = {{"shaken", at(0), 1}, {"rest", at(10'000), 1}};
   EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
 }
