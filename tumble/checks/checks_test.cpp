@@ -228,6 +228,20 @@ TEST(Checks, Outliers) {
   EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
 }
 
+// What two channels show within two samples is one event, of which neither is accused.
+TEST(Checks, OutliersOfSeveralChannelsAtOnceAreOneEvent) {
+  auto x = white(20'000, 8), y = white(20'000, 9), z = white(20'000, 10);
+  x[1234] += 40.0, y[1235] -= 60.0, z[7000] += 40.0;
+  const auto findings =
+      findings_of("outliers", recording({channel("x", "g", x), channel("y", "g", y), channel("z", "g", z)}));
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].where, "z");
+  EXPECT_EQ(findings[1].code, "outliers_together");
+  EXPECT_EQ(findings[1].severity, Finding::Severity::info);
+  EXPECT_EQ(findings[1].occurrences.count, 1u);
+  EXPECT_EQ(std::get<std::string>(findings[1].values[0].value), "x, y");
+}
+
 TEST(Checks, MoveBetweenSegmentsIsNoOutlier) {
   auto values = white(2000, 5);
   values[1001] = 500.0;
