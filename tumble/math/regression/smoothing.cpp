@@ -107,8 +107,7 @@ class WindowSums {
   }
 
   static Moments difference(const Moments& a, const Moments& b) {
-    return {a.n - b.n,       a.x - b.x, a.xx - b.xx, a.xxx - b.xxx, a.xxxx - b.xxxx,
-            a.y - b.y, a.xy - b.xy, a.xxy - b.xxy};
+    return {a.n - b.n, a.x - b.x, a.xx - b.xx, a.xxx - b.xxx, a.xxxx - b.xxxx, a.y - b.y, a.xy - b.xy, a.xxy - b.xxy};
   }
 
   /// The moments about d instead of 0.

@@ -51,7 +51,7 @@ Plan plan_of_trial(const std::vector<Option>& options) {
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_number("arm_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
   plan.rig.set_number("table_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
-  plan.truth.set_integer("oversampling", 4);  // up to half a turn a sample
+  plan.truth.set_integer("oversampling", 4);                         // up to half a turn a sample
   plan.settings.set_number("time_constant", 0.0, Unit::parse("s"));  // there is no loop, and the plan says so
   for (const auto& one : drift) set_truth(plan, one.name, one.value, one.unit);
   set_truth(plan, "angle_random_walk", 0.003, "deg/sqrt(h)");

@@ -27,8 +27,8 @@ AxesSeen axes_seen(const Matrix& response);
 /// Given: felt [SI], shown [SI of the outputs], one for each segment.
 AxesSeen axes_seen(std::span<const Vector3> felt, std::span<const Vector3> shown);
 
-/// Outputs less their biases, however large these are: what is half way between the least and the greatest of an output,
-/// where what was felt goes as far to both sides of each axis. Else the outputs as they are.
+/// Outputs less their biases, however large these are: what is half way between the least and the greatest of an
+/// output, where what was felt goes as far to both sides of each axis. Else the outputs as they are.
 ///
 /// Given: felt [SI], shown [SI of the outputs], one for each segment. Returned: shown [SI of the outputs].
 std::vector<Vector3> without_offsets(std::span<const Vector3> felt, std::span<const Vector3> shown);

@@ -232,9 +232,10 @@ inline Estimate estimate() {
                 {"input_axis_misalignment", Verdict::Outcome::undecided, "<= 20 arcsec"}};
   e.provenance.inputs = {{"runs/fog-0117-1.csv", "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"},
                          {"runs/fog-0117-2.csv", "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752"}};
-  e.provenance.plans = {{"fog-0117.toml", "2c26b46b68ffc68ff99b453c1d30413413422d706483bfa0f98a5e886266e7ae",
-                         "title = \"<b> & 'c'\"\nmethod = \"fog_thermal_bias\"\n"},
-                        {"long.toml", "fcde2b2edba56bf408601fb721fe9b5c338d10ee429ea04fae5511b68fbf8fb9", std::nullopt}};
+  e.provenance.plans = {
+      {"fog-0117.toml", "2c26b46b68ffc68ff99b453c1d30413413422d706483bfa0f98a5e886266e7ae",
+       "title = \"<b> & 'c'\"\nmethod = \"fog_thermal_bias\"\n"},
+      {"long.toml", "fcde2b2edba56bf408601fb721fe9b5c338d10ee429ea04fae5511b68fbf8fb9", std::nullopt}};
   e.provenance.command_line = {{"smoothing_time", "60 s"}};
   e.provenance.settings = {{"estimator", "joint"}, {"orders", "choose"}, {"smoothing_time", "60 s"}};
   e.provenance.seed = 18446744073709551615ull;

@@ -54,7 +54,7 @@ struct Piece {
 
 /// The motion of one axis over a run in closed form.
 struct Profile {
-  std::vector<Piece> pieces;    ///< in order of time; the last one lasts
+  std::vector<Piece> pieces;             ///< in order of time; the last one lasts
   std::vector<double> rests_until = {};  ///< a piece each: when the axis leaves its angle [s]; its begin if it moves
   std::vector<double> settled;  ///< a segment each: when the axis does what it was told [s], at most the segment's end
 };

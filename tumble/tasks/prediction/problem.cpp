@@ -86,9 +86,10 @@ void refuse_unpredictable(const Plan& plan) {
   double samples = 0.0;
   for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;
   if (samples > most_samples)
-    problems.push_back(fmt::format("the schedule has {:.2g} samples, and {:.2g} can be predicted: is [instrument] rate "
-                                   "(here {:g} Hz) right?",
-                                   samples, most_samples, plan.sample_rate));
+    problems.push_back(
+        fmt::format("the schedule has {:.2g} samples, and {:.2g} can be predicted: is [instrument] rate "
+                    "(here {:g} Hz) right?",
+                    samples, most_samples, plan.sample_rate));
   if (plan.truth.texts().empty())
     problems.push_back(
         "to predict, the plan needs [truth] with the noise of the instrument: angle_random_walk = \"...\"");
