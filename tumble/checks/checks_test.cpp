@@ -211,6 +211,10 @@ TEST(Checks, CountsAtRestAreNotStuck) {
   const auto at = [&](std::size_t i) { return rest.channels[0].time(i); };
   rest.marks = {{"shaken", at(0), 1}, {"rest", at(5000), 1}, {"shaken again", at(6000), 1}};
   EXPECT_TRUE(findings_of("stuck_output", rest).empty());
+  rest.marks[1].begin = at(5005);  // the last segment comes to rest five samples before it ends
+  EXPECT_TRUE(findings_of("stuck_output", rest).empty());
+  rest.marks = {{"shaken", at(0), 1}, {"shaken again", at(5500), 1}};  // it stops in one and goes on in the next
+  EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
   rest.marks = {{"shaken", at(0), 1}, {"rest", at(10'000), 1}};
   EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
 }
@@ -222,6 +226,20 @@ TEST(Checks, Outliers) {
   const std::string found = only("outliers", recording({channel("gyro", "deg/h", values)}));
   EXPECT_NE(found.find("gyro: 2 samples are far from"), std::string::npos) << found;
   EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
+}
+
+// What two channels show within two samples is one event, of which neither is accused.
+TEST(Checks, OutliersOfSeveralChannelsAtOnceAreOneEvent) {
+  auto x = white(20'000, 8), y = white(20'000, 9), z = white(20'000, 10);
+  x[1234] += 40.0, y[1235] -= 60.0, z[7000] += 40.0;
+  const auto findings =
+      findings_of("outliers", recording({channel("x", "g", x), channel("y", "g", y), channel("z", "g", z)}));
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].where, "z");
+  EXPECT_EQ(findings[1].code, "outliers_together");
+  EXPECT_EQ(findings[1].severity, Finding::Severity::info);
+  EXPECT_EQ(findings[1].occurrences.count, 1u);
+  EXPECT_EQ(std::get<std::string>(findings[1].values[0].value), "x, y");
 }
 
 TEST(Checks, MoveBetweenSegmentsIsNoOutlier) {

@@ -1,10 +1,15 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "tumble/checks/check.hpp"
-#include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/extremes.hpp"
+#include "tumble/math/parallel.hpp"
 
 namespace tumble::checks {
 
@@ -53,18 +58,19 @@ double greatest_bend(const std::vector<double>& x, std::size_t begin, std::size_
   return greatest;
 }
 
-struct Outliers {
-  std::size_t count = 0, first = 0, farthest = 0;
-  double distance = 0.0, usual = 0.0;  // of the farthest
+struct Outlier {
+  double time = 0.0;
+  double distance = 0.0, usual = 0.0;
 };
 
 /// Samples that stand apart from both neighbours, on the same side, by eight times the usual bend: that of the block,
 /// and of what comes just before and just after, so that the onset of a motion is none. A step is none either, nor is a
 /// knock, which rings: no sample nearby may bend by a third as much.
 /// Nor is what comes within `near` samples of the beginning of a segment, where the rig moves.
-Outliers find_outliers(const std::vector<double>& x, double quantum, const std::vector<std::size_t>& moves) {
+std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const std::vector<std::size_t>& moves) {
+  const std::vector<double>& x = channel.values;
   const double coarseness = 0.5 * quantum;  // the median of coarse values may be off by that
-  Outliers found;
+  std::vector<Outlier> found;
   std::vector<double> room;
   for (std::size_t begin = 1; begin + 1 < x.size(); begin += block) {
     const std::size_t end = std::min(begin + block, x.size() - 1);
@@ -83,32 +89,83 @@ Outliers find_outliers(const std::vector<double>& x, double quantum, const std::
       const double rings = std::max(greatest_bend(x, i > ringing + 1 ? i - ringing - 1 : 1, i - 1),
                                     greatest_bend(x, i + 2, i + 2 + ringing));
       if (!(distance > far * local) || rings > distance / 3.0) continue;
-      if (found.count++ == 0) found.first = i;
-      if (distance > found.distance) found.farthest = i, found.distance = distance, found.usual = local;
+      found.push_back({channel.time(i), distance, local});
     }
   }
   return found;
 }
 
-Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
+std::vector<Outlier> outliers_of(const Channel& channel, const std::vector<Mark>& marks) {
   if (channel.values.size() < 16) return {};
   std::vector<std::size_t> moves;
   const double slack = 1e-6 / mean_rate(channel);  // durations that add up are rounded
   for (const Mark& mark : marks) moves.push_back(index_at(channel, mark.begin - slack));
   std::ranges::sort(moves);
-  const Outliers found = find_outliers(channel.values, texture_of(channel.values).quantum, moves);
-  if (found.count == 0) return {};
+  return find_outliers(channel, texture_of(channel.values).quantum, moves);
+}
+
+Finding said_of(const Channel& channel, const std::vector<Outlier>& outliers) {
+  const Outlier& farthest = *std::ranges::max_element(outliers, {}, &Outlier::distance);
   // A distance has no zero: that of two temperatures is in K.
   const Unit unit = channel.unit.offset() == 0.0 ? channel.unit : Unit::parse("K");
-  return {{Finding::Severity::warning,
-           "outlier",
-           {{"distance", found.distance, unit}, {"times", found.distance / found.usual}},
-           channel.name,
-           {found.count, channel.time(found.first), channel.time(found.farthest)}}};
+  return {Finding::Severity::warning,
+          "outlier",
+          {{"distance", farthest.distance, unit}, {"times", farthest.distance / farthest.usual}},
+          channel.name,
+          {outliers.size(), outliers.front().time, farthest.time}};
+}
+
+/// What several channels show within a sample or two is no fault of one of them.
+struct Together {
+  std::vector<double> times;
+  std::vector<std::string> channels;
+};
+
+/// Whether one of the outliers, which are in order of time, is closer to `time` than `close` [s].
+bool is_near(const std::vector<Outlier>& outliers, double time, double close) {
+  const auto next = std::ranges::lower_bound(outliers, time - close, {}, &Outlier::time);
+  return next != outliers.end() && next->time < time + close;
+}
+
+/// Moves the outliers that channels have in common, within two samples, from them to `together`.
+void take_common(const Recording& recording, std::vector<std::vector<Outlier>>& outliers, Together& together) {
+  const auto all = outliers;
+  double close = 0.0;
+  for (std::size_t c = 0; c < outliers.size(); ++c) {
+    if (outliers[c].empty()) continue;
+    close = 2.5 / mean_rate(recording.channels[c]);
+    const auto is_alone = [&](const Outlier& one) {
+      for (std::size_t other = 0; other < all.size(); ++other)
+        if (other != c && is_near(all[other], one.time, close)) return false;
+      return true;
+    };
+    const auto common = std::ranges::stable_partition(outliers[c], is_alone);
+    if (common.empty()) continue;
+    together.channels.push_back(recording.channels[c].name);
+    for (const Outlier& one : common) together.times.push_back(one.time);
+    outliers[c].erase(common.begin(), common.end());
+  }
+  std::ranges::sort(together.times);
+  const auto again = std::ranges::unique(together.times, [&](double a, double b) { return b - a < close; });
+  together.times.erase(again.begin(), again.end());
 }
 
 Findings run(const Recording& recording, const Plan*) {
-  return findings_of_each(recording, [&](const Channel& channel) { return look_at(channel, recording.marks); });
+  std::vector<std::vector<Outlier>> outliers(recording.channels.size());
+  parallel_for(outliers.size(),
+               [&](std::size_t c) { outliers[c] = outliers_of(recording.channels[c], recording.marks); });
+  Together together;
+  take_common(recording, outliers, together);
+  Findings findings;
+  for (std::size_t c = 0; c < outliers.size(); ++c)
+    if (!outliers[c].empty()) findings.push_back(said_of(recording.channels[c], outliers[c]));
+  if (together.times.empty()) return findings;
+  findings.push_back({Finding::Severity::info,
+                      "outliers_together",
+                      {{"channels", fmt::format("{}", fmt::join(together.channels, ", "))}},
+                      "",
+                      {together.times.size(), together.times.front(), together.times.front()}});
+  return findings;
 }
 
 }  // namespace

@@ -48,14 +48,19 @@ std::vector<std::size_t> borders_of(const Channel& channel, const std::vector<Ma
   return borders;
 }
 
-/// Whether a run is out of place in its segment. One that fills its segment nearly whole is not.
+/// Whether a run is out of place in a segment of those that it covers. In one that it fills nearly whole it is not: a
+/// quiet unit at rest counts alike for long.
 bool out_of_place_in_segment(std::span<const double> values, const std::vector<std::size_t>& borders, std::size_t begin,
                              std::size_t length) {
-  const auto last = std::ranges::upper_bound(borders, begin);
-  const std::size_t from = *std::prev(last), to = *last;
-  if (begin + length > to) return out_of_place(values, begin, length);
-  if (borders.size() > 2 && from + 32 > begin && begin + length + 32 > to) return false;
-  return out_of_place(values.subspan(from, to - from), begin - from, length);
+  const std::size_t end = begin + length;
+  while (begin < end) {
+    const auto last = std::ranges::upper_bound(borders, begin);
+    const std::size_t from = *std::prev(last), to = *last, part = std::min(end, to) - begin;
+    const bool fills = borders.size() > 2 && from + 32 > begin && begin + part + 32 > to;
+    if (!fills && out_of_place(values.subspan(from, to - from), begin - from, part)) return true;
+    begin += part;
+  }
+  return false;
 }
 
 /// Whether counts move by more than rounding right beside a run: in the nodes of a beat whole pulses stay the same.

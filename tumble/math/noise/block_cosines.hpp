@@ -18,10 +18,10 @@ constexpr std::size_t values_for_widest = widest_block * most_values / 2;
 /// How many blocks have the same values missing. Bit i of a mask is set where value i is present.
 class BlockPatterns {
  public:
-  void add(unsigned mask, double blocks = 1.0);
+  void add(unsigned mask, double blocks = 1.0);  ///< blocks [1]: their number
   void add(const BlockPatterns& more);
   bool empty() const { return few_.empty() && many_.empty(); }
-  std::map<unsigned, double> counts() const;  ///< by mask
+  std::map<unsigned, double> counts() const;  ///< [blocks] by mask
 
  private:
   std::vector<std::uint16_t> few_;  ///< one a block, until there are many

@@ -263,7 +263,7 @@ void add_bands(const ScaleSums& sums, double unit, int radix, NoiseBands& result
   const ContrastSums& whole = sums.whole();
   PowerScatter scatter{{}, sums.groups()};
   const bool complete = whole.patterns.empty() && result.lost == nullptr;
-  const PatternsOfScale patterns = complete ? PatternsOfScale{} : patterns_of(whole, radix);
+  const noise_bands::PatternsOfScale patterns = complete ? noise_bands::PatternsOfScale{} : patterns_of(whole, radix);
   if (whole.contrasts > 0.0) {
     for (int k = 1; k < radix; ++k) {
       NoiseBand band =

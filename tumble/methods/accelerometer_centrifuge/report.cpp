@@ -153,7 +153,7 @@ void look_at_levels(const Normalised& fit, const Settings& settings, Estimate& e
     estimate.findings.push_back(
         {warning, "one_sense_of_the_arm", {{"direction", Phrase{inward ? "inwards" : "outwards"}}}});
   if (!find_parameter(estimate, "effective_radius") && !scale_factor_is_known(settings))
-    estimate.findings.push_back({warning, "radius_in_scale_factor", {}});
+    estimate.findings.push_back({info, "radius_in_scale_factor", {}});
 }
 
 }  // namespace

@@ -42,6 +42,8 @@ struct Misfit {
   double ratio = 0.0;     ///< F [1]
   Repeatability found;
 };
+
+/// The misfits of each quantity against its repeats. Given: covariance [n x n] of Stacked::z.
 std::vector<Misfit> misfits(const Bench& bench, const Stacked& all, const Design& design, const Matrix& covariance);
 
 /// Whether some temperature was measured more than once.

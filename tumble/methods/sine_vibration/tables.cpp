@@ -231,7 +231,7 @@ void report_harmonics(const vibration::Data& data, const Measured& measured, Fin
       [&](const Point& p) {
         const vibration::Series& series = data.series[p.series];
         const double apart = std::max(0.003 * p.nominal, 3.0 / p.line.span);
-        findings.push_back({Severity::warning,
+        findings.push_back({Severity::info,
                             "harmonic_on_tone",
                             {{"harmonic", p.hidden_harmonic},
                              {"frequency", p.line.frequency, "Hz"},

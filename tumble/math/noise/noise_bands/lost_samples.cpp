@@ -59,10 +59,10 @@ double over_lags(const std::vector<double>& products, const std::vector<double>&
   return sum;
 }
 
-PatternsOfScale patterns_of(const ContrastSums& sums, int radix) {
+noise_bands::PatternsOfScale patterns_of(const ContrastSums& sums, int radix) {
   const auto p = static_cast<std::size_t>(radix);
   const double whole = sums.count;
-  PatternsOfScale result;
+  noise_bands::PatternsOfScale result;
   result.contrasts = whole;
   result.products.assign(p, std::vector<double>(p, 0.0));
   result.excess.assign(p, 0.0);
@@ -88,7 +88,7 @@ PatternsOfScale patterns_of(const ContrastSums& sums, int radix) {
 }
 
 std::shared_ptr<const LostSamples> lost_after(const std::shared_ptr<const LostSamples>& before,
-                                              const PatternsOfScale& patterns, double unit) {
+                                              const noise_bands::PatternsOfScale& patterns, double unit) {
   LostSamples after;
   if (before != nullptr) after = *before;
   for (auto& scale : after.scales)

@@ -11,12 +11,16 @@ namespace tumble {
 /// sum_i w_i w_{i+h} for h = 0 ... w.size() - 1 [w^2].
 std::vector<double> lag_products(const std::vector<double>& weights);
 
-/// sum_h g_h v_h over all lags h of either sign, with v those of a symmetric sequence from lag 0 on.
+/// sum_h g_h v_h over all lags h of either sign, with v those of a symmetric sequence from lag 0 on [g v].
 double over_lags(const std::vector<double>& products, const std::vector<double>& covariances);
 
 /// Covariances [1] at lags 0 ... lags - 1 of means over `unit` samples of a Gauss-Markov process of unit variance, less
 /// the variance of such a mean. time: T_c [samples].
 std::vector<double> markov_below_variance(double unit, double time, int lags);
+
+}  // namespace tumble
+
+namespace tumble::noise_bands {
 
 /// Of the blocks of one scale in which values are missing: what their cosines (of the values less the mean of those
 /// present, zero where missing) and their means hold of each lag, over all blocks of the scale.
@@ -27,12 +31,16 @@ struct PatternsOfScale {
   double share = 0.0;                         ///< by which a variance of independent values is divided in their means
 };
 
+}  // namespace tumble::noise_bands
+
+namespace tumble {
+
 /// Given: sums over the blocks of a scale, of `radix` values each.
-PatternsOfScale patterns_of(const ContrastSums& sums, int radix);
+noise_bands::PatternsOfScale patterns_of(const ContrastSums& sums, int radix);
 
 /// What missing values add to the variance of the means that the next scale works with.
 /// Given: before (of the values of this scale; may be null); unit [samples] of these values.
 std::shared_ptr<const LostSamples> lost_after(const std::shared_ptr<const LostSamples>& before,
-                                              const PatternsOfScale& patterns, double unit);
+                                              const noise_bands::PatternsOfScale& patterns, double unit);
 
 }  // namespace tumble
