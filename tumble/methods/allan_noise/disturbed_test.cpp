@@ -101,21 +101,39 @@ TEST(DisturbedParts, HoldTheNoiseOfTouchedRecords) {
 }
 
 TEST(DisturbedParts, AreSaidAndListedAndCanBeKept) {
+  // 12 s: longer than the blocks of 9 s, so that it is no knock. It lies in blocks from 1800 to 1818 s, and one more
+  // either way is excluded.
   auto values = simulated({.angle_random_walk = 1e-4}, hour, 3).made;
-  touch(1803.0, 5.0, 0.05, 1.0, values);
+  touch(1803.0, 12.0, 0.05, 6.0, values);
   const Estimate cut = identified(values, "cut");
-  EXPECT_TRUE(says(cut.findings, "27 s set aside in 1 place, the first from 1791 s to 1818 s"));
-  EXPECT_NEAR(value_of(cut.findings, "parts_set_aside", "length"), 27.0, 1e-9);
+  EXPECT_TRUE(says(cut.findings, "36 s set aside in 1 place, the first from 1791 s to 1827 s"));
+  EXPECT_NEAR(value_of(cut.findings, "parts_set_aside", "length"), 36.0, 1e-9);
   EXPECT_NEAR(value_of(cut.findings, "parts_set_aside", "from"), 1791.0, 1e-9);
-  EXPECT_NEAR(value_of(cut.findings, "parts_set_aside", "to"), 1818.0, 1e-9);
+  EXPECT_NEAR(value_of(cut.findings, "parts_set_aside", "to"), 1827.0, 1e-9);
+  EXPECT_EQ(finding_of(cut.findings, "knocks_set_aside"), nullptr);
   const Table* table = find_table(cut, "set_aside");
   ASSERT_NE(table, nullptr);
   ASSERT_EQ(table->rows.size(), 1u);
   EXPECT_EQ(std::get<double>(table->rows[0][1]), 1791.0);
-  EXPECT_EQ(std::get<double>(table->rows[0][3]), 27.0);
+  EXPECT_EQ(std::get<double>(table->rows[0][3]), 36.0);
   const Estimate kept = identified(values, "keep");
   EXPECT_EQ(find_table(kept, "set_aside"), nullptr);
   EXPECT_TRUE(says(kept.findings, "4 times the usual"));
+}
+
+TEST(DisturbedParts, AShortTouchIsExcludedAsAKnock) {
+  auto values = simulated({.angle_random_walk = 1e-4}, hour, 3).made;
+  touch(1803.0, 5.0, 0.05, 1.0, values);
+  const Estimate cut = identified(values, "cut");
+  EXPECT_EQ(finding_of(cut.findings, "parts_set_aside"), nullptr);
+  EXPECT_NE(finding_of(cut.findings, "knocks_set_aside"), nullptr);
+  const Table* table = find_table(cut, "set_aside");
+  ASSERT_NE(table, nullptr);
+  ASSERT_EQ(table->rows.size(), 1u);
+  const double from = std::get<double>(table->rows[0][1]), length = std::get<double>(table->rows[0][3]);
+  EXPECT_LT(from, 1803.0);
+  EXPECT_GT(from + length, 1808.0);
+  EXPECT_LT(length, 27.0);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 using Severity = Finding::Severity;
 
 constexpr double rare = 1e-5;  ///< chance of one comparison
-constexpr std::size_t fewest_means = 64, shortest_mean = 16, parts = 8;
+constexpr std::size_t fewest_means = 32, fewest_of_jumps = 64, shortest_mean = 16, parts = 8;
 
 /// Means of two neighbours each; missing where one is.
 std::vector<double> halved(const std::vector<double>& values) {
@@ -63,7 +63,7 @@ double chance_of_jump(const Means& means, double size) {
 
 struct Jumps {
   std::size_t count = 0;
-  double first = 0.0, worst = 0.0, size = 0.0;  ///< [s], [s], [u]
+  double first = 0.0, worst = 0.0, last = 0.0, size = 0.0;  ///< [s], [s], [s], [u]
   double chance = 1.0;
 };
 
@@ -79,6 +79,7 @@ Jumps jumps_of(const Means& means, double begin, double rate) {
     if (jumps.count == 0 || i > last + 1) ++jumps.count;
     if (jumps.count == 1 && jumps.first == 0.0) jumps.first = time;
     last = i;
+    jumps.last = time;
     if (size <= std::abs(jumps.size)) continue;
     jumps.size = means.difference[i];
     jumps.worst = time;
@@ -101,11 +102,42 @@ Settling settling_of(const Means& means) {
     sum[which] += means.difference[i] * means.difference[i];
     ++count[which];
   }
-  if (count[0] < 4.0 || count[1] < 4.0 || !(sum[1] > 0.0)) return {};
+  if (count[0] < 3.0 || count[1] < 3.0 || !(sum[1] > 0.0)) return {};
   const double ratio = sum[0] / count[0] / (sum[1] / count[1]);
   // Differences of white means are correlated with the next: two thirds of them count.
   const boost::math::fisher_f distribution(count[0] / 1.5, count[1] / 1.5);
   return {ratio, boost::math::cdf(boost::math::complement(distribution, ratio))};
+}
+
+/// Chance of so much of an exponential that dies away with `time` [number of means] in the differences, beside a trend.
+/// What is constant noise has no more power at low frequencies of its differences than a walk, whose differences are
+/// white.
+double chance_of_exponential(const Means& means, double time) {
+  double n = 0.0, x = 0.0, xx = 0.0, y = 0.0, yy = 0.0, xy = 0.0;
+  for (std::size_t i = 0; i < means.difference.size(); ++i) {
+    const double one = means.difference[i], shape = std::exp(-static_cast<double>(i) / time);
+    if (std::isnan(one)) continue;
+    n += 1.0;
+    x += shape;
+    xx += shape * shape;
+    y += one;
+    yy += one * one;
+    xy += shape * one;
+  }
+  const double sxx = xx - x * x / n, sxy = xy - x * y / n, rest = yy - y * y / n - sxy * sxy / sxx;
+  if (!(sxx > 0.0) || !(rest > 0.0)) return 1.0;
+  const boost::math::students_t distribution(n - 3.0);
+  const double t = std::abs(sxy) / std::sqrt(rest / (n - 3.0) * sxx);
+  return 2.0 * boost::math::cdf(boost::math::complement(distribution, t));
+}
+
+/// The least chance of exponentials of several times, as if each were tried by itself.
+double chance_of_settling(const Means& means) {
+  double least = 1.0;
+  const double length = static_cast<double>(means.difference.size());
+  for (double share = 32.0; share > 1.5; share *= 0.5)
+    least = std::min(least, 5.0 * chance_of_exponential(means, length / share));
+  return least;
 }
 
 }  // namespace
@@ -147,23 +179,25 @@ Findings uneven_bias(const NoiseBands& bands, double begin, double rate, Quantit
     if (unit < shortest_mean) continue;
     const Means means = means_of(values, unit);
     if (!(means.usual > 0.0) || means.count < 0.5 * fewest_means) continue;
-    const Jumps here = jumps_of(means, begin, rate);
+    const Jumps here = values.size() < fewest_of_jumps ? Jumps() : jumps_of(means, begin, rate);
     if (here.chance < rare && (jumps.count == 0 || here.chance < jumps.chance)) jumps = here;
-    if (const Settling now = settling_of(means); now.chance < settling.chance) settling = now;
+    Settling now = settling_of(means);
+    now.chance = std::min(now.chance, chance_of_settling(means));
+    if (now.chance < settling.chance) settling = now;
   }
   Findings findings;
-  if (jumps.count > 0)
+  // What dies away from the begin on is steep enough there to be taken for jumps.
+  const double eighth = begin + static_cast<double>(bands.samples) / parts / rate;
+  const bool settles = settling.chance < rare && (jumps.count == 0 || jumps.last < eighth);
+  if (jumps.count > 0 && !settles)
     findings.push_back({Severity::error,
                         "bias_jumps",
                         {{"size", jumps.size, rate_unit(kind)}, {"worst", jumps.worst, "s"}},
                         label,
                         {jumps.count, jumps.first, jumps.worst}});
-  else if (settling.chance < rare)
+  else if (settles)
     findings.push_back(
-        {Severity::error,
-         "bias_settles",
-         {{"ratio", std::sqrt(settling.ratio)}, {"to", begin + static_cast<double>(bands.samples) / parts / rate, "s"}},
-         label});
+        {Severity::error, "bias_settles", {{"ratio", std::sqrt(settling.ratio)}, {"to", eighth, "s"}}, label});
   return findings;
 }
 

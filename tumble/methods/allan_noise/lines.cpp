@@ -17,6 +17,43 @@ constexpr std::size_t spread = 2;  ///< half-width of a line under the window
 struct Periodogram {
   std::vector<double> density;  ///< one-sided [u^2 samples], from frequency zero on
   double segments = 0.0;
+  std::vector<double> images;  ///< of the missing values: at k, of a line k away [its density]; empty: none is missing
+};
+
+/// The power that the pattern of present values has beside its mean, over that of the mean.
+class ImagesOfGaps {
+ public:
+  explicit ImagesOfGaps(const std::vector<double>& window) : window_(window), power_(window.size() / 2 + 1, 0.0) {}
+
+  void add(std::span<const double> part) {
+    double present = 0.0, whole = 0.0;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      present += std::isnan(part[i]) ? 0.0 : window_[i];
+      whole += window_[i];
+    }
+    mean_ += present * present;
+    if (present == whole) return;
+    missing_ = true;
+    std::vector<double> pattern(part.size());
+    for (std::size_t i = 0; i < part.size(); ++i)
+      pattern[i] = window_[i] * ((std::isnan(part[i]) ? 0.0 : 1.0) - present / whole);
+    real_transform(pattern, spectrum_);
+    for (std::size_t k = 0; k < power_.size(); ++k) power_[k] += std::norm(spectrum_[k]);
+  }
+
+  std::vector<double> share() const {
+    if (!missing_) return {};
+    std::vector<double> share = power_;
+    for (double& one : share) one /= mean_;
+    return share;
+  }
+
+ private:
+  const std::vector<double>& window_;
+  std::vector<double> power_;
+  std::vector<std::complex<double>> spectrum_;
+  double mean_ = 0.0;
+  bool missing_ = false;
 };
 
 /// Missing values count as the mean of their segment; segments that miss half of the window's power are not used.
@@ -28,7 +65,8 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
     window[i] = sine * sine;
     power += window[i] * window[i];
   }
-  Periodogram result{std::vector<double>(length / 2 + 1, 0.0), 0.0};
+  Periodogram result{std::vector<double>(length / 2 + 1, 0.0), 0.0, {}};
+  ImagesOfGaps images(window);
   const std::size_t segments = values.size() / length, stride = (segments + most_averaged - 1) / most_averaged;
   std::vector<std::complex<double>> spectrum;
   for (std::size_t first = 0; (first + 1) * length <= values.size(); first += stride) {
@@ -46,7 +84,9 @@ Periodogram periodogram(std::span<const double> values, std::size_t length) {
     real_transform(segment, spectrum);
     for (std::size_t k = 0; k < result.density.size(); ++k) result.density[k] += 2.0 * std::norm(spectrum[k]) / shown;
     ++result.segments;
+    images.add(part);
   }
+  result.images = images.share();
   for (double& density : result.density) density /= std::max(1.0, result.segments);
   return result;
 }
@@ -65,6 +105,22 @@ double level_about(std::span<const double> density, std::size_t k) {
   const std::span<const double> below = density.subspan(low, k - spread - low);
   if (high <= k + spread + 1) return median_of(below);
   return std::sqrt(median_of(below) * median_of(density.subspan(k + spread + 1, high - k - spread)));
+}
+
+/// Whether a peak may be what the missing values make of a stronger line.
+bool is_image(const Periodogram& spectrum, std::size_t peak, std::size_t line) {
+  constexpr double doubt = 4.0;  // either may lie between two frequencies of the transform
+  if (spectrum.images.empty()) return false;
+  const std::size_t length = 2 * (spectrum.images.size() - 1);
+  const auto strongest = [&](std::size_t away) {
+    if (away > length / 2) away = length - away;
+    double most = 0.0;
+    for (std::size_t k = away - std::min<std::size_t>(away, 1); k <= std::min(away + 1, length / 2); ++k)
+      most = std::max(most, spectrum.images[k]);
+    return most;
+  };
+  const double share = std::max(strongest(peak > line ? peak - line : line - peak), strongest(peak + line));
+  return spectrum.density[peak] < doubt * share * spectrum.density[line];
 }
 
 }  // namespace
@@ -89,12 +145,18 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
                    [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
   // A line that drifts has several peaks: one, with the amplitude of the highest and the width of all.
   std::vector<SpectralLine> separate;
+  const auto number = [&](const SpectralLine& line) {
+    return static_cast<std::size_t>(std::lround(line.frequency / bin));
+  };
   for (const auto& line : lines) {
     const auto near = std::find_if(separate.begin(), separate.end(), [&](const SpectralLine& other) {
       return std::abs(other.frequency - line.frequency) < 8.0 * bin + other.width;
     });
     if (near != separate.end())
       near->width = std::max(near->width, std::abs(near->frequency - line.frequency) + line.width);
+    else if (std::any_of(separate.begin(), separate.end(),
+                         [&](const SpectralLine& other) { return is_image(spectrum, number(line), number(other)); }))
+      continue;
     else if (separate.size() < most_lines)
       separate.push_back(line);
   }

@@ -45,6 +45,7 @@ TEST(SpectralLines, FindsASineWithItsFrequencyAndAmplitude) {
 }
 
 TEST(SpectralLines, FindsASineWithSingleSamplesMissing) {
+  // 2 of every 23 samples are missing: a pattern of its own frequency, beside whose multiples the sine has images.
   auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 7);
   add_sine(0.6, 0.05, values);
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -52,6 +53,17 @@ TEST(SpectralLines, FindsASineWithSingleSamplesMissing) {
   const auto lines = spectral_lines(values);
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_NEAR(lines[0].frequency, 0.05, 1.0 / 4096.0);
+}
+
+TEST(SpectralLines, FindsAWeakerSineWithSamplesMissing) {
+  auto values = simulated_values({.angle_random_walk = 1.0}, 65536, 7);
+  add_sine(0.6, 0.05, values);
+  add_sine(0.3, 0.2, values);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (i * i % 23 == 3) values[i] = std::nan("");
+  const auto lines = spectral_lines(values);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_NEAR(lines[1].frequency, 0.2, 1.0 / 4096.0);
 }
 
 TEST(SpectralLines, StrongestFirstAndSeveral) {

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "tumble/methods/allan_noise/disturbed.hpp"
 
 namespace tumble::allan_noise {
 namespace {
 
+constexpr double at_jump = 1.5;  ///< change over departure: 2 of a step, 0 of a single value
 constexpr std::size_t measured_on = 65536, per_mean = 4, most_events = 20000;
 
 /// Standard deviation from the middle of the distances, of which some may be outliers; the upper of two quantiles, so
@@ -36,7 +38,9 @@ std::size_t samples_of(std::size_t scale) {
 void join(const Outlier& event, std::vector<Outlier>& events) {
   if (!events.empty()) {
     Outlier& last = events.back();
-    const std::size_t reach = std::max<std::size_t>({2, last.end - last.begin, event.end - event.begin});
+    // Of what rings only the crests are far: half a period apart, up to 4 of the means that show it best.
+    const std::size_t length = event.end - event.begin;
+    const std::size_t reach = std::max<std::size_t>({2, last.end - last.begin, event.broad ? 4 * length : length});
     if (event.begin < last.end + reach) {
       if (std::abs(event.deviations) > std::abs(last.deviations)) {
         last.worst = event.worst;
@@ -45,10 +49,21 @@ void join(const Outlier& event, std::vector<Outlier>& events) {
       }
       last.end = std::max(last.end, event.end);
       last.samples += event.samples;
+      last.broad = last.broad || event.broad;
       return;
     }
   }
   events.push_back(event);
+}
+
+/// What single samples that are far contribute to the departure of a mean.
+double share_of(const std::vector<Outlier>& single, const Outlier& mean) {
+  const std::size_t length = mean.end - mean.begin, from = mean.begin - std::min(mean.begin, length);
+  double sum = 0.0;
+  for (auto one = std::ranges::lower_bound(single, from, {}, &Outlier::begin);
+       one != single.end() && one->begin < mean.end + length; ++one)
+    sum += one->departure * (one->begin >= mean.begin && one->begin < mean.end ? 1.0 : -0.5);
+  return sum / static_cast<double>(length);
 }
 
 double median_of_four(const double* y) {
@@ -110,7 +125,8 @@ void OutlierSearch::look(std::size_t number) {
       // A single value throws its neighbours off by half as much: they are not far themselves.
       const bool beside = (i > 1 && std::abs(departure(y + i - 1)) > std::abs(off)) ||
                           (i + 2 < count && std::abs(departure(y + i + 1)) > std::abs(off));
-      if (beside) continue;
+      // Where the level changes and stays, as of a jump of the bias, the value lies at one end of the change.
+      if (beside || std::abs(y[i + 1] - y[i - 1]) > at_jump * std::abs(off)) continue;
       const std::size_t begin = (scale.first + i) * size;
       if (events_.size() < most_events)
         events_.push_back({begin, begin + size, begin + size / 2, 1, off, off / scale.usual, number > 0});
@@ -124,10 +140,13 @@ void OutlierSearch::look(std::size_t number) {
 std::vector<Outlier> OutlierSearch::events() {
   for (std::size_t scale = 0; scale < scales_.size(); ++scale) look(scale);
   std::ranges::stable_sort(events_, {}, &Outlier::begin);
-  std::vector<Outlier> joined;
+  std::vector<Outlier> single, joined;
+  std::ranges::copy_if(events_, std::back_inserter(single), [](const Outlier& event) { return !event.broad; });
   for (const Outlier& event : events_) {
+    // The share that single samples have in a mean and in those beside it: a mean that is not far without is theirs.
+    const double rest = event.departure - share_of(single, event);
+    if (event.broad && std::abs(rest) <= far * event.departure / event.deviations) continue;
     join(event, joined);
-    joined.back().broad = joined.back().broad || event.broad;
   }
   return joined;
 }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "tumble/methods/allan_noise/fit.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
@@ -35,21 +38,25 @@ struct Together {
   const ChannelNoise* worst_channel = nullptr;
   Outlier worst;
   double from = 0.0, to = 0.0;
-  std::string channels;
+  std::set<std::size_t> channels;  ///< in their order
 };
 
 /// Knocks of all channels by time: those that touch are one.
 std::vector<Together> knocks_of(const std::vector<ChannelNoise>& channels) {
   struct One {
+    std::size_t number;
     const ChannelNoise* channel;
     Outlier event;
     double from, to;
   };
   std::vector<One> all;
-  for (const auto& channel : channels)
+  for (std::size_t number = 0; number < channels.size(); ++number) {
+    const ChannelNoise& channel = channels[number];
+    if (!channel.failure.empty() || !are_rare(channel.outliers, channel.samples)) continue;
     for (const Outlier& event : channel.outliers)
-      if (is_knock(event) && channel.failure.empty() && are_rare(channel.outliers, channel.samples))
-        all.push_back({&channel, event, time_at(channel, event.begin), time_at(channel, event.end)});
+      if (is_knock(event))
+        all.push_back({number, &channel, event, time_at(channel, event.begin), time_at(channel, event.end)});
+  }
   std::ranges::stable_sort(all, {}, &One::from);
   std::vector<Together> together;
   for (const One& one : all) {
@@ -60,10 +67,15 @@ std::vector<Together> knocks_of(const std::vector<ChannelNoise>& channels) {
       last.worst = one.event;
       last.worst_channel = one.channel;
     }
-    if (last.channels.find(one.channel->label) == std::string::npos)
-      last.channels += (last.channels.empty() ? "" : ", ") + one.channel->label;
+    last.channels.insert(one.number);
   }
   return together;
+}
+
+std::string labels_of(const std::set<std::size_t>& numbers, const std::vector<ChannelNoise>& channels) {
+  std::string labels;
+  for (const std::size_t number : numbers) labels += (labels.empty() ? "" : ", ") + channels[number].label;
+  return labels;
 }
 
 void describe_knocks(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
@@ -80,7 +92,7 @@ void describe_knocks(const std::vector<ChannelNoise>& channels, Estimate& estima
   for (const auto& knock : knocks)
     if (table.rows.size() < most_rows)
       table.rows.push_back(
-          {knock.from, knock.to, knock.channels,
+          {knock.from, knock.to, labels_of(knock.channels, channels),
            knock.worst_channel->label + " " + shown_in(knock.worst.departure, rate_unit(knock.worst_channel->kind)),
            std::round(10.0 * std::abs(knock.worst.deviations)) / 10.0});
   estimate.tables.push_back(std::move(table));
@@ -91,7 +103,7 @@ void describe_knocks(const std::vector<ChannelNoise>& channels, Estimate& estima
   std::vector<FindingValue> values;
   values.emplace_back("largest", worst.worst.departure, rate_unit(worst.worst_channel->kind));
   values.emplace_back("deviations", std::abs(worst.worst.deviations));
-  values.emplace_back("channels", worst.channels);
+  values.emplace_back("channels", labels_of(worst.channels, channels));
   estimate.findings.push_back({Finding::Severity::warning,
                                aside ? "knocks_set_aside" : "knocks",
                                values,

@@ -28,6 +28,7 @@ FittedTerm term(NoiseTerm which, bool kept, double squared) {
   one.squared = squared;
   one.squared_sd = 0.02 * squared;
   one.upper_limit = 4.0 * squared;
+  one.degrees_of_freedom = 1e6;
   return one;
 }
 
@@ -41,6 +42,10 @@ ChannelNoise gyro(double n, double b, double k) {
   channel.fit.terms = {term(NoiseTerm::quantization, false, 1e-20), term(NoiseTerm::white, n > 0.0, n * n * sampling),
                        term(NoiseTerm::flicker, b > 0.0, b * b),
                        term(NoiseTerm::random_walk, k > 0.0, k * k / sampling)};
+  channel.fit.covariance = Matrix(4, 4);
+  channel.fit.model_error_variance.assign(4, 0.0);
+  for (std::size_t t = 0; t < 4; ++t) channel.fit.covariance(t, t) = std::pow(channel.fit.terms[t].squared_sd, 2);
+  take_values_of_terms(channel.fit);
   for (std::size_t m = 1; m <= 65536; m *= 2) {
     const double tau = static_cast<double>(m) / sampling;
     const double variance = n * n / tau + 2.0 * std::numbers::ln2 / std::numbers::pi * b * b + k * k * tau / 3.0;
@@ -83,6 +88,7 @@ TEST(NoiseTables, DensitiesAreInTheUnitsOfTheirNames) {
   ChannelNoise force = gyro(n, 0.0, k);
   force.kind = QuantityKind::specific_force;
   force.fit.terms[3].kept = false;
+  take_values_of_terms(force.fit);
   const Table limit = densities_table({force});
   EXPECT_EQ(text(limit, 1, 1), "accelerometer_random_walk");
   EXPECT_EQ(text(limit, 1, 2), "< 5.11e-06");
