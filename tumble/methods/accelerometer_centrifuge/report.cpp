@@ -180,6 +180,7 @@ linear::Problem problem_of(const Settings& settings, double centre) {
   linear::set_options(settings, problem);
   problem.role = "accelerometer";
   problem.input = [centre](const Felt& felt) { return felt_at(felt, centre).specific_force.x; };
+  problem.even_averages = true;  // the arm turns many times in a sample
   std::vector<std::string> names{"bias"};
   if (!scale_factor_is_known(settings)) names.emplace_back("scale_factor_error");
   for (const char* name :

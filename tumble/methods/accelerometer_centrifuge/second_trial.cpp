@@ -30,8 +30,8 @@ void set_second_truth(Plan& plan) {
   set_truth(plan, second_coefficients);
   set_truth(plan, "angle_random_walk", 0.02, "(m/s)/sqrt(h)");
   set_truth(plan, "bias_instability", 1, "ug");
-  set_truth(plan, "pulse_scale_factor", 1500, "pulse/s/g");
-  plan.truth.set_word("output", "count");
+  set_truth(plan, "voltage_scale_factor", 0.25, "V/g");
+  plan.truth.set_word("output", "voltage");
 }
 
 Motion held(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
@@ -94,7 +94,7 @@ Trial second_trial(std::uint64_t seed) {
   const auto tumble = std::make_shared<const Plan>(tumble_plan());
   plan.recordings = {{"arm.h5", "", 0, nullptr}, {"tumble.h5", "", 0, tumble}};
   Trial trial{{plan, {on_the_arm(plan, seed), simulate(*tumble, seed + 1000000, {})}, {nullptr, tumble}}, {}};
-  trial.truth.emplace_back("scale_factor", plan.truth.number("pulse_scale_factor"));
+  trial.truth.emplace_back("scale_factor", plan.truth.number("voltage_scale_factor"));
   for (const auto& coefficient : second_coefficients)
     trial.truth.emplace_back(coefficient.name, plan.truth.number(coefficient.name));
   trial.truth.emplace_back("effective_radius", second_radius + shorter);

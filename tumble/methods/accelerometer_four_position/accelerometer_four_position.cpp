@@ -96,6 +96,7 @@ extern const Method accelerometer_four_position{
     .identify = identify,
     .trial = trial,
     .compensate = compensate,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::accelerometer_four_position

@@ -91,10 +91,7 @@ void set_scatter(const Stretch& stretch, double averaging, Position& position) {
 }
 
 /// Whether a segment commands the temperature alone, for the instrument to soak.
-bool is_soak(const PowerUp& power_up, const Stretch& stretch) {
-  const auto& axes = power_up.rig.segments[stretch.segment].axes;
-  return axes.size() == 1 && axes.begin()->first == "temperature";
-}
+bool is_soak(const Segment& segment) { return segment.axes.size() == 1 && segment.axes.contains("temperature"); }
 
 void add_positions(const Evidence* measured, double averaging, Bench& bench) {
   std::map<std::size_t, std::size_t> power_ups;
@@ -103,8 +100,10 @@ void add_positions(const Evidence* measured, double averaging, Bench& bench) {
   for (std::size_t g = 0; g < bench.evidence.test.stretches.size(); ++g) {
     const auto& stretch = bench.evidence.test.stretches[g];
     const auto& power_up = bench.evidence.test.power_ups[stretch.power_up];
-    if (is_soak(power_up, stretch)) continue;
+    const auto& segment = power_up.rig.segments[stretch.segment];
+    if (is_soak(segment)) continue;
     Position position{.stretch = g, .label = stretch.label, .run = stretch.run};
+    position.commands_temperature = segment.axes.contains("temperature");
     position.power_up = power_ups.try_emplace(stretch.start, power_ups.size()).first->second;
     position.output = bench.rows.segments[g].measured;
     position.seconds = bench.rows.segments[g].duration;
@@ -146,6 +145,24 @@ std::size_t slot_of(const Position& position) {
   if (position.place == Place::up) return 0;
   if (position.place == Place::down) return 2;
   return position.upwards ? 1 : 3;
+}
+
+/// Drops segments that hold angles too while the temperature is reached: the mount, or where the head stands. Such a
+/// one commands the temperature, and a later one does not that holds the same position at this temperature.
+void drop_soaks(double same, Bench& bench) {
+  const auto& all = bench.positions;
+  std::vector<Position> kept;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    bool again = false;
+    for (std::size_t k = i + 1; k < all.size() && !again && all[i].commands_temperature; ++k) {
+      if (all[k].commands_temperature || all[k].power_up != all[i].power_up ||
+          std::abs(all[k].temperature - all[i].temperature) > same)
+        break;
+      again = slot_of(all[k]) == slot_of(all[i]);
+    }
+    if (!again) kept.push_back(all[i]);
+  }
+  bench.positions = std::move(kept);
 }
 
 /// A cell that lacks positions.
@@ -343,6 +360,7 @@ void complete(const Settings& settings, const Evidence* measured, Bench& bench) 
   bench.rows = linear::rows_of(bench.evidence, bench.problem);
   for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
   add_positions(measured, settings.number("averaging"), bench);
+  drop_soaks(settings.number("same_temperature"), bench);
   if (measured) refuse_overflow(bench);
   add_cells(settings, bench);
   if (measured) set_white(bench);

@@ -27,6 +27,7 @@ struct Position {
   Place place = Place::none;
   bool o_level = false;                               ///< level: true where o is vertical, else p
   bool upwards = true;                                ///< level: that axis points up
+  bool commands_temperature = false;                  ///< its segment does, beside an angle
   double gravity = 0.0;                               ///< [m/s^2] by the plan's site
   double output = 0.0;                                ///< [m/s^2] E/K_m, mean; NaN where predicted
   double seconds = 0.0;                               ///< of the samples used

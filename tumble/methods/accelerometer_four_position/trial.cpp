@@ -78,6 +78,26 @@ void add_all_truth(const Plan& plan, std::span<const double> temperatures, bool 
   trial.truth.emplace_back("misalignment", at_20.value[misalignment]);
 }
 
+/// Five power-ups from hot to cold, the positions backwards in every second one; the last lacks its last position.
+void add_second_schedule(std::span<const double> temperatures, Plan& plan) {
+  const auto hold = [](double degrees) { return Motion{.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; };
+  const double angles[] = {90.0, 0.0, 270.0, 180.0};
+  for (int run = 1; run <= 5; ++run)
+    for (const double t : temperatures) {
+      plan.schedule.push_back(
+          {fmt::format("soak at {} degC", t),
+           4500.0,
+           run,
+           {{"temperature", {.kind = Motion::Kind::hold, .value = t + 273.15}}, {"mount_roll", hold(-90.0)}}});
+      for (int k = 0; k < 4; ++k) {
+        const int position = run % 2 == 0 ? 3 - k : k;
+        plan.schedule.push_back(
+            {fmt::format("{} at {}", position + 1, t), 100.0, run, {{"head", hold(angles[position])}}});
+      }
+    }
+  plan.schedule.pop_back();
+}
+
 }  // namespace
 
 Trial trial(std::uint64_t seed) {
@@ -104,6 +124,36 @@ Trial trial(std::uint64_t seed) {
   add_schedule(plan);
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
   add_all_truth(plan, plateaus, false, trial);
+  return trial;
+}
+
+Trial second_trial(std::uint64_t seed) {
+  const Method& method = find_method("accelerometer_four_position");
+  Plan plan = trial_plan(method.name, method.options(), "pendulous_accelerometer", "dividing_head", 0.5);
+  plan.site = Site{si(-33.9, "deg"), si(18.4, "deg"), 40.0, 9.7966};
+  plan.settings.set_word("scale_factor", "-1.25 mA/g");
+  const auto set = [&](const char* name, double value, const char* unit) { set_truth(plan, name, value, unit); };
+  plan.truth.set_word("output", "current");
+  set("current_scale_factor", -1.25, "mA/g");
+  set("bias", -1.2, "mg");
+  set("scale_factor_error", -400.0, "ppm");
+  set("second_order_coefficient", -40.0, "ug/g^2");
+  set("second_order_oo", 6.0, "ug/g^2");
+  set("third_order_coefficient", -12.0, "ug/g^3");
+  set("misalignment_o", 30.0, "arcsec");
+  set("misalignment_p", -90.0, "arcsec");
+  set("bias_temperature_coefficient", -9.0, "ug/K");
+  set("bias_temperature_square", -0.1, "ug/K^2");
+  set("scale_factor_temperature_coefficient", 40.0, "ppm/K");
+  set("scale_factor_temperature_square", -0.3, "ppm/K^2");
+  set("angle_random_walk", 0.003, "(m/s)/sqrt(h)");
+  set("bias_instability", 4.0, "ug");
+  set("turn_on_repeatability", 30.0, "ug");
+  const double temperatures[] = {50.0, 30.0, 5.0, -15.0};
+  add_second_schedule(temperatures, plan);
+  Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
+  lose_samples(trial.evidence.recordings.front(), seed, 40);
+  add_all_truth(plan, temperatures, true, trial);
   return trial;
 }
 

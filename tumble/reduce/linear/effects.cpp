@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "tumble/reduce/linear/rows.hpp"
@@ -50,8 +49,52 @@ double mean_at(const Reference& reference, double begin, double length, std::spa
   return sum / static_cast<double>(felt.size());
 }
 
-constexpr std::size_t points_of_block = 6;      ///< in a short block
+constexpr std::size_t points_of_block = 6;      ///< in a short block, of a tenth of a turn at most
 constexpr std::size_t points_of_stretch = 192;  ///< in a stretch, or in one turn
+
+/// In a block: a sample that takes longer than a tenth of a turn makes a long one.
+std::size_t points_in_block(const Segment& segment, double length) {
+  constexpr double of_turn = 16.0;
+  const double wanted = std::ceil(of_turn * quickest(segment) * length);
+  return static_cast<std::size_t>(
+      std::clamp(wanted, static_cast<double>(points_of_block), static_cast<double>(points_of_stretch)));
+}
+
+/// Samples of a stretch that are averaged in one row.
+struct Block {
+  std::size_t begin = 0, size = 0;
+
+  bool is_whole(const Stretch& stretch) const {
+    for (std::size_t i = begin; i < begin + size; ++i)
+      if (!present(stretch, i)) return false;
+    return true;
+  }
+};
+
+/// Mean of `value` over the samples of a block that are present, as its row is one: an effect over the whole block
+/// would differ in its course from the columns that it resembles, and the fit would distinguish them by that.
+///
+/// Given     points  in the whole block
+///           delay   [s] by which what is shown lags behind what is felt
+template <class Value>
+double mean_of_block(const Reference& reference, const Stretch& stretch, Block block, std::size_t points, double delay,
+                     const Value& value) {
+  const double begin = stretch.first + static_cast<double>(block.begin) * stretch.step - delay;
+  const double length = static_cast<double>(block.size) * stretch.step;
+  const bool whole = block.is_whole(stretch);
+  const std::size_t each = (points + block.size - 1) / block.size;  // points in a sample
+  std::vector<Felt> felt(whole ? points : each * block.size);
+  if (whole) return mean_at(reference, begin, length, std::span(felt), value);
+  const double step = stretch.step / static_cast<double>(each);
+  reference.felt(begin + 0.5 * step, step, felt);
+  double sum = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < felt.size(); ++k) {
+    if (!present(stretch, block.begin + k / each)) continue;
+    sum += value(felt[k]);
+    count += 1.0;
+  }
+  return sum / count;
+}
 
 /// Mean of `value` over a stretch in which the rig turns evenly: all whole turns are equal, so that one of them
 /// represents all, with enough points for ripples of a turn; the remainder of the last turn is added. (Points spread
@@ -89,8 +132,8 @@ class Means {
   }
 
   /// Adds the mean of `value` over every row of one stretch. Where the rig stands or turns evenly all rows have the
-  /// mean over the stretch: an error that goes round with the axis averages out. Elsewhere the blocks are short, and
-  /// what is felt `delay_` before is what they show.
+  /// mean over the stretch: an error that goes round with the axis averages out. Elsewhere each row has the mean over
+  /// its own samples, of what is felt `delay_` before.
   template <class Value>
   void add(const Reference& reference, std::size_t g, Detail detail, const Value& value,
            std::span<double> column) const {
@@ -108,14 +151,13 @@ class Means {
       for (double& row : column) row += mean;
       return;
     }
-    const std::size_t points = detail == Detail::full ? points_of_block : 1;
-    std::array<Felt, points_of_block> felt;
+    const Segment& segment = evidence_.test.power_ups[stretch.power_up].rig.segments[stretch.segment];
+    const double longest = static_cast<double>(blocking.per_block) * stretch.step;
+    const std::size_t points = detail == Detail::full ? points_in_block(segment, longest) : 1;
     for (std::size_t i = 0; i < column.size(); ++i) {
       const std::size_t begin = rows_.block[first_[g] + i] * blocking.per_block;
       const std::size_t size = std::min(blocking.per_block, stretch.samples - begin);
-      column[i] +=
-          mean_at(reference, stretch.first + static_cast<double>(begin) * stretch.step - delay_,
-                  static_cast<double>(size) * stretch.step, std::span(felt).first(std::min(size, points)), value);
+      column[i] += mean_of_block(reference, stretch, {begin, size}, points, delay_, value);
     }
   }
 

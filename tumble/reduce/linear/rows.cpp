@@ -14,10 +14,6 @@ namespace {
 constexpr std::size_t at_once = 2048;  ///< points at which a moving rig is asked in one go
 constexpr double run_in = 2.0;         ///< [s] that a response runs before the first sample used
 
-bool present(const Stretch& stretch, std::size_t sample) {
-  return stretch.values.empty() || !std::isnan(stretch.values[sample]);
-}
-
 std::size_t count_of_blocks(const Stretch& stretch, std::size_t per_block) {
   return (stretch.samples + per_block - 1) / per_block;
 }
@@ -196,6 +192,10 @@ std::vector<double> natural_sizes(const Extent& extent, const Felt& typical, con
 }
 
 }  // namespace
+
+bool present(const Stretch& stretch, std::size_t sample) {
+  return stretch.values.empty() || !std::isnan(stretch.values[sample]);
+}
 
 Rows rows_of(const Evidences& evidence, const Problem& problem) {
   std::vector<std::vector<Sums>> parts(evidence.test.stretches.size());

@@ -46,6 +46,9 @@ struct Rows {
 /// Greatest frequency [Hz] at which what is felt repeats: oscillations, and turns of the axes in gravity.
 double quickest(const Segment& segment);
 
+/// Whether a sample counts in the mean of its block; where nothing is measured all do.
+bool present(const Stretch& stretch, std::size_t sample);
+
 Rows rows_of(const Evidences& evidence, const Problem& problem);
 
 /// Shift of every row by one standard deviation of each error of the rigs and of the reading, where the instrument has
