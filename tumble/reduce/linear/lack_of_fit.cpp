@@ -114,7 +114,7 @@ void look_at_repeats(const Work& work, const std::string& role, const RestingMea
 }
 
 /// A drift in time that all positions share.
-void look_at_time(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
+void look_at_time(const std::string& role, const RestingMeans& means, Solution& solution) {
   const std::size_t n = means.segments.size();
   Matrix time(n, 1);
   for (std::size_t a = 0; a < n; ++a) time(a, 0) = means.time[a];
@@ -191,7 +191,7 @@ void warn_of_lack_of_fit(const Problem& problem, Work& work) {
   const RestingMeans means = resting_means(work);
   if (means.segments.size() < work.data.design.columns + 3) return;
   look_at_repeats(work, problem.role, means, solution);
-  look_at_time(work, problem.role, means, solution);
+  look_at_time(problem.role, means, solution);
   look_at_errors(work, problem.role, means, solution);
   look_within(work, problem.role, means, solution);
 }
