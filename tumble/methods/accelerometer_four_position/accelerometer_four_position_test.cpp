@@ -222,6 +222,52 @@ TEST(FourPositions, ACounterThatRanOverIsRefused) {
   EXPECT_NE(message.find("'3 at 20'"), std::string::npos) << message;
 }
 
+// A register of 16 bits ends at 32767 pulses: 32900 G are just past it, so that the overflow nearly turns their sign.
+TEST(FourPositions, ACounterJustPastItsEndIsRefusedToo) {
+  Plan plan = plan_of(figure_11, {20.0});
+  set_truth(plan, "pulse_scale_factor", 32900.0, "pulse/s/g");
+  plan.settings.set_word("scale_factor", "32900 pulse/s/g");
+  Evidence evidence = simulated(plan);
+  for (double& n : evidence.recordings[0].channels[0].values)
+    n = n > 32767.0 ? n - 65536.0 : n < -32768.0 ? n + 65536.0 : n;
+  const auto message = refusal(method(), evidence);
+  EXPECT_NE(message.find("differ by 2^16"), std::string::npos) << message;
+}
+
+// cos of 1 deg lacks 150 ppm: more than the scale factor is known by.
+TEST(FourPositions, AHeadOneDegreeOffIsAnError) {
+  Plan real = plan_of(figure_11, {0.0, 20.0, 40.0});
+  const Plan planned = real;
+  for (auto& segment : real.schedule)
+    if (segment.axes.contains("head")) segment.axes["head"].value += si(1.0, "deg");
+  const auto findings = method().identify({planned, {simulate(real, 1, {})}}, {}).findings;
+  const Finding* finding = finding_of(findings, "misalignment_changes_scale_factor");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->severity, Finding::Severity::error);
+}
+
+// A level position 1 deg off gives 17 mg, so that the angle of its set is off by half a degree.
+TEST(FourPositions, OnePositionOneDegreeOffShowsAsASetThatDisagrees) {
+  Plan real = plan_of(figure_11, {-20.0, 0.0, 20.0, 40.0, 60.0});
+  const Plan planned = real;
+  for (auto& segment : real.schedule)
+    if (segment.label == "2 at 20") segment.axes["head"].value += si(1.0, "deg");
+  const auto findings = method().identify({planned, {simulate(real, 1, {})}}, {}).findings;
+  const Finding* finding = finding_of(findings, "set_disagrees");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_NE(finding->message.find("20.0 degC"), std::string::npos) << finding->message;
+}
+
+// The soak states the mount as well, so that it looks like a position; it is none, and the sets are whole.
+TEST(FourPositions, ASoakThatStatesTheMountIsNoPosition) {
+  Plan plan = plan_of(figure_11, {-20.0, 20.0, 60.0});
+  for (auto& segment : plan.schedule)
+    if (segment.label == "soak") segment.axes["mount_roll"] = {.kind = Motion::Kind::hold, .value = si(-90.0, "deg")};
+  const auto findings = method().identify(simulated(plan), {}).findings;
+  EXPECT_FALSE(has_finding(findings, "position_missing"));
+  EXPECT_FALSE(has_finding(findings, "position_missing_other_twice"));
+}
+
 // Position 3 counted over windows of half the length: K_i follows from each N over its own H. Counting: 1/6 pulse^2
 // over 2000 x 58 pulses is 3.5 ppm in one position, noise less; 5 standard deviations of the half difference.
 TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {
