@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -320,10 +321,15 @@ void add_repeatability(const Outcome& outcome, const std::string& prefix, Ledger
   const double nu = root_interval_degrees_of_freedom(dof, variance / between);
   const std::size_t group =
       ledger.add(Group{1, {{outcome.levels.fit.sources[1].source, covariance}}, [nu](const Row&) { return nu; }});
-  ledger.add({prefix + "turn_on_repeatability", "s_D", unit, std::sqrt(variance),
-              parts > 1 ? "standard deviation of each of D_x and D_y from power-up to power-up, without noise"
-                        : "standard deviation of K from power-up to power-up, without noise"},
-             {{group, {1.0}}});
+  Parameter repeatability{prefix + "turn_on_repeatability", "s_D", unit, std::sqrt(variance),
+                          parts > 1
+                              ? "standard deviation of each of D_x and D_y from power-up to power-up, without noise"
+                              : "standard deviation of K from power-up to power-up, without noise"};
+  const double of_within = std::max(1.0, outcome.levels.fit.degrees_of_freedom - dof);
+  const SdInterval interval = interval_of_excess_sd(between, dof, within, of_within);
+  repeatability.lower = interval.lower;
+  repeatability.upper = interval.upper;
+  ledger.add(std::move(repeatability), {{group, {1.0}}});
 }
 
 Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std::size_t group, const Ledger& ledger) {
