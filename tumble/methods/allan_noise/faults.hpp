@@ -19,7 +19,6 @@ Findings coarse_output(std::span<const double> values, const std::string& label)
 /// Findings where slow noise is not the same all along: the bias jumps (steps, popcorn noise), or it moves more in the
 /// first eighth of the record than later (settling after power-up). Differences of neighbouring means, whose length is
 /// doubled from 16 samples on, are compared with their median size, and those of the first eighth with the others.
-/// Noise of constant terms gives one finding in 10^4 records.
 ///
 /// Given     begin [s] of the record, rate [Hz]
 Findings uneven_bias(const NoiseBands& bands, double begin, double rate, QuantityKind kind, const std::string& label);

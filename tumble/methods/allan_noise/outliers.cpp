@@ -38,9 +38,9 @@ std::size_t samples_of(std::size_t scale) {
 void join(const Outlier& event, std::vector<Outlier>& events) {
   if (!events.empty()) {
     Outlier& last = events.back();
-    // Of what rings only the crests are far: half a period apart, up to 4 of the means that show it best.
+    // Of what rings only crests are far; one may be missed: a period, up to 8 of the means that show it best.
     const std::size_t length = event.end - event.begin;
-    const std::size_t reach = std::max<std::size_t>({2, last.end - last.begin, event.broad ? 4 * length : length});
+    const std::size_t reach = std::max<std::size_t>({2, last.end - last.begin, event.broad ? 8 * length : length});
     if (event.begin < last.end + reach) {
       if (std::abs(event.deviations) > std::abs(last.deviations)) {
         last.worst = event.worst;
