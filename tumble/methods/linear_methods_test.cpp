@@ -100,7 +100,9 @@ TEST(Linear, ACentrifugeRecordingMakesTheTenthTermObservable) {
   const double truth = si(0.03, "deg/h/g^2");
   plan.truth.set_number("D_OO", truth, Unit::parse("deg/h/g^2"));
   const auto arm = std::make_shared<const Plan>(on_a_centrifuge(plan));
-  trial.evidence.recordings = {simulate(plan, 3, {}), simulate(*arm, 4, {})};
+  Plan turning = *arm;
+  turning.truth.set_integer("oversampling", 32);  // nearly a turn of the arm in a sample, of which it is the mean
+  trial.evidence.recordings = {simulate(plan, 3, {}), simulate(turning, 4, {})};
   trial.evidence.plans = {nullptr, arm};
   const auto estimate = find_method("sdof_gyro_static").identify(trial.evidence, {});
   ASSERT_NE(find_parameter(estimate, "D_OO"), nullptr);

@@ -188,7 +188,7 @@ void find_outliers(const Settings& settings, EvenSignal& signal, ChannelNoise& r
   const std::size_t longest = block_scatter(signal.values).size;
   std::vector<RecordPart> parts;
   for (const Outlier& event : result.outliers) {
-    const std::size_t length = event.end - event.begin, margin = std::max<std::size_t>(4, length);
+    const std::size_t length = event.end - event.begin, margin = std::max(longest / 2, length);
     if (!is_knock(event) || length > longest) continue;
     const std::size_t begin = event.begin - std::min(event.begin, margin);
     if (!parts.empty() && begin <= parts.back().end)

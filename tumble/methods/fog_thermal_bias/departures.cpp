@@ -151,6 +151,15 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
   std::vector<double> change = full.parameters;
   for (std::size_t c = 0; c < columns.size(); ++c) change[c] -= parameters[c];
   const Matrix rows = centred_rows(runs, every);
+  // What the columns of one kind add to the model by themselves: beside the others they would share it.
+  const auto alone = [&](Departure departure) {
+    std::vector<std::size_t> with = columns;
+    for (const auto column : departures)
+      if (departure_columns()[column - first] == departure) with.push_back(column);
+    std::vector<double> added = joint(factors, positions_in(factorised, with), {}).parameters;
+    for (std::size_t c = 0; c < columns.size(); ++c) added[c] -= plain.parameters[c];
+    return std::sqrt(mean_square(centred_rows(runs, with) * added));
+  };
   for (const Departure departure : {Departure::hysteresis, Departure::lag}) {
     std::vector<std::size_t> others = columns;
     for (const auto column : departures)
@@ -158,11 +167,8 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
     const double count = static_cast<double>(every.size() - others.size());
     if (count == 0.0) continue;
     const LinearFit without = joint(factors, positions_in(factorised, others), {});
-    std::vector<double> added = full.parameters;
-    for (std::size_t c = 0; c < others.size(); ++c)
-      added[static_cast<std::size_t>(std::ranges::find(every, others[c]) - every.begin())] -= without.parameters[c];
     const double ratio = (without.chi_square - full.chi_square) / scale / count;
-    out.parts.push_back({departure, std::sqrt(mean_square(rows * added)), chi_square_tail(ratio, count)});
+    out.parts.push_back({departure, alone(departure), chi_square_tail(ratio, count)});
   }
   const double by_noise = mean_variance(rows, (1.0 / full.inflation) * full.covariance) -
                           mean_variance(centred_rows(runs, columns), (1.0 / plain.inflation) * plain.covariance);

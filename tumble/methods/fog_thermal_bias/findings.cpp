@@ -95,7 +95,7 @@ void add_not_used(Findings& findings, const std::vector<RunData>& runs, const st
 
 /// What the columns beside the model show, where noise does not give it.
 void add_misfit(Findings& findings, const Misfit& misfit) {
-  constexpr double significant = 1e-4, least_share = 0.2;  // a small part may make good what another lacks
+  constexpr double significant = 1e-6, least_share = 0.2;  // a small part may make good what another lacks
   for (const auto& part : misfit.parts) {
     if (part.p_value > significant || part.sd < least_share * misfit.sd) continue;
     const bool hysteresis = part.departure == Departure::hysteresis;
