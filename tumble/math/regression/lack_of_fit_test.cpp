@@ -19,8 +19,8 @@ struct Line {
 
   Line() {
     for (std::size_t i = 0; i < 18; ++i) {
-      setting.push_back(static_cast<double>(i / 3));
       group.push_back(i / 3);
+      setting.push_back(static_cast<double>(group.back()));
       x(i, 0) = 1.0;
       x(i, 1) = setting.back();
     }
