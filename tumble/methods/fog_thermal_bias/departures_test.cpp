@@ -217,7 +217,8 @@ TEST(FogThermalBias, SaysThatUpAndDownDiffer) {
   EXPECT_LT(value_of(estimate.findings, "hysteresis", "size"), si(0.1, "deg/h"));
 }
 
-// Sound data: no departure is significant in 15 trials of each kind, at a p-value of 1e-6, since drift that is correlated over a run makes small ones less rare than white noise does.
+// Sound data: no departure is significant in 15 trials of each kind. The limit is a p-value of 1e-6, since drift that
+// is correlated over a run makes small departures less rare than white noise does.
 TEST(FogThermalBias, AccusesNoSoundTest) {
   for (std::uint64_t seed = 1; seed <= 15; ++seed)
     for (const auto& trial : {fog().trial(seed), fog().second_trial(seed)}) {
