@@ -74,7 +74,8 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
         if (const auto problem = misfit(**bound, *parameter); !problem.empty()) complain(problem);
     if (problems.size() > before) continue;
     verdicts.push_back(judge_one(limit, estimate, *parameter));
-    if (is_undermined(parameter->name, estimate.parameters, about_answer)) verdicts.back().outcome = Verdict::Outcome::undecided;
+    if (is_undermined(parameter->name, estimate.parameters, about_answer))
+      verdicts.back().outcome = Verdict::Outcome::undecided;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return verdicts;

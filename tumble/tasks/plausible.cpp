@@ -54,14 +54,14 @@ bool is_of_channel(const std::string& parameter, const std::string& channel) {
          (parameter[channel.size()] == '.' || parameter[channel.size()] == '_');
 }
 
-/// Whether a finding speaks of the parameter: by its list, or by its place, a parameter or a channel by which parameters
-/// are named. One whose place is neither (a file, a segment, a channel on which all depends, nothing) speaks of all.
+/// Whether a finding speaks of the parameter: by its list, or by its place, a parameter or a channel by which
+/// parameters are named. One whose place is neither (a file, a segment, a channel on which all depends, nothing) speaks
+/// of all.
 bool speaks_of(const Finding& finding, const std::string& parameter, const std::vector<Parameter>& all) {
   if (const auto names = listed(finding); !names.empty()) return names.find(" " + parameter + " ") != std::string::npos;
   if (finding.where.empty() || finding.where == parameter || is_of_channel(parameter, finding.where)) return true;
-  return std::ranges::none_of(all, [&](const Parameter& one) {
-    return one.name == finding.where || is_of_channel(one.name, finding.where);
-  });
+  return std::ranges::none_of(
+      all, [&](const Parameter& one) { return one.name == finding.where || is_of_channel(one.name, finding.where); });
 }
 
 Finding finding(std::string code, const Parameter& parameter, double limit) {
