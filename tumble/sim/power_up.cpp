@@ -11,7 +11,7 @@ namespace {
 /// ripple of the drive, which is small itself.
 double harmonics_of(const Settings& rig) {
   constexpr double of_gravity = 3.0;
-  const bool ripple = rig.has("rate_ripple_sd") && rig.number("rate_ripple_sd") > 0.0;
+  const bool ripple = rig.has("rate_ripple_sd") && rig.number("rate_ripple_sd") > 0.0 && !rig.flag("ideal");
   return ripple ? std::max<double>(of_gravity, rig.integer("ripple_order")) : of_gravity;
 }
 
