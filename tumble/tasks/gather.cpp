@@ -217,14 +217,25 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
 
 }  // namespace
 
-Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Progress& progress) {
+namespace {
+
+/// Of a recording that was in memory already, what options_for() would have had read from a file.
+void select_channels(const std::vector<std::string>& only, Recording& recording) {
+  const auto wanted = [&](const Channel& channel) { return std::ranges::find(only, channel.name) != only.end(); };
+  if (std::ranges::any_of(recording.channels, wanted))
+    std::erase_if(recording.channels, [&](const Channel& channel) { return !wanted(channel); });
+}
+
+/// Gathers the files, then takes the recordings in memory.
+Evidence gather_all(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
+                    const Progress& progress) {
   if (plan.method.empty())
     throw Error(Error::Kind::bad_input, plan.file + ": names no method: method = \"...\" at the top");
   const auto roles = find_method(plan.method).roles();
   const auto options = options_for(plan, roles);
   auto entries = plan.recordings;
-  for (const auto& file : recordings) entries.push_back({file, "", 0, nullptr});
-  if (entries.empty())
+  for (const auto& file : files) entries.push_back({file, "", 0, nullptr});
+  if (entries.empty() && in_memory.empty())
     throw Error(Error::Kind::bad_input, plan.file.empty()
                                             ? "no recording to identify from: name one or more after the method"
                                             : plan.file + ": no recording: name it after the plan or in [[recording]]");
@@ -233,15 +244,18 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Pro
   std::vector<ReadOptions> read_by;
   std::vector<std::string> problems;
   auto kind = Error::Kind::bad_file;
+  const auto accept = [&](Recording recording, const RecordingEntry& entry) {
+    evidence.recordings.push_back(std::move(recording));
+    mark_from_schedule(plan_of(evidence, evidence.recordings.size() - 1), entry, evidence.recordings.back());
+    end_marks(plan_of(evidence, evidence.recordings.size() - 1).schedule, evidence.recordings.back().marks);
+  };
   for (std::size_t i = 0; i < entries.size(); ++i) try {
       const auto part = [&](double done, std::string_view what) {
         report(progress, (static_cast<double>(i) + done) / static_cast<double>(entries.size()), what);
       };
       evidence.plans.push_back(entries[i].plan);
       read_by.push_back(options_of(entries[i], evidence.plan, options));
-      evidence.recordings.push_back(read(entries[i].file, read_by.back(), part));
-      mark_from_schedule(plan_of(evidence, i), entries[i], evidence.recordings.back());
-      end_marks(plan_of(evidence, i).schedule, evidence.recordings.back().marks);
+      accept(read(entries[i].file, read_by.back(), part), entries[i]);
       if (entries.size() > 1) sha256_of(evidence.recordings.back().origin);  // one thread at a time works out its own
     } catch (const Error& error) {
       kind = error.kind;
@@ -249,9 +263,27 @@ Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Pro
     }
   if (!problems.empty()) throw Error(kind, problems);
   check_reading(evidence.plan.reading, evidence, read_by);
+  for (auto& recording : in_memory) {
+    evidence.plans.push_back(nullptr);
+    read_by.push_back({});
+    accept(std::move(recording), {});
+  }
   look_at_copies(evidence.recordings);
   check_roles(evidence, roles, read_by);
+  for (std::size_t r = entries.size(); r < evidence.recordings.size(); ++r)
+    select_channels(options.only, evidence.recordings[r]);
   return evidence;
+}
+
+}  // namespace
+
+Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Progress& progress) {
+  return gather_all(std::move(plan), recordings, {}, progress);
+}
+
+Evidence gather(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
+                const Progress& progress) {
+  return gather_all(std::move(plan), files, std::move(in_memory), progress);
 }
 
 namespace {

@@ -37,6 +37,11 @@ ReadOptions read_options(const Sets& sets);
 /// Throws Error::bad_data with everything that is missing or wrong in any file; Error::bad_file.
 Evidence gather(Plan plan, const std::vector<std::string>& recordings, const Progress& progress);
 
+/// Gathers as above, with recordings that are in memory already after those of files; of their channels those that the
+/// method needs.
+Evidence gather(Plan plan, const std::vector<std::string>& files, std::vector<Recording> in_memory,
+                const Progress& progress);
+
 /// Runs the plan's method; adds the findings of readers and checks, judges the limits, fills in the provenance.
 Estimate identify(const Evidence& evidence, const Progress& progress);
 

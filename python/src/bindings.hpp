@@ -1,0 +1,41 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <chrono>
+#include <string_view>
+
+#include "tumble/core/progress.hpp"
+
+/// The parts of the module `_tumble`: values and calls of the library, without logic of their own. What users see is
+/// the Python package beside it, which calls these.
+namespace tumble::python {
+
+namespace nb = nanobind;
+
+void bind_errors(nb::module_& module);
+void bind_units(nb::module_& module);
+void bind_recordings(nb::module_& module);
+void bind_plans(nb::module_& module);
+void bind_results(nb::module_& module);
+void bind_tasks(nb::module_& module);
+void bind_stability(nb::module_& module);
+
+/// Progress of a long call, made without the interpreter's lock: 20 times a second it takes the lock, looks for Ctrl+C, and
+/// calls a Python function (done from 0 to 1, what) unless that is None. It must outlive the call.
+class Listener {
+ public:
+  explicit Listener(nb::object call) : call_(std::move(call)) {}
+
+  Progress progress() {
+    return [this](double done, std::string_view what) { hear(done, what); };
+  }
+
+ private:
+  void hear(double done, std::string_view what);
+
+  nb::object call_;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+}  // namespace tumble::python

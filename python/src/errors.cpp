@@ -1,0 +1,50 @@
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::python {
+namespace {
+
+const char* word(Error::Kind kind) {
+  switch (kind) {
+    case Error::Kind::bad_input:
+      return "bad_input";
+    case Error::Kind::bad_data:
+      return "bad_data";
+    case Error::Kind::bad_file:
+      return "bad_file";
+    case Error::Kind::unsupported:
+      return "unsupported";
+    case Error::Kind::internal:
+      break;
+  }
+  return "internal";
+}
+
+/// The package says which exception an error is.
+void translate(const std::exception_ptr& failure, void*) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const Error& error) {
+    const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")(word(error.kind), error.problems);
+    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+  }
+}
+
+}  // namespace
+
+void Listener::hear(double done, std::string_view what) {
+  using namespace std::chrono_literals;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_ < 50ms && done < 1.0) return;
+  last_ = now;
+  const nb::gil_scoped_acquire lock;
+  if (PyErr_CheckSignals() != 0) throw nb::python_error();
+  if (!call_.is_none()) call_(done, nb::str(what.data(), what.size()));
+}
+
+void bind_errors(nb::module_&) { nb::register_exception_translator(translate); }
+
+}  // namespace tumble::python

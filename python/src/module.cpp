@@ -1,0 +1,15 @@
+#include "bindings.hpp"
+#include "tumble/version.hpp"
+
+NB_MODULE(_tumble, module) {
+  using namespace tumble::python;
+  module.doc() = "The C++ library of Tumble. The package `tumble` is made for people; this module may change at any time.";
+  module.attr("version") = tumble::version;
+  bind_errors(module);
+  bind_units(module);
+  bind_recordings(module);
+  bind_plans(module);
+  bind_results(module);
+  bind_tasks(module);
+  bind_stability(module);
+}

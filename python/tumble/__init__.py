@@ -1,0 +1,76 @@
+"""Tumble: recordings of inertial instruments reduced to parameters with honest uncertainty.
+
+    import tumble
+    result = tumble.identify("allan_noise", "imu.csv")
+    print(result)
+
+Arrays that go in are shared without a copy where the type allows it. Every number that comes back has its unit beside it.
+"""
+
+from tumble import _tumble
+from tumble._allan import AllanDeviation, allan_deviation
+from tumble._catalogue import Catalogue, Entry, checks, formats, methods, models, rigs
+from tumble._errors import (
+    ArgumentTypeError,
+    DataError,
+    FileError,
+    InternalError,
+    LimitError,
+    TumbleError,
+    TumbleWarning,
+    UsageError,
+)
+from tumble._finding import Finding
+from tumble._frames import from_pandas
+from tumble._plan import Plan, load_plan
+from tumble._read import from_arrays, read
+from tumble._recording import Channel, Mark, Recording
+from tumble._result import Result, load_result
+from tumble._result_parts import Covariance, Curve, Parameter, Table, Verdict
+from tumble._tasks import compensate, convert, identify, optimise, predict, report, simulate
+
+__version__: str = _tumble.version
+
+__all__ = [
+    "AllanDeviation",
+    "ArgumentTypeError",
+    "Catalogue",
+    "Channel",
+    "Covariance",
+    "Curve",
+    "DataError",
+    "Entry",
+    "FileError",
+    "Finding",
+    "InternalError",
+    "LimitError",
+    "Mark",
+    "Parameter",
+    "Plan",
+    "Recording",
+    "Result",
+    "Table",
+    "TumbleError",
+    "TumbleWarning",
+    "UsageError",
+    "Verdict",
+    "__version__",
+    "allan_deviation",
+    "checks",
+    "compensate",
+    "convert",
+    "formats",
+    "from_arrays",
+    "from_pandas",
+    "identify",
+    "load_plan",
+    "load_result",
+    "methods",
+    "models",
+    "optimise",
+    "predict",
+    "read",
+    "report",
+    "rigs",
+    "simulate",
+]

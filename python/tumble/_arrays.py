@@ -1,0 +1,78 @@
+"""NumPy arrays from what users give: shared where the type allows it, else copied, or refused with the reason."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tumble._errors import DataError, UsageError, wrong_type
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+ACCEPTED = "accepted is a one-dimensional array of real numbers"
+
+
+def samples_of(values: Any, argument: str, missing: str | None = None) -> NDArray[np.float64]:
+    """A contiguous float64 array: the array given itself, without a copy, where it is one.
+
+    Given     values    one-dimensional: array, list, pandas or polars series; integers and other floats are converted
+              argument  its name for messages
+              missing   "nan": NaN means a missing sample
+    Raises    ArgumentTypeError (not numbers), UsageError (shape), DataError (empty, infinite; NaN unless missing="nan")
+    """
+    import numpy as np
+
+    if missing not in (None, "nan"):
+        raise UsageError(f"argument missing: {missing!r} was given; accepted are None and 'nan'")
+    array = _array_of(values, argument)
+    if array.ndim != 1:
+        raise UsageError(
+            f"argument {argument}: an array with {array.ndim} dimensions, shape {array.shape}, was given; {ACCEPTED}: "
+            "give each column by itself"
+        )
+    if array.size == 0:
+        raise DataError(f"argument {argument}: the array is empty; {ACCEPTED} with one sample or more")
+    numbers = np.ascontiguousarray(array, dtype=np.float64)
+    _refuse_what_is_not_finite(numbers, argument, missing)
+    return numbers
+
+
+def _array_of(values: Any, argument: str) -> NDArray[Any]:
+    import numpy as np
+
+    if isinstance(values, (str, bytes)) or values is None or isinstance(values, dict):
+        raise wrong_type(argument, values, ACCEPTED)
+    if np.ma.isMaskedArray(values):
+        return np.asarray(values.astype(np.float64).filled(np.nan))
+    try:
+        array = np.asarray(values)
+        if array.dtype == object and hasattr(values, "to_numpy"):  # numbers of pandas that may be absent
+            array = values.to_numpy(dtype=np.float64, na_value=np.nan)
+    except (ValueError, TypeError) as error:
+        raise wrong_type(argument, values, f"{ACCEPTED} ({error})") from error
+    if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+        raise wrong_type(argument, values, f"{ACCEPTED}, not of {array.dtype}")
+    return array
+
+
+def _refuse_what_is_not_finite(numbers: NDArray[np.float64], argument: str, missing: str | None) -> None:
+    import numpy as np
+
+    total = np.add.reduce(numbers)
+    if np.isfinite(total):  # one pass; a NaN or an infinite value anywhere would show
+        return
+    infinite = np.flatnonzero(np.isinf(numbers))
+    if infinite.size:
+        raise DataError(
+            f"argument {argument}: {infinite.size} of {numbers.size} values are infinite, the first is sample "
+            f"{infinite[0]}; accepted are finite numbers"
+        )
+    absent = np.flatnonzero(np.isnan(numbers))
+    if absent.size == numbers.size:
+        raise DataError(f"argument {argument}: all {numbers.size} values are NaN; accepted are finite numbers")
+    if absent.size and missing is None:
+        raise DataError(
+            f"argument {argument}: {absent.size} of {numbers.size} values are NaN, the first is sample {absent[0]}; "
+            "accepted are finite numbers, or missing='nan' where NaN means a missing sample"
+        )

@@ -1,0 +1,94 @@
+"""Exceptions and warnings. They mirror the exit statuses of the command `tumble`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_LINE = re.compile(r"^(?P<file>[^\n:]+\.[A-Za-z0-9]+):(?P<line>\d+):")
+_FILE = re.compile(r"^'?(?P<file>[^\n:']+\.[A-Za-z0-9]+)'?\b")
+_TIME = re.compile(r"\bat (?P<time>-?\d+(?:\.\d+)?) s\b")
+
+
+class TumbleError(Exception):
+    """A request that cannot be carried out.
+
+    `problems` holds every problem found, not only the first. `file`, `line` and `time` [s] say where the first of them
+    is; each is None where the message does not say it. `status` is the exit status of the command for such an error.
+    """
+
+    status = 4
+
+    def __init__(self, problems: str | Sequence[str]) -> None:
+        self.problems: tuple[str, ...] = (problems,) if isinstance(problems, str) else tuple(problems)
+        super().__init__("\n".join(self.problems))
+        first = self.problems[0] if self.problems else ""
+        line = _LINE.match(first)
+        file = line or _FILE.match(first)
+        time = _TIME.search(first)
+        self.file: str | None = file["file"] if file else None
+        self.line: int | None = int(line["line"]) if line else None
+        self.time: float | None = float(time["time"]) if time else None
+
+    def __reduce__(self) -> tuple[type[TumbleError], tuple[tuple[str, ...]]]:
+        return type(self), (self.problems,)
+
+
+class LimitError(TumbleError):
+    """A limit of the plan failed or could not be decided (exit status 1)."""
+
+    status = 1
+
+
+class UsageError(TumbleError, ValueError):
+    """The request itself is wrong: a plan, a setting, an argument (exit status 2)."""
+
+    status = 2
+
+
+class ArgumentTypeError(UsageError, TypeError):
+    """An argument has a type that is not accepted (exit status 2)."""
+
+
+class DataError(TumbleError, ValueError):
+    """The data cannot answer the question: missing values, too short, the wrong unit (exit status 3)."""
+
+    status = 3
+
+
+class FileError(DataError):
+    """A file cannot be read, understood or written (exit status 3)."""
+
+
+class InternalError(TumbleError):
+    """A defect of Tumble (exit status 4). Please report it."""
+
+
+class TumbleWarning(UserWarning):
+    """A finding of severity warning or error: the work was carried out, but the answer is weak or the data have a fault."""
+
+
+_KINDS: dict[str, type[TumbleError]] = {
+    "bad_input": UsageError,
+    "unsupported": UsageError,
+    "bad_data": DataError,
+    "bad_file": FileError,
+    "internal": InternalError,
+}
+
+
+def error_of(kind: str, problems: list[str]) -> TumbleError:
+    """The exception for an error of the C++ library."""
+    return _KINDS[kind](problems)
+
+
+def wrong_type(argument: str, given: object, accepted: str) -> ArgumentTypeError:
+    """The exception for an argument of a wrong type. `accepted` says what would be right."""
+    return ArgumentTypeError(f"argument {argument}: {_described(given)} was given; {accepted}")
+
+
+def _described(given: object) -> str:
+    text = repr(given)
+    if len(text) > 60:
+        text = text[:57] + "..."
+    return f"{text} of type {type(given).__name__}"

@@ -1,0 +1,159 @@
+"""Recordings and tables as data frames of pandas, polars, xarray and Arrow, and back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from tumble._errors import DataError, UsageError, wrong_type
+from tumble._text import need
+
+if TYPE_CHECKING:
+    from tumble._recording import Recording
+    from tumble._result_parts import Table
+
+_NAMED = re.compile(r"^(?P<name>.+?)\s*\[(?P<unit>[^\[\]]*)\]$")
+
+
+def _common_times(recording: Recording) -> Any:
+    import numpy as np
+
+    channels = list(recording.values())
+    times = channels[0].times
+    for other in channels[1:]:
+        if len(other) != len(times) or not np.array_equal(other.times, times):
+            raise UsageError(
+                f"'{channels[0].name}' and '{other.name}' are not sampled together; read them one at a time with "
+                "tumble.read(..., channels=[...])"
+            )
+    return times
+
+
+def recording_to_pandas(recording: Recording) -> Any:
+    pandas = need("pandas", "pandas")
+    index = pandas.Index(_common_times(recording), name="time")
+    frame = pandas.DataFrame({name: channel.in_() for name, channel in recording.items()}, index=index)
+    frame.attrs["units"] = {name: channel.shown_unit for name, channel in recording.items()}
+    return frame
+
+
+def recording_to_polars(recording: Recording) -> Any:
+    columns = {f"{name}[{channel.shown_unit}]": channel.in_() for name, channel in recording.items()}
+    return need("polars", "polars").DataFrame({"time[s]": _common_times(recording), **columns})
+
+
+def recording_to_xarray(recording: Recording) -> Any:
+    times = _common_times(recording)
+    variables = {
+        name: ("time", channel.in_(), {"unit": channel.shown_unit, "rate": channel.rate})
+        for name, channel in recording.items()
+    }
+    coordinates = {"time": ("time", times, {"unit": "s"})}
+    return need("xarray", "xarray").Dataset(variables, coords=coordinates, attrs=dict(recording.meta))
+
+
+def table_to_pandas(table: Table) -> Any:
+    frame = need("pandas", "pandas").DataFrame({one.name: table[one.name] for one in table.columns})
+    frame.attrs["units"] = {one.name: one.unit for one in table.columns}
+    return frame
+
+
+def table_to_polars(table: Table) -> Any:
+    return need("polars", "polars").DataFrame({one.name: table[one.name] for one in table.columns})
+
+
+def table_to_arrow(table: Table) -> Any:
+    arrow = need("pyarrow", "import")
+    arrays = [arrow.array(_plain(table[one.name])) for one in table.columns]
+    fields = [
+        arrow.field(one.name, array.type, metadata={"unit": one.unit})
+        for one, array in zip(table.columns, arrays, strict=True)
+    ]
+    return arrow.Table.from_arrays(arrays, schema=arrow.schema(fields))
+
+
+def _plain(column: Any) -> Any:
+    """Columns of texts may hold numbers too: Arrow wants one type."""
+    return [None if cell is None else str(cell) for cell in column] if isinstance(column, list) else column
+
+
+def from_pandas(
+    df: Any,
+    *,
+    units: Mapping[str, str] | None = None,
+    rate: float | str | None = None,
+    time: str | None = None,
+    missing: str | None = None,
+    instrument: str = "",
+    name: str = "dataframe",
+) -> Recording:
+    """A recording of a pandas DataFrame.
+
+    Given     df       columns named "gyro.x[deg/s]", or "gyro.x" with a unit in `units` or df.attrs["units"]
+              units    by column; columns without a unit are refused
+              rate     [Hz] of even samples; else the times come from
+              time     the name of a column with stamps; None: the index (seconds, or date and time)
+              missing  "nan": NaN means a missing sample; None: NaN is refused
+    Raises    ArgumentTypeError, UsageError, DataError that name the column, what was given and what is accepted
+    Example   tumble.from_pandas(df, units={"gyr_x": "deg/s", "acc_x": "m/s^2"}, rate=204.8)
+    """
+    from tumble._read import from_arrays
+
+    if not hasattr(df, "columns") or not hasattr(df, "index"):
+        raise wrong_type("df", df, "accepted is a pandas DataFrame")
+    known = {**df.attrs.get("units", {}), **(units or {})}
+    channels = {}
+    without = []
+    for position, column in enumerate(df.columns):
+        if column == time:
+            continue
+        named = _NAMED.match(str(column))
+        unit = known.get(column, named["unit"] if named else None)
+        if unit is None:
+            without.append(str(column))
+        else:
+            channels[named["name"] if named and column not in known else str(column)] = (df.iloc[:, position], unit)
+    if without:
+        raise UsageError(
+            f"argument units: columns {', '.join(without)} have no unit; accepted are units={{'{without[0]}': 'deg/s'}} "
+            f"and columns named '{without[0]}[deg/s]'"
+        )
+    stamps = _stamps(df, time, rate)
+    return from_arrays(channels, rate=rate, time=stamps, missing=missing, instrument=instrument, name=name)
+
+
+def _stamps(df: Any, time: str | None, rate: object) -> Any:
+    """Stamps [s]; None with a rate, which the index must not contradict."""
+    import numpy as np
+
+    if time is not None and time not in df.columns:
+        raise UsageError(f"argument time: there is no column {time!r}; columns are {', '.join(map(str, df.columns))}")
+    index = df.index if time is None else df[time]
+    dated = np.issubdtype(np.asarray(index).dtype, np.datetime64) or hasattr(index, "tz")
+    values = np.asarray(index)
+    if dated:
+        values = (values.astype("datetime64[ns]") - values.astype("datetime64[ns]")[0]).astype(np.float64) * 1e-9
+    if rate is None:
+        if time is None and not dated and index.name is None and values.dtype.kind in "iu":
+            raise UsageError(
+                "argument rate: the index only counts rows; accepted are rate=..., time='column', and an index of times"
+            )
+        return values
+    if (dated or time is not None) and len(values) > 2:
+        _refuse_gap(values, rate)
+    return None
+
+
+def _refuse_gap(stamps: Any, rate: object) -> None:
+    import numpy as np
+
+    from tumble._read import _rate_of
+
+    steps = np.diff(stamps)
+    longest = int(np.argmax(steps))
+    if steps[longest] > 1.5 / _rate_of(rate) and steps[longest] > 1.5 * np.median(steps):
+        raise DataError(
+            f"argument rate: {rate} was given, but the stamps have a gap of {steps[longest]:.6g} s after row {longest}; "
+            "without rate the stamps are used and the gap becomes a finding"
+        )

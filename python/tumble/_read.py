@@ -1,0 +1,159 @@
+"""Recordings from files and arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from typing import IO, TYPE_CHECKING, Any
+
+from tumble import _tumble
+from tumble._arrays import samples_of
+from tumble._errors import UsageError, wrong_type
+from tumble._progress import listener
+from tumble._recording import Recording, _rebuild
+from tumble._text import path_text, text_of, unit_text
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+def read(
+    path: str | os.PathLike[str] | IO[bytes],
+    *,
+    format: str | None = None,
+    channels: Iterable[str] | None = None,
+    rate: float | str | None = None,
+    units: Mapping[str, str] | None = None,
+    columns: Sequence[str] | None = None,
+    segment_column: str | None = None,
+    missing: str | None = None,
+    decimal: str | None = None,
+    progress: object = None,
+) -> Recording:
+    """Reads a recording.
+
+    Given     path            file, or an open binary file
+              format          name in tumble.formats; None: by content
+              channels        names of those to read; None: all
+              rate            [Hz] where the file has no time
+              units           of columns without a unit: {"gyro.x": "deg/h"}
+              columns         of a text file without a header: ["time[s]", "x[deg/s]"]; "-" skips one
+              segment_column  of a text file: the column with the labels of segments
+              missing         a word that means a missing sample, beside the blank cell: "NaN"
+              decimal         decimal mark of a text file: "point" or "comma"
+              progress        None, True (a bar), or a function of (done, what)
+    Raises    FileError that says file and line; UsageError; ArgumentTypeError
+    Example   tumble.read("data.csv", rate=100, units={"gyro.x": "deg/s"})
+    """
+    given: dict[str, Any] = {
+        "format": format,
+        "channels": None if channels is None else list(channels),
+        "rate": rate,
+        "units": None if units is None else dict(units),
+        "columns": None if columns is None else list(columns),
+        "segment_column": segment_column,
+        "missing": missing,
+        "decimal": decimal,
+    }
+    if hasattr(path, "read"):
+        return _read_open_file(path, given, progress)
+    text = path_text(path, "path")
+    with listener(progress) as call:
+        core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)
+    return Recording(core, (text, {key: value for key, value in given.items() if value is not None}))
+
+
+def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:
+    sets = []
+    if given["columns"] is not None:
+        sets.append(("columns", ",".join(given["columns"])))
+    for key in ("rate", "segment_column", "missing", "decimal"):
+        if given[key] is not None:
+            sets.append((key, text_of(given[key], key)))
+    for column, unit in (given["units"] or {}).items():
+        sets.append((f"unit.{column}", unit if isinstance(unit, str) else unit_text(unit)))
+    return sets
+
+
+def _read_open_file(file: Any, given: Mapping[str, Any], progress: object) -> Recording:
+    """Of an open file the bytes are copied to a temporary one: formats are recognised by content and read by name."""
+    import tempfile
+
+    content = file.read()
+    if isinstance(content, str):
+        content = content.encode()
+    name = os.path.basename(str(getattr(file, "name", ""))) or "recording"
+    with tempfile.TemporaryDirectory() as folder:
+        copy = os.path.join(folder, name)
+        with open(copy, "wb") as target:
+            target.write(content)
+        with listener(progress) as call:
+            core = _tumble.read(copy, _sets(given), given["channels"] or [], given["format"], call)
+        core.sha256()
+    return Recording(core)
+
+
+def from_arrays(
+    channels: Mapping[str, tuple[ArrayLike, str] | Any],
+    *,
+    rate: float | str | None = None,
+    time: ArrayLike | None = None,
+    start: float = 0.0,
+    marks: Sequence[tuple[Any, ...]] = (),
+    missing: str | None = None,
+    instrument: str = "",
+    name: str = "arrays",
+) -> Recording:
+    """A recording of arrays that you have. The samples are copied once.
+
+    Given     channels    by name: (array, unit), or a pint quantity; each array one-dimensional, shape (n,)
+              rate        [Hz] of even samples, or text such as "100 Hz"; else
+              time        [s] stamp of each sample, shape (n,)
+              start       [s] time of the first sample, with rate
+              marks       (label, begin [s]) or (label, begin [s], power-up) of each segment
+              missing     "nan": NaN means a missing sample; None: NaN is refused
+              instrument  model and serial number
+              name        what messages call it
+    Raises    ArgumentTypeError, UsageError, DataError that name the channel, what was given and what is accepted
+    Example   tumble.from_arrays({"gyro.x": (x, "deg/s"), "temperature": (t, "degC")}, rate=100)
+    """
+    if not isinstance(channels, Mapping) or not channels:
+        raise wrong_type("channels", channels, 'accepted is a dict such as {"gyro.x": (array, "deg/s")}')
+    if (rate is None) == (time is None):
+        raise UsageError("arguments rate and time: give one of them: the sampling rate [Hz], or a stamp [s] a sample")
+    hertz = 0.0 if rate is None else _rate_of(rate)
+    stamps = None if time is None else samples_of(time, "time")
+    parts = []
+    for key, given in channels.items():
+        values, unit = _with_unit(key, given)
+        numbers = samples_of(values, f"channels[{key!r}]", missing)
+        if stamps is not None and len(stamps) != len(numbers):
+            raise UsageError(
+                f"argument time: {len(stamps)} stamps were given for the {len(numbers)} samples of {key!r}; accepted is "
+                "one stamp a sample"
+            )
+        parts.append((key, unit, numbers, float(start), hertz, stamps))
+    return _rebuild(parts, marks, name, instrument, {}, si=False)
+
+
+def _rate_of(rate: object) -> float:
+    """Sampling rate [Hz]. Raises ArgumentTypeError, UsageError."""
+    text = text_of(rate, "rate")
+    hertz = _tumble.parse_si(text if isinstance(rate, str) or " " in text else f"{text} Hz", "Hz")
+    if not 0.0 < hertz <= 1e10:
+        raise UsageError(f"argument rate: {rate!r} was given; accepted are rates above 0 Hz and at most 1e10 Hz")
+    return hertz
+
+
+def _with_unit(key: object, given: Any) -> tuple[Any, str]:
+    if not isinstance(key, str):
+        raise wrong_type("channels", key, "accepted are names of channels as text")
+    if hasattr(given, "magnitude") and hasattr(given, "units"):
+        return given.magnitude, unit_text(given.units)
+    if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
+        return given[0], given[1]
+    raise wrong_type(
+        f"channels[{key!r}]",
+        given,
+        'the unit is absent; accepted is (array, unit) such as (x, "deg/s"), with "1" for numbers without a dimension',
+    )

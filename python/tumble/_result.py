@@ -1,0 +1,224 @@
+"""Results: parameters with a full covariance, and all that a reader needs to judge them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from tumble import _tumble
+from tumble._errors import LimitError, UsageError, wrong_type
+from tumble._finding import Finding, findings_of
+from tumble._result_parts import (
+    Budget,
+    Covariance,
+    Curve,
+    Fit,
+    Parameter,
+    Provenance,
+    Table,
+    Verdict,
+    curve_of,
+    parameter_of,
+)
+from tumble._text import path_text
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Named(Mapping[str, Any]):
+    """Things by name, in their order."""
+
+    __slots__ = ("_items", "_what")
+
+    def __init__(self, what: str, items: Mapping[str, Any]) -> None:
+        self._what = what
+        self._items = items
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._items:
+            raise KeyError(f"no {self._what} {name!r}; there are {', '.join(self._items) or 'none'}")
+        return self._items[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return "\n".join(str(item) for item in self._items.values())
+
+
+class Result:
+    """The result of identify, predict or optimise. It cannot be changed.
+
+    Every number has the unit that stands beside it, as in the result file and on the terminal; `in_` gives another unit.
+    """
+
+    def __init__(self, core: _tumble.Estimate) -> None:
+        self._core = core
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The result file (docs/report.md) as Python values."""
+        document: dict[str, Any] = json.loads(self._core.to_json())
+        return document
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        return str(self.document["method"])
+
+    @property
+    def title(self) -> str:
+        """Title of the test."""
+        return str(self.document["title"])
+
+    @cached_property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Parameters by name: `result.parameters["K_1"].value`, `.sd`, `.interval`, `.in_("ug/g^2")`."""
+        return Named("parameter", {one["name"]: parameter_of(one) for one in self.document["parameters"]})
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Values of all parameters, shape (p,), each in the unit of its parameter."""
+        import numpy as np
+
+        return np.array([one.value for one in self.parameters.values()], dtype=np.float64)
+
+    @cached_property
+    def covariance(self) -> Covariance:
+        """Covariance of the parameters, all contributions together, with names: `result.covariance["K_0", "K_1"]`."""
+        return Covariance(tuple(self.parameters), self.document["covariance"])
+
+    @cached_property
+    def budget(self) -> Budget:
+        """What each source of uncertainty gives each parameter: `result.budget["rig: level"]["K_0"]`."""
+        return Budget(tuple(self.parameters), self.document["budget"])
+
+    @cached_property
+    def fit(self) -> Fit:
+        """Observations, degrees of freedom, chi-square and condition of the fit."""
+        return Fit(**self.document["fit"])
+
+    @cached_property
+    def tables(self) -> Mapping[str, Table]:
+        """Tables by name."""
+        return Named("table", {one["name"]: Table(one) for one in self.document["tables"]})
+
+    @cached_property
+    def curves(self) -> tuple[Curve, ...]:
+        """The curves of the report; those with the same `figure` are drawn in one figure."""
+        return tuple(curve_of(one) for one in self.document["curves"])
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """What is suspicious in the data or weak in the answer."""
+        return findings_of(self.document["findings"])
+
+    @cached_property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Pass, fail or undecided for each limit of the plan."""
+        return tuple(Verdict(one["parameter"], one["outcome"], one["limit"]) for one in self.document["verdicts"])
+
+    @cached_property
+    def provenance(self) -> Provenance:
+        """All that the answer depends on: files with SHA-256, plans, settings, seed."""
+        return Provenance(self.document["provenance"])
+
+    def require_limits(self) -> None:
+        """Raises LimitError where a limit failed or could not be decided, as `tumble identify --strict` does."""
+        problems = [
+            f"{one.parameter}: {one.outcome} ({one.limit})"
+            for one in self.verdicts
+            if one.outcome == "fail" or one.parameter not in self.parameters
+        ]
+        if problems:
+            raise LimitError(problems)
+
+    def to_json(self) -> str:
+        """Text of the result file."""
+        return self._core.to_json()
+
+    def to_html(self) -> str:
+        """The report: one page that needs no network."""
+        return self._core.to_html()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the result: .json for the result file, .html for the report. The file is written whole or not at all."""
+        text = path_text(path, "path")
+        if text.endswith(".json"):
+            write_whole(text, self.to_json())
+        elif text.endswith((".html", ".htm")):
+            write_whole(text, self.to_html())
+        else:
+            raise UsageError(f"argument path: {text!r} was given; the name must end in .json or .html")
+
+    def to_uncertainties(self) -> dict[str, Any]:
+        """Parameters as correlated numbers of the package uncertainties, each in the unit of its parameter."""
+        from tumble._text import need
+
+        correlated = need("uncertainties", "units").correlated_values
+        return dict(zip(self.parameters, correlated(self.values, self.covariance.values), strict=True))
+
+    def __str__(self) -> str:
+        return self._core.to_text()
+
+    def __repr__(self) -> str:
+        return f"<Result of {self.method}: {len(self.parameters)} parameters, {len(self.findings)} findings>"
+
+    def _repr_html_(self) -> str:
+        from tumble._html import result_table
+
+        return result_table(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _from_text, (self.to_json(), "pickled result")
+
+
+def _from_text(text: str, file: str) -> Result:
+    return Result(_tumble.Estimate.from_json(text, file))
+
+
+def load_result(path: str | os.PathLike[str]) -> Result:
+    """Reads a result file (.json) of identify, predict or `tumble identify -o`.
+
+    Raises FileError with what is missing or wrong.
+    """
+    from tumble._errors import FileError
+
+    text = path_text(path, "path")
+    try:
+        with open(text, encoding="utf-8") as file:
+            return _from_text(file.read(), text)
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"{text}: {error}") from error
+
+
+def result_of(given: object) -> Result:
+    """A result, or the path of a result file."""
+    if isinstance(given, Result):
+        return given
+    if isinstance(given, (str, os.PathLike)):
+        return load_result(given)
+    raise wrong_type("result", given, "accepted are a Result and the path of a result file")
+
+
+def write_whole(path: str, text: str) -> None:
+    """Writes beside the target, then renames: nobody finds half a file."""
+    from tumble._errors import FileError
+
+    unfinished = f"{path}.{os.getpid()}.tmp"
+    try:
+        with open(unfinished, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+        os.replace(unfinished, path)
+    except OSError as error:
+        if os.path.exists(unfinished):
+            os.remove(unfinished)
+        raise FileError(f"{path}: {error}") from error

@@ -1,0 +1,177 @@
+"""One function for each thing that a user wants: what the verbs of the command line do."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+
+from tumble import _finding, _tumble
+from tumble._errors import UsageError, wrong_type
+from tumble._plan import Plan, plan_of
+from tumble._progress import listener
+from tumble._recording import Recording
+from tumble._result import Result, result_of
+from tumble._text import path_text, sets_of, text_of
+
+MEMORY = 2_000_000_000
+
+
+def identify(
+    plan: Plan | str | os.PathLike[str],
+    *recordings: Recording | str | os.PathLike[str],
+    settings: Mapping[str, object] | None = None,
+    strict: bool = False,
+    memory_limit: int = MEMORY,
+    progress: object = None,
+) -> Result:
+    """Identifies parameters with their uncertainty.
+
+    Given     plan          a Plan, the path of one, or the name of a method that needs none ("allan_noise")
+              recordings    recordings or their paths, in addition to those of the plan
+              settings      settings of the method, and values of the plan, as in Plan.with_
+              strict        raise LimitError where a limit of the plan failed or could not be decided
+              memory_limit  [bytes] a file with more samples is worked through in blocks, if the method supports it
+              progress      None, True (a bar), or a function of (done, what)
+    Returned  the result; its findings of severity warning and error are also TumbleWarnings
+    Raises    UsageError, DataError, FileError with every problem found
+    Example   tumble.identify("allan_noise", "imu.csv").parameters["gyro.x.angle_random_walk"].in_("deg/sqrt(h)")
+    """
+    made = plan_of(plan, settings)
+    files, in_memory = [], []
+    for recording in recordings:
+        if isinstance(recording, Recording):
+            in_memory.append(recording._core)
+        elif isinstance(recording, (str, os.PathLike)):
+            files.append(path_text(recording, "recordings"))
+        else:
+            raise wrong_type("recordings", recording, _accepted_recordings(recording))
+    with listener(progress) as call:
+        result = Result(_tumble.identify(made._core, files, in_memory, memory_limit, call))
+    _finding.warn(result.findings, stacklevel=2)
+    if strict:
+        result.require_limits()
+    return result
+
+
+def _accepted_recordings(given: object) -> str:
+    text = "accepted are recordings (tumble.read, tumble.from_arrays, tumble.from_pandas) and paths"
+    if hasattr(given, "dtype") or isinstance(given, (list, tuple)):
+        text += "; samples alone have no unit and no rate: tumble.from_arrays({'gyro.x': (array, 'deg/s')}, rate=100)"
+    return text
+
+
+def simulate(
+    plan: Plan | str | os.PathLike[str],
+    *,
+    seed: int = 1,
+    settings: Mapping[str, object] | None = None,
+    progress: object = None,
+) -> Recording:
+    """The test of a plan, simulated with rig and instrument.
+
+    Given     plan      a Plan or its path, with [rig], [[schedule]] and [truth]
+              seed      of the random numbers, 0 or more; the same seed gives the same samples
+              settings  values that replace those of the plan: "truth.KEY", "rig.KEY"
+    Raises    UsageError with all that the plan lacks
+    Example   tumble.simulate("plans/fog_thermal_bias.toml", seed=7).save("test.h5")
+    """
+    made = plan_of(plan, settings)
+    with listener(progress) as call:
+        return Recording(_tumble.simulate(made._core, _seed(seed), call))
+
+
+def _seed(seed: object) -> int:
+    if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= seed.__index__() < 1 << 64:
+        raise wrong_type("seed", seed, "accepted are whole numbers from 0 to 2^64 - 1")
+    return int(seed.__index__())
+
+
+def predict(
+    plan: Plan | str | os.PathLike[str],
+    *,
+    terms: Iterable[str] = (),
+    settings: Mapping[str, object] | None = None,
+) -> Result:
+    """The uncertainties before the test, with the plan's truth as values.
+
+    Given     plan   a Plan or its path, with [instrument], [rig], [[schedule]] and [truth]
+              terms  only these terms of the model, the others are assumed to be known; empty: all
+    Raises    UsageError with all that the plan lacks
+    """
+    return Result(_tumble.predict(plan_of(plan, settings)._core, list(terms)))
+
+
+def optimise(
+    plan: Plan | str | os.PathLike[str],
+    *,
+    criterion: str = "A",
+    total_time: object = None,
+    step: object = None,
+    terms: Iterable[str] = (),
+    settings: Mapping[str, object] | None = None,
+    progress: object = None,
+) -> tuple[Result, str]:
+    """The positions, rates and dwell times with the smallest uncertainties that the rig allows.
+
+    Given     criterion   "A": mean variance; "D": determinant of the covariance
+              total_time  of all power-ups, "2 h"; None: that of the plan
+              step        of the grid of positions, "10 deg"; None: 15 deg
+              terms       only these terms of the model; empty: all
+    Returned  what is predicted for the schedule found, and the text of the plan with this schedule
+    """
+    if criterion not in ("A", "D"):
+        raise UsageError(f"argument criterion: {criterion!r} was given; accepted are 'A' and 'D'")
+    made = plan_of(plan, settings)
+    time = None if total_time is None else _tumble.parse_si(text_of(total_time, "total_time"), "h")
+    angle = None if step is None else _tumble.parse_si(text_of(step, "step"), "deg")
+    with listener(progress) as call:
+        estimate, text = _tumble.optimise(made._core, criterion, time, angle, list(terms), call)
+    return Result(estimate), text
+
+
+def compensate(
+    result: Result | str | os.PathLike[str],
+    recording: Recording | str | os.PathLike[str],
+    *,
+    plan: Plan | str | os.PathLike[str] | None = None,
+) -> Recording:
+    """Subtracts an identified error model from a recording.
+
+    Given     result     a Result of identify, or its file
+              recording  a recording, or its path
+              plan       whose rig and schedule say what was felt, where the recording does not
+    Returned  the recording with the compensated channel, and `.compensation_sd` and `.extrapolated` beside it
+    Raises    UsageError where the method has no error model; DataError
+    """
+    from tumble._read import read
+
+    made = None if plan is None else plan_of(plan, None)._core
+    given = recording if isinstance(recording, Recording) else read(recording)
+    core, account = _tumble.compensate(result_of(result)._core, given._core, made)
+    _finding.warn(Result(account).findings, stacklevel=2)
+    return Recording(core)
+
+
+def report(result: Result | str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Writes a result as one HTML page that needs no network.
+
+    Example   tumble.report(result, "fog.html")
+    """
+    if not path_text(path, "path").endswith((".html", ".htm")):
+        raise UsageError(f"argument path: {os.fspath(path)!r} was given; the name must end in .html")
+    result_of(result).save(path)
+
+
+def convert(
+    recording: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    settings: Mapping[str, object] | None = None,
+    progress: object = None,
+) -> None:
+    """Writes a recording in another format, in blocks, so that it may be larger than memory.
+
+    Given     settings  what the file does not say, as in `tumble convert --set`: {"rate": 100, "unit.x": "deg/h"}
+    """
+    with listener(progress) as call:
+        _tumble.convert(path_text(recording, "recording"), path_text(output, "output"), sets_of(settings), call)
