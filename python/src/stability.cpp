@@ -2,6 +2,7 @@
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -24,8 +25,13 @@ nb::ndarray<nb::numpy, T, nb::ndim<1>> array_of(std::vector<T> values) {
   return {kept->data(), {kept->size()}, owner};
 }
 
+using Numbers = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Counts = nb::ndarray<nb::numpy, std::int64_t, nb::ndim<1>>;
+/// factor, tau [s], deviation, count, alpha, edf, lower, upper
+using Columns = std::tuple<Counts, Numbers, Numbers, Counts, Counts, Numbers, Numbers, Numbers>;
+
 /// One column a member of DeviationPoint, in its order.
-nb::tuple columns_of(const std::vector<DeviationPoint>& points) {
+Columns columns_of(const std::vector<DeviationPoint>& points) {
   const auto column = [&]<class T>(T DeviationPoint::*member) {
     std::vector<T> values;
     for (const auto& point : points) values.push_back(point.*member);
@@ -33,12 +39,12 @@ nb::tuple columns_of(const std::vector<DeviationPoint>& points) {
   };
   const auto counts = column(&DeviationPoint::count), factors = column(&DeviationPoint::factor);
   const auto alphas = column(&DeviationPoint::alpha);
-  return nb::make_tuple(array_of(std::vector<std::int64_t>(factors.begin(), factors.end())),
+  return {array_of(std::vector<std::int64_t>(factors.begin(), factors.end())),
                         array_of(column(&DeviationPoint::tau)), array_of(column(&DeviationPoint::deviation)),
                         array_of(std::vector<std::int64_t>(counts.begin(), counts.end())),
                         array_of(std::vector<std::int64_t>(alphas.begin(), alphas.end())),
                         array_of(column(&DeviationPoint::edf)), array_of(column(&DeviationPoint::lower)),
-                        array_of(column(&DeviationPoint::upper)));
+                        array_of(column(&DeviationPoint::upper))};
 }
 
 struct Request {
@@ -63,7 +69,7 @@ std::vector<DeviationPoint> points_of(std::span<const double> values, const Requ
   return stability_curve(request.measure, values, request.rate, request.curve, known);
 }
 
-nb::tuple deviations(const Samples& samples, const Request& request) {
+Columns deviations(const Samples& samples, const Request& request) {
   std::vector<DeviationPoint> points;
   {
     const nb::gil_scoped_release unlocked;
@@ -73,15 +79,14 @@ nb::tuple deviations(const Samples& samples, const Request& request) {
 }
 
 /// Every averaging factor 1, 2, 3 ...: deviation [u] and number of terms.
-nb::tuple every(const Samples& samples, const std::string& kind) {
+std::pair<Numbers, Counts> every(const Samples& samples, const std::string& kind) {
   EveryTau all;
   {
     const nb::gil_scoped_release unlocked;
     const std::span<const double> rate(samples.data(), samples.shape(0));
     all = kind == "ohdev" ? every_overlapping_hadamard(rate) : every_overlapping_allan(rate);
   }
-  return nb::make_tuple(array_of(std::move(all.deviation)),
-                        array_of(std::vector<std::int64_t>(all.count.begin(), all.count.end())));
+  return {array_of(std::move(all.deviation)), array_of(std::vector<std::int64_t>(all.count.begin(), all.count.end()))};
 }
 
 }  // namespace

@@ -4,7 +4,8 @@
     result = tumble.identify("allan_noise", "imu.csv")
     print(result)
 
-Arrays that go in are shared without a copy where the type allows it. Every number that comes back has its unit beside it.
+Arrays that go in are shared without a copy where the type allows it. Every number that is returned has its unit beside
+it.
 """
 
 from tumble import _tumble

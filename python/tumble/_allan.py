@@ -30,12 +30,7 @@ KINDS: dict[str, str] = {
     "parabolic": "pdev",
     "peak_interval_error": "mtie",
     "rms_interval_error": "tierms",
-    **{
-        name: name
-        for name in (
-            "adev oadev mdev tdev hdev ohdev totdev mtotdev ttotdev htotdev pdev theo1 theoh mtie tierms".split()
-        )
-    },
+    **{one.name: one.name for one in _tumble.Stability},
 }
 """The accepted words for `kind`: the names of the command line, and longer ones that mean the same."""
 
@@ -45,9 +40,9 @@ DATA = ("rate", "frequency", "phase", "angle", "increment")
 class AllanDeviation(NamedTuple):
     """A deviation over the averaging time; all arrays have the shape (k,).
 
-    `taus` [s]; `deviation`, `lower` and `upper` in the unit of the array (of time deviations and interval errors: times s);
-    `n` terms; `alpha` the noise type that was found at each tau (2 white phase ... -2 random walk of the rate) and `edf`
-    the equivalent degrees of freedom. `lower` and `upper` are NaN where nobody knows limits.
+    `taus` [s]; `deviation`, `lower` and `upper` in the unit of the array (of time deviations and interval errors:
+    times s); `n` terms; `alpha` the noise type that was found at each tau (2 white phase ... -2 random walk of the
+    rate) and `edf` the equivalent degrees of freedom. `lower` and `upper` are NaN where limits are not known.
     """
 
     taus: NDArray[np.float64]
@@ -83,10 +78,11 @@ def allan_deviation(
 
     Given     x                  samples, shape (n,), or a channel of a recording (its values are in SI)
               sample_rate        [Hz], or text such as "100 Hz"; of a channel None: its own
-              taus               "octave" (1, 2, 4 ... samples), "log" (points_per_decade), "decade" (1, 2, 4, 10, 20 ...),
+              taus               "octave" (1, 2, 4 ... samples), "log" (points_per_decade), "decade" (1, 2, 4, 10 ...),
                                  "all" (every multiple of the sampling interval), or averaging times [s]
-              kind               overlapping, allan, modified, time, hadamard, overlapping_hadamard, total, modified_total,
-                                 time_total, hadamard_total, parabolic, theo1, theoh, mtie, tierms; or adev, oadev ...
+              kind               overlapping, allan, modified, time, hadamard, overlapping_hadamard, total,
+                                 modified_total, time_total, hadamard_total, parabolic, theo1, theoh, mtie, tierms;
+                                 or adev, oadev ..., the words of the command line
               data               rate or frequency; phase or angle (the integral); increment (of the integral a sample)
               confidence         [1] of the limits, two-sided
               longest_fraction   longest tau as a fraction of the record, at most 0.5, for all but explicit taus
@@ -147,9 +143,7 @@ def _factors(taus: Any, rate: float, samples: int, points_per_decade: float, lon
             return [step for step in steps if step <= longest]
         if taus == "all":
             return list(range(1, longest + 1))
-        raise UsageError(
-            f"argument taus: {taus!r} was given; accepted are octave, log, decade, all, and averaging times [s]"
-        )
+        raise UsageError(f"argument taus: {taus!r} was given; accepted are octave, log, decade, all, and times [s]")
     times = [_seconds(one) for one in taus] if isinstance(taus, (list, tuple)) else samples_of(taus, "taus").tolist()
     return sorted({_factor(time, rate) for time in times})
 
@@ -165,7 +159,8 @@ def _seconds(time: object) -> float:
 def _factor(time: float, rate: float) -> int:
     if not 0.5 <= time * rate < 1e18:
         raise UsageError(
-            f"argument taus: {time:g} s was given; accepted are averaging times from the sampling interval, {1 / rate:g} s, on"
+            f"argument taus: {time:g} s was given; accepted are averaging times of {1 / rate:g} s, the sampling "
+            "interval, and more"
         )
     return round(time * rate)
 
@@ -184,8 +179,10 @@ def _every(values: Any, rate: float, word: str, unit: str, options: tuple[Any, .
     upper = deviation * np.interp(log, at, curve[7] / curve[2])
     below = np.searchsorted(curve[0], factors, side="right") - 1
     edf = np.interp(log, at, curve[5])
-    found = (factors / rate, deviation, lower, upper, n, curve[4][below], edf)
-    return AllanDeviation(*(column[keep] for column in found), word, unit)
+    times, types = factors / rate, curve[4][below]
+    return AllanDeviation(
+        times[keep], deviation[keep], lower[keep], upper[keep], n[keep], types[keep], edf[keep], word, unit
+    )
 
 
 def _deviation(columns: tuple[Any, ...], word: str, unit: str) -> AllanDeviation:

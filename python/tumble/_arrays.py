@@ -43,8 +43,8 @@ def _array_of(values: Any, argument: str) -> NDArray[Any]:
 
     if isinstance(values, (str, bytes)) or values is None or isinstance(values, dict):
         raise wrong_type(argument, values, ACCEPTED)
-    if np.ma.isMaskedArray(values):
-        return np.asarray(values.astype(np.float64).filled(np.nan))
+    if isinstance(values, np.ma.MaskedArray):
+        return np.ma.filled(values.astype(np.float64), np.nan)
     try:
         array = np.asarray(values)
         if array.dtype == object and hasattr(values, "to_numpy"):  # numbers of pandas that may be absent

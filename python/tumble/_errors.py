@@ -65,7 +65,7 @@ class InternalError(TumbleError):
 
 
 class TumbleWarning(UserWarning):
-    """A finding of severity warning or error: the work was carried out, but the answer is weak or the data have a fault."""
+    """A finding of severity warning or error: the answer is weak, or the data have a fault."""
 
 
 _KINDS: dict[str, type[TumbleError]] = {

@@ -19,7 +19,7 @@ class Finding(NamedTuple):
     code: str
     message: str
     where: str
-    count: int
+    occurrences: int
     values: Mapping[str, Any]
 
     def __str__(self) -> str:

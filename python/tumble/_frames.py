@@ -116,8 +116,8 @@ def from_pandas(
             channels[named["name"] if named and column not in known else str(column)] = (df.iloc[:, position], unit)
     if without:
         raise UsageError(
-            f"argument units: columns {', '.join(without)} have no unit; accepted are units={{'{without[0]}': 'deg/s'}} "
-            f"and columns named '{without[0]}[deg/s]'"
+            f"argument units: columns {', '.join(without)} have no unit; accepted are "
+            f"units={{'{without[0]}': 'deg/s'}} and columns named '{without[0]}[deg/s]'"
         )
     stamps = _stamps(df, time, rate)
     return from_arrays(channels, rate=rate, time=stamps, missing=missing, instrument=instrument, name=name)
@@ -137,7 +137,7 @@ def _stamps(df: Any, time: str | None, rate: object) -> Any:
     if rate is None:
         if time is None and not dated and index.name is None and values.dtype.kind in "iu":
             raise UsageError(
-                "argument rate: the index only counts rows; accepted are rate=..., time='column', and an index of times"
+                "argument rate: the index only counts rows; accepted are rate, time, and an index of times"
             )
         return values
     if (dated or time is not None) and len(values) > 2:
@@ -154,6 +154,6 @@ def _refuse_gap(stamps: Any, rate: object) -> None:
     longest = int(np.argmax(steps))
     if steps[longest] > 1.5 / _rate_of(rate) and steps[longest] > 1.5 * np.median(steps):
         raise DataError(
-            f"argument rate: {rate} was given, but the stamps have a gap of {steps[longest]:.6g} s after row {longest}; "
-            "without rate the stamps are used and the gap becomes a finding"
+            f"argument rate: {rate} was given, but the stamps have a gap of {steps[longest]:.6g} s after row {longest};"
+            " without rate the stamps are used and the gap becomes a finding"
         )

@@ -24,7 +24,7 @@ class Plan:
     def with_(self, settings: Mapping[str, object] | None = None, /, **more: object) -> Plan:
         """The plan with other values, as `--set` of the command line gives them.
 
-        Given     settings  by key: a setting of the method, "rig.KEY", "truth.KEY", "channels.ROLE", "unit.COLUMN", "rate"
+        Given     settings  by key: a setting of the method, "rig.KEY", "truth.KEY", "channels.ROLE", "unit.COLUMN"
         Returned  another plan; this one does not change
         Raises    UsageError with every unknown key, wrong unit and bare number
         Example   plan.with_(confidence=0.9), plan.with_({"rig.radius": "2.5 m"})

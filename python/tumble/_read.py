@@ -129,8 +129,8 @@ def from_arrays(
         numbers = samples_of(values, f"channels[{key!r}]", missing)
         if stamps is not None and len(stamps) != len(numbers):
             raise UsageError(
-                f"argument time: {len(stamps)} stamps were given for the {len(numbers)} samples of {key!r}; accepted is "
-                "one stamp a sample"
+                f"argument time: {len(stamps)} stamps were given for the {len(numbers)} samples of {key!r}; accepted "
+                "is one stamp a sample"
             )
         parts.append((key, unit, numbers, float(start), hertz, stamps))
     return _rebuild(parts, marks, name, instrument, {}, si=False)

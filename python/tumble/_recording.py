@@ -255,7 +255,8 @@ def _rebuild(
 ) -> Recording:
     """A recording from name, unit, values, start, rate and stamps of each channel; values in SI where `si`."""
     channels = [_tumble.ChannelParts(*part, si) for part in parts]
-    return Recording(_tumble.make_recording(channels, [tuple(Mark(*m)) for m in marks], file, instrument, meta))
+    full = [(mark.label, mark.begin, mark.run, mark.end) for mark in (Mark(*one) for one in marks)]
+    return Recording(_tumble.make_recording(channels, full, file, instrument, meta))
 
 
 def _read_again(path: str, arguments: dict[str, Any], sha256: str) -> Recording:

@@ -57,7 +57,7 @@ class Named(Mapping[str, Any]):
 class Result:
     """The result of identify, predict or optimise. It cannot be changed.
 
-    Every number has the unit that stands beside it, as in the result file and on the terminal; `in_` gives another unit.
+    Every number has the unit that stands beside it, as in the result file; `in_` gives another unit.
     """
 
     def __init__(self, core: _tumble.Estimate) -> None:
@@ -150,7 +150,7 @@ class Result:
         return self._core.to_html()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the result: .json for the result file, .html for the report. The file is written whole or not at all."""
+        """Writes the result: .json for the result file, .html for the report; whole or not at all."""
         text = path_text(path, "path")
         if text.endswith(".json"):
             write_whole(text, self.to_json())

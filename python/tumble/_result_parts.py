@@ -18,8 +18,8 @@ INFINITY = float("inf")
 class Parameter(NamedTuple):
     """One parameter. `value`, `sd` and `interval` are in `unit`.
 
-    `sd` is the standard uncertainty (k = 1), `interval` the 95 % interval. A number that could not be found is None in the
-    result file and NaN here.
+    `sd` is the standard uncertainty (k = 1), `interval` the 95 % interval. A number that could not be found is null in
+    the result file and NaN here.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Parameter(NamedTuple):
         return quantity(si.value, si.unit)
 
     def to_uncertainties(self) -> Any:
-        """The value with its standard uncertainty, of the package uncertainties. It knows nothing of other parameters."""
+        """The value with its standard uncertainty, of the package uncertainties, without correlations."""
         from tumble._text import need
 
         return need("uncertainties", "units").ufloat(self.value, self.sd, self.name)
@@ -130,8 +130,8 @@ class Covariance:
 class Contribution(Mapping[str, float]):
     """One line of the budget: the standard uncertainty that its source gives each parameter, in the parameter's unit.
 
-    `factor`, shape (p, q), holds with sign what one standard deviation of each of its q independent errors does. Results
-    whose lines have one `key` share these errors.
+    `factor`, shape (p, q), holds with sign what one standard deviation of each of its q independent errors does.
+    Results whose lines have one `key` share these errors.
     """
 
     __slots__ = ("_sd", "factor", "key", "source")
@@ -289,7 +289,7 @@ class Axis(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """A curve of the report. `lower` and `upper` [unit of y] are the band that `band` names, None where there is none."""
+    """A curve of the report. `lower` and `upper` [unit of y] are the band that `band` names; None: no band."""
 
     name: str
     figure: str
@@ -312,11 +312,15 @@ def curve_of(document: Mapping[str, Any]) -> Curve:
         made.flags.writeable = False
         return made
 
+    def axis(one: Mapping[str, Any]) -> Axis:
+        return Axis(one["name"], one["unit"], array(one["values"]))
+
     band = document.get("band")
     return Curve(
         document["name"],
         document["figure"],
-        *(Axis(axis["name"], axis["unit"], array(axis["values"])) for axis in (document["x"], document["y"])),
+        axis(document["x"]),
+        axis(document["y"]),
         array(band["lower"]) if band else None,
         array(band["upper"]) if band else None,
         band["name"] if band else "",

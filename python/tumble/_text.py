@@ -21,7 +21,7 @@ def text_of(value: object, argument: str) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, os.PathLike):
-        return os.fspath(value)
+        return str(os.fspath(value))
     if isinstance(value, bool):
         return "true" if value else "false"
     if hasattr(value, "magnitude") and hasattr(value, "units"):
