@@ -50,23 +50,22 @@ Columns columns_of(const std::vector<DeviationPoint>& points) {
 struct Request {
   Stability measure = Stability::overlapping_allan;
   bool of_phase = false;
-  double rate = 1.0;                 ///< [Hz]
-  std::vector<std::size_t> factors;  ///< empty: a curve over log-spaced averaging times
+  double rate = 1.0;  ///< [Hz]
   AllanOptions curve;
   std::optional<int> alpha;
 };
 
+/// Of rate as the method allan_noise does it; of phase at the given factors, each exactly as it is defined.
 std::vector<DeviationPoint> points_of(std::span<const double> values, const Request& request) {
-  const StabilityOptions options{.confidence = request.curve.confidence, .alpha = request.alpha,
-                                 .remove_bias = request.curve.remove_bias};
-  if (request.of_phase) return stability(request.measure, values, 1.0 / request.rate, request.factors, options);
-  const bool plain = request.measure == Stability::overlapping_allan && !request.alpha;
-  if (plain && request.factors.empty()) return overlapping_allan(values, request.rate, request.curve);
-  if (plain) return overlapping_allan(values, request.rate, request.factors, request.curve.confidence);
-  if (!request.factors.empty())
-    return stability_of_rate(request.measure, values, 1.0 / request.rate, request.factors, options);
-  const auto known = overlapping_allan(values, request.rate, request.curve);
-  return stability_curve(request.measure, values, request.rate, request.curve, known);
+  if (request.of_phase)
+    return stability(request.measure, values, 1.0 / request.rate, request.curve.factors,
+                     {.confidence = request.curve.confidence, .alpha = request.alpha,
+                      .remove_bias = request.curve.remove_bias});
+  auto points = overlapping_allan(values, request.rate, request.curve);
+  if (request.measure == Stability::overlapping_allan && !request.alpha) return points;
+  if (request.alpha)
+    for (auto& point : points) point.alpha = *request.alpha;
+  return stability_curve(request.measure, values, request.rate, request.curve, points);
 }
 
 Columns deviations(const Samples& samples, const Request& request) {
@@ -116,9 +115,9 @@ void bind_stability(nb::module_& module) {
          double points_per_decade, double longest_fraction, double confidence, std::optional<int> alpha, bool remove_bias,
          bool subtract_mean_rate) {
         const AllanOptions curve{.points_per_decade = points_per_decade, .confidence = confidence,
-                                 .longest_fraction = longest_fraction, .remove_bias = remove_bias,
-                                 .subtract_mean_rate = subtract_mean_rate};
-        return deviations(samples, {measure, of_phase, rate, std::move(factors), curve, alpha});
+                                 .longest_fraction = longest_fraction, .factors = std::move(factors),
+                                 .remove_bias = remove_bias, .subtract_mean_rate = subtract_mean_rate};
+        return deviations(samples, {measure, of_phase, rate, curve, alpha});
       },
       "samples"_a.noconvert(), "measure"_a, "rate"_a, "of_phase"_a, "factors"_a, "points_per_decade"_a, "longest_fraction"_a,
       "confidence"_a, "alpha"_a.none(), "remove_bias"_a, "subtract_mean_rate"_a);

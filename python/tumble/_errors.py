@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 _LINE = re.compile(r"^(?P<file>[^\n:]+\.[A-Za-z0-9]+):(?P<line>\d+):")
 _FILE = re.compile(r"^'?(?P<file>[^\n:']+\.[A-Za-z0-9]+)'?\b")
+_LINE_ALONE = re.compile(r"\bline (?P<line>\d+)\b")
 _TIME = re.compile(r"\bat (?P<time>-?\d+(?:\.\d+)?) s\b")
 
 
@@ -23,8 +24,9 @@ class TumbleError(Exception):
         self.problems: tuple[str, ...] = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
         first = self.problems[0] if self.problems else ""
-        line = _LINE.match(first)
-        file = line or _FILE.match(first)
+        placed = _LINE.match(first)
+        file = placed or _FILE.match(first)
+        line = placed or _LINE_ALONE.search("\n".join(self.problems))
         time = _TIME.search(first)
         self.file: str | None = file["file"] if file else None
         self.line: int | None = int(line["line"]) if line else None

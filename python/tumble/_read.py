@@ -138,6 +138,8 @@ def from_arrays(
 
 def _rate_of(rate: object) -> float:
     """Sampling rate [Hz]. Raises ArgumentTypeError, UsageError."""
+    if isinstance(rate, (list, tuple, bool)):
+        raise wrong_type("rate", rate, "accepted are a number [Hz], text such as '100 Hz', and a pint quantity")
     text = text_of(rate, "rate")
     hertz = _tumble.parse_si(text if isinstance(rate, str) or " " in text else f"{text} Hz", "Hz")
     if not 0.0 < hertz <= 1e10:

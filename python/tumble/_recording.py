@@ -45,7 +45,7 @@ class Channel:
 
     @property
     def kind(self) -> str:
-        """What it measures: angular rate, specific force, temperature ..."""
+        """What it measures: angular_rate, specific_force, temperature ..."""
         return self._core.kind
 
     @property

@@ -75,9 +75,10 @@ def simulate(
     Raises    UsageError with all that the plan lacks
     Example   tumble.simulate("plans/fog_thermal_bias.toml", seed=7).save("test.h5")
     """
+    number = _seed(seed)
     made = plan_of(plan, settings)
     with listener(progress) as call:
-        return Recording(_tumble.simulate(made._core, _seed(seed), call))
+        return Recording(_tumble.simulate(made._core, number, call))
 
 
 def _seed(seed: object) -> int:
