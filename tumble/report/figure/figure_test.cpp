@@ -11,6 +11,8 @@
 namespace tumble {
 namespace {
 
+using figure::linear_ticks, figure::logarithmic_ticks;
+
 std::size_t count_of(std::string_view text, std::string_view part) {
   std::size_t count = 0;
   for (auto at = text.find(part); at != std::string_view::npos; at = text.find(part, at + 1)) ++count;

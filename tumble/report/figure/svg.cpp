@@ -13,6 +13,8 @@
 namespace tumble {
 namespace {
 
+using figure::linear_ticks, figure::logarithmic_ticks, figure::power_of_ten, figure::Ticks;
+
 // The drawing in its own units, which are pixels where it is shown at its own size.
 constexpr double width = 760, plot_height = 320, top = 12, right = 14, size_of_text = 12, line_height = 18;
 constexpr double width_of_character = 0.56 * size_of_text;

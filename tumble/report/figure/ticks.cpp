@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tumble {
+namespace tumble::figure {
 namespace {
 
 /// 1, 2 or 5 times a power of ten, at least `step`.
@@ -93,4 +93,4 @@ Ticks logarithmic_ticks(double low, double high, int most) {
   return ticks;
 }
 
-}  // namespace tumble
+}  // namespace tumble::figure

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace tumble {
+namespace tumble::figure {
 
 /// Where an axis begins and ends, and its ticks. Numbers in the unit of the axis.
 struct Ticks {
@@ -34,4 +34,4 @@ Ticks logarithmic_ticks(double low, double high, int most);
 /// "10⁻⁵", in characters that need no markup.
 std::string power_of_ten(int exponent);
 
-}  // namespace tumble
+}  // namespace tumble::figure
