@@ -1,9 +1,9 @@
-# Files that travel inside the program: texts, report templates and the plotting library. Each file of text,
-# tumble/report/assets and third_party/*.js becomes `extern const std::string_view <name with _ for every other character>` through the
+# Files that travel inside the program: texts and the style of the report. Each file of text and of
+# tumble/report/assets becomes `extern const std::string_view <name with _ for every other character>` through the
 # assembler's .incbin, which costs no compile time.
 function(tumble_embed result)
   file(GLOB assets CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/text/*.toml
-       ${PROJECT_SOURCE_DIR}/tumble/report/assets/* ${PROJECT_SOURCE_DIR}/third_party/*/*.js)
+       ${PROJECT_SOURCE_DIR}/tumble/report/assets/*)
   set(content "// Generated: files embedded in the program.\n#include <string_view>\n")
   foreach(asset ${assets})
     get_filename_component(name ${asset} NAME)
