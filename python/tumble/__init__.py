@@ -23,6 +23,7 @@ from tumble._errors import (
 )
 from tumble._finding import Finding
 from tumble._frames import from_pandas
+from tumble._method import Coverage, Method, coverage
 from tumble._plan import Plan, load_plan
 from tumble._read import from_arrays, read
 from tumble._recording import Channel, Mark, Recording
@@ -38,6 +39,7 @@ __all__ = [
     "Catalogue",
     "Channel",
     "Covariance",
+    "Coverage",
     "Curve",
     "DataError",
     "Entry",
@@ -46,6 +48,7 @@ __all__ = [
     "InternalError",
     "LimitError",
     "Mark",
+    "Method",
     "Parameter",
     "Plan",
     "Recording",
@@ -60,6 +63,7 @@ __all__ = [
     "checks",
     "compensate",
     "convert",
+    "coverage",
     "formats",
     "from_arrays",
     "from_pandas",

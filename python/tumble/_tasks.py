@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 
 from tumble import _finding, _tumble
 from tumble._errors import UsageError, wrong_type
+from tumble._method import Method
+from tumble._method import run as run_method
 from tumble._plan import Plan, plan_of
 from tumble._progress import listener
 from tumble._recording import Recording
@@ -17,7 +19,7 @@ MEMORY = 2_000_000_000
 
 
 def identify(
-    plan: Plan | str | os.PathLike[str],
+    plan: Plan | Method | str | os.PathLike[str],
     *recordings: Recording | str | os.PathLike[str],
     settings: Mapping[str, object] | None = None,
     strict: bool = False,
@@ -26,7 +28,7 @@ def identify(
 ) -> Result:
     """Identifies parameters with their uncertainty.
 
-    Given     plan          a Plan, the path of one, or the name of a method that needs none ("allan_noise")
+    Given     plan          a Plan, the path of one, the name of a method that needs none ("allan_noise"), or a Method
               recordings    recordings or their paths, in addition to those of the plan
               settings      settings of the method, and values of the plan, as in Plan.with_
               strict        raise LimitError where a limit of the plan failed or could not be decided
@@ -36,6 +38,8 @@ def identify(
     Raises    UsageError, DataError, FileError with every problem found
     Example   tumble.identify("allan_noise", "imu.csv").parameters["gyro.x.angle_random_walk"].in_("deg/sqrt(h)")
     """
+    if isinstance(plan, Method):
+        return run_method(plan, _all_read(recordings), settings)
     made = plan_of(plan, settings)
     files, in_memory = [], []
     for recording in recordings:
@@ -51,6 +55,20 @@ def identify(
     if strict:
         result.require_limits()
     return result
+
+
+def _all_read(recordings: Iterable[object]) -> list[Recording]:
+    from tumble._read import read
+
+    made = []
+    for recording in recordings:
+        if isinstance(recording, (str, os.PathLike)):
+            made.append(read(recording))
+        elif isinstance(recording, Recording):
+            made.append(recording)
+        else:
+            raise wrong_type("recordings", recording, _accepted_recordings(recording))
+    return made
 
 
 def _accepted_recordings(given: object) -> str:

@@ -1,0 +1,27 @@
+"""The examples of the documentation, run in the order of the page, and read by mypy."""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+
+import pytest
+
+import tumble
+
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", ["docs/python.md"])
+def test_examples_run(page, tree, tmp_path, monkeypatch):
+    for name in ("examples", "plans"):
+        os.symlink(tree / name, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    blocks = BLOCK.findall((tree / page).read_text())
+    assert blocks
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", tumble.TumbleWarning)
+        for block in blocks:
+            exec(compile(block, page, "exec"), names)

@@ -1,0 +1,151 @@
+"""Methods written in Python, and whether their intervals hold the truth."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from tumble import _tumble
+from tumble._errors import UsageError, wrong_type
+from tumble._recording import Recording
+from tumble._result import Result
+
+Answer = tuple[Mapping[str, tuple[float, str]], Any]
+
+
+class Method(NamedTuple):
+    """A method given by functions.
+
+    `identify(recordings, settings)` returns parameters, {name: (value, unit)}, and their covariance, shape (p, p), in
+    products of these units. `trial(seed)` returns simulated recordings and the truth, {name: value [unit of the
+    parameter]}; noise and repeatability are new with every seed, the truth is not. `options` are the settings with
+    their defaults; others are refused.
+    """
+
+    name: str
+    summary: str
+    identify: Callable[[Sequence[Recording], Mapping[str, Any]], Answer]
+    trial: Callable[[int], tuple[Sequence[Recording], Mapping[str, float]]] | None = None
+    options: Mapping[str, Any] = {}
+
+
+class Coverage(NamedTuple):
+    """How often the 95 % interval of a parameter held the truth; `holds`: `fraction` is within `allowed`."""
+
+    parameter: str
+    fraction: float
+    allowed: tuple[float, float]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the fraction is what 95 % gives with this number of seeds, within four standard deviations."""
+        return self.allowed[0] <= self.fraction <= self.allowed[1]
+
+
+def run(method: Method, recordings: Iterable[Recording], settings: Mapping[str, Any] | None) -> Result:
+    """Runs a method and makes a result of its answer, checked as a result file is."""
+    given = list(recordings)
+    unknown = set(settings or {}) - set(method.options)
+    if unknown:
+        raise UsageError(
+            f"method {method.name}: unknown settings {', '.join(sorted(unknown))}; accepted are "
+            f"{', '.join(method.options) or 'none'}"
+        )
+    resolved = {**method.options, **(settings or {})}
+    answer = method.identify(given, resolved)
+    if not isinstance(answer, tuple) or len(answer) != 2:
+        raise wrong_type(f"identify of method {method.name}", answer, "accepted is (parameters, covariance)")
+    document = _document(method, *answer, given, resolved)
+    return Result(_tumble.Estimate.from_json(json.dumps(document), f"answer of method {method.name}"))
+
+
+def _document(
+    method: Method, parameters: Any, covariance: Any, recordings: list[Recording], settings: Mapping[str, Any]
+) -> dict[str, Any]:
+    import numpy as np
+
+    matrix = np.asarray(covariance, dtype=np.float64)
+    if matrix.shape != (len(parameters), len(parameters)):
+        raise UsageError(
+            f"method {method.name}: the covariance of {len(parameters)} parameters has the shape {matrix.shape}; "
+            f"accepted is {(len(parameters), len(parameters))}"
+        )
+    factor = _factor(matrix, method.name)
+    return {
+        "tumble": _tumble.version,
+        "method": method.name,
+        "title": method.name,
+        "instrument": {"model": "", "serial": ""},
+        "parameters": [
+            _parameter(name, value, unit, math.sqrt(matrix[i, i]))
+            for i, (name, (value, unit)) in enumerate(parameters.items())
+        ],
+        "covariance": matrix.tolist(),
+        "budget": [
+            {"source": "the method", "key": None, "sd": np.sqrt(np.diag(matrix)).tolist(), "factor": factor.tolist()}
+        ],
+        "tables": [],
+        "curves": [],
+        "fit": {"observations": 0, "degrees_of_freedom": None, "chi_square": None, "condition": None},
+        "findings": [],
+        "verdicts": [],
+        "provenance": {
+            "inputs": [{"file": one.file, "sha256": one.sha256} for one in recordings],
+            "plans": [],
+            "settings": {key: str(value) for key, value in settings.items()},
+            "command_line": {},
+            "seed": None,
+        },
+    }
+
+
+def _factor(matrix: Any, method: str) -> Any:
+    """B with B B' = matrix. Raises UsageError where there is none."""
+    import numpy as np
+
+    if not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0.0):
+        raise UsageError(f"method {method}: the covariance is not finite and symmetric")
+    sd = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale = np.where(sd > 0.0, sd, 1.0)
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    if values.min() < -1e-9:
+        raise UsageError(f"method {method}: the covariance has a negative eigenvalue")
+    return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def _parameter(name: str, value: float, unit: str, sd: float) -> dict[str, Any]:
+    half = 1.959963984540054 * sd  # of the normal distribution, 95 %
+    return {
+        "name": name,
+        "symbol": name,
+        "value": float(value),
+        "sd": sd,
+        "unit": unit,
+        "description": "",
+        "degrees_of_freedom": None,
+        "interval95": [float(value) - half, float(value) + half],
+    }
+
+
+def coverage(method: Method, *, seeds: int = 100, settings: Mapping[str, Any] | None = None) -> list[Coverage]:
+    """How often the 95 % intervals of a method hold the truth of its trial.
+
+    Given     seeds  number of trials, 20 or more
+    Returned  one line a parameter; `allowed` is 0.95 -+ 4 sqrt(0.95 0.05/seeds)
+    Raises    UsageError where the method has no trial
+    """
+    if method.trial is None:
+        raise UsageError(f"method {method.name} has no trial: coverage needs recordings whose truth is known")
+    if seeds < 20:
+        raise UsageError(f"argument seeds: {seeds} was given; accepted are 20 or more")
+    held: dict[str, int] = {}
+    for seed in range(1, seeds + 1):
+        recordings, truth = method.trial(seed)
+        result = run(method, recordings, settings)
+        for name, value in truth.items():
+            low, high = result.parameters[name].interval
+            held[name] = held.get(name, 0) + (low <= value <= high)
+    width = 4.0 * math.sqrt(0.95 * 0.05 / seeds)
+    return [Coverage(name, count / seeds, (0.95 - width, 0.95 + width)) for name, count in held.items()]
