@@ -49,7 +49,7 @@ Channel channel_of(const ChannelParts& parts) {
 
 Recording make_recording(const std::vector<ChannelParts>& channels,
                          const std::vector<std::tuple<std::string, double, int, double>>& marks, const std::string& file,
-                         const std::string& instrument, const std::map<std::string, std::string>& meta) {
+                         const std::string& instrument, const std::map<std::string, std::string>& meta, bool of_file) {
   Recording recording;
   std::vector<std::string> problems;
   for (const auto& parts : channels) try {
@@ -62,7 +62,10 @@ Recording make_recording(const std::vector<ChannelParts>& channels,
   recording.instrument = instrument;
   recording.meta = meta;
   recording.origin.file = file;
-  sign(recording);
+  if (of_file)
+    recording.origin.checksum = sha256_in_background(file);
+  else
+    sign(recording);
   return recording;
 }
 

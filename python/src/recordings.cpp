@@ -92,7 +92,7 @@ void bind_recordings(nb::module_& module) {
   nb::class_<ChannelParts>(module, "ChannelParts")
       .def(nb::init<std::string, std::string, Samples, double, double, std::optional<Samples>, bool>(), "name"_a, "unit"_a,
            "values"_a.noconvert(), "start"_a, "rate"_a, "stamps"_a.noconvert().none(), "si"_a);
-  module.def("make_recording", &make_recording, "channels"_a, "marks"_a, "file"_a, "instrument"_a, "meta"_a,
+  module.def("make_recording", &make_recording, "channels"_a, "marks"_a, "file"_a, "instrument"_a, "meta"_a, "of_file"_a,
              nb::call_guard<nb::gil_scoped_release>());
 }
 

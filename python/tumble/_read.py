@@ -58,9 +58,30 @@ def read(
     if hasattr(path, "read"):
         return _read_open_file(path, given, progress)
     text = path_text(path, "path")
+    if format is None and (imported := _imported(text, given)) is not None:
+        return imported
     with listener(progress) as call:
         core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)
     return Recording(core, (text, {key: value for key, value in given.items() if value is not None}))
+
+
+def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
+    """The recording of a file that only an importer in Python reads; None for all others."""
+    from tumble._catalogue import formats
+
+    suffix = os.path.splitext(path)[1].lower()
+    if any(suffix in entry["extensions"] for entry in formats.values()) or not os.path.exists(path):
+        return None
+    from tumble.importers import Request, importer_of
+
+    importer = importer_of(path)
+    if importer is None:
+        return None
+    missing = "nan" if (given["missing"] or "").lower() == "nan" else None
+    request = Request(given["channels"], given["rate"], given["units"] or {}, missing)
+    recording = importer.read(path, request)
+    recording._source = (path, {key: value for key, value in given.items() if value is not None})
+    return recording
 
 
 def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -141,7 +162,8 @@ def _rate_of(rate: object) -> float:
     if isinstance(rate, (list, tuple, bool)):
         raise wrong_type("rate", rate, "accepted are a number [Hz], text such as '100 Hz', and a pint quantity")
     text = text_of(rate, "rate")
-    hertz = _tumble.parse_si(text if isinstance(rate, str) or " " in text else f"{text} Hz", "Hz")
+    bare = text.strip().lstrip("+-").replace(".", "", 1).replace("e", "", 1).replace("-", "").isdigit()
+    hertz = _tumble.parse_si(f"{text} Hz" if bare else text, "Hz")
     if not 0.0 < hertz <= 1e10:
         raise UsageError(f"argument rate: {rate!r} was given; accepted are rates above 0 Hz and at most 1e10 Hz")
     return hertz

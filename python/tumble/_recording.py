@@ -256,7 +256,13 @@ def _rebuild(
     """A recording from name, unit, values, start, rate and stamps of each channel; values in SI where `si`."""
     channels = [_tumble.ChannelParts(*part, si) for part in parts]
     full = [(mark.label, mark.begin, mark.run, mark.end) for mark in (Mark(*one) for one in marks)]
-    return Recording(_tumble.make_recording(channels, full, file, instrument, meta))
+    return Recording(_tumble.make_recording(channels, full, file, instrument, meta, False))
+
+
+def rebuilt(parts: Parts, path: str, meta: dict[str, str]) -> Recording:
+    """A recording that an importer read from a file, of name, unit, values [unit], start, rate and stamps."""
+    channels = [_tumble.ChannelParts(*part, False) for part in parts]
+    return Recording(_tumble.make_recording(channels, [], path, "", meta, True))
 
 
 def _read_again(path: str, arguments: dict[str, Any], sha256: str) -> Recording:

@@ -1,0 +1,150 @@
+"""Importers: files written by the reference packages are read back; what they lack is asked for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tumble.importers import importers
+
+import tumble
+
+RATE = 200.0
+
+
+def samples(seed: int = 1, count: int = 500) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=count)
+
+
+def in_unit(recording: tumble.Recording, name: str, unit: str) -> np.ndarray:
+    return recording[name].in_(unit)
+
+
+def test_parquet_is_read_with_units_of_fields_and_names(tmp_path):
+    arrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    x, y = samples(1), samples(2)
+    schema = arrow.schema(
+        [
+            arrow.field("time[s]", arrow.float64()),
+            arrow.field("gyro.x", arrow.float64(), metadata={"unit": "deg/s"}),
+            arrow.field("temperature[degC]", arrow.float32()),
+            arrow.field("note", arrow.string()),
+        ]
+    )
+    arrays = [np.arange(500) / RATE, x, y.astype(np.float32), ["a"] * 500]
+    parquet.write_table(
+        arrow.table(dict(zip(schema.names, arrays, strict=True)), schema=schema), tmp_path / "a.parquet"
+    )
+    recording = tumble.read(tmp_path / "a.parquet")
+    np.testing.assert_allclose(in_unit(recording, "gyro.x", "deg/s"), x, rtol=4e-16)
+    np.testing.assert_array_equal(recording["gyro.x"].times, np.arange(500) / RATE)
+    assert recording["temperature"].shown_unit == "degC"
+    assert recording.meta["skipped"] == "note"
+    assert recording.file.endswith("a.parquet")
+    assert len(recording.sha256) == 64
+
+
+def test_xlsx_is_read_with_blank_cells_as_missing(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["time[ms]", "gyro.x[deg/h]", "comment"])
+    for k in range(20):
+        book.active.append([5 * k, None if k == 7 else 0.1 * k, "ok"])
+    book.save(tmp_path / "a.xlsx")
+    recording = tumble.read(tmp_path / "a.xlsx")
+    assert recording["gyro.x"].missing == 1
+    np.testing.assert_allclose(recording["gyro.x"].times, np.arange(20) / RATE, rtol=1e-15)
+    assert recording.meta["skipped"] == "comment"
+
+
+def test_tdms_is_read_with_the_units_and_the_clock_of_its_waveforms(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    x = samples()
+    properties = {"unit_string": "deg/s", "wf_increment": 1 / RATE, "wf_start_offset": 0.0}
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("table", "gyro.x", x, properties),
+                nptdms.ChannelObject("table", "volts", x, {"wf_increment": 1 / RATE}),
+            ]
+        )
+    with pytest.raises(tumble.UsageError, match=r"columns volts have no unit; accepted are units=\{'volts'"):
+        tumble.read(tmp_path / "a.tdms")
+    recording = tumble.read(tmp_path / "a.tdms", channels=["gyro.x"])
+    np.testing.assert_allclose(in_unit(recording, "gyro.x", "deg/s"), x, rtol=4e-16)
+    assert recording["gyro.x"].rate == pytest.approx(RATE)
+    assert "volts" in recording.meta["skipped"]
+    both = tumble.read(tmp_path / "a.tdms", units={"volts": "mV"})
+    assert both["volts"].shown_unit == "mV"
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_bags_are_read_with_the_stamps_of_their_headers(tmp_path, version):
+    pytest.importorskip("rosbags")
+    recording = tumble.read(write_bag(tmp_path, version))
+    assert set(recording) == {f"{kind}.{axis}" for kind in ("accelerometer", "gyro") for axis in "xyz"}
+    np.testing.assert_array_equal(recording["gyro.x"].values, samples(1, 50))
+    np.testing.assert_allclose(recording["gyro.x"].times, np.arange(50) / RATE, atol=1e-6)  # of seconds since 1970
+    assert recording["accelerometer.z"].shown_unit == "m/s^2"
+    assert "orientation.x" in recording.meta["skipped"]
+
+
+def write_bag(folder: Path, version: int) -> Path:
+    """A bag of 50 messages of an IMU; of ROS 2 its data file."""
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
+    path = folder / "a.bag" if version == 1 else folder / "a"
+    writer = rosbag1.Writer(path) if version == 1 else rosbag2.Writer(path, version=8)
+    with writer:
+        connection = writer.add_connection("/imu/data", "sensor_msgs/msg/Imu", typestore=store)
+        for k, x in enumerate(samples(1, 50)):
+            nanoseconds = 1_700_000_000_000_000_000 + k * 5_000_000
+            message = imu_message(store.types, nanoseconds, float(x), version)
+            serialize = store.serialize_ros1 if version == 1 else store.serialize_cdr
+            writer.write(connection, nanoseconds, bytes(serialize(message, "sensor_msgs/msg/Imu")))
+    return path if version == 1 else next(path.glob("*.db3"))
+
+
+def imu_message(types, nanoseconds: int, rate: float, version: int):
+    header, time = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    stamp = time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+    unknown = np.zeros(9)
+    return types["sensor_msgs/msg/Imu"](
+        header(seq=0, stamp=stamp, frame_id="imu") if version == 1 else header(stamp=stamp, frame_id="imu"),
+        quaternion(0.0, 0.0, 0.0, 1.0),
+        unknown,
+        vector(rate, 0.0, 0.0),
+        unknown,
+        vector(0.0, 0.0, 9.8),
+        unknown,
+    )
+
+
+def test_the_command_of_python_converts(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["gyro.x"])
+    for k in range(20):
+        book.active.append([0.1 * k])
+    book.save(tmp_path / "a.xlsx")
+    convert = [sys.executable, "-m", "tumble", "convert", str(tmp_path / "a.xlsx"), "-o", str(tmp_path / "a.h5")]
+    failed = subprocess.run(convert, capture_output=True, text=True, check=False)
+    assert failed.returncode == 2
+    assert "gyro.x have no unit" in failed.stderr
+    sets = ["--set", "unit.gyro.x=deg/h", "--set", "rate=50"]
+    done = subprocess.run([*convert, *sets], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    np.testing.assert_allclose(tumble.read(tmp_path / "a.h5")["gyro.x"].in_(), 0.1 * np.arange(20), rtol=4e-16)
+
+
+def test_every_importer_names_itself():
+    names = [one.name for one in importers()]
+    assert names == sorted(set(names), key=names.index)
+    assert all(one.suffixes and one.summary for one in importers())

@@ -1,0 +1,70 @@
+"""python3 -m tumble: what the program `tumble` leaves to Python.
+
+python3 -m tumble convert FILE -o OUTPUT [--set KEY=VALUE]   also of formats that only Python reads
+python3 -m tumble importers                                  these formats
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+import tumble
+from tumble._read import read
+from tumble.importers import importers
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command and returns its exit status, as the program does."""
+    parser = argparse.ArgumentParser(prog="python3 -m tumble", description="What the program tumble leaves to Python")
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    convert = verbs.add_parser("convert", help="write a recording in another format")
+    convert.add_argument("recording", help="recording to read")
+    convert.add_argument(
+        "-o", "--output", required=True, help="recording to write; the end of its name selects the format"
+    )
+    convert.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="rate=100, missing=nan, unit.COLUMN=deg/h; repeatable",
+    )
+    verbs.add_parser("importers", help="list the formats that Python reads")
+    given = parser.parse_args(arguments)
+    if given.verb == "importers":
+        for one in importers():
+            print(f"{one.name:10}  {', '.join(one.suffixes):30}  {one.summary}")
+        return 0
+    try:
+        read(given.recording, **_arguments(given.set)).save(given.output)
+    except tumble.TumbleError as error:
+        print("error: " + "\n       ".join(error.problems), file=sys.stderr)
+        return error.status
+    return 0
+
+
+def _arguments(sets: list[str]) -> dict[str, Any]:
+    """The arguments of tumble.read for what --set says."""
+    units: dict[str, str] = {}
+    made: dict[str, Any] = {"units": units}
+    for text in sets:
+        key, equals, value = text.partition("=")
+        if not key or not equals:
+            raise tumble.UsageError(f"--set {text}: write --set key=value")
+        if key.startswith("unit."):
+            units[key[5:]] = value
+        elif key in ("rate", "missing", "decimal", "segment_column"):
+            made[key] = value
+        elif key == "columns":
+            made[key] = value.split(",")
+        else:
+            raise tumble.UsageError(
+                f"--set {key}: accepted are rate, missing, decimal, columns, segment_column, unit.COLUMN"
+            )
+    return made
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,124 @@
+"""Readers in Python, for formats whose well-kept readers are Python packages.
+
+`tumble.read` uses them by the end of the file name where the library itself does not know it. A package of yours adds
+one by an entry point of the group `tumble.importers` that leads to an `Importer`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tumble._errors import DataError, UsageError
+
+if TYPE_CHECKING:
+    from tumble._recording import Recording
+
+GROUP = "tumble.importers"
+BUILT_IN = ("parquet", "rosbag", "tdms", "xlsx")
+
+
+class Request(NamedTuple):
+    """What the user says beside the file: the arguments of tumble.read."""
+
+    channels: Sequence[str] | None = None
+    rate: float | str | None = None
+    units: Mapping[str, str] = {}
+    missing: str | None = None
+
+
+class Importer(NamedTuple):
+    """A reader: `read(path, request)` returns a recording; `suffixes` are the ends of the names of its files."""
+
+    name: str
+    summary: str
+    suffixes: tuple[str, ...]
+    read: Callable[[str, Request], Recording]
+
+
+class Column(NamedTuple):
+    """A column of a file: the name and unit of its channel, its name in the file, samples, and times or rate.
+
+    `unit` is None where the file does not say it; `times` [s] or `rate` [Hz] and `start` [s] say when the samples are.
+    """
+
+    name: str
+    unit: str | None
+    source: str
+    values: Any
+    times: Any = None
+    rate: float | None = None
+    start: float = 0.0
+
+
+def importers() -> Iterator[Importer]:
+    """All importers: those of Tumble, then those of other packages."""
+    from importlib import import_module
+    from importlib.metadata import entry_points
+
+    for name in BUILT_IN:
+        yield import_module(f"{__name__}.{name}").importer
+    for entry in entry_points(group=GROUP):
+        yield entry.load()
+
+
+def importer_of(path: str) -> Importer | None:
+    """The importer for the end of the name of a file, or None."""
+    suffix = os.path.splitext(path)[1].lower()
+    return next((one for one in importers() if suffix in one.suffixes), None)
+
+
+def recording_of(
+    path: str, importer: str, columns: Sequence[Column], request: Request, skipped: Sequence[str] = ()
+) -> Recording:
+    """A recording of the columns of a file.
+
+    Given     columns  all that hold numbers; request.channels selects among them
+              skipped  names of what the importer cannot use
+    Raises    UsageError for columns without a unit, and names that the file does not have; DataError without columns
+    """
+    from tumble._arrays import samples_of
+    from tumble._read import _rate_of
+    from tumble._recording import rebuilt
+
+    wanted = _selected(path, columns, request)
+    _refuse_without_unit(path, wanted, request)
+    rate = None if request.rate is None else _rate_of(request.rate)
+    parts = []
+    for column in wanted:
+        times = None if column.times is None else samples_of(column.times, f"times of {column.source!r}")
+        hertz = column.rate or rate
+        if times is None and hertz is None:
+            raise UsageError(f"{path}: column {column.source!r} has no times; accepted is rate=...")
+        unit = request.units.get(column.name) or request.units.get(column.source) or column.unit or "1"
+        values = samples_of(column.values, column.source, request.missing)
+        parts.append((column.name, unit, values, column.start, 0.0 if hertz is None else hertz, times))
+    others = [column.source for column in columns if column not in wanted]
+    meta = {"importer": importer, **{f"source.{column.name}": column.source for column in wanted}}
+    if skipped or others:
+        meta["skipped"] = ", ".join([*others, *skipped])
+    return rebuilt(parts, path, meta)
+
+
+def _selected(path: str, columns: Sequence[Column], request: Request) -> list[Column]:
+    if not columns:
+        raise DataError(f"{path}: holds no column of numbers")
+    if request.channels is None:
+        return list(columns)
+    known = {one.name: one for one in columns}
+    absent = [name for name in request.channels if name not in known]
+    if absent:
+        raise UsageError(f"{path}: no column {', '.join(absent)}; columns are {', '.join(known)}")
+    return [known[name] for name in request.channels]
+
+
+def _refuse_without_unit(path: str, columns: Sequence[Column], request: Request) -> None:
+    without = [
+        one.name for one in columns if not (one.unit or one.name in request.units or one.source in request.units)
+    ]
+    if without:
+        raise UsageError(
+            f"{path}: columns {', '.join(without)} have no unit; accepted are units={{'{without[0]}': 'deg/s'}}, and "
+            "channels=[...] to read others alone"
+        )
