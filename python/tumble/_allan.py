@@ -120,9 +120,8 @@ def allan_deviation(
     except DataError:
         refuse_what_is_not_finite(values, "x", missing)
         raise
-    if quick and not isinstance(x, Channel):
-        if not len(columns[0]) or (columns[3] != len(values) + 1 - 2 * columns[0]).any():
-            refuse_what_is_not_finite(values, "x", missing)
+    if quick and not isinstance(x, Channel) and not _are_whole(columns, len(values)):
+        refuse_what_is_not_finite(values, "x", missing)
     if not len(columns[0]):
         raise DataError(f"argument x: {len(values)} samples are too few for {word} at these averaging times")
     return _deviation(columns, word, unit)
@@ -175,6 +174,11 @@ def _factor(time: float, rate: float) -> int:
             "interval, and more"
         )
     return round(time * rate)
+
+
+def _are_whole(columns: tuple[Any, ...], samples: int) -> bool:
+    """Whether the overlapping sums have all terms of a record without missing samples."""
+    return len(columns[0]) > 0 and bool((columns[3] == samples + 1 - 2 * columns[0]).all())
 
 
 def _every(values: Any, rate: float, word: str, unit: str, options: tuple[Any, ...]) -> AllanDeviation:
