@@ -40,6 +40,8 @@ print(walk.in_("rad/sqrt(s)"))
 
 # %%
 curve = next(one for one in result.curves if one.name == "gyro.x allan_deviation")
+assert curve.lower is not None  # this curve has a band
+assert curve.upper is not None
 figure, axes = plt.subplots()
 axes.fill_between(curve.x.values, curve.lower, curve.upper, alpha=0.3, label=curve.band)
 axes.loglog(curve.x.values, curve.y.values, label=curve.name)
