@@ -24,8 +24,8 @@ void bind_figures(nb::module_& module);
 void bind_compat_allantools(nb::module_& module);
 void bind_compat_imucal(nb::module_& module);
 
-/// Progress of a long call, made without the interpreter's lock: 20 times a second it takes the lock, looks for Ctrl+C, and
-/// calls a Python function (done from 0 to 1, what) unless that is None. It must outlive the call.
+/// Progress of a long call, made without the interpreter's lock: 20 times a second it takes the lock, looks for Ctrl+C,
+/// and calls a Python function (done from 0 to 1, what) unless that is None. It must outlive the call.
 class Listener {
  public:
   explicit Listener(nb::object call) : call_(std::move(call)) {}

@@ -21,7 +21,8 @@ std::string checksum_of(const Recording& recording) {
   for (const auto& channel : recording.channels) {
     const auto& timeline = channel.timeline;
     text += channel.name + "[" + channel.unit.text() + "]" + sha256_of(bytes_of(channel.values));
-    text += timeline.uniform() ? sha256_of(bytes_of({timeline.start, timeline.rate})) : sha256_of(bytes_of(*timeline.stamps));
+    text += timeline.uniform() ? sha256_of(bytes_of({timeline.start, timeline.rate}))
+                               : sha256_of(bytes_of(*timeline.stamps));
   }
   return sha256_of(text);
 }
@@ -48,8 +49,9 @@ Channel channel_of(const ChannelParts& parts) {
 }  // namespace
 
 Recording make_recording(const std::vector<ChannelParts>& channels,
-                         const std::vector<std::tuple<std::string, double, int, double>>& marks, const std::string& file,
-                         const std::string& instrument, const std::map<std::string, std::string>& meta, bool of_file) {
+                         const std::vector<std::tuple<std::string, double, int, double>>& marks,
+                         const std::string& file, const std::string& instrument,
+                         const std::map<std::string, std::string>& meta, bool of_file) {
   Recording recording;
   std::vector<std::string> problems;
   for (const auto& parts : channels) try {

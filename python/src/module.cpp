@@ -3,7 +3,8 @@
 
 NB_MODULE(_tumble, module) {
   using namespace tumble::python;
-  module.doc() = "The C++ library of Tumble. The package `tumble` is made for people; this module may change at any time.";
+  module.doc() =
+      "The C++ library of Tumble. The package `tumble` is made for people; this module may change at any time.";
   module.attr("version") = tumble::version;
   bind_errors(module);
   bind_units(module);

@@ -1,3 +1,5 @@
+#include "recordings.hpp"
+
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
@@ -12,7 +14,6 @@
 #include <tuple>
 
 #include "bindings.hpp"
-#include "recordings.hpp"
 #include "tumble/checks/check.hpp"
 #include "tumble/core/sampling_rate.hpp"
 #include "tumble/report/report.hpp"
@@ -61,8 +62,8 @@ void bind_channel(nb::module_& module) {
       .def_ro("name", &Channel::name)
       .def_prop_ro("kind", [](const Channel& channel) { return std::string(name(channel.kind)); })
       .def_ro("unit", &Channel::unit)
-      .def_prop_ro("values", [](const Channel& channel) { return view(channel.values); },
-                   nb::rv_policy::reference_internal)
+      .def_prop_ro(
+          "values", [](const Channel& channel) { return view(channel.values); }, nb::rv_policy::reference_internal)
       .def_prop_ro("times", &times, nb::rv_policy::automatic)
       .def_prop_ro("uniform", [](const Channel& channel) { return channel.timeline.uniform(); })
       .def_prop_ro("start", [](const Channel& channel) { return channel.values.empty() ? NAN : channel.time(0); })
@@ -80,20 +81,23 @@ void bind_recordings(nb::module_& module) {
       .def_ro("instrument", &Recording::instrument)
       .def_ro("meta", &Recording::meta)
       .def_prop_ro("file", [](const Recording& recording) { return recording.origin.file; })
-      .def("sha256", [](const Recording& recording) { return sha256_of(recording.origin); },
-           nb::call_guard<nb::gil_scoped_release>())
+      .def(
+          "sha256", [](const Recording& recording) { return sha256_of(recording.origin); },
+          nb::call_guard<nb::gil_scoped_release>())
       .def_prop_ro("marks", &marks)
       .def_prop_ro("findings", [](const Recording& recording) { return to_json(recording.findings); })
       .def("check", &check, nb::call_guard<nb::gil_scoped_release>())
       .def("__len__", [](const Recording& recording) { return recording.channels.size(); })
-      .def("channel", [](const Recording& recording, std::size_t i) -> const Channel& { return recording.channels.at(i); },
-           "index"_a, nb::rv_policy::reference_internal)
+      .def(
+          "channel",
+          [](const Recording& recording, std::size_t i) -> const Channel& { return recording.channels.at(i); },
+          "index"_a, nb::rv_policy::reference_internal)
       .def("between", &between, "begin"_a, "end"_a, nb::call_guard<nb::gil_scoped_release>());
   nb::class_<ChannelParts>(module, "ChannelParts")
-      .def(nb::init<std::string, std::string, Samples, double, double, std::optional<Samples>, bool>(), "name"_a, "unit"_a,
-           "values"_a.noconvert(), "start"_a, "rate"_a, "stamps"_a.noconvert().none(), "si"_a);
-  module.def("make_recording", &make_recording, "channels"_a, "marks"_a, "file"_a, "instrument"_a, "meta"_a, "of_file"_a,
-             nb::call_guard<nb::gil_scoped_release>());
+      .def(nb::init<std::string, std::string, Samples, double, double, std::optional<Samples>, bool>(), "name"_a,
+           "unit"_a, "values"_a.noconvert(), "start"_a, "rate"_a, "stamps"_a.noconvert().none(), "si"_a);
+  module.def("make_recording", &make_recording, "channels"_a, "marks"_a, "file"_a, "instrument"_a, "meta"_a,
+             "of_file"_a, nb::call_guard<nb::gil_scoped_release>());
 }
 
 }  // namespace tumble::python

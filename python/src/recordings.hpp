@@ -23,17 +23,23 @@ struct ChannelParts {
   std::optional<Samples> stamps;  ///< [s], in place of start and rate
   bool si;
 
-  ChannelParts(std::string channel, std::string in, Samples numbers, double from, double at, std::optional<Samples> stamped,
-               bool is_si)
-      : name(std::move(channel)), unit(std::move(in)), values(std::move(numbers)), start(from), rate(at),
-        stamps(std::move(stamped)), si(is_si) {}
+  ChannelParts(std::string channel, std::string in, Samples numbers, double from, double at,
+               std::optional<Samples> stamped, bool is_si)
+      : name(std::move(channel)),
+        unit(std::move(in)),
+        values(std::move(numbers)),
+        start(from),
+        rate(at),
+        stamps(std::move(stamped)),
+        si(is_si) {}
 };
 
 /// A recording of samples in memory. Its checksum is that of the file they were read from, or of the samples.
 /// Given: channels; marks as label, begin [s], run, end [s]; the name that messages use. Throws Error::bad_input.
 Recording make_recording(const std::vector<ChannelParts>& channels,
-                         const std::vector<std::tuple<std::string, double, int, double>>& marks, const std::string& file,
-                         const std::string& instrument, const std::map<std::string, std::string>& meta, bool of_file);
+                         const std::vector<std::tuple<std::string, double, int, double>>& marks,
+                         const std::string& file, const std::string& instrument,
+                         const std::map<std::string, std::string>& meta, bool of_file);
 
 /// The samples from `begin` (inclusive) to `end` (exclusive) [s].
 Recording between(const Recording& recording, double begin, double end);

@@ -8,7 +8,9 @@ namespace tumble::python {
 void bind_results(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<Estimate>(module, "Estimate")
-      .def("to_json", [](const Estimate& estimate) { return to_json(estimate); }, nb::call_guard<nb::gil_scoped_release>())
+      .def(
+          "to_json", [](const Estimate& estimate) { return to_json(estimate); },
+          nb::call_guard<nb::gil_scoped_release>())
       .def("to_html", &to_html, nb::call_guard<nb::gil_scoped_release>())
       .def("to_text", &to_text, nb::call_guard<nb::gil_scoped_release>())
       .def_static("from_json", &estimate_from_json, "text"_a, "file"_a, nb::call_guard<nb::gil_scoped_release>());

@@ -1,5 +1,3 @@
-#include "tumble/math/stability/allan_family_curve.hpp"
-
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -12,6 +10,7 @@
 
 #include "bindings.hpp"
 #include "recordings.hpp"
+#include "tumble/math/stability/allan_family_curve.hpp"
 #include "tumble/math/stability/every_tau.hpp"
 #include "tumble/units/error.hpp"
 
@@ -40,11 +39,13 @@ Columns columns_of(const std::vector<DeviationPoint>& points) {
   const auto counts = column(&DeviationPoint::count), factors = column(&DeviationPoint::factor);
   const auto alphas = column(&DeviationPoint::alpha);
   return {array_of(std::vector<std::int64_t>(factors.begin(), factors.end())),
-                        array_of(column(&DeviationPoint::tau)), array_of(column(&DeviationPoint::deviation)),
-                        array_of(std::vector<std::int64_t>(counts.begin(), counts.end())),
-                        array_of(std::vector<std::int64_t>(alphas.begin(), alphas.end())),
-                        array_of(column(&DeviationPoint::edf)), array_of(column(&DeviationPoint::lower)),
-                        array_of(column(&DeviationPoint::upper))};
+          array_of(column(&DeviationPoint::tau)),
+          array_of(column(&DeviationPoint::deviation)),
+          array_of(std::vector<std::int64_t>(counts.begin(), counts.end())),
+          array_of(std::vector<std::int64_t>(alphas.begin(), alphas.end())),
+          array_of(column(&DeviationPoint::edf)),
+          array_of(column(&DeviationPoint::lower)),
+          array_of(column(&DeviationPoint::upper))};
 }
 
 struct Request {
@@ -58,9 +59,9 @@ struct Request {
 /// Of rate as the method allan_noise does it; of phase at the given factors, each exactly as it is defined.
 std::vector<DeviationPoint> points_of(std::span<const double> values, const Request& request) {
   if (request.of_phase)
-    return stability(request.measure, values, 1.0 / request.rate, request.curve.factors,
-                     {.confidence = request.curve.confidence, .alpha = request.alpha,
-                      .remove_bias = request.curve.remove_bias});
+    return stability(
+        request.measure, values, 1.0 / request.rate, request.curve.factors,
+        {.confidence = request.curve.confidence, .alpha = request.alpha, .remove_bias = request.curve.remove_bias});
   auto points = overlapping_allan(values, request.rate, request.curve);
   if (request.measure == Stability::overlapping_allan && !request.alpha) return points;
   if (request.alpha)
@@ -112,15 +113,18 @@ void bind_stability(nb::module_& module) {
   module.def(
       "deviations",
       [](const Samples& samples, Stability measure, double rate, bool of_phase, std::vector<std::size_t> factors,
-         double points_per_decade, double longest_fraction, double confidence, std::optional<int> alpha, bool remove_bias,
-         bool subtract_mean_rate) {
-        const AllanOptions curve{.points_per_decade = points_per_decade, .confidence = confidence,
-                                 .longest_fraction = longest_fraction, .factors = std::move(factors),
-                                 .remove_bias = remove_bias, .subtract_mean_rate = subtract_mean_rate};
+         double points_per_decade, double longest_fraction, double confidence, std::optional<int> alpha,
+         bool remove_bias, bool subtract_mean_rate) {
+        const AllanOptions curve{.points_per_decade = points_per_decade,
+                                 .confidence = confidence,
+                                 .longest_fraction = longest_fraction,
+                                 .factors = std::move(factors),
+                                 .remove_bias = remove_bias,
+                                 .subtract_mean_rate = subtract_mean_rate};
         return deviations(samples, {measure, of_phase, rate, curve, alpha});
       },
-      "samples"_a.noconvert(), "measure"_a, "rate"_a, "of_phase"_a, "factors"_a, "points_per_decade"_a, "longest_fraction"_a,
-      "confidence"_a, "alpha"_a.none(), "remove_bias"_a, "subtract_mean_rate"_a);
+      "samples"_a.noconvert(), "measure"_a, "rate"_a, "of_phase"_a, "factors"_a, "points_per_decade"_a,
+      "longest_fraction"_a, "confidence"_a, "alpha"_a.none(), "remove_bias"_a, "subtract_mean_rate"_a);
   module.def("every", &every, "samples"_a.noconvert(), "kind"_a);
 }
 

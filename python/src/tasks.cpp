@@ -58,7 +58,8 @@ Recording simulate_plan(const Plan& plan, std::uint64_t seed, const Call& call) 
   return simulate(plan, seed, listener.progress());
 }
 
-void simulate_file(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory, const Call& call) {
+void simulate_file(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
+                   const Call& call) {
   Listener listener(call);
   const nb::gil_scoped_release unlocked;
   simulate_to(path, plan, seed, memory, listener.progress());
@@ -70,9 +71,10 @@ void convert_file(const std::string& from, const std::string& to, const Sets& se
   convert(from, to, read_options(sets), listener.progress());
 }
 
-/// The compensated recording, its findings among those of the recording; and a result without parameters that holds what
-/// the method says of its work, as `tumble compensate` prints it.
-std::pair<Recording, Estimate> compensate_recording(const Estimate& estimate, const Recording& recording, const Plan* plan) {
+/// The compensated recording, its findings among those of the recording; and a result without parameters that holds
+/// what the method says of its work, as `tumble compensate` prints it.
+std::pair<Recording, Estimate> compensate_recording(const Estimate& estimate, const Recording& recording,
+                                                    const Plan* plan) {
   auto done = compensate(estimate, recording, plan);
   Estimate account;
   account.method = estimate.method;
@@ -83,9 +85,9 @@ std::pair<Recording, Estimate> compensate_recording(const Estimate& estimate, co
 }
 
 /// Criterion "A" or "D", total time [s] and step [rad]. Returned: what was predicted, and the text of the plan.
-std::pair<Estimate, std::string> optimise_plan(const Plan& plan, const std::string& criterion, std::optional<double> time,
-                                               std::optional<double> step, const std::vector<std::string>& terms,
-                                               const Call& call) {
+std::pair<Estimate, std::string> optimise_plan(const Plan& plan, const std::string& criterion,
+                                               std::optional<double> time, std::optional<double> step,
+                                               const std::vector<std::string>& terms, const Call& call) {
   Listener listener(call);
   const nb::gil_scoped_release unlocked;
   OptimiseOptions options;
@@ -107,8 +109,9 @@ void bind_tasks(nb::module_& module) {
   using namespace nb::literals;
   const nb::call_guard<nb::gil_scoped_release> unlocked;
   module.def("read", &read, "path"_a, "sets"_a, "only"_a, "format"_a.none(), "progress"_a.none());
-  module.def("write", [](const Recording& recording, const std::string& path) { write_recording(recording, path); },
-             "recording"_a, "path"_a, unlocked);
+  module.def(
+      "write", [](const Recording& recording, const std::string& path) { write_recording(recording, path); },
+      "recording"_a, "path"_a, unlocked);
   module.def("convert", &convert_file, "from_path"_a, "to_path"_a, "sets"_a, "progress"_a.none());
   module.def("identify", &identify_from, "plan"_a, "files"_a, "recordings"_a, "memory"_a, "progress"_a.none());
   module.def("simulate", &simulate_plan, "plan"_a, "seed"_a, "progress"_a.none());
@@ -117,7 +120,8 @@ void bind_tasks(nb::module_& module) {
   module.def("optimise", &optimise_plan, "plan"_a, "criterion"_a, "total_time"_a.none(), "step"_a.none(), "terms"_a,
              "progress"_a.none());
   module.def("compensate", &compensate_recording, "estimate"_a, "recording"_a, "plan"_a.none(), unlocked);
-  module.def("catalogue", [](const std::string& kind) { return cli::catalogue_json(kind).dump(); }, "kind"_a);
+  module.def(
+      "catalogue", [](const std::string& kind) { return cli::catalogue_json(kind).dump(); }, "kind"_a);
 }
 
 }  // namespace tumble::python

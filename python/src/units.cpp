@@ -8,7 +8,8 @@ namespace tumble::python {
 void bind_units(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<Unit>(module, "Unit")
-      .def_static("parse", [](const std::string& text) { return Unit::parse(text); }, "text"_a)
+      .def_static(
+          "parse", [](const std::string& text) { return Unit::parse(text); }, "text"_a)
       .def_prop_ro("text", &Unit::text)
       .def_prop_ro("dimension", [](const Unit& unit) { return name(unit.dimension()); })
       .def_prop_ro("factor", &Unit::factor)

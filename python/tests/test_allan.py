@@ -100,3 +100,14 @@ def test_bad_arguments_are_refused_by_name(arguments, says):
 def test_too_short_records_are_refused():
     with pytest.raises(tumble.DataError, match="3 samples"):
         tumble.allan_deviation([1.0, 2.0], RATE, taus="log")
+    with pytest.raises(tumble.DataError, match="argument x: 300 samples are too few for hdev at these averaging times"):
+        tumble.allan_deviation(noise(300), RATE, kind="hdev", taus=[2.0])
+
+
+def test_a_missing_sample_is_found_wherever_it_is():
+    for place in (0, 1500, 2999):
+        x = noise()
+        x[place] = np.nan
+        for taus in ("octave", "log", "all", [5.0]):
+            with pytest.raises(tumble.DataError, match=f"the first is sample {place}"):
+                tumble.allan_deviation(x, RATE, taus=taus)

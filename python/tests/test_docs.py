@@ -13,7 +13,7 @@ import tumble
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["docs/python.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
 def test_examples_run(page, tree, tmp_path, monkeypatch):
     for name in ("examples", "plans"):
         os.symlink(tree / name, tmp_path / name)

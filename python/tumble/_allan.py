@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
-from tumble._arrays import samples_of
-from tumble._errors import UsageError, wrong_type
+from tumble._arrays import refuse_what_is_not_finite, samples_of
+from tumble._errors import DataError, UsageError, wrong_type
 from tumble._read import _rate_of
 from tumble._recording import Channel
 from tumble._text import text_of
@@ -100,19 +100,30 @@ def allan_deviation(
         raise UsageError(f"argument data: {data!r} was given; accepted are {', '.join(DATA)}")
     if mean_rate not in ("subtract", "keep"):
         raise UsageError(f"argument mean_rate: {mean_rate!r} was given; accepted are 'subtract' and 'keep'")
-    values, rate, unit = _samples(x, sample_rate, missing)
     phase = data in ("phase", "angle")
+    quick = word == "oadev" and not phase  # its sums show whether samples are missing, without a pass of their own
+    values, rate, unit = _samples(x, sample_rate, missing, look=not quick)
     options = (points_per_decade, longest_fraction, confidence, alpha, remove_bias, mean_rate == "subtract")
     if data == "increment":
         values = values * rate
     if isinstance(taus, str) and taus == "all" and word in ("oadev", "ohdev") and not phase:
+        if quick and not isinstance(x, Channel):
+            refuse_what_is_not_finite(values, "x", missing)
         return _every(values, rate, word, unit, options)
     factors = _factors(taus, rate, len(values) - phase, points_per_decade, longest_fraction)
     if phase and not factors:
         import numpy as np
 
         values, phase = np.diff(values) * rate, False
-    columns = _tumble.deviations(values, _tumble.Stability[word], rate, phase, factors, *options)
+    try:
+        columns = _tumble.deviations(values, _tumble.Stability[word], rate, phase, factors, *options)
+    except DataError:
+        refuse_what_is_not_finite(values, "x", missing)
+        raise
+    if quick and not isinstance(x, Channel) and not _are_whole(columns, len(values)):
+        refuse_what_is_not_finite(values, "x", missing)
+    if not len(columns[0]):
+        raise DataError(f"argument x: {len(values)} samples are too few for {word} at these averaging times")
     return _deviation(columns, word, unit)
 
 
@@ -122,12 +133,12 @@ def _kind_of(kind: object) -> str:
     return KINDS[kind]
 
 
-def _samples(x: Any, sample_rate: object, missing: str | None) -> tuple[NDArray[np.float64], float, str]:
+def _samples(x: Any, sample_rate: object, missing: str | None, look: bool) -> tuple[NDArray[np.float64], float, str]:
     if isinstance(x, Channel):
         return x.values, x.rate if sample_rate is None else _rate_of(sample_rate), x.unit
     if sample_rate is None:
         raise UsageError("argument sample_rate: nothing was given; accepted is the sampling rate [Hz] of the array")
-    return samples_of(x, "x", missing), _rate_of(sample_rate), "1"
+    return samples_of(x, "x", missing, look=look), _rate_of(sample_rate), "1"
 
 
 def _factors(taus: Any, rate: float, samples: int, points_per_decade: float, longest_fraction: float) -> list[int]:
@@ -163,6 +174,11 @@ def _factor(time: float, rate: float) -> int:
             "interval, and more"
         )
     return round(time * rate)
+
+
+def _are_whole(columns: tuple[Any, ...], samples: int) -> bool:
+    """Whether the overlapping sums have all terms of a record without missing samples."""
+    return len(columns[0]) > 0 and bool((columns[3] == samples + 1 - 2 * columns[0]).all())
 
 
 def _every(values: Any, rate: float, word: str, unit: str, options: tuple[Any, ...]) -> AllanDeviation:

@@ -13,12 +13,13 @@ if TYPE_CHECKING:
 ACCEPTED = "accepted is a one-dimensional array of real numbers"
 
 
-def samples_of(values: Any, argument: str, missing: str | None = None) -> NDArray[np.float64]:
+def samples_of(values: Any, argument: str, missing: str | None = None, *, look: bool = True) -> NDArray[np.float64]:
     """A contiguous float64 array: the array given itself, without a copy, where it is one.
 
     Given     values    one-dimensional: array, list, pandas or polars series; integers and other floats are converted
               argument  its name for messages
               missing   "nan": NaN means a missing sample
+              look      look for what is not finite: one pass over the samples
     Raises    ArgumentTypeError (not numbers), UsageError (shape), DataError (empty, infinite; NaN unless missing="nan")
     """
     import numpy as np
@@ -34,7 +35,8 @@ def samples_of(values: Any, argument: str, missing: str | None = None) -> NDArra
     if array.size == 0:
         raise DataError(f"argument {argument}: the array is empty; {ACCEPTED} with one sample or more")
     numbers = np.ascontiguousarray(array, dtype=np.float64)
-    _refuse_what_is_not_finite(numbers, argument, missing)
+    if look:
+        refuse_what_is_not_finite(numbers, argument, missing)
     return numbers
 
 
@@ -56,7 +58,8 @@ def _array_of(values: Any, argument: str) -> NDArray[Any]:
     return array
 
 
-def _refuse_what_is_not_finite(numbers: NDArray[np.float64], argument: str, missing: str | None) -> None:
+def refuse_what_is_not_finite(numbers: NDArray[np.float64], argument: str, missing: str | None) -> None:
+    """Raises DataError for infinite values, for NaN unless missing="nan", and where all are NaN."""
     import numpy as np
 
     total = np.add.reduce(numbers)

@@ -1,0 +1,22 @@
+# What a build by pip needs from the system, asked for at once: a user who builds from source learns all that is missing.
+set(tumble_missing "")
+foreach(package Eigen3 fmt tomlplusplus nlohmann_json NLopt CLI11)
+  find_package(${package} QUIET)
+  if(NOT ${package}_FOUND)
+    list(APPEND tumble_missing ${package})
+  endif()
+endforeach()
+find_package(OpenSSL QUIET)
+if(NOT OPENSSL_FOUND)
+  list(APPEND tumble_missing OpenSSL)
+endif()
+find_package(HDF5 QUIET COMPONENTS C)
+if(NOT HDF5_FOUND AND NOT TUMBLE_HDF5_ROOT)
+  list(APPEND tumble_missing HDF5)
+endif()
+if(tumble_missing)
+  list(JOIN tumble_missing ", " tumble_missing)
+  message(FATAL_ERROR "To build Tumble from source these libraries are missing: ${tumble_missing}. "
+                      "On Debian 12, script/bootstrap in the source folder installs them (script/packages.txt lists the packages). "
+                      "A wheel needs none of them: pip install --only-binary :all: tumble")
+endif()
