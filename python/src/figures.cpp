@@ -1,10 +1,12 @@
 #include "tumble/report/figure.hpp"
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings.hpp"
+#include "tumble/report/rounding.hpp"
 
 namespace tumble::python {
 namespace {
@@ -16,6 +18,18 @@ Numbers view(const std::vector<double>& values) { return {values.data(), {values
 template <std::vector<double> Figure::Series::* member>
 Numbers numbers(const Figure::Series& series) {
   return view(series.*member);
+}
+
+/// Each line of the budget as the report shows it: source, and its share [1] of the variance of each parameter.
+std::vector<std::pair<std::string, std::vector<double>>> budget_shares(const Estimate& estimate) {
+  std::vector<std::pair<std::string, std::vector<double>>> lines;
+  for (const auto& part : budget_to_show(estimate)) {
+    std::vector<double> shares;
+    for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
+      shares.push_back(part.variance(i) / estimate.covariance(i, i));
+    lines.emplace_back(part.source, std::move(shares));
+  }
+  return lines;
 }
 
 }  // namespace
@@ -49,6 +63,7 @@ void bind_figures(nb::module_& module) {
       .def_ro("colour", &SeriesStyle::colour)
       .def_ro("dashes", &SeriesStyle::dashes);
   module.def("figures_of", &figures_of, "estimate"_a, nb::call_guard<nb::gil_scoped_release>());
+  module.def("budget_shares", &budget_shares, "estimate"_a);
   module.def("style_of_series", &style_of_series, "index"_a);
 }
 
