@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any, cast
 
 from tumble import _tumble
 from tumble._allan import AllanDeviation
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 STYLE: dict[str, Any] = {
     "font.size": 8,
+    "axes.titlesize": 8,
     "axes.linewidth": 0.6,
     "axes.edgecolor": "#51606e",
     "axes.grid": True,
@@ -94,29 +96,35 @@ def polar(result: Result | str | os.PathLike[str], ax: Axes | None = None) -> tu
     found = [one for one in _figures(result) if _dimension(one.x.unit) == "rad"]
     if ax is not None and ax.name != "polar":
         raise UsageError("argument ax: rectangular axes were given; accepted are axes with projection='polar'")
-    axes = _axes(len(_some(found, "plot over an angle", result)), ax, projection="polar")
-    for one, target in zip(found, axes, strict=True):
-        _draw_around(one, target)
+    _some(found, "plot over an angle", result)
+    with _style(ax):
+        axes = _axes(len(found), ax, projection="polar")
+        for one, target in zip(found, axes, strict=True):
+            _draw_around(one, target)
     return axes
 
 
 def budget(result: Result | str | os.PathLike[str], ax: Axes | None = None) -> tuple[Axes, ...]:
-    """The share of each source in the variance of each parameter, as bars; small sources share one, as in the report."""
-    from itertools import accumulate
+    """The share of each source in the variance of each parameter, as bars; small sources share one."""
+    import numpy as np
 
     made = result_of(result)
     names = list(made.parameters)
     lines = _tumble.budget_shares(made._core)
     if not lines:
         raise UsageError(f"{made!r} has no uncertainty budget")
-    target = _axes(1, ax, height=0.6 + 0.2 * len(names))[0]
-    starts = zip(*(accumulate((shares[i] for _, shares in lines), initial=0.0) for i in range(len(names))), strict=True)
-    for k, ((source, shares), left) in enumerate(zip(lines, starts, strict=False)):
-        colour, stripes = _tumble.style_of_series(k).colour, "////" if k >= _colours() else ""
-        target.barh(names, shares, 0.7, left=left, color=colour, label=source, hatch=stripes, edgecolor="white")
-    target.set(xlim=(0, 1), ylim=(len(names) - 0.5, -0.5), xlabel="share of the variance")
-    target.grid(False)
-    _legend(target, len(lines))
+    ends = np.cumsum([shares for _, shares in lines], axis=0)
+    with _style(ax):
+        target = _axes(1, ax, height=0.9 + 0.2 * len(names) + 0.08 * len(lines))[0]
+        for k, (source, shares) in enumerate(lines):
+            look: dict[str, Any] = {
+                "color": _tumble.style_of_series(k).colour,
+                "hatch": "////" if k >= _colours() else "",
+            }
+            target.barh(names, shares, 0.7, left=ends[k] - shares, label=source, edgecolor="white", **look)
+        target.set(xlim=(0, 1), ylim=(len(names) - 0.5, -0.5), xlabel="share of the variance")
+        target.grid(False)
+        _legend(target, len(lines))
     return (target,)
 
 
@@ -139,20 +147,37 @@ def thermal(
     Raises    UsageError for absent channels; DataError where the channel is shorter than three blocks
     Example   tumble.plot.thermal(test, tumble.compensate(result, test))
     """
-    maps = [("", recording)] if compensated is None else [("before compensation", recording), ("after", compensated)]
+    import numpy as np
+
+    maps = (
+        [("", recording)]
+        if compensated is None
+        else [("before compensation", recording), ("after compensation", compensated)]
+    )
     degrees = _channel(recording, temperature, True, "temperature")
     signal = _channel(recording, channel, False, "channel")
     heat, signals = degrees.in_("degC"), [one[signal.name].in_(signal.shown_unit) for _, one in maps]
     blocks = max(1, round(block * degrees.rate))
-    over = _means(heat, blocks)
-    rate = _slope(over, blocks / degrees.rate) * 60.0
-    values = [_means(one, blocks)[: len(over)] for one in signals]
-    axes = _axes(len(maps), ax)
-    spread = min(float(one.min()) for one in values), max(float(one.max()) for one in values)
-    for (title, _), one, target in zip(maps, values, axes, strict=True):
-        drawn = target.hexbin(over, rate, C=one, gridsize=cells, vmin=spread[0], vmax=spread[1], cmap="cividis")
-        target.set(xlabel=f"{degrees.name} [degC]", ylabel="its rate [K/min]", title=title)
-        target.figure.colorbar(drawn, ax=target, label=f"{signal.name} [{signal.shown_unit}]")
+    over, times = _means(heat, blocks), _means(degrees.times, blocks)
+    rate = np.gradient(over, times) * 60.0
+    kept = _within_runs(recording, times)
+    values = [_means(one, blocks)[: len(over)][kept] for one in signals]
+    if not kept.any():
+        raise DataError(f"argument block: no power-up is longer than three blocks of {block:g} s")
+    limits = min(float(one.min()) for one in values), max(float(one.max()) for one in values)
+    with _style(ax):
+        axes = _axes(len(maps), ax)
+        for (title, _), one, target in zip(maps, values, axes, strict=True):
+            look: dict[str, Any] = {
+                "gridsize": cells,
+                "vmin": limits[0],
+                "vmax": limits[1],
+                "cmap": "cividis",
+                "linewidths": 0.2,
+            }
+            drawn = target.hexbin(over[kept], rate[kept], C=one, **look)
+            target.set(xlabel=f"{degrees.name} [degC]", ylabel="its rate [K/min]", title=title)
+            target.figure.colorbar(drawn, ax=target, label=f"{signal.name} [{signal.shown_unit}]")
     return axes
 
 
@@ -164,7 +189,7 @@ def save(axes: Axes | Sequence[Axes], path: str | os.PathLike[str], **options: A
     """
     matplotlib = need("matplotlib", "plot")
     text = path_text(path, "path")
-    whole = axes[0] if isinstance(axes, Sequence) else axes
+    whole: Any = axes[0] if isinstance(axes, Sequence) else axes
     if not hasattr(whole, "figure"):
         raise wrong_type("axes", axes, "accepted are axes of matplotlib, as the functions of tumble.plot return them")
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -192,12 +217,20 @@ def _axes(count: int, ax: Axes | None, projection: str | None = None, height: fl
     """The axes to draw into: `ax` as often as it is needed, or those of a new figure, one under the other."""
     if ax is not None:
         return (ax,) * count
-    matplotlib, pyplot = need("matplotlib", "plot"), need("matplotlib.pyplot", "plot")
-    with matplotlib.rc_context(STYLE):
-        width, usual = STYLE["figure.figsize"]
-        size = (width, height or count * (usual if projection is None else width))
-        shape = {"squeeze": False, "layout": "constrained", "subplot_kw": {"projection": projection}}
-        return tuple(pyplot.subplots(count, 1, figsize=size, **shape)[1][:, 0])
+    pyplot = need("matplotlib.pyplot", "plot")
+    width, usual = STYLE["figure.figsize"]
+    size = (width, height or count * (usual if projection is None else width))
+    shape = {"squeeze": False, "layout": "constrained", "subplot_kw": {"projection": projection}}
+    return tuple(pyplot.subplots(count, 1, figsize=size, **shape)[1][:, 0])
+
+
+def _style(ax: Axes | None) -> AbstractContextManager[object]:
+    """STYLE for a figure of our own; axes that were given keep that of their figure."""
+    return (
+        nullcontext()
+        if ax is not None
+        else cast("AbstractContextManager[object]", need("matplotlib", "plot").rc_context(STYLE))
+    )
 
 
 def _draw(found: Iterable[Figure], ax: Axes | None) -> tuple[Axes, ...]:
@@ -205,9 +238,10 @@ def _draw(found: Iterable[Figure], ax: Axes | None) -> tuple[Axes, ...]:
     if ax is not None and len({(_dimension(one.x.unit), one.y.unit) for one in figures}) > 1:
         units = ", ".join(f"{one.y.name} [{one.y.unit}]" for one in figures)
         raise UsageError(f"argument ax: figures of different units cannot share axes: {units}")
-    axes = _axes(len(figures), ax)
-    for k, (one, target) in enumerate(zip(figures, axes, strict=True)):
-        _draw_into(one, target, sum(len(before.series) for before in figures[:k]) if ax is not None else 0)
+    with _style(ax):
+        axes = _axes(len(figures), ax)
+        for k, (one, target) in enumerate(zip(figures, axes, strict=True)):
+            _draw_into(one, target, sum(len(before.series) for before in figures[:k]) if ax is not None else 0)
     return axes
 
 
@@ -271,25 +305,38 @@ def _draw_around(one: Figure, ax: Axes) -> None:
         _draw_series(ax, series._replace(x=angle), k)
     circle = np.linspace(0, 2 * np.pi, 181)
     ax.plot(circle, np.zeros_like(circle), color="#51606e", linewidth=0.8, linestyle="dashed")
-    ax.set_rlim(-1.6 * reach, 1.2 * reach)
+    ax.set_ylim(-1.6 * reach, 1.2 * reach)
     ax.set_xlabel(f"{one.x.name}; radius: {one.y.title}")
     _legend(ax, len(one.series))
 
 
 def _legend(ax: Axes, entries: int) -> None:
+    """Under the plot, where its labels end."""
     if entries:
-        drop = -0.16 if ax.name != "polar" else -0.12
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, drop), ncols=2, frameon=False, fontsize="small")
+        shift = need("matplotlib.transforms", "plot").ScaledTranslation(0, -0.4, ax.figure.dpi_scale_trans)
+        place = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": ax.transAxes + shift}
+        ax.legend(loc="upper center", ncols=2, frameon=False, fontsize="small", **place)
 
 
 def _allan_curve(curve: AllanDeviation, ax: Axes | None) -> Axes:
     style = _tumble.style_of_series(0)
-    target = _axes(1, ax)[0]
     known = curve.deviation > 0
-    series = Series(curve.kind, True, *(column[known] for column in curve[:4]), "95 %", style.colour, "")
-    target.set(xscale="log", yscale="log", xlabel="averaging time [s]")
-    target.set_ylabel(curve.kind if curve.unit == "1" else f"{curve.kind} [{curve.unit}]")
-    _draw_series(target, series, len(target.lines))
+    series = Series(
+        curve.kind,
+        True,
+        curve.taus[known],
+        curve.deviation[known],
+        curve.lower[known],
+        curve.upper[known],
+        "95 %",
+        style.colour,
+        "",
+    )
+    with _style(ax):
+        target = _axes(1, ax)[0]
+        target.set(xscale="log", yscale="log", xlabel="averaging time [s]")
+        target.set_ylabel(curve.kind if curve.unit == "1" else f"{curve.kind} [{curve.unit}]")
+        _draw_series(target, series, len(target.lines))
     return target
 
 
@@ -323,8 +370,11 @@ def _means(values: NDArray[np.float64], block: int) -> NDArray[np.float64]:
     return means
 
 
-def _slope(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+def _within_runs(recording: Recording, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """The blocks whose neighbours belong to the same power-up: only there their difference is a rate."""
     import numpy as np
 
-    slope: NDArray[np.float64] = np.gradient(values, step)
-    return slope
+    begins = {mark.run: mark.begin for mark in reversed(recording.marks)}
+    run = np.searchsorted(sorted(begins.values()), times, side="right")
+    same = run[1:] == run[:-1]
+    return np.concatenate([[False], same[1:] & same[:-1], [False]])

@@ -25,7 +25,7 @@ FORMAT = "2.0"
 
 @dataclass(eq=False)
 class CalibrationInfo:
-    """What every calibration has. `from_json` and the like give the class that belongs to the `cal_type` of the text."""
+    """What every calibration has. `from_json` and the like give the class that the text names by `cal_type`."""
 
     CAL_FORMAT_VERSION: ClassVar[str] = FORMAT
     CAL_TYPE: ClassVar[str | None] = None
@@ -134,7 +134,8 @@ class CalibrationInfo:
         problems += [f"{name} is not known; accepted are {', '.join(sorted(known))}" for name in set(values) - known]
         if problems:
             raise DataError(problems)
-        return found(**{name: np.array(one) if name in wanted else one for name, one in values.items()})
+        arrays: dict[str, Any] = {name: np.array(one) if name in wanted else one for name, one in values.items()}
+        return found(**arrays)
 
     @classmethod
     def _get_subclasses(cls) -> Iterator[type[CalibrationInfo]]:
@@ -147,7 +148,7 @@ class CalibrationInfo:
         """The class of calibrations of this type, this one or one made of it. Raises DataError."""
         classes = [cls, *cls._get_subclasses()]
         for one in classes:
-            if one.CAL_TYPE == cal_type:
+            if cal_type == one.CAL_TYPE:
                 return one
         known = ", ".join(one.CAL_TYPE for one in classes if one.CAL_TYPE)
         raise DataError(f"cal_type {cal_type!r} was given; accepted are {known}")

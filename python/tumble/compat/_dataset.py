@@ -52,8 +52,11 @@ class Dataset:
             f"{'max_' + name:>{width}} "
         )
         rows = zip(*(self.out[key] for key in KEYS), strict=True)
-        write_whole(os.fspath(filename), "\n".join([*head, *(self._row(*row, digits - 1) for row in rows)]) + "\n")
+        write_whole(os.fspath(filename), "\n".join([*head, *(self._row(row, digits - 1) for row in rows)]) + "\n")
 
-    def _row(self, tau: float, value: float, error: float, terms: float, digits: int) -> str:
+    def _row(self, row: tuple[Any, ...], digits: int) -> str:
+        tau, value, error, terms = row
         low, middle, high = (f"{one:.{digits}e}" for one in (value - error / 2, value, value + error / 2))
-        return f"{int(tau / self.out['taus'][0]):5d} {tau:.{digits}e} {int(terms):10d} {'NaN':5s} {low} {middle} {high} "
+        return (
+            f"{int(tau / self.out['taus'][0]):5d} {tau:.{digits}e} {int(terms):10d} {'NaN':5s} {low} {middle} {high} "
+        )

@@ -138,7 +138,7 @@ def htotdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: 
 
 
 def theo1(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
-    """Theo1 of even strides. `taus` are the strides; the averaging time is 0.75 of it. Arguments and answer as of adev."""
+    """Theo1 of even strides. `taus` are strides: 4/3 of the averaging times. Arguments and answer as of adev."""
     return _deviations("theo1", data, rate, data_type, taus)
 
 
@@ -161,9 +161,9 @@ def mtie_phase_fast(phase: ArrayLike, rate: float = 1.0, data_type: str = "phase
 
     values = _values(phase, "phase")
     octaves = max(values.size, 1).bit_length() - 1
-    factors = 2.0 ** np.arange(1, octaves + 1) - 1
+    factors = np.exp2(np.arange(1.0, octaves + 1)) - 1
     _, peaks, _, terms = _tumble.clock_deviations(values[: 1 << octaves], _tumble.Stability.mtie, 1.0, True, factors)
-    return _some((2 ** np.arange(len(peaks)), peaks, np.zeros(len(peaks)), terms), values)
+    return _some((np.exp2(np.arange(float(len(peaks)))), peaks, np.zeros(len(peaks)), terms), values)
 
 
 def gradev(
@@ -249,8 +249,8 @@ def _values(data: Any, argument: str) -> Array:
     array = _array_of(data, argument)
     if array.ndim != 1:
         raise UsageError(
-            f"argument {argument}: an array with {array.ndim} dimensions, shape {array.shape}, was given; accepted is a "
-            "one-dimensional array"
+            f"argument {argument}: an array with {array.ndim} dimensions, shape {array.shape}, was given; accepted is "
+            "a one-dimensional array"
         )
     return np.ascontiguousarray(array, dtype=np.float64)
 
@@ -274,8 +274,8 @@ def _taus(taus: Taus) -> str | Array:
 def _some(answer: Answer, values: Array) -> Answer:
     if len(answer[0]) == 0:
         raise NothingRemainsError(
-            f"argument taus: no averaging time has two terms in {len(values)} values; accepted are averaging times from "
-            "one sample up to a part of the record"
+            f"argument taus: no averaging time has two terms in {len(values)} values; accepted are averaging times "
+            "from one sample up to a part of the record"
         )
     return answer
 

@@ -123,9 +123,17 @@ class FerrarisCalibration:
             float(self.grav),
             float(self.expected_angle),
         )
-        units = {"acc_unit": self.OUT_ACC_UNIT, "gyr_unit": self.OUT_GYR_UNIT}
+        units: dict[str, Any] = {"acc_unit": self.OUT_ACC_UNIT, "gyr_unit": self.OUT_GYR_UNIT}
         info = self.calibration_info_class(from_acc_unit=from_acc_unit, from_gyr_unit=from_gyr_unit, **units, **kwargs)
-        for name, value in {"K_a": k_a, "R_a": r_a, "b_a": b_a, "K_g": k_g, "R_g": r_g, "K_ga": k_ga, "b_g": b_g}.items():
+        for name, value in {
+            "K_a": k_a,
+            "R_a": r_a,
+            "b_a": b_a,
+            "K_g": k_g,
+            "R_g": r_g,
+            "K_ga": k_ga,
+            "b_g": b_g,
+        }.items():
             setattr(info, name, _numbers(value))
         return info
 
@@ -187,7 +195,8 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
     absent = [name for name in wanted if name not in df.columns]
     if absent or len(wanted) != 3:
         raise UsageError(
-            f"argument {argument}: {wanted} was given; accepted are three of the columns {', '.join(map(str, df.columns))}"
+            f"argument {argument}: {wanted} was given; accepted are three of the columns "
+            + ", ".join(map(str, df.columns))
         )
     out = np.empty((len(df), 3))
     for axis, name in enumerate(wanted):
@@ -224,7 +233,7 @@ def _region(values: Any, name: str) -> Samples:
     array = _array_of(values, name)
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         raise DataError(
-            f"section {name}: an array of shape {array.shape} was given; accepted are samples of shape (n, 3), n 1 or more"
+            f"section {name}: an array of shape {array.shape} was given; accepted are samples, shape (n, 3)"
         )
     return np.ascontiguousarray(array, dtype=np.float64)
 
