@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-FORMAT = "2.0"
+FORMAT = "2.0.0"
 
 
 @dataclass(eq=False)
@@ -126,7 +126,7 @@ class CalibrationInfo:
 
         values = dict(document) if isinstance(document, dict) else {}
         version = values.pop("_format_version", "1.0.0")
-        if str(version) not in (FORMAT, FORMAT + ".0"):
+        if str(version) not in (FORMAT, "2.0"):
             raise DataError(f"format version {version!r} was given; accepted is {FORMAT}")
         found = cls.find_subclass_from_cal_type(values.pop("cal_type", None))
         known, wanted = {one.name for one in fields(found)}, found._cal_paras
