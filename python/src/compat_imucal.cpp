@@ -64,8 +64,9 @@ std::tuple<Rows, Rows, Row, Rows, Rows, Rows, Row> calibrate(const std::vector<T
     means.angle[t] = angle;
   }
   const Calibration found = closed_form(means);
-  return {plain(diagonal3(found.k_a)), plain(found.r_a), plain(found.b_a), plain(diagonal3(found.k_g)),
-          plain(found.r_g), plain(found.k_ga), plain(found.b_g)};
+  return {
+      plain(diagonal3(found.k_a)), plain(found.r_a), plain(found.b_a), plain(diagonal3(found.k_g)), plain(found.r_g),
+      plain(found.k_ga),           plain(found.b_g)};
 }
 
 using Matrix2d = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>>;

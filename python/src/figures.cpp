@@ -1,11 +1,10 @@
-#include "tumble/report/figure.hpp"
-
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings.hpp"
+#include "tumble/report/figure.hpp"
 #include "tumble/report/rounding.hpp"
 
 namespace tumble::python {
@@ -15,7 +14,7 @@ using Numbers = nb::ndarray<nb::numpy, const double, nb::ndim<1>>;
 
 Numbers view(const std::vector<double>& values) { return {values.data(), {values.size()}, nb::handle()}; }
 
-template <std::vector<double> Figure::Series::* member>
+template <std::vector<double> Figure::Series::*member>
 Numbers numbers(const Figure::Series& series) {
   return view(series.*member);
 }

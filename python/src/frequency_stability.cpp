@@ -18,7 +18,7 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
-/// Times that the words stand for, in samples.
+/// Averaging times of a word, in samples.
 std::vector<double> times_of(const std::string& word, std::size_t points) {
   const double size = static_cast<double>(points);
   std::vector<double> times;
@@ -141,7 +141,7 @@ MeanSquare measured(Stability measure, std::span<const double> x, std::span<cons
     default:
       break;
   }
-  throw Error(Error::Kind::unsupported, "this measure is none of allantools");
+  throw Error(Error::Kind::unsupported, "allantools does not have this measure");
 }
 
 bool of_time(Stability measure) { return measure == Stability::time || measure == Stability::time_total; }

@@ -56,7 +56,7 @@ def frequency2fractional(frequency: ArrayLike, mean_frequency: float = -1) -> Ar
 def tau_generator(
     data: ArrayLike, rate: float, taus: Any = None, v: bool = False, even: bool = False, maximum_m: float = -1
 ) -> tuple[Array, Array, Array]:
-    """The data, the averaging factors that these taus [s] stand for, and their times [s]. `v` has no effect."""
+    """The data, the averaging factors of these taus [s], and the times [s] of these. `v` has no effect."""
     import numpy as np
 
     from tumble.compat.allantools import _taus, _values

@@ -204,7 +204,7 @@ def three_cornered_hat_phase(
     taus: Taus,
     function: Callable[..., Answer],
 ) -> tuple[Array, Array, list[float], Array]:
-    """Deviation of the first of three clocks from the phases of their pairs; 0 where its variance comes out negative.
+    """Deviation of the first of three clocks from the phases of their pairs; 0 where its variance is negative.
 
     Given     phases of a - b, b - c, c - a; rate [Hz]; taus as of adev; function, for example oadev
     Returned  taus [s], deviations, `errs`, numbers of terms of the first pair
@@ -282,5 +282,5 @@ def _some(answer: Answer, values: Array) -> Answer:
 
 def __getattr__(name: str) -> object:
     raise AttributeError(
-        f"tumble.compat.allantools has no {name!r}: it stands for the estimators of AllanTools, {', '.join(__all__)}"
+        f"tumble.compat.allantools has no {name!r}: it has {', '.join(__all__)}"
     )

@@ -139,7 +139,7 @@ class FerrarisCalibration:
 
 
 class TurntableCalibration(FerrarisCalibration):
-    """The same with turns of 720 deg by a table."""
+    """A FerrarisCalibration with turns of 720 deg by a table."""
 
     def __init__(
         self,
