@@ -122,13 +122,14 @@ int run(const Arguments& arguments) {
 Verb list_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"list",
-          "List methods, models, rigs, formats, checks",
-          {{"KIND", &arguments->kind, "methods, models, rigs, formats or checks (default: all)"},
+          "List methods, models, rigs, formats, checks, plans, units",
+          {{"KIND", &arguments->kind, "methods, models, rigs, formats, checks, plans or units (default: all)"},
            {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
            {"--json", &arguments->json, "print JSON, including the options"}},
           "Examples:\n"
           "  tumble list\n"
           "  tumble list methods allan_noise\n"
+          "  tumble list units\n"
           "  tumble list methods --json | jq '.[].options[].name'\n",
           [arguments](const Terminal&) { return run(*arguments); }};
 }

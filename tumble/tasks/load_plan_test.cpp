@@ -370,6 +370,27 @@ TEST(Judge, RefusesLimitsInTheWrongUnit) {
   }
 }
 
+// A parameter that the noise hides lies between zero and its upper limit: a good instrument is not left undecided.
+TEST(Judge, AnUpperLimitDecidesToo) {
+  Estimate estimate = estimate_of(0, 1);
+  estimate.findings.push_back({Finding::Severity::info,
+                               "noise_term_not_significant",
+                               {{"term", "rate_random_walk"}, {"limit", si(2.0, "deg/h/sqrt(h)"), "deg/h/sqrt(h)"}},
+                               "gyro.x, gyro.y"});
+  const auto outcome = [&](const char* name, const char* min, const char* max) {
+    const auto bound = [](const char* text) { return *text ? std::optional(parse_quantity(text)) : std::nullopt; };
+    return judge({{name, bound(min), bound(max), ""}}, estimate, estimate.findings)[0].outcome;
+  };
+  using Outcome = Verdict::Outcome;
+  EXPECT_EQ(outcome("gyro.y.rate_random_walk", "", "2.5 deg/h/sqrt(h)"), Outcome::pass);
+  EXPECT_EQ(outcome("gyro.x.rate_random_walk", "", "1.5 deg/h/sqrt(h)"), Outcome::undecided);
+  EXPECT_EQ(outcome("gyro.x.rate_random_walk", "3 deg/h/sqrt(h)", ""), Outcome::fail);
+  EXPECT_EQ(outcome("gyro.x.rate_random_walk", "1 deg/h/sqrt(h)", ""), Outcome::undecided);
+  EXPECT_EQ(estimate.findings.size(), 1u);  // nothing more to say of these
+  EXPECT_EQ(outcome("gyro.z.rate_random_walk", "", "9 deg/h/sqrt(h)"), Outcome::undecided);  // another channel
+  EXPECT_EQ(estimate.findings.size(), 2u);
+}
+
 TEST(Judge, LeavesOpenWhatTheResultDoesNotGive) {
   Findings findings;
   const auto verdicts =
