@@ -86,12 +86,12 @@ void add(CLI::App& app, const Argument& argument) {
   if (!argument.words.empty()) option->check(CLI::IsMember(argument.words));
 }
 
-/// `tumble help identify` is `tumble identify --help`.
-std::vector<std::string> words_of(int argc, char** argv) {
+/// `tumble help identify` is `tumble identify --help`; a word that is no verb stands alone, to be refused.
+std::vector<std::string> words_of(int argc, char** argv, const std::vector<Verb>& verbs) {
   std::vector<std::string> words(argv + 1, argv + argc);
   if (words.empty() || words.front() != "help") return words;
   words.erase(words.begin());
-  words.push_back("--help");
+  if (words.empty() || std::ranges::find(verbs, words.front(), &Verb::name) != verbs.end()) words.push_back("--help");
   return words;
 }
 
@@ -110,7 +110,7 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
   }
   program.footer("`tumble help VERB` describes a verb, with examples.");
   try {
-    auto words = words_of(argc, argv);
+    auto words = words_of(argc, argv, verbs);
     std::ranges::reverse(words);  // as CLI11 wants them
     program.parse(std::move(words));
   } catch (const CLI::ExtrasError&) {

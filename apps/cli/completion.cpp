@@ -77,14 +77,16 @@ std::string zsh(const std::vector<Verb>& verbs) {
 /// 'text' for fish.
 std::string quoted(std::string text) {
   std::string result = "'";
-  for (const char c : text) result += c == '\'' || c == '\\' ? std::string("\\") + c : std::string(1, c == '\n' ? ' ' : c);
+  for (const char c : text)
+    result += c == '\'' || c == '\\' ? std::string("\\") + c : std::string(1, c == '\n' ? ' ' : c);
   return result + "'";
 }
 
 std::string fish(const std::vector<Verb>& verbs) {
   std::string text = "complete -c tumble -n __fish_use_subcommand -f -a help -d 'Describe a verb'\n";
   for (const auto& verb : verbs) {
-    text += fmt::format("complete -c tumble -n __fish_use_subcommand -f -a {} -d {}\n", verb.name, quoted(verb.summary));
+    text +=
+        fmt::format("complete -c tumble -n __fish_use_subcommand -f -a {} -d {}\n", verb.name, quoted(verb.summary));
     const std::string here = fmt::format("complete -c tumble -n '__fish_seen_subcommand_from {}'", verb.name);
     if (const auto words = first_words_of(verb); !words.empty())
       text += fmt::format("{} -a {}\n", here, quoted(fmt::format("{}", fmt::join(words, " "))));

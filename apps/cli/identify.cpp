@@ -31,7 +31,8 @@ void refuse_another_order(const std::string& what, const std::vector<std::string
   for (const auto& word : recordings)
     if (is_method(word) || word.ends_with(".toml"))
       throw Error(Error::Kind::bad_input, fmt::format("the plan or the method comes first, then the recordings: tumble "
-                                                      "identify {} {}", word, what));
+                                                      "identify {} {}",
+                                                      word, what));
 }
 
 /// A plan is a file, a method a word.

@@ -15,7 +15,8 @@ const FindingValue* find_value(const Finding& finding, std::string_view name) {
 bool is_of_one(std::string_view where, std::string_view term, std::string_view name) {
   while (!where.empty()) {
     const std::string_view channel = where.substr(0, where.find(", "));
-    if (name.size() == channel.size() + 1 + term.size() && name.starts_with(channel) && name.ends_with(term)) return true;
+    if (name.size() == channel.size() + 1 + term.size() && name.starts_with(channel) && name.ends_with(term))
+      return true;
     where.remove_prefix(std::min(where.size(), channel.size() + 2));
   }
   return false;

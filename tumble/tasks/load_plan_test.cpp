@@ -375,7 +375,10 @@ TEST(Judge, AnUpperLimitDecidesToo) {
   Estimate estimate = estimate_of(0, 1);
   estimate.findings.push_back({Finding::Severity::info,
                                "noise_term_not_significant",
-                               {{"term", "rate_random_walk"}, {"limit", si(2.0, "deg/h/sqrt(h)"), "deg/h/sqrt(h)"}},
+                               {{"term", "rate_random_walk"},
+                                {"limit", si(2.0, "deg/h/sqrt(h)"), "deg/h/sqrt(h)"},
+                                {"length", 3600.0, "s"},
+                                {"remedy", "a longer record"}},
                                "gyro.x, gyro.y"});
   const auto outcome = [&](const char* name, const char* min, const char* max) {
     const auto bound = [](const char* text) { return *text ? std::optional(parse_quantity(text)) : std::nullopt; };

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
-#include <toml++/toml.h>
 #include <utility>
 
 #include "tumble/units/error.hpp"
@@ -39,7 +39,8 @@ const std::vector<ReadyPlan>& ready_plans() {
 
 const ReadyPlan& find_ready_plan(const std::string& name_or_method) {
   const auto& plans = ready_plans();
-  if (const auto named = std::ranges::find(plans, name_or_method, &ReadyPlan::name); named != plans.end()) return *named;
+  if (const auto named = std::ranges::find(plans, name_or_method, &ReadyPlan::name); named != plans.end())
+    return *named;
   if (const auto one = std::ranges::find(plans, name_or_method, &ReadyPlan::method); one != plans.end()) return *one;
   std::vector<std::string> known;
   for (const auto& plan : plans) known.emplace_back(plan.name);
