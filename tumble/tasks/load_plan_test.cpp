@@ -54,6 +54,18 @@ rate = "1 Hz"
 kind = "thermal_chamber"
 )";
 
+TEST_F(LoadPlan, ANameMayStandForManyFiles) {
+  for (const char* name : {"run-10.csv", "run-9.csv", "run-1.csv", "other.csv", "odd[1].csv"})
+    std::ofstream(folder_ / name) << "time[s],gyro[deg/h]\n";
+  const auto plan = load(chamber + "[[recording]]\nfile = \"run-*.csv\"\n[[recording]]\nfile = \"odd[1].csv\"\n");
+  std::vector<std::string> files;
+  for (const auto& entry : plan.recordings) files.push_back(std::filesystem::path(entry.file).filename());
+  EXPECT_EQ(files, (std::vector<std::string>{"run-1.csv", "run-9.csv", "run-10.csv", "odd[1].csv"}));
+  EXPECT_EQ(problems(chamber + "[[recording]]\nfile = \"soak-*.csv\"\n"),
+            std::vector<std::string>{"plan.toml:8: [[recording]]: file: no file is called like " +
+                                     (folder_ / "soak-*.csv").string()});
+}
+
 TEST_F(LoadPlan, ReadsEverySection) {
   const auto plan = load(R"(title = "FOG over temperature"
 [site]
