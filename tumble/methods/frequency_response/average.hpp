@@ -36,7 +36,7 @@ struct Averaged {
 /// Given     of   value and gradient over theta; nothing where the model lacks it
 /// Returned: gradient g = sum w g_m; spread with one column a model of sqrt(w_m) (x_m - mean), and 2n of
 ///           sqrt(w_m) (g_m - g) sd, so that gradient and spread together give the covariance of two such functions
-/// See       decision 043
+/// See       decision 045
 Averaged averaged(const std::vector<Supported>& models, const Measured& measured,
                   const std::function<std::optional<Derived>(const LoopFit&)>& of);
 
