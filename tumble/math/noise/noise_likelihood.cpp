@@ -213,6 +213,17 @@ void refine_chosen(const BandData& data, const SearchRange& range, TermSelection
   chosen = best_parameters(data, chosen, range, 2e-3);
 }
 
+/// The sets of terms where each range of frequencies has this relative error, whose counts `data` receives.
+TermSelection chosen_beside(const std::vector<double>& count, double error, const SearchRange& range,
+                            const TriedTerms& full, const NoiseLikelihoodOptions& options, BandData& data) {
+  data.count = counts_with(count, error);
+  TriedTerms again = full;
+  if (error > 0.0) again = tried(data, full.terms, range.ramp, full.fit.s);
+  TermSelection selection = select(data, range, again, options.significance, options.most_markov);
+  refine_chosen(data, range, selection);
+  return selection;
+}
+
 NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options,
                     const NoiseFilter* before = nullptr) {
   const SearchRange range{ramp, static_cast<double>(samples) / 20.0};
@@ -220,14 +231,11 @@ NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const
   NoiseFit fit;
   fit.model_error = model_error(whole, ramp, full);
   BandData data = whole;
-  data.count = counts_with(whole.count, fit.model_error);
-  TermSelection selection = select(data, range, full, options.significance);
-  refine_chosen(data, range, selection);
+  TermSelection selection = chosen_beside(whole.count, fit.model_error, range, full, options, data);
   // What the significant terms cannot follow, though all terms could, is not passed over either.
   if (const double error = model_error(whole, ramp, selection.all[selection.chosen]); error > fit.model_error) {
     fit.model_error = error;
-    data.count = counts_with(whole.count, error);
-    refine_chosen(data, range, selection);
+    selection = chosen_beside(whole.count, error, range, full, options, data);
   }
   const TriedTerms& chosen = selection.all[selection.chosen];
   for (const NoiseTerm term : power_law_terms) fit.terms.push_back({{term}});

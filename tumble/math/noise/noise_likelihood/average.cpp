@@ -8,7 +8,6 @@
 namespace tumble::noise_likelihood {
 namespace {
 
-constexpr double near = 10.0;      ///< of AICc
 constexpr double same_time = 4.0;  ///< greatest ratio of correlation times of what counts as one process
 
 /// For each process of a set the one of the chosen set that it stands for; as many as there are: none.
@@ -98,7 +97,7 @@ NoiseValues averaged_values(const BandData& data, const std::vector<double>& sta
     const TriedTerms& set = selection.all[i];
     if (set.fit.c.empty() || !(std::ranges::min(set.fit.c) > 0.0)) continue;
     const double off = std::max(0.0, selection.aicc[i] - selection.aicc[selection.chosen]);
-    if (off > near) continue;
+    if (off > near_in_aicc) continue;
     if (i == selection.chosen) {
       sets.push_back(chosen);
     } else {

@@ -17,6 +17,7 @@ constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process
 constexpr double filter_fall = 30.0;   ///< ... by a filter: many shapes and bandwidths are tried
 constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double hopeless = 1000.0;    ///< of -2 ln L above all terms: no correlation time within an octave mends that
+constexpr double between_octaves = 10.0;  ///< of -2 ln L, from an octave of the correlation time to its best
 constexpr double least_damping = 0.3, most_damping = 2.0, widest = 0.6;
 
 double aicc(const TriedTerms& one, bool ramp, double contrasts) {
@@ -263,30 +264,76 @@ bool is_supported(const BandData& data, const SearchRange& range, const TermSele
   return true;
 }
 
+/// Whether the power laws of the set `index` are among those of the set `of`.
+bool within(std::size_t index, std::size_t of) { return (index % subsets & ~(of % subsets)) == 0; }
+
+/// Takes a set that was tried into the selection; it is chosen if its AICc is the least so far and below `limit`.
+void enter(const BandData& data, const SearchRange& range, std::size_t index, TriedTerms set, double significance,
+           double limit, TermSelection& selection) {
+  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
+  selection.all[index] = std::move(set);
+  selection.aicc[index] = aicc(selection.all[index], range.ramp, contrasts);
+  selection.supported[index] = is_supported(data, range, selection, index, significance);
+  if (!selection.supported[index]) return;
+  if (selection.chosen > 0) limit = std::min(limit, selection.aicc[selection.chosen]);
+  if (selection.aicc[index] < limit) selection.chosen = index;
+}
+
+/// Sets in which a further process stands for a power law of the chosen set: averaged, and chosen if they are better by
+/// more than what is averaged. A set with a term less is never likelier: correlation times at which a set is out of
+/// reach are not tried with fewer terms.
+void try_processes_instead(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
+                           std::size_t all, TermSelection& selection) {
+  const auto times = octaves(full.terms.times, range.longest);
+  const std::size_t before = selection.chosen, first = subsets * (full.terms.times.size() + 1);
+  const double limit = selection.aicc[before] - near_in_aicc;
+  const double reach = selection.aicc[before] + near_in_aicc + between_octaves;
+  std::vector<std::vector<bool>> out(subsets, std::vector<bool>(times.size(), false));
+  std::vector<TriedTerms> best(subsets);
+  for (std::size_t mask = subsets; mask-- > 0;) {
+    if (within(before, mask) || !within(mask, all)) continue;
+    TriedTerms like{full.terms, full.fit};
+    for (std::size_t t = 0; t < power_laws; ++t) like.terms.used[t] = (mask >> t) & 1u;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      for (std::size_t t = 0; t < power_laws; ++t) out[mask][i] = out[mask][i] || out[mask | (std::size_t{1} << t)][i];
+      if (out[mask][i]) continue;
+      TriedTerms one = likeliest(data, like, range.ramp, {times[i]});
+      out[mask][i] = one.value() > reach;
+      if (best[mask].fit.c.empty() || one.value() < best[mask].value()) best[mask] = std::move(one);
+    }
+  }
+  for (std::size_t mask = 0; mask < subsets; ++mask) {  // a set comes after those with a term less
+    if (best[mask].fit.c.empty() || best[mask].value() > reach) continue;
+    TriedTerms one = best_parameters(data, best[mask], range, coarse);
+    const double longest = std::ranges::max(one.terms.times), shortest = std::ranges::min(one.terms.times);
+    if (range.at_bound(longest) && longest > 2.0 * shortest_time) continue;  // a walk, as far as this record goes
+    // At the short end it speaks against the power law, but is no process with a time of its own.
+    enter(data, range, first + mask, std::move(one), significance, range.at_bound(shortest) ? -INFINITY : limit,
+          selection);
+  }
+}
+
 }  // namespace
 
-TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance) {
+TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
+                     std::size_t most_processes) {
   TermSelection selection;
-  const std::size_t sets = subsets * (full.terms.times.size() + 1);
+  const std::size_t known = subsets * (full.terms.times.size() + 1);
+  const bool further = full.terms.times.size() < most_processes;
+  const std::size_t sets = known + (further ? subsets : 0);
   selection.all.resize(sets);
   selection.supported.assign(sets, false);
   selection.aicc.assign(sets, INFINITY);
-  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
-  double least = INFINITY;
-  for (std::size_t index = 0; index < sets; ++index) {  // a set comes after those with a term less
-    bool within = index > 0;
-    for (std::size_t t = 0; t < power_laws; ++t) within = within && (full.terms.used[t] || !((index >> t) & 1u));
-    if (!within) continue;
-    selection.all[index] = best_of_set(data, range, full, index, selection.all);
-    selection.aicc[index] = aicc(selection.all[index], range.ramp, contrasts);
-    selection.supported[index] = is_supported(data, range, selection, index, significance);
-    if (!selection.supported[index] || selection.aicc[index] >= least) continue;
-    least = selection.aicc[index];
-    selection.chosen = index;
-  }
-  if (!std::isfinite(least))
+  std::size_t all = 0;
+  for (std::size_t t = 0; t < power_laws; ++t) all |= static_cast<std::size_t>(full.terms.used[t]) << t;
+  for (std::size_t index = 1; index < known; ++index)  // a set comes after those with a term less
+    if (within(index, all))
+      enter(data, range, index, best_of_set(data, range, full, index, selection.all), significance, INFINITY,
+            selection);
+  if (selection.chosen == 0)
     throw Error(Error::Kind::bad_data,
                 "no noise term fits: the values differ too much in size; look for samples out of range");
+  if (further) try_processes_instead(data, range, full, significance, all, selection);
   return selection;
 }
 

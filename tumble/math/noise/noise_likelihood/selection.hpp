@@ -84,8 +84,13 @@ struct TermSelection {
   std::size_t chosen = 0;
 };
 
-/// Every subset of the power laws beside none to all of the processes of `full`. Given: significance [1] of a term that
-/// remains.
-TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance);
+/// Sets of terms whose AICc is at most so much above that of the chosen one are averaged.
+constexpr double near_in_aicc = 10.0;
+
+/// Every subset of the power laws beside none to all of the processes of `full`, and, up to `most_processes`, sets in
+/// which one process more stands for power laws that the record does not distinguish from it. Given: significance [1]
+/// of a term that remains.
+TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
+                     std::size_t most_processes);
 
 }  // namespace tumble::noise_likelihood
