@@ -156,9 +156,13 @@ NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNo
 /// Where the record shows no walk and no process beside the ramp, walk and ramp still compete for the same few sines:
 /// how much -2 ln L is lower with the ramp than with all power laws and none, and the sd for which the slope would be
 /// as far from zero.
-void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& options, NoiseRamp& ramp) {
+void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& options, const NoiseFilter& filter,
+                        NoiseRamp& ramp) {
   const NoiseTerms all = power_laws_of(options);
-  const ScoringFit with = tried(data, all, true, data.start).fit, without = tried(data, all, false, data.start).fit;
+  const auto fitted = [&](bool beside) {
+    return filter.given() ? with_filter(data, beside, filter, all).fit : tried(data, all, beside, data.start).fit;
+  };
+  const ScoringFit with = fitted(true), without = fitted(false);
   const double fall = without.minus_twice_log_likelihood -
                       (with.minus_twice_log_likelihood + std::log(with.slope_variance));  // at its best, not integrated
   // A walk of few sines makes the fall greater by chance than a chi-square is: Student's distribution of 20 degrees of
@@ -301,7 +305,7 @@ NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& option
   if (!std::isfinite(fit_ramp(data, data.start).variance)) return fit_beside(data, false, bands.samples, options);
   NoiseFit with = fit_beside(data, true, bands.samples, options);
   const bool unseen = !with.terms[power_laws - 1].kept && with.terms.size() == power_law_terms.size();
-  if (unseen) weigh_against_walk(data, options, with.ramp);
+  if (unseen) weigh_against_walk(data, options, with.filter, with.ramp);
   if (with.ramp.chance <= ramp_chance) {
     with.ramp.kept = true;
     return with;

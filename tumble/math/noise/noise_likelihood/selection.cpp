@@ -46,16 +46,11 @@ std::vector<Nonlinear> nonlinear(const NoiseTerms& terms, const SearchRange& ran
   return all;
 }
 
-/// The best value of one parameter between `low` and `high`, by golden section of its logarithm.
-TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp, const Nonlinear& which, double low,
-                        double high, double tolerance) {
-  NoiseTerms terms = from.terms;
-  const auto of = [&](double log_value) {
-    which.of(terms) = std::exp(log_value);
-    return tried(data, terms, ramp, from.fit.s);
-  };
+/// The best of a line of models between `a` and `b`, by golden section.
+TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp, double a, double b, double tolerance,
+                        const std::function<NoiseTerms(double)>& terms_at) {
+  const auto of = [&](double x) { return tried(data, terms_at(x), ramp, from.fit.s); };
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
-  double a = std::log(low), b = std::log(high);
   double left = b - golden * (b - a), right = a + golden * (b - a);
   TriedTerms at_left = of(left), at_right = of(right);
   while (b - a > tolerance) {
@@ -72,6 +67,32 @@ TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp,
     }
   }
   return at_left.value() < at_right.value() ? at_left : at_right;
+}
+
+/// ... along its logarithm, of one parameter within a factor 2 of where it is.
+TriedTerms best_of_one(const BandData& data, const TriedTerms& from, bool ramp, const Nonlinear& which,
+                       double tolerance) {
+  NoiseTerms terms = from.terms;
+  const double at = which.of(terms);
+  return best_between(data, from, ramp, std::log(std::max(0.5 * at, which.low)),
+                      std::log(std::min(2.0 * at, which.high)), tolerance, [&](double log_value) {
+                        which.of(terms) = std::exp(log_value);
+                        return terms;
+                      });
+}
+
+/// ... on the way from `begin` to `from` and up to five times as far: parameters that depend on each other move
+/// together.
+TriedTerms best_together(const BandData& data, const TriedTerms& begin, const TriedTerms& from, bool ramp,
+                         const std::vector<Nonlinear>& parameters, double tolerance) {
+  NoiseTerms terms = from.terms, first = begin.terms, last = from.terms;
+  return best_between(data, from, ramp, 0.0, 5.0, 100.0 * tolerance, [&](double way) {
+    for (const Nonlinear& one : parameters) {
+      const double at = one.of(first) * std::pow(one.of(last) / one.of(first), way);
+      one.of(terms) = std::clamp(at, one.low, one.high);
+    }
+    return terms;
+  });
 }
 
 /// The likeliest of these correlation times beside the terms of `like`.
@@ -109,18 +130,19 @@ std::vector<NoiseFilter> filters() {
   return all;
 }
 
-TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, const TriedTerms& from) {
-  NoiseTerms terms = from.terms;
-  terms.filter = filter;
-  return tried(data, terms, ramp, from.fit.s);
-}
-
-/// Whether any low pass helps at all: four bandwidths that stand for all shapes.
+/// Whether any low pass helps at all: bandwidths of the first and second order that stand for all shapes.
 bool filter_seen(const BandData& data, bool ramp, const TriedTerms& before) {
-  return std::ranges::any_of(std::vector{0.4, 0.2, 0.08, 0.025}, [&](double bandwidth) {
-    const auto one = with_filter(data, ramp, {FilterShape::first_order, bandwidth, 0.0}, before);
-    return before.value() - one.value() > 0.3 * filter_fall;
-  });
+  return std::ranges::any_of(std::vector<NoiseFilter>{{FilterShape::first_order, 0.4, 0.0},
+                                                      {FilterShape::first_order, 0.2, 0.0},
+                                                      {FilterShape::first_order, 0.08, 0.0},
+                                                      {FilterShape::first_order, 0.025, 0.0},
+                                                      {FilterShape::second_order, 0.1, 0.7},
+                                                      {FilterShape::second_order, 0.04, 0.7},
+                                                      {FilterShape::second_order, 0.015, 0.7}},
+                             [&](const NoiseFilter& filter) {
+                               return before.value() - with_filter(data, ramp, filter, before.terms).value() >
+                                      0.3 * filter_fall;
+                             });
 }
 
 }  // namespace
@@ -141,23 +163,40 @@ TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const
 }
 
 TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const SearchRange& range, double tolerance) {
+  constexpr int most_rounds = 8;
+  constexpr double enough = 0.02;  ///< of -2 ln L
   const auto parameters = nonlinear(from.terms, range);
   TriedTerms best = from;
-  for (int round = 0; round < 4; ++round) {
-    const double before = best.value();
+  const auto take = [&](TriedTerms next) {
+    if (next.value() < best.value()) best = std::move(next);
+  };
+  for (int round = 0; round < most_rounds; ++round) {
+    const TriedTerms begin = best;
     bool moved = false;
     for (const Nonlinear& one : parameters) {
       NoiseTerms terms = best.terms;
       const double at = one.of(terms);
-      TriedTerms next = best_between(data, best, range.ramp, one, std::max(0.5 * at, one.low),
-                                     std::min(2.0 * at, one.high), tolerance);
-      if (next.value() < best.value()) best = std::move(next);
+      take(best_of_one(data, best, range.ramp, one, tolerance));
       terms = best.terms;
       moved = moved || std::abs(std::log(one.of(terms) / at)) > 0.6;
     }
-    if (!moved && (parameters.size() < 2 || before - best.value() < 0.02)) break;
+    if (!moved && (parameters.size() < 2 || begin.value() - best.value() < enough)) break;
+    if (parameters.size() > 1) take(best_together(data, begin, best, range.ramp, parameters, tolerance));
   }
   return best;
+}
+
+TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, NoiseTerms terms) {
+  terms.filter = filter;
+  const auto own = data.filtered(filter);
+  double power = 0.0, count = 0.0;
+  for (std::size_t b = 0; b < own.size(); ++b) {
+    power += data.count[b] * data.z[b] / own[b];
+    count += data.count[b];
+  }
+  TriedTerms measured = tried(data, terms, ramp, data.start),
+             alone = tried(data, terms, ramp, scaled(power / count, own));
+  return measured.value() < alone.value() ? measured : alone;
 }
 
 bool add_process(const BandData& data, const SearchRange& range, TriedTerms& before) {
@@ -175,7 +214,7 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
   if (!before.terms.used[1] || !filter_seen(data, range.ramp, before)) return false;
   std::vector<TriedTerms> best(static_cast<std::size_t>(FilterShape::third_mean) + 1);
   for (const NoiseFilter& filter : filters()) {
-    TriedTerms one = with_filter(data, range.ramp, filter, before);
+    TriedTerms one = with_filter(data, range.ramp, filter, before.terms);
     TriedTerms& same = best[static_cast<std::size_t>(filter.shape)];
     if (same.fit.c.empty() || one.value() < same.value()) same = std::move(one);
   }
@@ -197,7 +236,7 @@ bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& befo
 
 bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before) {
   if (!filter.given()) return false;
-  before = best_parameters(data, with_filter(data, range.ramp, filter, before), range, 2e-3);
+  before = best_parameters(data, with_filter(data, range.ramp, filter, before.terms), range, 2e-3);
   return true;
 }
 
