@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "tumble/math/noise/noise_bands/expected.hpp"
+#include "tumble/math/noise/noise_bands/lost_samples.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -126,9 +127,10 @@ double mean_covariance(std::span<const double> autocovariance, double unit, int 
 double expected_filtered(const NoiseBand& band, std::span<const double> autocovariance) {
   if (autocovariance.empty()) return band.expected[1];
   const auto reach = static_cast<int>(static_cast<double>(autocovariance.size()) / band.unit) + 1;
+  const double lost = band.lost == nullptr ? 0.0 : band.lost->filtered_variance(autocovariance);
   if (band.radix > 0) {
-    const auto& products = cosine_products(band.radix, band.order);
-    double sum = 0.0;
+    const auto& products = band.products.empty() ? cosine_products(band.radix, band.order) : band.products;
+    double sum = lost * products[0];
     for (int h = 0; h < std::min(band.radix, reach + 1); ++h)
       sum +=
           (h == 0 ? 1.0 : 2.0) * products[static_cast<std::size_t>(h)] * mean_covariance(autocovariance, band.unit, h);
@@ -150,7 +152,7 @@ double expected_filtered(const NoiseBand& band, std::span<const double> autocova
     here = after;
     turned *= turn;
   }
-  return sum;
+  return sum + lost * (2.0 - 2.0 * std::cos(w));
 }
 
 }  // namespace tumble
