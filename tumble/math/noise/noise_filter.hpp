@@ -49,7 +49,8 @@ std::vector<double> filtered_autocovariance(const NoiseFilter& filter);
 /// Given: unit [samples], h [units]. Returned: covariance [1], of a density of one.
 double mean_covariance(std::span<const double> autocovariance, double unit, int h);
 
-/// Expected mean square [1] in a band of such noise of density one.
-double expected_filtered(const NoiseBand& band, std::span<const double> autocovariance);
+/// Expected mean squares [1] in bands of such noise of density one, with the pattern of missing samples that is there;
+/// without a filter those of white noise.
+std::vector<double> expected_filtered(std::span<const NoiseBand> bands, const NoiseFilter& filter);
 
 }  // namespace tumble

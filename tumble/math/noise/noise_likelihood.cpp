@@ -193,6 +193,18 @@ void list_composites(const TermSelection& selection, NoiseFit& fit) {
   });
 }
 
+/// Whether the filter follows the record, or takes away most of what the terms miss without it: of vibration at some
+/// frequencies it only takes the shape.
+bool explains(const BandData& whole, const SearchRange& range, const TriedTerms& with, const TriedTerms& without) {
+  constexpr double most_left = 0.25;
+  if (model_error(whole, range.ramp, with) == 0.0) return true;
+  const auto excess = [&](const TriedTerms& one) {
+    const auto residuals = residuals_of(whole, one.fit);
+    return chi_square(residuals, 0.0) - residual_freedom(residuals, one, range.ramp);
+  };
+  return excess(with) < most_left * excess(without);
+}
+
 /// All power laws with the processes and the filter that the record asks for. before: from a fit before; may be null.
 TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseLikelihoodOptions& options,
                    const NoiseFilter* before) {
@@ -208,7 +220,7 @@ TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseL
   if (!seen) return plain;
   // A process may have been taken for a filter.
   with_processes(filtered);
-  return filter_needed(plain, filtered) ? filtered : plain;
+  return filter_needed(plain, filtered) && explains(whole, range, filtered, plain) ? filtered : plain;
 }
 
 /// The set that was chosen, at parameters found to the last digit that matters.
@@ -223,9 +235,15 @@ TermSelection chosen_beside(const std::vector<double>& count, double error, cons
   data.count = counts_with(count, error);
   TriedTerms again = full;
   if (error > 0.0) again = tried(data, full.terms, range.ramp, full.fit.s);
-  TermSelection selection = select(data, range, again, options.significance, options.most_markov);
-  refine_chosen(data, range, selection);
-  return selection;
+  for (bool first = true;; first = false) {
+    TermSelection selection = select(data, range, again, options.significance, options.most_markov);
+    refine_chosen(data, range, selection);
+    if (error == 0.0) try_other_filters(data, range, selection);  // else no shape is right
+    const auto best = std::ranges::min_element(selection.other_aicc);
+    if (!first || best == selection.other_aicc.end() || *best > selection.aicc[selection.chosen]) return selection;
+    const auto& better = selection.other_filters[static_cast<std::size_t>(best - selection.other_aicc.begin())];
+    again = best_parameters(data, with_filter(data, range.ramp, better.terms.filter, full.terms), range, 2e-3);
+  }
 }
 
 NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options,

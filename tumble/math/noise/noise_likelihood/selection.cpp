@@ -187,15 +187,20 @@ TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const S
 }
 
 TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, NoiseTerms terms) {
+  constexpr double steep = 0.01;  ///< power at half the rate over that at frequency zero
   terms.filter = filter;
+  TriedTerms measured = tried(data, terms, ramp, data.start);
   const auto own = data.filtered(filter);
-  double power = 0.0, count = 0.0;
+  const auto white = column(data.design, 1);
+  double power = 0.0, count = 0.0, least = INFINITY, most = 0.0;
   for (std::size_t b = 0; b < own.size(); ++b) {
     power += data.count[b] * data.z[b] / own[b];
     count += data.count[b];
+    least = std::min(least, own[b] / white[b]);
+    most = std::max(most, own[b] / white[b]);
   }
-  TriedTerms measured = tried(data, terms, ramp, data.start),
-             alone = tried(data, terms, ramp, scaled(power / count, own));
+  if (least > steep * most) return measured;
+  TriedTerms alone = tried(data, terms, ramp, scaled(power / count, own));
   return measured.value() < alone.value() ? measured : alone;
 }
 
@@ -374,6 +379,28 @@ TermSelection select(const BandData& data, const SearchRange& range, const Tried
                 "no noise term fits: the values differ too much in size; look for samples out of range");
   if (further) try_processes_instead(data, range, full, significance, all, selection);
   return selection;
+}
+
+void try_other_filters(const BandData& data, const SearchRange& range, TermSelection& selection) {
+  const TriedTerms& chosen = selection.all[selection.chosen];
+  selection.other_filters.clear();
+  selection.other_aicc.clear();
+  if (chosen.terms.filter_parameters() == 0) return;
+  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
+  for (auto shape = static_cast<int>(FilterShape::first_order); shape <= static_cast<int>(FilterShape::third_mean);
+       ++shape) {
+    NoiseFilter filter{static_cast<FilterShape>(shape), chosen.terms.filter.bandwidth, 0.0};
+    if (filter.shape == chosen.terms.filter.shape) continue;
+    if (filter.two_poles()) filter.damping = 0.7;
+    for (const bool quantization : {false, true}) {
+      NoiseTerms terms = chosen.terms;
+      terms.used[0] = quantization;
+      TriedTerms one = best_parameters(data, with_filter(data, range.ramp, filter, terms), range, coarse);
+      if (!(std::ranges::min(one.fit.c) > 0.0)) continue;
+      selection.other_aicc.push_back(aicc(one, range.ramp, contrasts));
+      selection.other_filters.push_back(std::move(one));
+    }
+  }
 }
 
 }  // namespace tumble::noise_likelihood

@@ -86,6 +86,9 @@ struct TermSelection {
   std::vector<bool> supported;
   std::vector<double> aicc;
   std::size_t chosen = 0;
+  /// The chosen set, and that with or without quantization, with the white noise through filters of other shapes.
+  std::vector<TriedTerms> other_filters;
+  std::vector<double> other_aicc;
 };
 
 /// Sets of terms whose AICc is at most so much above that of the chosen one are averaged.
@@ -96,5 +99,8 @@ constexpr double near_in_aicc = 10.0;
 /// of a term that remains.
 TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
                      std::size_t most_processes);
+
+/// Fills `other_filters`: a filter of the wrong shape makes up for it by quantization and by another bandwidth.
+void try_other_filters(const BandData& data, const SearchRange& range, TermSelection& selection);
 
 }  // namespace tumble::noise_likelihood
