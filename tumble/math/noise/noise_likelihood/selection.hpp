@@ -34,8 +34,8 @@ struct TriedTerms {
 /// The likelihood of these terms, searched from the coefficients `start` [u^2].
 TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start);
 
-/// ... with the white noise through a filter. The likelihood of a steep filter has other maxima, where a walk or flicker
-/// stands for it: the search begins at the power that was measured, and at that of the filtered noise alone.
+/// ... with the white noise through a filter. The likelihood of a steep filter has other maxima, where a walk or
+/// flicker stands for it: the search begins at the power that was measured, and at that of the filtered noise alone.
 TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, NoiseTerms terms);
 
 /// Where the parameters of processes and filters are looked for.
