@@ -7,6 +7,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/average.hpp"
+#include "tumble/math/noise/noise_likelihood/filter_search.hpp"
 #include "tumble/math/noise/noise_likelihood/residuals.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
 #include "tumble/math/regression/least_squares.hpp"

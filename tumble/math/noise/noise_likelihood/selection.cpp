@@ -14,16 +14,9 @@ namespace tumble::noise_likelihood {
 namespace {
 
 constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process: 0.1 % of chi-square of two
-constexpr double filter_fall = 30.0;   ///< ... by a filter: many shapes and bandwidths are tried
-constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double hopeless = 1000.0;    ///< of -2 ln L above all terms: no correlation time within an octave mends that
 constexpr double between_octaves = 10.0;  ///< of -2 ln L, from an octave of the correlation time to its best
 constexpr double least_damping = 0.3, most_damping = 2.0, widest = 0.6;
-
-double aicc(const TriedTerms& one, bool ramp, double contrasts) {
-  const double p = size_of(one.terms) + (ramp ? 1.0 : 0.0);
-  return one.value() + 2.0 * p + 2.0 * p * (p + 1.0) / std::max(1.0, contrasts - p - 1.0);
-}
 
 /// A parameter that enters the expectations nonlinearly: where it stands, and between what it is searched.
 struct Nonlinear {
@@ -116,35 +109,6 @@ std::vector<std::vector<double>> octaves(std::vector<double> beside, double long
   return all;
 }
 
-/// Filters from which the search begins.
-std::vector<NoiseFilter> filters() {
-  std::vector<NoiseFilter> all;
-  for (const FilterShape shape : {FilterShape::first_order, FilterShape::first_order_means})
-    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6) all.push_back({shape, bandwidth, 0.0});
-  for (const FilterShape shape : {FilterShape::second_order, FilterShape::second_order_means})
-    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6)
-      for (const double damping : {0.5, 0.7, 1.0}) all.push_back({shape, bandwidth, damping});
-  for (const FilterShape shape : {FilterShape::mean, FilterShape::mean_of_means, FilterShape::third_mean})
-    for (double length = shape == FilterShape::mean ? 1.3 : 1.0; length < longest_mean; length *= 1.3)
-      all.push_back({shape, bandwidth_of_means(shape, length), 0.0});
-  return all;
-}
-
-/// Whether any low pass helps at all: bandwidths of the first and second order that stand for all shapes.
-bool filter_seen(const BandData& data, bool ramp, const TriedTerms& before) {
-  return std::ranges::any_of(std::vector<NoiseFilter>{{FilterShape::first_order, 0.4, 0.0},
-                                                      {FilterShape::first_order, 0.2, 0.0},
-                                                      {FilterShape::first_order, 0.08, 0.0},
-                                                      {FilterShape::first_order, 0.025, 0.0},
-                                                      {FilterShape::second_order, 0.1, 0.7},
-                                                      {FilterShape::second_order, 0.04, 0.7},
-                                                      {FilterShape::second_order, 0.015, 0.7}},
-                             [&](const NoiseFilter& filter) {
-                               return before.value() - with_filter(data, ramp, filter, before.terms).value() >
-                                      0.3 * filter_fall;
-                             });
-}
-
 }  // namespace
 
 Matrix columns(const BandData& data, const NoiseTerms& terms) {
@@ -186,24 +150,6 @@ TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const S
   return best;
 }
 
-TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, NoiseTerms terms) {
-  constexpr double steep = 0.01;  ///< power at half the rate over that at frequency zero
-  terms.filter = filter;
-  TriedTerms measured = tried(data, terms, ramp, data.start);
-  const auto own = data.filtered(filter);
-  const auto white = column(data.design, 1);
-  double power = 0.0, count = 0.0, least = INFINITY, most = 0.0;
-  for (std::size_t b = 0; b < own.size(); ++b) {
-    power += data.count[b] * data.z[b] / own[b];
-    count += data.count[b];
-    least = std::min(least, own[b] / white[b]);
-    most = std::max(most, own[b] / white[b]);
-  }
-  if (least > steep * most) return measured;
-  TriedTerms alone = tried(data, terms, ramp, scaled(power / count, own));
-  return measured.value() < alone.value() ? measured : alone;
-}
-
 bool add_process(const BandData& data, const SearchRange& range, TriedTerms& before) {
   const auto tries = octaves(before.terms.times, range.longest);
   if (tries.empty()) return false;
@@ -215,43 +161,14 @@ bool add_process(const BandData& data, const SearchRange& range, TriedTerms& bef
   return helps;
 }
 
-bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before) {
-  if (!before.terms.used[1] || !filter_seen(data, range.ramp, before)) return false;
-  std::vector<TriedTerms> best(static_cast<std::size_t>(FilterShape::third_mean) + 1);
-  for (const NoiseFilter& filter : filters()) {
-    TriedTerms one = with_filter(data, range.ramp, filter, before.terms);
-    TriedTerms& same = best[static_cast<std::size_t>(filter.shape)];
-    if (same.fit.c.empty() || one.value() < same.value()) same = std::move(one);
-  }
-  double least = INFINITY;
-  for (const TriedTerms& one : best)
-    if (!one.fit.c.empty()) least = std::min(least, one.value());
-  const TriedTerms* chosen = nullptr;
-  for (TriedTerms& one : best) {
-    // Another bandwidth of the grid's spacing mends half the distance to no filter at most.
-    if (one.fit.c.empty() || one.value() - least > 0.5 * (before.value() - least)) continue;
-    one = best_parameters(data, one, range, 2e-3);
-    const auto cost = [](const TriedTerms& which) { return which.value() + 2.0 * size_of(which.terms); };
-    if (chosen == nullptr || cost(one) < cost(*chosen)) chosen = &one;
-  }
-  const bool helps = before.value() - chosen->value() > filter_fall;
-  if (helps) before = *chosen;
-  return helps;
-}
-
-bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before) {
-  if (!filter.given()) return false;
-  before = best_parameters(data, with_filter(data, range.ramp, filter, before.terms), range, 2e-3);
-  return true;
-}
-
-bool filter_needed(const TriedTerms& without, const TriedTerms& with) {
-  return without.value() + 2.0 * size_of(without.terms) - with.value() - 2.0 * size_of(with.terms) > 0.3 * filter_fall;
-}
-
 int size_of(const NoiseTerms& terms) {
   return static_cast<int>(std::count(terms.used.begin(), terms.used.end(), true) + 2 * std::ssize(terms.times)) +
          terms.filter_parameters();
+}
+
+double aicc(const TriedTerms& one, bool ramp, double contrasts) {
+  const double p = size_of(one.terms) + (ramp ? 1.0 : 0.0);
+  return one.value() + 2.0 * p + 2.0 * p * (p + 1.0) / std::max(1.0, contrasts - p - 1.0);
 }
 
 double chance_of(double fall) { return fall <= 0.0 ? 1.0 : 0.5 * chi_square_tail(fall, 1.0); }
@@ -379,28 +296,6 @@ TermSelection select(const BandData& data, const SearchRange& range, const Tried
                 "no noise term fits: the values differ too much in size; look for samples out of range");
   if (further) try_processes_instead(data, range, full, significance, all, selection);
   return selection;
-}
-
-void try_other_filters(const BandData& data, const SearchRange& range, TermSelection& selection) {
-  const TriedTerms& chosen = selection.all[selection.chosen];
-  selection.other_filters.clear();
-  selection.other_aicc.clear();
-  if (chosen.terms.filter_parameters() == 0) return;
-  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
-  for (auto shape = static_cast<int>(FilterShape::first_order); shape <= static_cast<int>(FilterShape::third_mean);
-       ++shape) {
-    NoiseFilter filter{static_cast<FilterShape>(shape), chosen.terms.filter.bandwidth, 0.0};
-    if (filter.shape == chosen.terms.filter.shape) continue;
-    if (filter.two_poles()) filter.damping = 0.7;
-    for (const bool quantization : {false, true}) {
-      NoiseTerms terms = chosen.terms;
-      terms.used[0] = quantization;
-      TriedTerms one = best_parameters(data, with_filter(data, range.ramp, filter, terms), range, coarse);
-      if (!(std::ranges::min(one.fit.c) > 0.0)) continue;
-      selection.other_aicc.push_back(aicc(one, range.ramp, contrasts));
-      selection.other_filters.push_back(std::move(one));
-    }
-  }
 }
 
 }  // namespace tumble::noise_likelihood

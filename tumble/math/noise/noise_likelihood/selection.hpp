@@ -10,6 +10,7 @@
 namespace tumble::noise_likelihood {
 
 constexpr std::size_t power_laws = power_law_terms.size();
+constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to the sampling interval it would be a filter
 
 /// NoiseTerms of one model: columns of the four power laws, then processes.
@@ -34,10 +35,6 @@ struct TriedTerms {
 /// The likelihood of these terms, searched from the coefficients `start` [u^2].
 TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const std::vector<double>& start);
 
-/// ... with the white noise through a filter. The likelihood of a steep filter has other maxima, where a walk or
-/// flicker stands for it: the search begins at the power that was measured, and at that of the filtered noise alone.
-TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, NoiseTerms terms);
-
 /// Where the parameters of processes and filters are looked for.
 struct SearchRange {
   bool ramp = false;
@@ -54,17 +51,10 @@ TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const S
 /// One process more beside the terms of `before`, where it lowers -2 ln L enough. Returned: whether it does.
 bool add_process(const BandData& data, const SearchRange& range, TriedTerms& before);
 
-/// A filter of the white noise of `before`, where it lowers -2 ln L so much that no record of unfiltered noise does it.
-/// Returned: whether it does.
-bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before);
-
-/// Puts in the filter that a fit before found, at its best here. Returned: whether there was one.
-bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before);
-
-/// Whether the filter of the second model is worth more than what the first has in its place.
-bool filter_needed(const TriedTerms& without, const TriedTerms& with);
-
 int size_of(const NoiseTerms& terms);
+
+/// Given: contrasts [1]. Returned: Akaike's criterion for finite samples [1].
+double aicc(const TriedTerms& one, bool ramp, double contrasts);
 
 /// Probability [1] of so great a fall of -2 ln L [1] by a coefficient that is zero: half a chi-square, as none is below
 /// zero.
@@ -99,8 +89,5 @@ constexpr double near_in_aicc = 10.0;
 /// of a term that remains.
 TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
                      std::size_t most_processes);
-
-/// Fills `other_filters`: a filter of the wrong shape makes up for it by quantization and by another bandwidth.
-void try_other_filters(const BandData& data, const SearchRange& range, TermSelection& selection);
 
 }  // namespace tumble::noise_likelihood
