@@ -252,7 +252,7 @@ void try_processes_instead(const BandData& data, const SearchRange& range, const
   std::vector<std::vector<bool>> out(subsets, std::vector<bool>(times.size(), false));
   std::vector<TriedTerms> best(subsets);
   for (std::size_t mask = subsets; mask-- > 0;) {
-    if (within(before, mask) || !within(mask, all)) continue;
+    if ((within(before, mask) && mask != before % subsets) || !within(mask, all)) continue;
     TriedTerms like{full.terms, full.fit};
     for (std::size_t t = 0; t < power_laws; ++t) like.terms.used[t] = (mask >> t) & 1u;
     for (std::size_t i = 0; i < times.size(); ++i) {
@@ -269,8 +269,8 @@ void try_processes_instead(const BandData& data, const SearchRange& range, const
     const double longest = std::ranges::max(one.terms.times), shortest = std::ranges::min(one.terms.times);
     if (range.at_bound(longest) && longest > 2.0 * shortest_time) continue;  // a walk, as far as this record goes
     // At the short end it speaks against the power law, but is no process with a time of its own.
-    enter(data, range, first + mask, std::move(one), significance, range.at_bound(shortest) ? -INFINITY : limit,
-          selection);
+    const bool counts_only = range.at_bound(shortest) || mask == before % subsets;
+    enter(data, range, first + mask, std::move(one), significance, counts_only ? -INFINITY : limit, selection);
   }
 }
 
