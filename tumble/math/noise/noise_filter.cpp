@@ -116,6 +116,15 @@ std::vector<double> filtered_autocovariance(const NoiseFilter& filter) {
   return lags;
 }
 
+double power_gain(const NoiseFilter& filter, double frequency) {
+  if (!filter.given()) return 1.0;
+  const auto lags = filtered_autocovariance(filter);
+  double sum = lags[0];
+  for (std::size_t h = 1; h < lags.size(); ++h)
+    sum += 2.0 * lags[h] * std::cos(two_pi * frequency * static_cast<double>(h));
+  return std::max(0.0, sum);
+}
+
 double mean_covariance(std::span<const double> autocovariance, double unit, int h) {
   if (autocovariance.empty()) return h == 0 ? 1.0 / unit : 0.0;
   const auto last = static_cast<double>(autocovariance.size()) - 1.0;

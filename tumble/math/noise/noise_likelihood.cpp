@@ -116,6 +116,8 @@ void add_values(const BandData& data, const std::vector<double>& statistical_cou
   fit.value_error_variance = mean.error_variance;
   fit.averaged_sets = mean.sets;
   fit.shown.assign(fit.terms.size(), false);
+  for (std::size_t i = fit.terms.size() + fit.time_at_bound.size(); i < mean.value.size(); ++i)
+    fit.filter_freedom.push_back(std::min(1e6, logarithm_freedom(std::sqrt(mean.covariance(i, i)) / mean.value[i])));
   for (std::size_t t = 0; t < fit.terms.size(); ++t) {
     FittedTerm& term = fit.terms[t];
     const double variance = mean.covariance(t, t), sd = std::sqrt(variance);

@@ -56,9 +56,10 @@ struct NoiseFit {
   std::vector<double> value_error_variance;  ///< the part of its diagonal that comes from model_error
   std::vector<bool> shown;                   ///< of each term: kept, and its 95 % interval stays above zero
   std::size_t averaged_sets = 1;
-  NoiseFilter filter;               ///< of the white noise
-  std::vector<bool> time_at_bound;  ///< of each process: T_c lies at an end of the range that was searched
-  double longest_time = 0.0;        ///< [samples] the upper end of that range
+  NoiseFilter filter;                  ///< of the white noise
+  std::vector<double> filter_freedom;  ///< degrees of freedom of bandwidth and damping
+  std::vector<bool> time_at_bound;     ///< of each process: T_c lies at an end of the range that was searched
+  double longest_time = 0.0;           ///< [samples] the upper end of that range
   NoiseRamp ramp;
   std::vector<NoiseComposite> composites;  ///< by AICc, the one chosen first
   std::vector<NoiseResidual> residuals;

@@ -196,6 +196,13 @@ double time_freedom(double sd) {
   });
 }
 
+double logarithm_freedom(double sd) {
+  if (!(sd > 0.0)) return std::numeric_limits<double>::infinity();
+  const auto beyond = [&](double off) { return 0.5 * std::erfc(off / sd / std::numbers::sqrt2); };
+  return freedom_for(
+      [&](double t) { return beyond(std::log1p(t * sd)) + (t * sd < 1.0 ? beyond(-std::log1p(-t * sd)) : 0.0); });
+}
+
 double upper_limit(const BandData& data, const Matrix& others, std::span<const double> column, bool ramp,
                    const ScoringFit& free, double value, double sd) {
   const auto rise = [&](double c) {
