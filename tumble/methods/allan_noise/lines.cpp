@@ -133,12 +133,14 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   if (spectrum.segments < 4.0) return lines;
   const double threshold = 1.0 + 10.0 / std::sqrt(spectrum.segments), bin = 1.0 / static_cast<double>(length);
   const auto& density = spectrum.density;
-  for (std::size_t k = lowest; k + spread < density.size(); ++k) {
-    if (density[k] < density[k - 1] || density[k] <= density[k + 1]) continue;
+  // Beyond half the rate the density is what it is as far below.
+  const auto mirrored = [&](std::size_t k) { return density[std::min(k, 2 * (density.size() - 1) - k)]; };
+  for (std::size_t k = lowest; k < density.size(); ++k) {
+    if (density[k] < density[k - 1] || density[k] <= mirrored(k + 1)) continue;
     const double base = level_about(density, k);
     if (density[k] < threshold * base) continue;
     double power = 0.0;
-    for (std::size_t j = k - spread; j <= k + spread; ++j) power += (density[j] - base) * bin;
+    for (std::size_t j = k - spread; j <= k + spread; ++j) power += (mirrored(j) - base) * bin;
     lines.push_back({static_cast<double>(k) * bin, std::sqrt(2.0 * std::max(0.0, power)), 2.0 * bin});
   }
   std::stable_sort(lines.begin(), lines.end(),

@@ -113,6 +113,16 @@ TEST(SpectralLines, BandsThatALineFallsIntoAreSkipped) {
   EXPECT_NEAR(without.terms[3].squared, 1e-4, 4.0 * without.terms[3].squared_sd);
 }
 
+TEST(SpectralLines, OneNextToHalfTheRateIsFound) {
+  // Within two frequencies of the transform of half the rate no line was looked for: quantization stood for it.
+  auto values = simulated_values({.angle_random_walk = 1.0}, 40000, 12);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] += 0.5 * std::cos(2.0 * std::numbers::pi * 0.4999 * static_cast<double>(i) + 0.7);
+  const auto lines = spectral_lines(values);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_NEAR(lines[0].frequency, 0.4999, lines[0].width);
+}
+
 TEST(ChangesAlong, NoneInSteadyNoiseAndOneWhereItGrows) {
   // 5 sd in one of 16 parts: once in 1e5 records.
   for (unsigned seed = 1; seed <= 60; ++seed)
