@@ -256,8 +256,7 @@ std::string key_of(const ConductedTest& test, const PlanError& error) {
   const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
   const Plan& plan = *std::ranges::find_if(test.power_ups, with_plan)->plan;
   if (error.error.name == error_names::gravity) return plan.site ? gravity_key(gravity(*plan.site)) : "";
-  if (error.error.name == error_names::latitude)
-    return plan.site ? latitude_key(plan.site->latitude) : "";
+  if (error.error.name == error_names::latitude) return plan.site ? latitude_key(plan.site->latitude) : "";
   return belongs_to_rig(error.error.name) ? plan.rig_equipment : "";
 }
 

@@ -9,6 +9,8 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/math/vector3.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/linear/work.hpp"
@@ -158,29 +160,61 @@ void look_at_errors(const Work& work, const std::string& role, const RestingMean
                                role});
 }
 
-/// The change within the segments that all share, from the first to the second half of each, by its scatter.
-void look_within(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
-  std::vector<double> change;
-  for (const std::size_t g : means.segments) {
+/// Change from the first to the second half of a segment.
+struct Change {
+  double value = 0.0;    ///< [SI]
+  double inverse = 0.0;  ///< [1/s] its variance by white noise of unit density
+};
+
+std::vector<Change> changes_within(const Work& work) {
+  std::vector<Change> changes;
+  for (std::size_t g = 0; g < work.solution.segments.size(); ++g) {
+    if (!work.solution.segments[g].steady) continue;
     double sum[2] = {0.0, 0.0}, weight[2] = {0.0, 0.0};
-    const double middle = solution.segments[g].begin + 0.5 * work.evidence.test.stretches[g].duration();
+    const double middle = work.solution.segments[g].begin + 0.5 * work.evidence.test.stretches[g].duration();
     for (std::size_t i = 0; i < work.rows.segment.size(); ++i) {
       if (work.rows.segment[i] != g) continue;
       const int half = work.rows.time[i] < middle ? 0 : 1;
       sum[half] += work.rows.weights[i] * work.data.observations[i];
       weight[half] += work.rows.weights[i];
     }
-    if (weight[0] > 0.0 && weight[1] > 0.0) change.push_back(sum[1] / weight[1] - sum[0] / weight[0]);
+    if (weight[0] > 0.0 && weight[1] > 0.0)
+      changes.push_back({sum[1] / weight[1] - sum[0] / weight[0], 1.0 / weight[0] + 1.0 / weight[1]});
   }
-  if (change.size() < 6) return;
-  const double n = static_cast<double>(change.size()), mean = std::accumulate(change.begin(), change.end(), 0.0) / n;
-  double squares = 0.0;
-  for (const double c : change) squares += (c - mean) * (c - mean);
-  const double ratio = n * mean * mean / (squares / (n - 1.0));
-  if (!(squares > 0.0) || chance_of_ratio(ratio, 1.0, n - 1.0) > rare) return;
+  return changes;
+}
+
+/// Density of the white noise [SI^2 s] without what a ramp that rises by `height` [SI] within each segment adds to the
+/// scatter of the averages: height^2/12 to their variance.
+double white_without_ramp(const Work& work, double height) {
+  const double white = work.solution.fit.white_variance, least = 0.1;
+  return std::max(least * white, white - square(height) / 12.0 * median(work.rows.weights));
+}
+
+/// The change within the segments that all share, by its scatter; where white noise explains that, few segments
+/// suffice.
+void look_within(const Work& work, const std::string& role, Solution& solution) {
+  const auto changes = changes_within(work);
+  if (changes.size() < 3) return;
+  const double n = static_cast<double>(changes.size());
+  double mean = 0.0, squares = 0.0, inverse = 0.0;
+  for (const Change& change : changes) mean += change.value / n, inverse += change.inverse / n;
+  for (const Change& change : changes) squares += square(change.value - mean);
+  double variance = squares / (n - 1.0), freedom = n - 1.0;
+  const double rows = static_cast<double>(work.rows.weights.size()) - n;  // degrees of freedom of the white noise
+  const double white = inverse * white_without_ramp(work, 2.0 * mean);
+  if (variance < white * chi_square_quantile(0.99, freedom) / freedom) {
+    variance = std::max(variance, white);
+    freedom += rows;
+  } else if (n < 6.0) {
+    return;
+  }
+  if (!(variance > 0.0)) return;
+  const double ratio = n * mean * mean / variance;
+  if (chance_of_ratio(ratio, 1.0, freedom) > rare) return;
   solution.findings.push_back({Finding::Severity::warning,
                                "output_drifts_within_segments",
-                               {{"times", std::sqrt(ratio)}, {"segments", change.size()}},
+                               {{"times", std::sqrt(ratio)}, {"segments", changes.size()}},
                                role});
 }
 
@@ -189,11 +223,11 @@ void look_within(const Work& work, const std::string& role, const RestingMeans& 
 void warn_of_lack_of_fit(const Problem& problem, Work& work) {
   Solution& solution = work.solution;
   const RestingMeans means = resting_means(work);
+  look_within(work, problem.role, solution);
   if (means.segments.size() < work.data.design.columns + 3) return;
   look_at_repeats(work, problem.role, means, solution);
   look_at_time(problem.role, means, solution);
   look_at_errors(work, problem.role, means, solution);
-  look_within(work, problem.role, means, solution);
 }
 
 }  // namespace tumble::linear
