@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/math/vector3.hpp"
 #include "tumble/reduce/linear/words.hpp"
@@ -160,61 +158,77 @@ void look_at_errors(const Work& work, const std::string& role, const RestingMean
                                role});
 }
 
-/// Change from the first to the second half of a segment.
-struct Change {
-  double value = 0.0;    ///< [SI]
-  double inverse = 0.0;  ///< [1/s] its variance by white noise of unit density
+/// A straight line through the averages of one segment.
+struct Ramp {
+  double slope = 0.0;    ///< [SI/s]
+  double weight = 0.0;   ///< [s^3] sum of w (t - mean t)^2
+  double squares = 0.0;  ///< [SI^2 s] of the averages about the line, weighted
+  double count = 0.0;    ///< of averages
 };
 
-std::vector<Change> changes_within(const Work& work) {
-  std::vector<Change> changes;
-  for (std::size_t g = 0; g < work.solution.segments.size(); ++g) {
-    if (!work.solution.segments[g].steady) continue;
-    double sum[2] = {0.0, 0.0}, weight[2] = {0.0, 0.0};
-    const double middle = work.solution.segments[g].begin + 0.5 * work.evidence.test.stretches[g].duration();
-    for (std::size_t i = 0; i < work.rows.segment.size(); ++i) {
-      if (work.rows.segment[i] != g) continue;
-      const int half = work.rows.time[i] < middle ? 0 : 1;
-      sum[half] += work.rows.weights[i] * work.data.observations[i];
-      weight[half] += work.rows.weights[i];
-    }
-    if (weight[0] > 0.0 && weight[1] > 0.0)
-      changes.push_back({sum[1] / weight[1] - sum[0] / weight[0], 1.0 / weight[0] + 1.0 / weight[1]});
+/// Given: averages [first, end) of one segment.
+Ramp ramp_of(const Work& work, std::size_t first, std::size_t end) {
+  double w = 0.0, time = 0.0, output = 0.0;
+  const auto& rows = work.rows;
+  for (std::size_t i = first; i < end; ++i) {
+    w += rows.weights[i];
+    time += rows.weights[i] * rows.time[i];
+    output += rows.weights[i] * work.data.observations[i];
   }
-  return changes;
+  Ramp ramp{.count = static_cast<double>(end - first)};
+  double product = 0.0;
+  for (std::size_t i = first; i < end; ++i) {
+    const double t = rows.time[i] - time / w, y = work.data.observations[i] - output / w;
+    ramp.weight += rows.weights[i] * t * t;
+    product += rows.weights[i] * t * y;
+    ramp.squares += rows.weights[i] * y * y;
+  }
+  if (!(ramp.weight > 0.0)) return {};
+  ramp.slope = product / ramp.weight;
+  ramp.squares = std::max(0.0, ramp.squares - ramp.slope * product);
+  return ramp;
 }
 
-/// Density of the white noise [SI^2 s] without what a ramp that rises by `height` [SI] within each segment adds to the
-/// scatter of the averages: height^2/12 to their variance.
-double white_without_ramp(const Work& work, double height) {
-  const double white = work.solution.fit.white_variance, least = 0.1;
-  return std::max(least * white, white - square(height) / 12.0 * median(work.rows.weights));
+/// The lines of the segments at rest with three averages and more.
+std::vector<Ramp> ramps_within(const Work& work) {
+  std::vector<Ramp> ramps;
+  const auto& segment = work.rows.segment;
+  for (std::size_t first = 0, end = 0; first < segment.size(); first = end) {
+    while (end < segment.size() && segment[end] == segment[first]) ++end;
+    if (!work.solution.segments[segment[first]].steady || end - first < 3) continue;
+    if (const Ramp ramp = ramp_of(work, first, end); ramp.weight > 0.0) ramps.push_back(ramp);
+  }
+  return ramps;
 }
 
-/// The change within the segments that all share, by its scatter; where white noise explains that, few segments
-/// suffice.
+/// The slope within the segments that all share, by its scatter from segment to segment; where the scatter about the
+/// lines explains that, by both together, so that few segments suffice.
 void look_within(const Work& work, const std::string& role, Solution& solution) {
-  const auto changes = changes_within(work);
-  if (changes.size() < 3) return;
-  const double n = static_cast<double>(changes.size());
-  double mean = 0.0, squares = 0.0, inverse = 0.0;
-  for (const Change& change : changes) mean += change.value / n, inverse += change.inverse / n;
-  for (const Change& change : changes) squares += square(change.value - mean);
-  double variance = squares / (n - 1.0), freedom = n - 1.0;
-  const double rows = static_cast<double>(work.rows.weights.size()) - n;  // degrees of freedom of the white noise
-  const double white = inverse * white_without_ramp(work, 2.0 * mean);
-  if (variance < white * chi_square_quantile(0.99, freedom) / freedom) {
-    variance = std::max(variance, white);
-    freedom += rows;
+  const auto ramps = ramps_within(work);
+  if (ramps.size() < 3) return;
+  const double n = static_cast<double>(ramps.size());
+  double weight = 0.0, mean = 0.0, between = 0.0, within = 0.0, averages = 0.0;
+  for (const Ramp& ramp : ramps) weight += ramp.weight, mean += ramp.weight * ramp.slope;
+  mean /= weight;
+  for (const Ramp& ramp : ramps) {
+    between += ramp.weight * square(ramp.slope - mean);
+    within += ramp.squares;
+    averages += ramp.count;
+  }
+  double variance = between / (n - 1.0), freedom = n - 1.0;
+  const double about_lines = averages - 2.0 * n;
+  constexpr double alike = 0.1;
+  if (chance_of_ratio(variance / (within / about_lines), freedom, about_lines) > alike) {
+    freedom += about_lines;
+    variance = (between + within) / freedom;
   } else if (n < 6.0) {
     return;
   }
-  if (!(variance > 0.0)) return;
-  const double ratio = n * mean * mean / variance;
-  if (chance_of_ratio(ratio, 1.0, freedom) > rare) return;
+  const double ratio = square(mean) * weight / variance;
+  if (!(variance > 0.0) || chance_of_ratio(ratio, 1.0, freedom) > rare) return;
   solution.findings.push_back({Finding::Severity::warning,
                                "output_drifts_within_segments",
-                               {{"times", std::sqrt(ratio)}, {"segments", changes.size()}},
+                               {{"times", std::sqrt(ratio)}, {"segments", ramps.size()}},
                                role});
 }
 
