@@ -17,16 +17,29 @@ namespace {
 
 using Stamps = std::vector<double>;
 
+/// Whether long intervals are those between the readings of a buffer, whose samples are stamped as they are read out:
+/// most of them are alike, and the stretches between them take next to no time.
+bool reads_a_buffer(std::vector<double> pauses, double all) {
+  constexpr std::size_t few = 8;
+  constexpr double alike = 0.25, reading = 0.1;
+  if (pauses.size() < few) return false;
+  double paused = 0.0;
+  for (const double pause : pauses) paused += pause;
+  const double middle = median(pauses);
+  const auto near = std::ranges::count_if(pauses, [&](double p) { return std::abs(p - middle) <= alike * middle; });
+  return 2 * static_cast<std::size_t>(near) > pauses.size() && all - paused < reading * all;
+}
+
 /// The interval that most of the neighbours keep to for most of the time, from up to 10 000 of them spread over the
 /// record; 0 when they do not keep to one. Samples that are lost one by one leave a few of its multiples; in a burst
 /// the common interval takes little of the time.
 double common_interval(const Stamps& t) {
-  constexpr double scatter = 0.25, most_multiple = 4.0;
+  constexpr double scatter = 0.25, most_multiple = 4.0, longest = 10.0;
   const std::size_t step = 1 + t.size() / 10'000;
-  std::vector<double> intervals;
+  std::vector<double> intervals, pauses;
   for (std::size_t i = 0; i + 1 < t.size(); i += step) intervals.push_back(t[i + 1] - t[i]);
   const double middle = median(intervals);
-  double near = 0.0, multiples = 0.0, all = 0.0;
+  double near = 0.0, multiples = 0.0, all = 0.0, time = 0.0;
   std::size_t count = 0;
   for (const double interval : intervals) {
     const double times = std::clamp(std::round(interval / middle), 1.0, most_multiple);
@@ -35,9 +48,33 @@ double common_interval(const Stamps& t) {
     near += is_near ? interval : 0.0;
     count += is_near;
     multiples += fits ? interval : 0.0;
-    all += std::min(interval, 10.0 * middle);  // one long gap is no argument
+    all += std::min(interval, longest * middle);  // one long gap is no argument
+    time += interval;
+    if (interval > longest * middle) pauses.push_back(interval);
   }
-  return 10 * count >= 6 * intervals.size() && 2.0 * multiples > all ? near / static_cast<double>(count) : 0.0;
+  const bool common = 10 * count >= 6 * intervals.size() && 2.0 * multiples > all;
+  return common && !reads_a_buffer(std::move(pauses), time) ? near / static_cast<double>(count) : 0.0;
+}
+
+/// The common interval more exactly: the mean over windows that last whole multiples of it, within a quarter. Each time
+/// the windows are longer; a sample that is lost or written twice leaves a multiple. 0 where windows of 8 samples do
+/// not last multiples.
+double refined(const Stamps& t, double interval) {
+  constexpr double off = 0.25, most_lost = 4.0;
+  double result = 0.0;
+  for (std::size_t lag = 8; lag <= 512 && 16 * lag <= t.size(); lag *= 8) {
+    double sum = 0.0, multiples = 0.0;
+    std::size_t windows = 0, fitting = 0;
+    for (std::size_t i = 0; i + lag < t.size(); i += lag, ++windows) {
+      const double length = t[i + lag] - t[i], times = std::round(length / interval);
+      if (std::abs(length / interval - times) > off || times > most_lost * static_cast<double>(lag)) continue;
+      sum += length, multiples += times;
+      ++fitting;
+    }
+    if (4 * fitting < 3 * windows || !(multiples > 0.0)) return result;
+    result = interval = sum / multiples;
+  }
+  return result;
 }
 
 /// The interval of the clock behind the stamps.
@@ -46,11 +83,12 @@ struct Period {
   bool regular = false;  ///< most neighbours keep to it
 };
 
-/// Where most neighbours keep to one interval it is that (the mean over parts of the record says it more exactly, if
-/// most have no gap); else the samples come in bursts, and only means over many tell it.
+/// Where most neighbours keep to one interval it is that; else the samples come in bursts, and only means over many
+/// tell it.
 Period period(const Stamps& t) {
   const std::size_t intervals = t.size() - 1, parts = std::clamp<std::size_t>(intervals / 8, 1, 64);
   const double common = common_interval(t);
+  if (const double exact = common > 0.0 ? refined(t, common) : 0.0; exact > 0.0) return {exact, true};
   std::vector<double> means;
   for (std::size_t k = 0; k < parts; ++k) {
     const std::size_t a = k * intervals / parts, b = (k + 1) * intervals / parts;
@@ -61,11 +99,40 @@ Period period(const Stamps& t) {
   return {regular && std::abs(mean - common) > 0.01 * common ? common : mean, regular};
 }
 
+/// For each sample how many before it were written twice, with the stamp of the sample before; empty: none is taken for
+/// that.
+using Repeats = std::vector<std::size_t>;
+
+/// Whether samples that have the stamp of the one before have its value too, and others do not: rows written twice. A
+/// timer coarser than the interval gives such stamps to samples that differ.
+bool written_twice(const Channel& channel) {
+  const Stamps& t = *channel.timeline.stamps;
+  const auto& v = channel.values;
+  std::size_t repeats = 0, alike = 0, others_alike = 0;
+  for (std::size_t i = 1; i < std::min(t.size(), v.size()); ++i) {
+    const bool same = v[i] == v[i - 1];
+    if (t[i] == t[i - 1])
+      ++repeats, alike += same;
+    else
+      others_alike += same;
+  }
+  return repeats > 0 && 20 * alike >= 19 * repeats && 2 * others_alike < v.size();
+}
+
+Repeats repeats_in(const Stamps& t) {
+  Repeats repeats(t.size(), 0);
+  for (std::size_t i = 1; i < t.size(); ++i) repeats[i] = repeats[i - 1] + (t[i] == t[i - 1]);
+  return repeats;
+}
+
 /// The departure from even spacing, r_i = t_i - t_0 - i T, and its least value over a stretch.
 struct Departure {
   const Stamps& t;
   double interval;
-  double operator()(std::size_t i) const { return t[i] - t[0] - static_cast<double>(i) * interval; }
+  const Repeats& repeats;
+  double operator()(std::size_t i) const {
+    return t[i] - t[0] - static_cast<double>(repeats.empty() ? i : i - repeats[i]) * interval;
+  }
   /// A stamp that was written twice is too early for the second sample.
   bool repeated(std::size_t i) const { return i > 0 && t[i] == t[i - 1]; }
   double least(std::size_t begin, std::size_t end) const {
@@ -136,13 +203,13 @@ void find_gaps(const Departure& r, bool regular, Clock& clock) {
   }
 }
 
-/// Calls visit(i, x_i, t_i - t_0) with x_i the index that counts the lost samples too.
+/// Calls visit(i, x_i, t_i - t_0) with x_i the index that counts the lost samples too, and those written twice once.
 template <class Visit>
-void visit_stamps(const Stamps& t, const std::vector<Clock::Gap>& gaps, Visit visit) {
+void visit_stamps(const Stamps& t, const std::vector<Clock::Gap>& gaps, const Repeats& repeats, Visit visit) {
   std::size_t lost = 0;
   auto gap = gaps.begin();
   for (std::size_t i = 0; i < t.size(); ++i) {
-    visit(i, static_cast<double>(i + lost), t[i] - t[0]);
+    visit(i, static_cast<double>(i + lost - (repeats.empty() ? 0 : repeats[i])), t[i] - t[0]);
     if (gap != gaps.end() && gap->after == i) lost += (gap++)->lost;
   }
 }
@@ -192,17 +259,18 @@ std::vector<std::size_t> starts_of(std::span<const double> r, const std::vector<
 
 /// Departures from straight lines through the stamps, of one slope for all and a level for each stretch in which the
 /// clock ran on; sets the clock's rate.
-std::vector<double> about_the_lines(const Stamps& t, double interval, Clock& clock) {
+std::vector<double> about_the_lines(const Stamps& t, double interval, const Repeats& repeats, Clock& clock) {
   std::size_t lost = 0;
   for (const auto& gap : clock.gaps) lost += gap.lost;
   const double middle = (static_cast<double>(t.size() + lost) - 1.0) / 2.0;
   std::vector<double> r(t.size());
-  visit_stamps(t, clock.gaps, [&](std::size_t i, double index, double time) { r[i] = time - index * interval; });
+  visit_stamps(t, clock.gaps, repeats,
+               [&](std::size_t i, double index, double time) { r[i] = time - index * interval; });
   const auto starts = starts_of(r, clock.gaps, interval);
   std::vector<Level> levels(starts.size());
   const auto visit = [&](const auto& use) {
     std::size_t k = 0;
-    visit_stamps(t, clock.gaps, [&](std::size_t i, double index, double) {
+    visit_stamps(t, clock.gaps, repeats, [&](std::size_t i, double index, double) {
       if (k + 1 < starts.size() && starts[k + 1] == i) ++k;
       use(levels[k], (index - middle) / middle, r[i]);
     });
@@ -266,6 +334,12 @@ void judge(const std::vector<double>& departures, Clock& clock) {
   }
 }
 
+std::size_t missing_in(const TickedStamps& ticks) {
+  std::size_t missing = 0;
+  for (const auto& gap : ticks.gaps) missing += gap.second;
+  return missing;
+}
+
 }  // namespace
 
 Clock clock_of(const Channel& channel) {
@@ -286,18 +360,21 @@ Clock clock_of(const Channel& channel) {
     clock.duplicates += t[i] == t[i - 1];
     if (t[i] < t[i - 1] && clock.backward++ == 0) clock.first_backward = i;
   }
-  const auto ticks = clock.duplicates + clock.backward == 0 ? ticked(t) : std::nullopt;
+  auto ticks = clock.backward == 0 ? ticked(t) : std::nullopt;
+  const bool twice = clock.duplicates > 0 && written_twice(channel);
+  if (ticks && twice && missing_in(*ticks) > clock.duplicates) ticks.reset();
   const auto [interval, regular] = ticks ? Period{ticks->interval, true} : period(t);
   if (!(interval > 0.0) || !std::isfinite(interval) || !std::isfinite(t.back() - t.front())) {
     clock.reason = "the stamps do not advance";
     return clock;
   }
+  const Repeats repeats = !ticks && regular && twice ? repeats_in(t) : Repeats();
   if (ticks)
     for (const auto& [after, lost] : ticks->gaps)
       clock.gaps.push_back({after, t[after], t[after + 1] - t[after], lost});
   else
-    find_gaps(Departure{t, interval}, regular, clock);
-  const auto departures = about_the_lines(t, interval, clock);
+    find_gaps(Departure{t, interval, repeats}, regular, clock);
+  const auto departures = about_the_lines(t, interval, repeats, clock);
   double sum = 0.0;
   for (const double r : departures) {
     sum += r * r;

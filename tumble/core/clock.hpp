@@ -44,7 +44,8 @@ struct Clock {
 /// through. A sample can be late, never early, so the least r is the true clock. A rise by three quarters of T or more,
 /// and beyond what the least r does elsewhere, is a gap.
 ///
-/// Stamps of a coarse clock, whose tick is not far below the interval, are counted otherwise; see ticked.
+/// Stamps of a coarse clock, whose tick is not far below the interval, or above it, are counted otherwise; see ticked.
+/// A row that is written twice, with the stamp and the value of the row before, counts once.
 ///
 /// The rate is the slope of straight lines through the stamps with the lost samples counted, one slope for all. Where
 /// the phase after a gap differs from that before it, the logger was stopped and started again: a new line begins

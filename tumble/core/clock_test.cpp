@@ -307,5 +307,62 @@ TEST(SampledTogether, ComparesRateBeginAndStamps) {
   EXPECT_FALSE(sampled_together(stamped, uniform));
 }
 
+// One in a hundred is lost in nearly every part of the record: no part has the mean interval. 4 sd of the slope,
+// jitter/sqrt(n^3/12) = 1.0e-8 s of an interval of 0.1 s.
+TEST(Clock, OneSampleLostInAHundredIsCounted) {
+  std::size_t lost = 0;
+  const Clock clock = clock_of(with_stamps(with_losses(10'000, 0.01, 3e-3, lost)));
+  EXPECT_EQ(lost_of(clock), lost);
+  EXPECT_NEAR(clock.rate, 10.0, 10.0 * 4.2e-7);
+}
+
+// Stamps repeat where the timer is coarser than the interval. A tick is 5e-5 of the record, and chance hides a few of
+// the losses within it: 2e-5 of the rate is a third of what one loss in 2000 samples changes.
+TEST(Clock, SamplesLostUnderATimerLongerThanTheIntervalAreCounted) {
+  for (const double rate : {71.3, 93.7, 118.1})
+    for (const double share : {0.0, 0.002}) {
+      std::size_t lost = 0;
+      const Clock clock = clock_of(with_stamps(ticking(20'000, rate, 1.0 / 64.0, share, 0.0, lost)));
+      EXPECT_NEAR(clock.rate, rate, 2e-5 * rate) << rate << " Hz, " << share;
+      EXPECT_NEAR(static_cast<double>(lost_in(clock)), static_cast<double>(lost), 1.0) << rate << " Hz, " << share;
+    }
+}
+
+// 20 000 samples with a clock that ticks 1 % faster than they come: every hundredth interval is of two ticks.
+TEST(Clock, AnIntervalALittleLongerThanTheTickLosesNothing) {
+  std::size_t lost = 0;
+  const Clock clock = clock_of(with_stamps(ticking(20'000, 100.0, 9.9e-3, 0.0, 0.0, lost)));
+  EXPECT_EQ(lost_in(clock), 0u);
+  EXPECT_NEAR(clock.rate, 100.0, 1e-3);
+}
+
+TEST(Clock, RowsThatAreWrittenTwiceCountOnce) {
+  const RandomStream random(73);
+  const auto once = even(20'000, 100.0);
+  Channel channel = with_stamps({});
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < once.size(); ++i)
+    for (int row = 0; row < (random.split("row").uniform(i) < 0.03 ? 2 : 1); ++row) {
+      stamps.push_back(once[i]);
+      channel.values.push_back(random.split("value").normal(i));
+    }
+  channel.timeline.stamps = std::make_shared<const std::vector<double>>(stamps);
+  const Clock clock = clock_of(channel);
+  EXPECT_EQ(clock.duplicates, stamps.size() - once.size());
+  EXPECT_NEAR(clock.rate, 100.0, 1e-6);
+  EXPECT_TRUE(clock.even) << clock.reason;
+}
+
+// 32 samples wait in the sensor, are read at once and stamped as they are read: each burst is no record with gaps. The
+// rate is known to a reading in the whole record, 32 of 20 000 samples.
+TEST(Clock, ABufferThatIsReadAtOnceLosesNothing) {
+  std::vector<double> stamps;
+  for (std::size_t i = 0; i < 20'000; ++i)
+    stamps.push_back(0.01 * static_cast<double>(32 * (i / 32 + 1)) + 5e-5 * static_cast<double>(i % 32));
+  const Clock clock = clock_of(with_stamps(stamps));
+  EXPECT_TRUE(clock.gaps.empty());
+  EXPECT_NEAR(clock.rate, 100.0, 100.0 * 32.0 / 20'000.0);
+}
+
 }  // namespace
 }  // namespace tumble

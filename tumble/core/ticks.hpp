@@ -17,16 +17,17 @@ struct TickedStamps {
 };
 
 /// Where the interval of the samples is no multiple of the tick, neighbours are one tick apart or two, and look like an
-/// even clock of one tick that loses samples. But then the stamps stay within one tick of a straight line: of all
-/// intervals T for which whole numbers x_i of them explain every stamp,
+/// even clock of one tick that loses samples; where it is shorter than the tick, stamps repeat. But then the stamps
+/// stay within one tick of a straight line: of all intervals T for which whole numbers x_i of them explain every stamp,
 ///
 ///   max(t_i - x_i T) - min(t_i - x_i T) <= 1.1 ticks,   x_{i+1} > x_i,
 ///
 /// the one that leaves the fewest samples out is taken: chance does not place lost samples so evenly.
 ///
-/// Given     t  [s] stamps, advancing
-/// Returned  nothing where the stamps have no tick, the interval is within 2 % of it (there is nothing to decide) or
-///           below, or no interval explains them
+/// Given     t  [s] stamps, none before the one before
+/// Returned  nothing where the stamps have no tick, the interval is so near to it that fewer than 8 stamps of the
+/// record
+///           show the difference, three times as many samples are missing as do, or no interval explains them
 std::optional<TickedStamps> ticked(std::span<const double> t);
 
 }  // namespace tumble

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "tumble/math/circle.hpp"
 #include "tumble/units/constants.hpp"
@@ -32,10 +33,23 @@ double shrink_of_input(double coupling, double input, double dither) {
   return 1.0 - coupling * coupling / 24.0 * (1.0 + (input * input + 1.5 * dither * dither) / 60.0);
 }
 
+/// Parts of a step for white noise of the input, so many that the phase turns by less than 0.8 rad W/W_L in each. It
+/// turns at 2 pi K sqrt|W^2 - W_L^2|, and at the edge of the dead band as fast as within the width over which the noise
+/// rounds it.
+std::size_t parts_of(double step, double rate, const LockIn& lock_in, double white) {
+  constexpr double turn = 0.8;  // [rad]
+  const double diffusion = pi * lock_in.scale_factor * white;
+  const double width = std::cbrt(lock_in.rate * diffusion * diffusion);
+  const double square = std::abs((rate - lock_in.rate) * (rate + lock_in.rate)) + 2.0 * lock_in.rate * width;
+  const double share = lock_in.rate / std::max(lock_in.rate, std::abs(rate));
+  return static_cast<std::size_t>(std::ceil(2.0 * pi * lock_in.scale_factor * std::sqrt(square) * share * step / turn));
+}
+
 }  // namespace
 
-BeatPhase::BeatPhase(const LockIn& lock_in, const Dither& dither, double start, const RandomStream& random)
-    : lock_in_(lock_in), dither_(dither), random_(random), slow_(start) {
+BeatPhase::BeatPhase(const LockIn& lock_in, const Dither& dither, double start, const RandomStream& random,
+                     double white)
+    : lock_in_(lock_in), dither_(dither), random_(random), white_(white), slow_(start) {
   const double swing = dither.rate > 0.0 ? lock_in.scale_factor * dither.rate / (2.0 * pi * dither.frequency) : 0.0;
   if (dither.noise > 0.0) {
     last_turn_ = swing * dither.noise * random_.normal(0);
@@ -149,10 +163,34 @@ void BeatPhase::advance_free(double step, double rate) {
   imaginary_ = imaginary * sign;
 }
 
+/// Half a part, an impulse with the angle of its noise, the other half (Strang 1968). The angles together are
+/// subtracted from the impulses, since `rate` contains them.
+void BeatPhase::advance_noisy(double step, double rate) {
+  const std::size_t parts = parts_of(step, rate, lock_in_, white_);
+  if (parts <= 1) return advance_free(step, rate);
+  const double part = step / static_cast<double>(parts), sd = lock_in_.scale_factor * std::sqrt(white_ * part);
+  noise_.resize(parts);
+  random_.normal(drawn_, noise_);
+  drawn_ += parts + parts % 2;
+  const double mean = std::accumulate(noise_.begin(), noise_.end(), 0.0) / static_cast<double>(parts);
+  advance_free(0.5 * part, rate);
+  for (std::size_t i = 0; i < parts; ++i) {
+    const double turns = sd * (noise_[i] - mean);
+    const CirclePoint half = on_circle(0.5 * turns);
+    slow_ += turns;
+    const double real = real_;
+    real_ = half.cosine * real - half.sine * imaginary_;
+    imaginary_ = half.cosine * imaginary_ + half.sine * real;
+    advance_free(i + 1 < parts ? part : 0.5 * part, rate);
+  }
+}
+
 void BeatPhase::advance(double step, std::span<const double> rate, std::span<double> fringes) {
   for (std::size_t i = 0; i < rate.size(); ++i) {
     if (dither_.rate > 0.0) {
       advance_dithered(step, rate[i]);
+    } else if (white_ > 0.0 && lock_in_.rate > 0.0) {
+      advance_noisy(step, rate[i]);
     } else {
       advance_free(step, rate[i]);
     }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "tumble/math/random.hpp"
 
@@ -26,18 +27,23 @@ struct Dither {
 ///
 ///   d psi/dt = 2 pi K [W(t) - W_L sin psi],   W = w_i + dither                                              (4.24)
 ///
-/// with the input rate w_i constant over each step. Without dither the solution is exact. With dither, psi is the known
-/// phase of the rotation plus a slow part, and e^{i psi} = u/conj(u) makes the equation linear, u' = i a/2 u + e/2
-/// conj(u) with a = 2 pi K W, e = 2 pi K W_L. It is stepped by turning with the exact phase and applying the coupling
-/// at the middle of steps of h (second-order splitting): the phase is turned by (1 - (e h)^2/24) of itself, which takes
-/// off the second-order error that accumulates, and what is left at first order in e falls exponentially once a h < pi,
-/// as for any trapezoidal sum over a period. Steps are short enough that a h < 2, e h < 0.05 and h < 1/(256 f_D).
+/// with the input rate w_i constant over each step. Without dither the solution is exact. White noise of the input is
+/// not constant over a step: it acts where psi almost stops (4.33) and leaves the mean rate as it is, while a constant
+/// rate acts like another rate. A step with noise is therefore divided into parts with an impulse of noise in the
+/// middle of each; the mean over the step remains as it is given. With dither, psi is the known phase of the rotation
+/// plus a slow part, and e^{i psi} = u/conj(u) makes the equation linear, u' = i a/2 u + e/2 conj(u) with a = 2 pi K W,
+/// e = 2 pi K W_L. It is stepped by turning with the exact phase and applying the coupling at the middle of steps of h
+/// (second-order splitting): the phase is turned by (1 - (e h)^2/24) of itself, which takes off the second-order error
+/// that accumulates, and what is left at first order in e falls exponentially once a h < pi, as for any trapezoidal sum
+/// over a period. Steps are short enough that a h < 2, e h < 0.05 and h < 1/(256 f_D).
 ///
 /// Accuracy  mean output rate over 0.1 s or more within 1e-6 W_L (bench/results/lock_in.md)
 class BeatPhase {
  public:
   /// Given  start  angle at time 0 [fringe]; the turn-arounds of a noisy dither are drawn from `random`
-  BeatPhase(const LockIn& lock_in, const Dither& dither, double start, const RandomStream& random);
+  ///        white  variance N^2 of the input's white noise [rad^2/s], of which the rates that are given are means over
+  ///               their steps; not looked at with dither, which is far larger
+  BeatPhase(const LockIn& lock_in, const Dither& dither, double start, const RandomStream& random, double white = 0.0);
 
   /// Given     step [s]; rate, mean input rate over each step [rad/s]
   /// Returned  fringes, psi/(2 pi) less the dither's own phase, at the end of each step: what a readout fixed to the
@@ -50,6 +56,7 @@ class BeatPhase {
 
  private:
   void advance_free(double step, double rate);
+  void advance_noisy(double step, double rate);
   void advance_dithered(double step, double rate);
   std::size_t kick(double h, double turns_a_step, std::size_t most);
   void choose_table(double h);
@@ -59,6 +66,9 @@ class BeatPhase {
   LockIn lock_in_;
   Dither dither_;
   RandomStream random_;
+  double white_;                         ///< N^2 [rad^2/s]
+  std::vector<double> noise_;            ///< of the parts of a step [1]
+  std::uint64_t drawn_ = 0;              ///< numbers of it so far
   double input_ = 0.0;                   ///< phase of the input [turns], its whole turns apart
   double turns_ = 0.0;                   ///< whole turns of the input
   double real_ = 1.0, imaginary_ = 0.0;  ///< u, turned back by half of the known phase

@@ -7,7 +7,6 @@
 namespace tumble {
 namespace {
 
-constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
 
 /// Units in which people quote the noise of an angular rate or a specific force.
 std::vector<Option> noise_options(QuantityKind output, const std::string& prefix) {
@@ -63,9 +62,10 @@ std::vector<Option> truth_options(const Model& model) {
       for (auto& option : noise_options(output.kind, output.noise_prefix)) options.push_back(std::move(option));
   options.push_back(
       integer("oversampling")
-          .between(1, most_oversampling)
-          .otherwise("1")
-          .says("steps of the simulation per recorded sample; the sample is their mean, or sum for counts"));
+          .between(0, most_oversampling)
+          .otherwise("0")
+          .says("steps of the simulation per recorded sample; the sample is their mean, or sum for counts; 0: as many "
+                "as the fastest motion needs"));
   return options;
 }
 

@@ -85,6 +85,8 @@ struct Model {
   Recorded (*record)(const Settings& truth, std::size_t output, double step, const RandomStream& random) = nullptr;
 };
 
+inline constexpr int most_oversampling = 100000;  ///< what is felt at the steps of one sample is held in memory
+
 /// All that [truth] accepts for a model: a coefficient for every term, its constants, its physics, the noise and
 /// turn-on repeatability of each kind of output, and `oversampling`.
 std::vector<Option> truth_options(const Model& model);

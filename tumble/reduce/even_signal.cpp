@@ -51,7 +51,7 @@ Channel times_of(const ChannelRun& stretch) {
   channel.timeline.stamps =
       std::make_shared<const std::vector<double>>(stamps.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
                                                   stamps.begin() + static_cast<std::ptrdiff_t>(stretch.end));
-  channel.values.resize(stretch.end - stretch.begin);
+  channel.values = slice(stretch);
   return channel;
 }
 

@@ -2,9 +2,48 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace tumble {
-int oversampling_of(const Plan& plan) { return std::max(1, plan.truth.integer("oversampling")); }
+namespace {
+
+/// Phases that one turn has: of gravity and of errors twice a turn, which must be small to the micro-g, and of the
+/// ripple of the drive, which is small itself.
+double harmonics_of(const Settings& rig) {
+  constexpr double of_gravity = 3.0;
+  const bool ripple = rig.has("rate_ripple_sd") && rig.number("rate_ripple_sd") > 0.0 && !rig.flag("ideal");
+  return ripple ? std::max<double>(of_gravity, rig.integer("ripple_order")) : of_gravity;
+}
+
+/// How fast the phase of a motion goes on [rad/s]. Random motion is resolved by its steps: it needs two in the period of
+/// its highest frequency.
+double phase_rate(const Motion& motion, double harmonics) {
+  using Kind = Motion::Kind;
+  constexpr double turn = 2.0 * std::numbers::pi;
+  switch (motion.kind) {
+    case Kind::rate:
+      return harmonics * std::abs(motion.value);
+    case Kind::sine:
+      return turn * motion.frequency;
+    case Kind::sweep:
+      return turn * std::max(motion.frequency, motion.to_frequency);
+    case Kind::random:
+      return motion.psd_frequency.empty() ? 0.0 : 2.0 * motion.psd_frequency.back();
+    default:
+      return 0.0;
+  }
+}
+
+}  // namespace
+
+int oversampling_of(const Plan& plan) {
+  if (const int stated = plan.truth.integer("oversampling"); stated > 0) return stated;
+  const double harmonics = harmonics_of(plan.rig);
+  double fastest = 0.0;
+  for (const auto& segment : plan.schedule)
+    for (const auto& [axis, motion] : segment.axes) fastest = std::max(fastest, phase_rate(motion, harmonics));
+  return static_cast<int>(std::clamp(std::ceil(fastest / plan.sample_rate), 1.0, double{most_oversampling}));
+}
 
 std::vector<Participant> participants_of(const Plan& plan) {
   std::vector<Participant> all{{"", find_model(plan.instrument_model), plan.truth, {}}};

@@ -55,7 +55,9 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun
 /// The rig's sensors.
 std::vector<Source> sensors_of(const Plan& plan, const Reference& reference, const PlannedRun& run);
 
-/// Steps of the simulation per recorded sample.
+/// Steps of the simulation per recorded sample: what [truth] says, else so many that no motion goes on by more than 1
+/// rad in one of them. The ripple of a turning axis counts as one: a step that holds whole ripples would make them a
+/// constant.
 int oversampling_of(const Plan& plan);
 
 }  // namespace tumble

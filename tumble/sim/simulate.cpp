@@ -19,10 +19,9 @@ void append_truth_problems(const Plan& plan, const Participant& participant, std
   const auto& [prefix, model, truth, mount] = participant;
   const std::string where = prefix.empty() ? "[truth]" : "[beside." + prefix + "truth]";
   const std::size_t before = problems.size();
-  const int oversampling = plan.truth.integer("oversampling");
   const auto outputs = attempt(problems, [&] { return model.outputs(truth); });
   if (model.coefficients) attempt(problems, [&] { return model.coefficients(truth); });
-  const double step = 1.0 / (plan.sample_rate * oversampling);
+  const double step = 1.0 / (plan.sample_rate * oversampling_of(plan));
   for (std::size_t k = 0; model.record && k < outputs.size(); ++k)
     attempt(problems, [&] { return model.record(truth, k, step, RandomStream(0)); });
   if (model.record && outputs.empty())  // even so: what it says does not depend on the terms
@@ -34,12 +33,12 @@ void append_truth_problems(const Plan& plan, const Participant& participant, std
 
 /// All instruments make their steps together.
 void append_oversampling_problems(const Plan& plan, std::vector<std::string>& problems) {
-  const int oversampling = plan.truth.integer("oversampling");
+  const int oversampling = oversampling_of(plan);
   for (const auto& one : plan.beside)
-    if (const int own = one.truth.integer("oversampling"); own != 1 && own != oversampling)
+    if (const int own = one.truth.integer("oversampling"); own != 0 && own != oversampling)
       problems.push_back(
           fmt::format("[beside.{}.truth] oversampling = {}, but all instruments make their steps "
-                      "together: write it in [truth], which says {}",
+                      "together: write it in [truth], where it is {}",
                       one.name, own, oversampling));
 }
 
@@ -59,7 +58,7 @@ double highest_frequency(const Motion& motion) {
 
 /// Motion that the steps of the simulation cannot follow, and more or fewer samples than can be.
 void append_rate_problems(const Plan& plan, std::vector<std::string>& problems) {
-  const double rate = plan.sample_rate * plan.truth.integer("oversampling");
+  const double rate = plan.sample_rate * oversampling_of(plan);
   for (const auto& segment : plan.schedule)
     for (const auto& [axis, motion] : segment.axes) {
       const double highest = highest_frequency(motion);

@@ -48,6 +48,7 @@ Verdict judge_one(const Limit& limit, const Estimate& estimate, const Parameter&
 std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate, Findings& findings) {
   std::vector<std::string> names;
   for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
+  const Findings about_answer = findings;  // what is found below is about a limit
   std::vector<Verdict> verdicts;
   std::vector<std::string> problems;
   for (const auto& limit : limits) {
@@ -73,7 +74,8 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
         if (const auto problem = misfit(**bound, *parameter); !problem.empty()) complain(problem);
     if (problems.size() > before) continue;
     verdicts.push_back(judge_one(limit, estimate, *parameter));
-    if (is_undermined(parameter->name, findings)) verdicts.back().outcome = Verdict::Outcome::undecided;
+    if (is_undermined(parameter->name, estimate.parameters, about_answer))
+      verdicts.back().outcome = Verdict::Outcome::undecided;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return verdicts;

@@ -41,12 +41,27 @@ bool is_about_sign(const Finding& finding) {
 /// Findings of a channel on which all parameters depend.
 bool is_about_everything(const Finding& finding) { return finding.code == "temperature_sensor_stuck"; }
 
-/// Whether a finding lists the parameter among its `parameters`, a text of names between blanks.
-bool lists(const Finding& finding, const std::string& parameter) {
+/// The parameters that a finding lists in its value `parameters`, a text of names between blanks; empty: none.
+std::string listed(const Finding& finding) {
   const auto list = std::ranges::find(finding.values, "parameters", &FindingValue::name);
-  if (list == finding.values.end()) return false;
-  const auto* names = std::get_if<std::string>(&list->value);
-  return names != nullptr && (" " + *names + " ").find(" " + parameter + " ") != std::string::npos;
+  const auto* names = list == finding.values.end() ? nullptr : std::get_if<std::string>(&list->value);
+  return names == nullptr || names->empty() ? "" : " " + *names + " ";
+}
+
+/// Whether the name of a parameter begins with that of a channel: gyro_x.bias, gyro_x_bias.
+bool is_of_channel(const std::string& parameter, const std::string& channel) {
+  return parameter.size() > channel.size() && parameter.starts_with(channel) &&
+         (parameter[channel.size()] == '.' || parameter[channel.size()] == '_');
+}
+
+/// Whether a finding speaks of the parameter: by its list, or by its place, a parameter or a channel by which
+/// parameters are named. One whose place is neither (a file, a segment, a channel on which all depends, nothing) speaks
+/// of all.
+bool speaks_of(const Finding& finding, const std::string& parameter, const std::vector<Parameter>& all) {
+  if (const auto names = listed(finding); !names.empty()) return names.find(" " + parameter + " ") != std::string::npos;
+  if (finding.where.empty() || finding.where == parameter || is_of_channel(parameter, finding.where)) return true;
+  return std::ranges::none_of(
+      all, [&](const Parameter& one) { return one.name == finding.where || is_of_channel(one.name, finding.where); });
 }
 
 Finding finding(std::string code, const Parameter& parameter, double limit) {
@@ -146,10 +161,10 @@ Findings ruled_by_site(const Plan& plan, const Estimate& estimate) {
   return findings;
 }
 
-bool is_undermined(const std::string& parameter, const Findings& findings) {
+bool is_undermined(const std::string& parameter, const std::vector<Parameter>& all, const Findings& findings) {
   return std::ranges::any_of(findings, [&](const Finding& one) {
     return one.severity == Severity::error &&
-           (is_about_sign(one) || is_about_everything(one) || one.where == parameter || lists(one, parameter));
+           (is_about_sign(one) || is_about_everything(one) || speaks_of(one, parameter, all));
   });
 }
 

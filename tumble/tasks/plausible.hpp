@@ -23,8 +23,11 @@ Findings about_site(const Plan& plan);
 /// gravity by the formula. Each is one finding of severity info, with the worst parameter and what would mend it.
 Findings ruled_by_site(const Plan& plan, const Estimate& estimate);
 
-/// Whether an error among the findings takes the ground from under a parameter: one that names it as its place or in
-/// its value `parameters` (names between blanks), or a wrong sign anywhere.
-bool is_undermined(const std::string& parameter, const Findings& findings);
+/// Whether an error among the findings takes the ground from under a parameter: one that names it as its place, by the
+/// channel that its name begins with, or in its value `parameters` (names between blanks); a wrong sign anywhere; and
+/// one that names no parameter, by its list or its place: nobody can say which numbers it leaves sound.
+///
+/// Given     all  the parameters of the answer
+bool is_undermined(const std::string& parameter, const std::vector<Parameter>& all, const Findings& findings);
 
 }  // namespace tumble

@@ -41,8 +41,8 @@ TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
     ASSERT_EQ(findings.size(), 1u) << estimate.parameters[0].name;
     EXPECT_EQ(findings[0].code, code);
     EXPECT_EQ(findings[0].severity, Finding::Severity::error);
-    EXPECT_TRUE(is_undermined(estimate.parameters[0].name, findings));
-    EXPECT_EQ(is_undermined("bias", findings), findings[0].code == "wrong_sign");
+    EXPECT_TRUE(is_undermined(estimate.parameters[0].name, estimate.parameters, findings));
+    EXPECT_EQ(is_undermined("bias", estimate.parameters, findings), findings[0].code == "wrong_sign");
   }
 }
 
@@ -59,8 +59,8 @@ TEST(Plausible, ARadiusUnlikeThatOfThePlanIsAnError) {
   estimate.parameters[0].value = nominal - 4.1 * sd;
   ASSERT_EQ(implausible(estimate, plan).size(), 1u);
   EXPECT_EQ(implausible(estimate, plan)[0].code, "radius_unlike_plan");
-  EXPECT_TRUE(is_undermined("effective_radius", implausible(estimate, plan)));
-  EXPECT_FALSE(is_undermined("bias", implausible(estimate, plan)));
+  EXPECT_TRUE(is_undermined("effective_radius", estimate.parameters, implausible(estimate, plan)));
+  EXPECT_FALSE(is_undermined("bias", estimate.parameters, implausible(estimate, plan)));
   estimate.covariance(0, 0) = sd * sd;  // the answer itself is no better known than the plan
   EXPECT_TRUE(implausible(estimate, plan).empty());
 }
@@ -135,10 +135,30 @@ TEST(Plausible, AnErrorUnderminesTheParametersThatItLists) {
                             {"shown", 1.0, "g"},
                             {"planned", 1.0, "g"},
                             {"parameters", "S2.gain_10Hz S2.gain_20Hz"}}}};
-  EXPECT_TRUE(is_undermined("S2.gain_10Hz", findings));
-  EXPECT_TRUE(is_undermined("S2.gain_20Hz", findings));
-  EXPECT_FALSE(is_undermined("S2.gain_1", findings));
-  EXPECT_FALSE(is_undermined("gain_20Hz", findings));
+  EXPECT_TRUE(is_undermined("S2.gain_10Hz", {}, findings));
+  EXPECT_TRUE(is_undermined("S2.gain_20Hz", {}, findings));
+  EXPECT_FALSE(is_undermined("S2.gain_1", {}, findings));
+  EXPECT_FALSE(is_undermined("gain_20Hz", {}, findings));
+}
+
+// An error that names a channel undermines what is named by it; one that names no parameter undermines all.
+TEST(Plausible, AnErrorThatNamesNoParameterUnderminesAll) {
+  const auto parameter = [](const char* name) { return Parameter{name, "", Unit(), 1.0, ""}; };
+  const std::vector<Parameter> all{parameter("gyro.angle_random_walk"), parameter("gyro_x_bias"), parameter("bias")};
+  const auto undermined = [&](const char* where) {
+    const Findings findings{{Finding::Severity::error, "no_samples", {}, where}};
+    std::vector<bool> out;
+    for (const auto& one : all) out.push_back(is_undermined(one.name, all, findings));
+    return out;
+  };
+  using Each = std::vector<bool>;
+  EXPECT_EQ(undermined("bias"), (Each{false, false, true}));
+  EXPECT_EQ(undermined("gyro_x"), (Each{false, true, false}));
+  EXPECT_EQ(undermined("gyro"), (Each{true, true, false}));
+  for (const char* where : {"", "today.csv", "today.csv, gyro", "accelerometer", "hold at 20 degC"})
+    EXPECT_EQ(undermined(where), (Each{true, true, true})) << where;
+  const Findings warning{{Finding::Severity::warning, "no_samples", {}, ""}};
+  EXPECT_FALSE(is_undermined("bias", all, warning));
 }
 
 }  // namespace

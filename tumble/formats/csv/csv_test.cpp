@@ -329,5 +329,18 @@ TEST_F(Csv, AClockCommentThatLiesIsNotBelieved) {
   EXPECT_EQ(recording.findings.size(), 1u);
 }
 
+// Its zero bytes split CR from LF: the encoding is to blame, not the ends of lines.
+TEST_F(Csv, Utf16IsToldAsSuch) {
+  const std::string text = "time[s],a[1]\r\n0,1\r\n1,1\r\n";
+  std::string content = "\xff\xfe";
+  for (const char c : text) content += {c, '\0'};
+  try {
+    read(content);
+    FAIL() << "UTF-16 was read";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("UTF-16"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace tumble

@@ -228,12 +228,12 @@ void replace_header(Layout& layout, std::string_view line, const std::vector<std
 
 /// False where the line holds samples, and options.columns stand for the header that is not there.
 bool take_header(Layout& layout, std::string_view line, const std::string& path, const ReadOptions& options) {
-  if (line.find('\r') != std::string_view::npos)
-    throw Error{Error::Kind::bad_file, "'" + path + "': its lines end with CR alone; LF or CR LF is expected"};
   if (line.find('\0') != std::string_view::npos)
     throw Error{Error::Kind::bad_file, "'" + path +
                                            "' is not a text table: its header holds zero bytes (text must be "
                                            "UTF-8 or ASCII, not UTF-16)"};
+  if (line.find('\r') != std::string_view::npos)
+    throw Error{Error::Kind::bad_file, "'" + path + "': its lines end with CR alone; LF or CR LF is expected"};
   layout.separator = separator_of(line);
   auto cells = cells_of(line, layout.separator);
   const std::size_t most = cells.size();  // cells at the end that are empty may be columns, or no more than separators

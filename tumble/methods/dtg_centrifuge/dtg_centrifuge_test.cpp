@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/models/model.hpp"
@@ -667,6 +668,24 @@ TEST(DtgCentrifuge, CompensationSubtractsTheDrift) {
   EXPECT_NE(finding_of(method().compensate(estimate, use, nullptr).findings, "force_outside_tested_range"), nullptr);
   use.channels.pop_back();
   EXPECT_THROW(method().compensate(estimate, use, nullptr), Error);
+}
+
+// The root of a difference of variances with four power-ups: its interval reaches further to the large side, and does
+// not begin below zero as value -+ t sd does with seed 40, where the power-ups are alike.
+TEST(DtgCentrifuge, TheIntervalOfTheRepeatabilityStaysAboveZero) {
+  for (const std::uint64_t seed : {1, 2, 3, 40}) {
+    const Estimate estimate = method().identify(method().trial(seed).evidence, {});
+    const Parameter* repeatability = find_parameter(estimate, "turn_on_repeatability");
+    ASSERT_NE(repeatability, nullptr) << seed;
+    const auto index = static_cast<std::size_t>(repeatability - estimate.parameters.data());
+    const double lower = repeatability->lower, upper = repeatability->upper;
+    EXPECT_GT(lower, 0.0) << seed;
+    EXPECT_LT(lower, repeatability->value) << seed;
+    EXPECT_GT(upper - repeatability->value, repeatability->value - lower) << seed;
+    if (seed != 40) continue;
+    const double sd = standard_uncertainty(estimate, index);
+    EXPECT_LT(repeatability->value - student_quantile(0.975, repeatability->degrees_of_freedom) * sd, 0.0);
+  }
 }
 
 }  // namespace

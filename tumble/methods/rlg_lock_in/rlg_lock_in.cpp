@@ -121,6 +121,7 @@ extern const Method rlg_lock_in{
     .options = options,
     .identify = identify,
     .trial = trial,
-    .predict = predict};
+    .predict = predict,
+    .second_trial = second_trial};
 
 }  // namespace tumble::rlg_lock_in

@@ -101,8 +101,6 @@ Plan second_plan(double rate) {
 
 Plan second_sweep() {
   Plan plan = second_plan(10.0);
-  // Each step holds its noise: with steps as long as a beat (2 ms) that acts like other rates and raises W_L by 2.4 sd.
-  plan.truth.set_integer("oversampling", 500);
   set_truth(plan, "angle_random_walk", second::random_walk, "deg/sqrt(h)");
   for (const double ratio : second::ratios) {
     Segment segment{fmt::format("{:+.4f} deg/s", ratio * second::lock_in), 6.0, 1, mounted()};

@@ -10,9 +10,8 @@ namespace tumble::rlg_lock_in {
 /// at rest with a noisy dither.
 Trial trial(std::uint64_t seed);
 
-/// Another gyro on another site: noise that is white up to 2.5 kHz, well above the beats, so that most of it acts near
-/// the edges of the dead band, where most of the 28 rates are; a negative bias, a square ring, two edges a fringe,
-/// another dither.
+/// Another gyro on another site: most of the 28 rates are near the edges of the dead band, where white noise acts more;
+/// a negative bias, a square ring, two edges a fringe, another dither.
 Trial second_trial(std::uint64_t seed);
 
 }  // namespace tumble::rlg_lock_in

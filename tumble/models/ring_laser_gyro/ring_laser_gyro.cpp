@@ -69,7 +69,7 @@ class Readout {
       : scale_factor_(ring_laser_scale_factor(truth)),
         beat_({scale_factor_, truth.number("lock_in_rate")},
               {truth.number("dither_rate"), truth.number("dither_frequency"), truth.number("dither_noise")},
-              random.split("start").uniform(0), random.split("dither")),
+              random.split("start").uniform(0), random.split("dither"), std::pow(truth.number("angle_random_walk"), 2)),
         step_(step),
         edges_(truth.integer("edges")),
         on_block_(truth.word("readout") == "block"),
