@@ -1,7 +1,13 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <memory>
 #include <optional>
+#include <string_view>
 
+#include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
@@ -12,10 +18,23 @@ struct Arguments {
   std::vector<std::string> sets;
 };
 
+/// Before a long recording is read.
+void require_error_model(const Estimate& estimate, const std::string& file) {
+  if (find_method(estimate.method).compensate) return;
+  std::vector<std::string_view> able;
+  for (const Method* method : method_catalogue())
+    if (method->compensate) able.push_back(method->name);
+  throw Error(
+      Error::Kind::unsupported,
+      fmt::format("{}: {} identifies no error model that could be subtracted from a recording; these methods do: {}",
+                  file, estimate.method, fmt::join(able, ", ")));
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.result, arguments.recording});
   const auto options = tumble::read_options(parse_sets(arguments.sets));
   const auto estimate = read_result(arguments.result);
+  require_error_model(estimate, arguments.result);
   std::optional<Plan> plan;
   if (!arguments.plan.empty()) plan = tumble::load_plan(arguments.plan, {});
   Compensation compensation;

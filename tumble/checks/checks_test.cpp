@@ -228,6 +228,18 @@ TEST(Checks, Outliers) {
   EXPECT_NE(found.find("at 12.34 s"), std::string::npos) << found;
 }
 
+TEST(Checks, SamplesThatNoInstrumentPutsOutAreAnError) {
+  auto values = white(20'000, 8);
+  values[1234] += 40.0;
+  values[15'000] = -1e30;
+  const auto findings = findings_of("outliers", recording({channel("gyro", "deg/h", values)}));
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].code, "damaged_sample");
+  EXPECT_EQ(findings[0].severity, Finding::Severity::error);
+  EXPECT_EQ(findings[0].occurrences.count, 1u);
+  EXPECT_EQ(findings[1].code, "outlier");
+}
+
 // What two channels show within two samples is one event, of which neither is accused.
 TEST(Checks, OutliersOfSeveralChannelsAtOnceAreOneEvent) {
   auto x = white(20'000, 8), y = white(20'000, 9), z = white(20'000, 10);

@@ -104,12 +104,16 @@ std::vector<Outlier> outliers_of(const Channel& channel, const std::vector<Mark>
   return find_outliers(channel, texture_of(channel.values).quantum, moves);
 }
 
+/// What no instrument puts out: a bit, a digit or a record that was damaged on its way.
+bool is_damaged(const Outlier& outlier) { return outlier.distance > 1e6 * outlier.usual; }
+
 Finding said_of(const Channel& channel, const std::vector<Outlier>& outliers) {
   const Outlier& farthest = *std::ranges::max_element(outliers, {}, &Outlier::distance);
   // A distance has no zero: that of two temperatures is in K.
   const Unit unit = channel.unit.offset() == 0.0 ? channel.unit : Unit::parse("K");
-  return {Finding::Severity::warning,
-          "outlier",
+  const bool damaged = is_damaged(farthest);
+  return {damaged ? Finding::Severity::error : Finding::Severity::warning,
+          damaged ? "damaged_sample" : "outlier",
           {{"distance", farthest.distance, unit}, {"times", farthest.distance / farthest.usual}},
           channel.name,
           {outliers.size(), outliers.front().time, farthest.time}};
@@ -157,8 +161,11 @@ Findings run(const Recording& recording, const Plan*) {
   Together together;
   take_common(recording, outliers, together);
   Findings findings;
-  for (std::size_t c = 0; c < outliers.size(); ++c)
-    if (!outliers[c].empty()) findings.push_back(said_of(recording.channels[c], outliers[c]));
+  for (std::size_t c = 0; c < outliers.size(); ++c) {
+    const auto usual = std::ranges::stable_partition(outliers[c], is_damaged);
+    for (const auto& part : {std::vector(outliers[c].begin(), usual.begin()), std::vector(usual.begin(), usual.end())})
+      if (!part.empty()) findings.push_back(said_of(recording.channels[c], part));
+  }
   if (together.times.empty()) return findings;
   findings.push_back({Finding::Severity::info,
                       "outliers_together",

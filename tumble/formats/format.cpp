@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/unread.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -46,14 +48,24 @@ std::string written_formats(const FormatList& formats) {
   return text;
 }
 
-/// No instrument samples that fast: the time is in another unit, or the column is not the time.
+/// No instrument samples that fast or that slowly, and no test takes that long: the time is in another unit, or the
+/// column is not the time.
 void refuse_impossible_clocks(const Recording& recording, const std::string& path) {
-  constexpr double fastest = 1e10;  // Hz
+  constexpr double year = 8766.0 * hour;
+  constexpr double fastest = 1e10, slowest = 1.0 / year;  // Hz
+  constexpr double last = 1e6 * year;                     // some clocks begin with the calendar
   std::vector<std::string> problems;
   for (const auto& channel : recording.channels)
     if (const double rate = mean_rate(channel); rate > fastest)
       problems.push_back(fmt::format("'{}': channel '{}' has {:.2g} samples a second: in which unit is the time?", path,
                                      channel.name, rate));
+    else if (channel.values.size() > 1 && rate < slowest)
+      problems.push_back(fmt::format("'{}': the samples of channel '{}' are {:.2g} s apart: in which unit is the time?",
+                                     path, channel.name, 1.0 / rate));
+  for (const Mark& mark : recording.marks)
+    if (std::abs(mark.begin) > last)
+      problems.push_back(
+          fmt::format("'{}': the mark '{}' is at {:.2g} s: in which unit is its time?", path, mark.label, mark.begin));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

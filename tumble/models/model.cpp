@@ -7,7 +7,6 @@
 namespace tumble {
 namespace {
 
-
 /// Units in which people quote the noise of an angular rate or a specific force.
 std::vector<Option> noise_options(QuantityKind output, const std::string& prefix) {
   const bool rate = output == QuantityKind::angular_rate;

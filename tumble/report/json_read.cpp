@@ -81,6 +81,14 @@ void check_sd(const std::vector<Node>& parameters, const Matrix& covariance) {
   }
 }
 
+/// A name stands once: what follows asks for parameters by name.
+void check_names(const std::vector<Node>& nodes, const std::vector<Parameter>& parameters) {
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (!names.insert(parameters[i].name).second)
+      nodes[i]["name"].complain("another parameter is called '" + parameters[i].name + "'");
+}
+
 void covariance_to_si(Matrix& covariance, const std::vector<Parameter>& parameters) {
   for (std::size_t i = 0; i < covariance.rows; ++i) {
     for (std::size_t j = 0; j < covariance.columns; ++j) {
@@ -268,6 +276,7 @@ Estimate estimate_of(const Node& top) {
   estimate.instrument_serial = instrument["serial"].text();
   const auto parameters = top["parameters"].elements();
   for (const auto& node : parameters) estimate.parameters.push_back(parameter_of(node));
+  check_names(parameters, estimate.parameters);
   estimate.covariance = matrix_of(top["covariance"], parameters.size());
   check_sd(parameters, estimate.covariance);
   covariance_to_si(estimate.covariance, estimate.parameters);

@@ -345,6 +345,14 @@ TEST(ResultJson, NamesEveryProblemWithItsPath) {
   EXPECT_EQ(problems.size(), 11u) << ::testing::PrintToString(problems);
 }
 
+TEST(ResultJson, RefusesTwoParametersOfOneName) {
+  auto json = nlohmann::json::parse(to_json(testing::estimate()));
+  const std::string name = json["parameters"][0]["name"];
+  json["parameters"][3]["name"] = name;
+  EXPECT_EQ(problems_of(json.dump()),
+            std::vector<std::string>{"result.json: parameters[3].name: another parameter is called '" + name + "'"});
+}
+
 TEST(ResultJson, RefusesACovarianceOfTheWrongSize) {
   auto json = nlohmann::json::parse(to_json(testing::estimate()));
   json["covariance"].erase(11);

@@ -15,8 +15,8 @@ double harmonics_of(const Settings& rig) {
   return ripple ? std::max<double>(of_gravity, rig.integer("ripple_order")) : of_gravity;
 }
 
-/// How fast the phase of a motion goes on [rad/s]. Random motion is resolved by its steps: it needs two in the period of
-/// its highest frequency.
+/// How fast the phase of a motion goes on [rad/s]. Random motion is resolved by its steps: it needs two in the period
+/// of its highest frequency.
 double phase_rate(const Motion& motion, double harmonics) {
   using Kind = Motion::Kind;
   constexpr double turn = 2.0 * std::numbers::pi;

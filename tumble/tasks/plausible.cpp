@@ -97,6 +97,20 @@ void look_at_radius(const Estimate& estimate, const Plan& plan, Findings& findin
                       radius->name});
 }
 
+/// Numbers that went beyond the range of numbers: squares of values of 1e160.
+void look_at_range(const Estimate& estimate, Findings& findings) {
+  std::string names;
+  Occurrences parameters{0, {}, {}};
+  for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
+    const Parameter& parameter = estimate.parameters[p];
+    if (std::isfinite(parameter.value) && std::isfinite(estimate.covariance(p, p))) continue;
+    if (parameters.count++ == 0) parameters.first = parameter.name;
+    names += (names.empty() ? "" : " ") + parameter.name;
+  }
+  if (parameters.count == 0) return;
+  findings.push_back({Severity::error, "out_of_range", {{"parameters", names}}, "", parameters});
+}
+
 }  // namespace
 
 Findings implausible(const Estimate& estimate, const Plan& plan) {
@@ -117,6 +131,7 @@ Findings implausible(const Estimate& estimate, const Plan& plan) {
     }
   }
   look_at_radius(estimate, plan, findings);
+  look_at_range(estimate, findings);
   return findings;
 }
 
@@ -141,7 +156,7 @@ void add_ruled(const Estimate& estimate, const char* source, const char* code, F
   double most = 0.5;
   for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
     const double total = estimate.covariance(p, p), share = total > 0.0 ? line->variance(p) / total : 0.0;
-    if (share <= 0.5) continue;
+    if (!(share > 0.5)) continue;
     if (parameters.count++ == 0) parameters.first = estimate.parameters[p].name;
     if (share > most) most = share, parameters.worst = estimate.parameters[p].name;
   }

@@ -18,6 +18,7 @@ namespace {
 Estimate with(const char* name, double value, const char* unit) {
   Estimate estimate;
   estimate.parameters.push_back({name, name, Unit::parse(unit), si(value, unit), ""});
+  estimate.covariance = Matrix(1, 1);
   return estimate;
 }
 
@@ -27,7 +28,14 @@ TEST(Plausible, SoundValuesAreNotAccused) {
   EXPECT_TRUE(implausible(with("misalignment_o", -2.9, "deg"), Plan{}).empty());
   EXPECT_TRUE(implausible(with("scale_factor", 0.442, "pulse/arcsec"), Plan{}).empty());
   EXPECT_TRUE(implausible(with("gyro_x_scale_factor_error", 35.0, "%"), Plan{}).empty());  // a raw part of several axes
-  EXPECT_TRUE(implausible(with("scale_factor_error", std::numeric_limits<double>::quiet_NaN(), "ppm"), Plan{}).empty());
+}
+
+TEST(Plausible, WhatIsBeyondTheRangeOfNumbersIsAnError) {
+  Estimate estimate = with("bias", 1e200, "deg/h");
+  estimate.covariance(0, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(implausible(estimate, Plan{}).at(0).code, "out_of_range");
+  EXPECT_EQ(implausible(with("bias", std::numeric_limits<double>::quiet_NaN(), "deg/h"), Plan{}).at(0).code,
+            "out_of_range");
 }
 
 TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {

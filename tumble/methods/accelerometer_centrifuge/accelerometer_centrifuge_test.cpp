@@ -16,7 +16,6 @@ Trial clean(double lever_mm) {
   const auto exact = [](Plan plan) {
     plan.rig.set_flag("ideal", true);
     for (const char* name : {"angle_random_walk", "bias_instability"}) plan.truth.set_number(name, 0.0, Unit());
-    plan.truth.set_integer("oversampling", 1);
     plan.truth.set_word("output", "voltage");
     plan.truth.set_number("voltage_scale_factor", si(0.5, "V/g"), Unit::parse("V/g"));
     return plan;

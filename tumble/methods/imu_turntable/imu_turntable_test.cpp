@@ -17,10 +17,14 @@ const Method& method() { return find_method("imu_turntable"); }
 Motion hold(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
 Motion rate(double degrees) { return {.kind = Motion::Kind::rate, .value = si(degrees, "deg/s")}; }
 
-/// The trial's plan without noise, on a table without errors.
+/// The trial's plan without noise, on a table without errors. Simulation and method take the same steps, so that only
+/// the equations are compared: moves that begin or end within a sample depend on the steps.
 Plan quiet_plan() {
+  constexpr int steps = 64;
   Plan plan = trial_plan();
   plan.rig.set_flag("ideal", true);
+  plan.truth.set_integer("oversampling", steps);
+  plan.settings.set_integer("oversampling", steps);
   for (const char* name : {"gyro_angle_random_walk", "gyro_bias_instability", "accelerometer_angle_random_walk",
                            "accelerometer_bias_instability"})
     plan.truth.set_number(name, 0.0, Unit());

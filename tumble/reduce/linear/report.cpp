@@ -125,7 +125,7 @@ std::vector<Option> options(const std::string& settling, const std::string& aver
           integer("oversampling")
               .between(1, 1000)
               .otherwise("1")
-              .says("instants in each sample at which the motion of the rig is calculated")};
+              .says("least number of instants in each sample at which the motion of the rig is calculated")};
 }
 
 Option bias_instability_option(const std::string& unit, const std::string& prefix) {

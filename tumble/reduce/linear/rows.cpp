@@ -77,13 +77,12 @@ void sum_steady(const PowerUp& power_up, const Stretch& stretch, const Blocking&
 }
 
 /// Steps of a sample at which the rig is asked: as many as the problem wants, and so many that what is felt turns by no
-/// more than 0.02 rad in one where a response follows, which is solved for parabolas through three steps.
+/// more than 0.1 rad in one, or 0.02 rad where a response follows, which is solved for parabolas through three steps.
 std::size_t steps_of_sample(const Segment& segment, const Stretch& stretch, const Problem& problem) {
-  const auto wanted = static_cast<std::size_t>(problem.oversampling);
-  if (!problem.response) return wanted;
-  constexpr double most = 0.02, most_steps = 64.0;
-  return std::max(wanted, static_cast<std::size_t>(
-                              std::min(most_steps, std::ceil(two_pi * quickest(segment) * stretch.step / most))));
+  constexpr double most_steps = 64.0;
+  const double most = problem.response ? 0.02 : 0.1;
+  const double steps = std::ceil(two_pi * quickest(segment) * stretch.step / most);
+  return static_cast<std::size_t>(std::max<double>(problem.oversampling, std::min(most_steps, steps)));
 }
 
 /// The points of a moving stretch, one block of points after the other, each the mean over its step, through the
