@@ -381,6 +381,14 @@ TEST(AccelerometerTumble, FourPositionsThatClipJustBelowOneGAreNamed) {
     for (const char* code : {"one_value_in_segment", "ends_equal_and_opposite"}) EXPECT_FALSE(found(1.2, step, code));
 }
 
+// One level position cannot distinguish an offset from a misalignment: 3 mrad of it beside a bias of nothing is no
+// clipping.
+TEST(AccelerometerTumble, AMisalignmentInOneLevelPositionIsNoClipping) {
+  const std::vector<Position> positions{{0.0}, {90.0}, {270.0}};
+  EXPECT_FALSE(
+      has_finding(answer(positions, {.k_1 = 0.8, .delta_o = 3e-3}).estimate.findings, "ends_equal_and_opposite"));
+}
+
 /// Noise of this size [V], and a drift [V/h].
 void disturb(double noise, double drift, std::uint64_t seed, Evidence& evidence) {
   auto& values = evidence.recordings[0].channels[0].values;
@@ -388,8 +396,8 @@ void disturb(double noise, double drift, std::uint64_t seed, Evidence& evidence)
     values[i] += noise * RandomStream(seed).normal(i) + drift * static_cast<double>(i) / 3600.0;
 }
 
-// Four positions leave no residual: the drift shows within them alone. 8 mV/h are 89 uV over a position of 40 s, noise of
-// 10 uV knows the rise to 10 uV sqrt(12/40) = 5.5 uV in each. Of 200 sound tests none is accused.
+// Four positions leave no residual: the drift shows within them alone. 8 mV/h are 89 uV over a position of 40 s, noise
+// of 10 uV knows the rise to 10 uV sqrt(12/40) = 5.5 uV in each. Of 200 sound tests none is accused.
 TEST(AccelerometerTumble, ADriftWithinFewPositionsIsSaid) {
   const auto said = [](double drift, std::uint64_t seed) {
     Evidence evidence = evidence_of(turn(4), unit);

@@ -188,12 +188,16 @@ Findings about_opposite_ends(const Normalised& fit) {
   const auto& segments = fit.solution.segments;
   const auto [low, high] = std::ranges::minmax_element(segments, {}, &linear::SegmentSummary::measured);
   const double slope = (high->measured - low->measured) / (high->felt.specific_force.x - low->felt.specific_force.x);
+  const double most_force = std::abs(high->felt.specific_force.x);
   double offset = 0.0, count = 0.0;
+  Vector3 across;  // of the level positions together: a misalignment must not pass for an offset
   for (const auto& s : segments) {
-    const double force = s.felt.specific_force.x;
-    if (std::abs(force) < 0.1 * std::abs(high->felt.specific_force.x))
-      offset += s.measured - slope * force, count += 1.0;
+    const Vector3& force = s.felt.specific_force;
+    if (std::abs(force.x) > 0.1 * most_force) continue;
+    offset += s.measured - slope * force.x, count += 1.0;
+    across = across + force;
   }
+  if (norm(across) > 0.1 * most_force * count) return {};
   offset /= count;
   const double forces = slope * (high->felt.specific_force.x + low->felt.specific_force.x);
   const double most = 2.0 * alike * std::abs(offset);

@@ -202,7 +202,8 @@ std::vector<Ramp> ramps_within(const Work& work) {
 }
 
 /// The slope within the segments that all share, by its scatter from segment to segment; where the scatter about the
-/// lines explains that, by both together, so that few segments suffice.
+/// lines explains that, by both together, so that few segments suffice. Slow noise within few segments may seem to
+/// agree with the scatter about the lines: the slope must be unlikely by its own scatter too.
 void look_within(const Work& work, const std::string& role, Solution& solution) {
   const auto ramps = ramps_within(work);
   if (ramps.size() < 3) return;
@@ -215,17 +216,15 @@ void look_within(const Work& work, const std::string& role, Solution& solution) 
     within += ramp.squares;
     averages += ramp.count;
   }
-  double variance = between / (n - 1.0), freedom = n - 1.0;
-  const double about_lines = averages - 2.0 * n;
-  constexpr double alike = 0.1;
-  if (chance_of_ratio(variance / (within / about_lines), freedom, about_lines) > alike) {
-    freedom += about_lines;
-    variance = (between + within) / freedom;
-  } else if (n < 6.0) {
-    return;
+  constexpr double alike = 0.1, unlikely = 0.01;
+  const double freedom = n - 1.0, about_lines = averages - 2.0 * n, shared = square(mean) * weight;
+  if (!(between > 0.0)) return;
+  double ratio = shared * freedom / between, chance = chance_of_ratio(ratio, 1.0, freedom);
+  if (chance < unlikely && chance_of_ratio(between / freedom / (within / about_lines), freedom, about_lines) > alike) {
+    ratio = shared * (freedom + about_lines) / (between + within);
+    chance = chance_of_ratio(ratio, 1.0, freedom + about_lines);
   }
-  const double ratio = square(mean) * weight / variance;
-  if (!(variance > 0.0) || chance_of_ratio(ratio, 1.0, freedom) > rare) return;
+  if (chance > rare) return;
   solution.findings.push_back({Finding::Severity::warning,
                                "output_drifts_within_segments",
                                {{"times", std::sqrt(ratio)}, {"segments", ramps.size()}},
