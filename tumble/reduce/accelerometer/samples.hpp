@@ -15,7 +15,8 @@ std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised
 Findings about_unsettled(const Evidence& evidence, const Normalised& fit);
 
 /// An error finding about an output at its limits, of an analog output: segments of one and the same value where all
-/// others scatter; or a greatest and a least output that are equal and opposite although level positions show an offset.
+/// others scatter; or a greatest and a least output that are equal and opposite although level positions show an
+/// offset.
 Findings about_limits(const Evidence& evidence, const Normalised& fit);
 
 /// The labels as a list of names, at most so many of them: "'a', 'b', 'c', 'd', 'e', 'f', ... (9)"
