@@ -383,6 +383,7 @@ Bench bench_of(const Evidence& evidence, const std::string& role) {
   bench.problem = problem_of(settings, role);
   bench.problem.scale = 1.0 / bench.reference_scale_factor;
   bench.problem.pulse = bench.pulse;
+  bench.measured = &evidence;
   bench.rates = std::make_shared<const Evidence>(per_second(evidence, role, bench.findings));
   bench.evidence = linear::evidence_of(*bench.rates, bench.problem);
   complete(settings, &evidence, bench);
