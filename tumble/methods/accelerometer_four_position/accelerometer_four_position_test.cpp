@@ -268,6 +268,15 @@ TEST(FourPositions, ASoakThatStatesTheMountIsNoPosition) {
   EXPECT_FALSE(has_finding(findings, "position_missing_other_twice"));
 }
 
+// In soaks shorter than the oven settles no sample is usable, nor needed.
+TEST(FourPositions, AShortSoakIsNoSegmentThatIsMissing) {
+  Plan plan = plan_of(figure_11, {-20.0, 20.0, 60.0});
+  for (auto& segment : plan.schedule)
+    if (segment.label == "soak") segment.duration = 1800.0;
+  plan.rig.set_number("oven_time", 600.0, Unit::parse("s"));
+  EXPECT_FALSE(has_finding(method().identify(simulated(plan), {}).findings, "segment_not_used"));
+}
+
 // Position 3 counted over windows of half the length: K_i follows from each N over its own H. Counting: 1/6 pulse^2
 // over 2000 x 58 pulses is 3.5 ppm in one position, noise less; 5 standard deviations of the half difference.
 TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {

@@ -6,6 +6,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/square.hpp"
+#include "tumble/methods/accelerometer_four_position/halves.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
@@ -27,27 +28,9 @@ std::vector<double> behind(const Channel& thermometer, const std::vector<double>
   return out;
 }
 
-/// Mean of a position and second half less first.
-struct Halves {
-  double mean = 0.0, change = 0.0;
-};
-
-Halves halves_of(const Channel& channel, const std::vector<double>& values, const Stretch& stretch) {
-  const double begin = stretch.power_on + stretch.first, end = begin + stretch.duration();
-  double sum[2] = {0.0, 0.0}, count[2] = {0.0, 0.0};
-  for (std::size_t i = index_at(channel, begin - 1e-6); i < values.size() && channel.time(i) < end; ++i) {
-    if (!std::isfinite(values[i])) continue;
-    const int half = channel.time(i) < 0.5 * (begin + end) ? 0 : 1;
-    sum[half] += values[i];
-    count[half] += 1.0;
-  }
-  if (count[0] == 0.0 || count[1] == 0.0) return {std::nan(""), std::nan("")};
-  return {(sum[0] + sum[1]) / (count[0] + count[1]), sum[1] / count[1] - sum[0] / count[0]};
-}
-
 /// Of all positions, behind one lag [s]; 0: as read.
 std::vector<Halves> temperatures(const Bench& bench, double lag) {
-  std::vector<Halves> out(bench.positions.size());
+  std::vector<Halves> out(bench.positions.size(), {std::nan(""), 0.0});
   const auto& stretches = bench.evidence.test.stretches;
   for (std::size_t r = 0; r < bench.measured->recordings.size(); ++r) {
     const Channel* thermometer = channel_for(*bench.measured, bench.measured->recordings[r], "temperature");
@@ -97,7 +80,7 @@ std::vector<double> sensitivities(const Bench& bench, const Reduced& reduced) {
 }
 
 bool all_known(const std::vector<Halves>& halves) {
-  return std::ranges::all_of(halves, [](const Halves& h) { return std::isfinite(h.change); });
+  return std::ranges::all_of(halves, [](const Halves& h) { return std::isfinite(h.mean); });
 }
 
 /// How much of this lag the changes within the positions show, beside a drift that all share.
