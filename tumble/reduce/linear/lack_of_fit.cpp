@@ -131,27 +131,47 @@ void look_at_time(const std::string& role, const RestingMeans& means, Solution& 
        role});
 }
 
-/// Errors of the rig that are far larger than stated.
-void look_at_errors(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
-  struct Worst {
-    LackOfFit fit;
-    std::string name;
-  };
-  std::optional<Worst> worst;
-  std::size_t candidates = 0;
+/// An error of the rig, beside the model.
+struct Suspect {
+  LackOfFit fit;
+  std::string name;
+  double sd = 0.0;  ///< of the coefficient by white noise
+};
+
+std::vector<Suspect> suspects(const Work& work, const RestingMeans& means) {
+  std::vector<double> variances;
+  for (const double duration : means.duration) variances.push_back(work.solution.fit.white_variance / duration);
+  const Matrix white = diagonal(variances);
+  std::vector<Suspect> out;
   for (std::size_t k = 0; k < work.data.effects.size(); ++k) {
     const KnownEffect& effect = work.data.effects[k];
     if (effect.each_segment) continue;
     const Matrix column = as_column(tumble::column(means.effects, k));
     const auto fit = lack_of_fit(means.design, column, means.output, means.covariance);
     if (!(fit.freedom > 0.0 && fit.error_freedom >= 3.0)) continue;
-    ++candidates;
-    if (!worst || fit.ratio > worst->fit.ratio)
-      worst = {fit, effect.draws.size() == 1 ? effect.draws.front() : effect.source};
+    out.push_back({fit, effect.draws.size() == 1 ? effect.draws.front() : effect.source,
+                   lack_of_fit(means.design, column, means.output, white).sd});
   }
-  if (!worst || worst->fit.probability * static_cast<double>(candidates) > rare) return;
-  // beyond what was stated by itself, however little else scatters
-  if (std::abs(worst->fit.coefficient) < 5.0 * std::max(1.0, worst->fit.sd)) return;
+  return out;
+}
+
+/// Errors of the rig that are far larger than stated. Of those that explain the segments almost alike, the one that
+/// needs the least multiple of what is stated.
+void look_at_errors(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
+  constexpr double alike = 0.8;  // of the greatest F
+  const auto all = suspects(work, means);
+  if (all.empty()) return;
+  const auto ratio = [](const Suspect& suspect) { return suspect.fit.ratio; };
+  const double greatest = std::ranges::max(all, {}, ratio).fit.ratio;
+  const Suspect* worst = nullptr;
+  for (const Suspect& suspect : all)
+    if (suspect.fit.ratio >= alike * greatest &&
+        (!worst || std::abs(suspect.fit.coefficient) < std::abs(worst->fit.coefficient)))
+      worst = &suspect;
+  if (worst->fit.probability * static_cast<double>(all.size()) > rare) return;
+  // Beyond what was stated by itself, however little else scatters. Slow noise is no part of this: what the error does
+  // seems to be such noise where it is not in the model.
+  if (std::abs(worst->fit.coefficient) < 5.0 * std::max(1.0, worst->sd)) return;
   solution.findings.push_back({Finding::Severity::error,
                                "rig_error_beyond_stated",
                                {{"error", worst->name}, {"times", std::abs(worst->fit.coefficient)}},
