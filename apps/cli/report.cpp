@@ -1,21 +1,52 @@
 #include "tumble/report/report.hpp"
 
+#include <fmt/format.h>
+
+#include <filesystem>
 #include <memory>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/report/figure.hpp"
+#include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string result, output;
+  std::string result, page, figure;
 };
 
+/// "noise.svg", or "noise-1.svg", "noise-2.svg" where there are several.
+std::string numbered(const std::string& name, std::size_t number, std::size_t count) {
+  const std::filesystem::path path(name);
+  if (count == 1) return name;
+  return (path.parent_path() / fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()))
+      .string();
+}
+
+void write_figures(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
+  const auto figures = figures_of(estimate);
+  if (figures.empty())
+    throw Error(Error::Kind::unsupported, arguments.result + ": a result of " + estimate.method + " has no figure");
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const std::string name = numbered(arguments.figure, i + 1, figures.size());
+    write_file_atomically(name, to_svg(figures[i]));
+    note(terminal, "wrote " + name + ": " + figures[i].name);
+  }
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
-  check_output(arguments.output, {arguments.result}, {".html", ".htm"});
-  write_file_atomically(arguments.output, to_html(read_result(arguments.result)));
-  note(terminal, "wrote " + arguments.output);
+  if (arguments.page.empty() && arguments.figure.empty())
+    throw Error(Error::Kind::bad_input, "report: -o REPORT.html or --figure FIGURE.svg is required");
+  if (!arguments.page.empty()) check_output(arguments.page, {arguments.result}, {".html", ".htm"});
+  if (!arguments.figure.empty()) check_output(arguments.figure, {arguments.result}, {".svg"});
+  const auto estimate = read_result(arguments.result);
+  if (!arguments.page.empty()) {
+    write_file_atomically(arguments.page, to_html(estimate));
+    note(terminal, "wrote " + arguments.page);
+  }
+  if (!arguments.figure.empty()) write_figures(estimate, arguments, terminal);
   return 0;
 }
 
@@ -24,10 +55,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 Verb report_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"report",
-          "Write a result as one HTML page that needs no network",
+          "Write a result as one HTML page that needs no network, or its figures as drawings",
           {{"RESULT", &arguments->result, "result (.json) of identify or predict", true},
-           {"-o,--output", &arguments->output, "page to write (.html)", true}},
-          "Example:\n  tumble report fog.json -o fog.html\n",
+           {"-o,--output", &arguments->page, "page to write (.html)"},
+           {"--figure", &arguments->figure,
+            "drawing to write (.svg); a result of several figures gives FIGURE-1.svg, FIGURE-2.svg, ..."}},
+          "Examples:\n  tumble report fog.json -o fog.html\n  tumble report noise.json --figure noise.svg\n",
           [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 

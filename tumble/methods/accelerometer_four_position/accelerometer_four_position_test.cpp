@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
+#include "tumble/methods/accelerometer_four_position/reduce.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -326,6 +330,61 @@ TEST(FourPositions, TooFewTemperaturesAreSaidInWords) {
   EXPECT_NE(find_parameter(estimate, "b_1"), nullptr);
   EXPECT_EQ(find_parameter(estimate, "b_2"), nullptr);
   EXPECT_TRUE(has_finding(estimate.findings, "repeatability_not_known"));
+}
+
+struct Held {
+  int of = 0, clear = 0;  ///< intervals that hold the truth; tests in which the lack-of-fit test is clear
+};
+
+/// Bias at the five temperatures of noisy tests with `third` (u^3 - 3.4 u) [m/s^2] added to it, u from -2 to 2.
+Held held(const Bench& exact, double third, double sd, std::uint64_t tests) {
+  const Reduced sound = reduce(exact, 2, false, 0.0, nullptr);
+  const auto cubic = [&](double t) {
+    const double u = (t - 293.15) / 20.0;
+    return third * (u * u * u - 3.4 * u);
+  };
+  Held out;
+  for (std::uint64_t seed = 1; seed <= tests; ++seed) {
+    Bench bench = exact;
+    const RandomStream random(seed);
+    for (std::size_t k = 0; k < bench.positions.size(); ++k)
+      bench.positions[k].output += sd * random.normal(k) + cubic(bench.positions[k].temperature);
+    const Reduced reduced = reduce(bench, 2, false, 0.0, nullptr);
+    out.clear += reduced.misfit_ratio[bias] > 0.0 ? 1 : 0;
+    const auto& polynomial = reduced.polynomial[bias];
+    for (const double t : exact.group_temperature) {
+      std::vector<double> weights(reduced.parameters.size());
+      std::ranges::copy(powers(t, polynomial.count), weights.begin() + static_cast<std::ptrdiff_t>(polynomial.first));
+      const double truth = at_temperature(sound.parameters, polynomial, t) + cubic(t);
+      const double off = at_temperature(reduced.parameters, polynomial, t) - truth;
+      const double freedom = reduced.degrees_of_freedom[polynomial.first];
+      const double half = student_quantile(0.975, freedom) * std::sqrt(quadratic_form(weights, reduced.covariance));
+      out.of += std::abs(off) < half ? 1 : 0;
+    }
+  }
+  return out;
+}
+
+// A bias of third order in T that departs from a parabola by two standard deviations of the mean at one temperature at
+// most: a lack of fit that is not clear. Of 300 intervals of 95 % (60 tests, five temperatures each) 285 hold the
+// truth, with a standard deviation of 5 sqrt(60 0.0475) = 8.4 if the five of a test were one. Taken in only where the
+// lack of fit is clear, the departure left 205.
+TEST(FourPositions, ACourseThatIsNotClearlyOfThirdOrderIsInTheIntervals) {
+  Plan plan = plan_of(figure_11, {-20.0, 0.0, 20.0, 40.0, 60.0});
+  without_errors(plan);
+  const auto once = plan.schedule;
+  for (int run = 2; run <= 4; ++run)
+    for (Segment segment : once) {
+      segment.run = run;
+      plan.schedule.push_back(segment);
+    }
+  const Bench exact = bench_of(simulated(plan), "accelerometer");
+  const double sd = si(10.0, "ug"), of_mean = sd / std::sqrt(2.0 * 4.0);
+  const Held sound = held(exact, 0.0, sd, 60), third = held(exact, 2.0 * of_mean / 2.4, sd, 60);
+  EXPECT_EQ(sound.clear, 0);
+  EXPECT_GT(sound.of, 285 - 4 * 8.4);
+  EXPECT_LT(third.clear, 10);
+  EXPECT_GT(third.of, 285 - 4 * 8.4);
 }
 
 TEST(FourPositions, ATemperatureThatMovesIsSeen) {

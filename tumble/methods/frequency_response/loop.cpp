@@ -191,6 +191,24 @@ Derived bandwidth_of(const LoopFit& fit) { return with_gradient(fit, plain_bandw
 Derived peaking_of(const LoopFit& fit) { return with_gradient(fit, plain_peaking); }
 Derived resonance_frequency_of(const LoopFit& fit) { return with_gradient(fit, plain_resonance); }
 
+Derived delay_of(const LoopFit& fit) {
+  Derived delay{fit.theta[1], std::vector<double>(fit.theta.size())};
+  delay.gradient[1] = 1.0;
+  return delay;
+}
+
+Derived group_delay_of(const LoopFit& fit) {
+  Derived delay = delay_of(fit);
+  if (fit.kind == LoopKind::delay) return delay;
+  const bool second = fit.kind == LoopKind::second_order;
+  const double of_damping = (second ? 2.0 : 1.0) / (two_pi * std::exp(fit.theta[2]));
+  const double lag = of_damping * (second ? fit.theta[3] : 1.0);
+  delay.value += lag;
+  delay.gradient[2] = -lag;
+  if (second) delay.gradient[3] = of_damping;
+  return delay;
+}
+
 Crossing crossing_of(const std::vector<double>& frequency, const std::vector<double>& log_gain) {
   const double level = log_gain.empty() ? 0.0 : log_gain.front() - 0.5 * std::log(2.0);
   for (std::size_t k = 0; k + 1 < frequency.size(); ++k) {

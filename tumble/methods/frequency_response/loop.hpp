@@ -47,6 +47,9 @@ struct Derived {
 Derived bandwidth_of(const LoopFit& fit);
 Derived peaking_of(const LoopFit& fit);              ///< highest gain over gain at rest; zeta < 1/sqrt(2)
 Derived resonance_frequency_of(const LoopFit& fit);  ///< [Hz]
+Derived delay_of(const LoopFit& fit);                ///< tau [s]
+/// Delay of slow motion [s]: -d(phase)/d(omega) at 0 Hz, the lag of the loop in it.
+Derived group_delay_of(const LoopFit& fit);
 
 /// First crossing of 1/sqrt(2) of the gain at the lowest frequency, by a monotone cubic in ln f through the
 /// points about it. `interpolation_sd`: difference to a straight line, over sqrt(3).

@@ -11,16 +11,14 @@
 #include "tumble/version.hpp"
 
 namespace tumble::assets {
-extern const std::string_view report_css, report_js, plotly_basic_min_js;
+extern const std::string_view report_css;
 }
 
 namespace tumble::html {
 namespace {
 
-// No address outside the page can be loaded, whatever a name or a library tries.
-constexpr const char* security =
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
-    "form-action 'none'";
+// The page has no script, and no address outside it can be loaded, whatever a name tries.
+constexpr const char* security = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
 std::string head(const std::string& title) {
   return fmt::format(
@@ -86,14 +84,6 @@ std::string navigation(const std::string& sections) {
   return text + "</nav>\n";
 }
 
-std::string scripts(const std::string& data) {
-  if (data.empty()) return {};
-  return fmt::format(
-      "<script type=\"application/json\" id=\"drawings\">{}</script>\n<script>{}</script>\n<script>\n{}"
-      "</script>\n",
-      data, assets::plotly_basic_min_js, assets::report_js);
-}
-
 }  // namespace
 
 }  // namespace tumble::html
@@ -105,12 +95,11 @@ using namespace html;
 std::string to_html(const Estimate& estimate) {
   require_shape(estimate);
   const auto title = html::escaped(estimate.title.empty() ? estimate.method : estimate.title);
-  const auto figures = html::figures(estimate);
   const auto sections = html::verdicts(estimate) + html::parameters(estimate) + html::findings(estimate) +
-                        html::budget(estimate) + figures.section + html::tables(estimate) +
+                        html::budget(estimate) + html::figures(estimate) + html::tables(estimate) +
                         html::correlation(estimate) + html::provenance(estimate);
   return head(title) + "<body>\n" + title_block(estimate, title) + navigation(sections) + "<main>\n" + sections +
-         "</main>\n<footer>Made by Tumble " + version + "</footer>\n" + scripts(figures.data) + "</body>\n</html>\n";
+         "</main>\n<footer>Made by Tumble " + version + "</footer>\n</body>\n</html>\n";
 }
 
 }  // namespace tumble

@@ -2,15 +2,15 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/report/markup.hpp"
 
 namespace tumble::html {
 
-/// Text for the page: control characters out, & < > " ' as entities. Safe in elements and in quoted attributes, and
-/// read back by the plotting library, which knows numeric entities only.
-std::string escaped(std::string_view text);
+using tumble::escaped;
+using tumble::palette;
+
 /// A number text of rounding.hpp with a true minus sign and its exponent as a power: "(6.66 ± 0.01) × 10⁻⁵".
 std::string number(std::string_view text);
 /// "deg/h^2" with the exponent raised; "1" is empty.
@@ -20,9 +20,6 @@ std::string symbol(std::string_view text);
 /// "name [unit]".
 std::string name_and_unit(std::string_view name, const Unit& unit);
 
-/// Colours of curves and budget sources, told apart also by people who see no red or green.
-const std::vector<std::string>& palette();
-
 /// The sections, empty where there is nothing to say.
 std::string verdicts(const Estimate& estimate);
 std::string parameters(const Estimate& estimate);
@@ -31,11 +28,6 @@ std::string budget(const Estimate& estimate);
 std::string tables(const Estimate& estimate);
 std::string correlation(const Estimate& estimate);
 std::string provenance(const Estimate& estimate);
-
-/// The figures of the curves: the section with an empty place for each, and the JSON that the script draws there.
-struct Figures {
-  std::string section, data;
-};
-Figures figures(const Estimate& estimate);
+std::string figures(const Estimate& estimate);
 
 }  // namespace tumble::html

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "tumble/report/html/html.hpp"
-#include "tumble/report/utf8.hpp"
 
 namespace tumble::html {
 namespace {
@@ -20,32 +19,6 @@ std::size_t exponent_length(std::string_view text) {
 }
 
 }  // namespace
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : printable(text)) {
-    switch (c) {
-      case '&':
-        result += "&#38;";
-        break;
-      case '<':
-        result += "&#60;";
-        break;
-      case '>':
-        result += "&#62;";
-        break;
-      case '"':
-        result += "&#34;";
-        break;
-      case '\'':
-        result += "&#39;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
 
 std::string number(std::string_view text) {
   const auto raise = [](std::string_view exponent) { return "\u202F×\u202F10<sup>" + number(exponent) + "</sup>"; };
@@ -89,12 +62,6 @@ std::string symbol(std::string_view text) {
 std::string name_and_unit(std::string_view name, const Unit& shown_in) {
   const auto text = unit(shown_in);
   return escaped(name) + (text.empty() ? "" : " [" + text + "]");
-}
-
-const std::vector<std::string>& palette() {
-  // Okabe and Ito (2008), without their yellow and black, in an order of alternating lightness.
-  static const std::vector<std::string> colours{"#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9", "#cc79a7"};
-  return colours;
 }
 
 }  // namespace tumble::html

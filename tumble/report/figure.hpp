@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/core/estimate.hpp"
+
+namespace tumble {
+
+/// One plot as every renderer draws it: report, certificate, Python and browser say the same with the same points.
+struct Figure {
+  struct Axis {
+    std::string name;
+    Unit unit;
+    bool logarithmic = false;
+  };
+  /// Numbers in the units of the axes. NaN is a gap; on a logarithmic axis no number is zero or negative.
+  struct Series {
+    std::string name;
+    bool points = false;  ///< markers instead of a line
+    std::vector<double> x, y;
+    std::vector<double> lower, upper;  ///< band, or bars where the series is points; empty: none
+    std::string band;                  ///< what the band is, for example "95 % confidence"
+  };
+  std::string name;  ///< never empty
+  Axis x, y;
+  std::vector<Series> series;
+  std::vector<std::string> notes;  ///< sentences on what the plot does not show
+};
+
+/// The plots of a result: the curves of one figure and of the same dimensions in one plot, in the units of the first.
+/// A curve of more than 5000 points is drawn with fewer: the smallest and the largest of each interval remain.
+std::vector<Figure> figures_of(const Estimate& estimate);
+
+/// "name [unit]" of an axis, plain text; the unit 1 is not written.
+std::string title_of(const Figure::Axis& axis);
+
+/// The description for programs: an array of figures with name, x, y (name, unit, logarithmic), series and notes.
+/// Numbers have nine significant digits; null is a gap. Each series has its colour and the dashes of its line.
+std::string to_json(const std::vector<Figure>& figures);
+
+/// A drawing of its own: axes with ticks, bands or bars, lines with colour and dashes, markers, a legend. It needs no
+/// style sheet, no script and no network, and has the plot in words for readers who do not see it.
+std::string to_svg(const Figure& figure);
+
+/// How series number `index` is drawn. Colours are distinguished also by people who see no red or green; the dashes are
+/// a second sign.
+struct SeriesStyle {
+  std::string colour, dashes;  ///< of CSS: "#0072b2", "7 3"; no dashes: a whole line
+};
+SeriesStyle style_of_series(std::size_t index);
+
+}  // namespace tumble

@@ -1,0 +1,180 @@
+#include "tumble/report/figure.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tumble/report/figure/ticks.hpp"
+#include "tumble/report/testing/example_estimate.hpp"
+
+namespace tumble {
+namespace {
+
+using figure::linear_ticks, figure::logarithmic_ticks;
+
+std::size_t count_of(std::string_view text, std::string_view part) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string_view::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+bool has(std::string_view text, std::string_view part) { return count_of(text, part) > 0; }
+
+/// Two curves of one figure in different units, and one of another dimension.
+Estimate two_units() {
+  Estimate e;
+  Curve a;
+  a.name = "a", a.figure = "f";
+  a.x = {"t", Unit::parse("min"), {60.0, 120.0}};
+  a.y = {"y", Unit::parse("deg/h"), {si(1.0, "deg/h"), si(2.0, "deg/h")}};
+  Curve b = a, other = a;
+  b.name = "b", b.y.unit = Unit::parse("deg/s");
+  other.y = {"temperature", Unit::parse("degC"), {293.15, 303.15}};
+  e.curves = {a, b, other};
+  return e;
+}
+
+Figure plain_figure() {
+  Figure figure;
+  figure.name = "f";
+  figure.x = {"time", Unit::parse("s"), false};
+  figure.y = {"rate", Unit::parse("deg/h"), false};
+  figure.series.push_back({"gyro", false, {0, 1, 2, 3, 4}, {1, 2, NAN, 3, 4}, {}, {}, ""});
+  return figure;
+}
+
+TEST(Figures, CurvesOfAFigureStandTogetherInTheUnitOfTheFirst) {
+  const auto figures = figures_of(two_units());
+  ASSERT_EQ(figures.size(), 2u);  // another dimension needs axes of its own
+  EXPECT_EQ(title_of(figures[0].x), "t [min]");
+  EXPECT_EQ(title_of(figures[0].y), "y [deg/h]");
+  EXPECT_EQ(figures[0].series[0].x, (std::vector{1.0, 2.0}));
+  EXPECT_NEAR(figures[0].series[1].y[1], 2.0, 1e-15);
+  EXPECT_EQ(figures[1].series[0].y, (std::vector{20.0, 30.0}));
+}
+
+TEST(Figures, LogarithmicAxesSayWhatTheyCannotShow) {
+  Estimate e;
+  e.curves = {{"a",
+               "f",
+               {"x", {}, {0.0, 1.0, 2.0, 3.0}},
+               {"y", {}, {1.0, -1.0, 4.0, NAN}},
+               {0.5, 0.5, -3.0, 1.0},
+               {2.0, 2.0, 5.0, 2.0},
+               "95 %",
+               true,
+               false}};
+  const auto figure = figures_of(e).at(0);
+  EXPECT_TRUE(std::isnan(figure.series[0].y[0]) && std::isnan(figure.series[0].y[1]));
+  EXPECT_EQ(figure.series[0].y[2], 4.0);
+  EXPECT_EQ(figure.series[0].lower, (std::vector{0.5, 0.5, 0.5, 1.0}));
+  ASSERT_EQ(figure.notes.size(), 1u);
+  EXPECT_TRUE(has(figure.notes[0], "“a” 2 values"));
+}
+
+TEST(Figures, ALogarithmicXAxisAloneHasNoPlaceForZeroEither) {
+  Estimate e;
+  e.curves.push_back(
+      {"a", "f", {"x", {}, {0.0, 1.0, 2.0}}, {"y", {}, {1.0, -1.0, 4.0}}, {0, -2, 3}, {2, 0, 5}, "95 %"});
+  e.curves[0].logarithmic_x = true;
+  const auto figure = figures_of(e).at(0);
+  EXPECT_TRUE(std::isnan(figure.series[0].x[0]));
+  EXPECT_EQ(figure.series[0].y[1], -1.0);
+  EXPECT_EQ(figure.series[0].lower[1], -2.0);
+  EXPECT_FALSE(has(to_svg(figure), "inf"));
+}
+
+TEST(Figures, TheDescriptionForProgramsHasEveryPoint) {
+  const auto json = nlohmann::json::parse(to_json(figures_of(two_units())));
+  ASSERT_EQ(json.size(), 2u);
+  EXPECT_EQ(json[0]["x"]["unit"], "min");
+  EXPECT_EQ(json[0]["y"]["logarithmic"], false);
+  EXPECT_EQ(json[0]["series"][0]["x"], nlohmann::json({1.0, 2.0}));
+  EXPECT_EQ(json[0]["series"][1]["y"], nlohmann::json({1.0, 2.0}));
+  EXPECT_EQ(json[0]["series"][1]["dashes"], "7 3");
+  EXPECT_EQ(json[1]["y"]["name"], "temperature");
+}
+
+TEST(FigureSvg, HasOneStrokeForEachPartBetweenGaps) {
+  const auto svg = to_svg(plain_figure());
+  const auto begin = svg.find("<svg width");  // the plot itself
+  const auto plot = svg.substr(begin, svg.find("</svg>", begin) - begin);
+  EXPECT_EQ(count_of(plot, "M"), 2u);
+  EXPECT_EQ(count_of(plot, "L"), 2u);
+  EXPECT_TRUE(has(svg, "rate [deg/h]") && has(svg, "time [s]") && has(svg, ">gyro<"));
+}
+
+TEST(FigureSvg, PointsHaveBarsAndLinesHaveBands) {
+  Figure figure = plain_figure();
+  auto& series = figure.series[0];
+  series.lower = {0, 1, 1, 2, 3}, series.upper = {2, 3, 3, 4, 5};
+  EXPECT_TRUE(has(to_svg(figure), "fill-opacity"));
+  series.points = true;
+  const auto svg = to_svg(figure);
+  EXPECT_FALSE(has(svg, "fill-opacity"));
+  EXPECT_EQ(count_of(svg, "h0"), 4u + 1u);  // points, and that of the legend
+  EXPECT_TRUE(has(svg, "stroke-linecap=\"round\""));
+}
+
+TEST(FigureSvg, NamesStayText) {
+  Figure figure = plain_figure();
+  figure.name = figure.x.name = figure.y.name = figure.series[0].name = "</svg><script>\"'&";
+  const auto svg = to_svg(figure);
+  EXPECT_FALSE(has(svg, "<script"));
+  EXPECT_EQ(count_of(svg, "</svg>"), 2u);
+}
+
+TEST(FigureSvg, WhatHasNoNumbersIsADrawingToo) {
+  Figure figure = plain_figure();
+  figure.series[0].y.assign(5, NAN);
+  for (const bool logarithmic : {false, true}) {
+    figure.x.logarithmic = figure.y.logarithmic = logarithmic;
+    const auto svg = to_svg(figure);
+    EXPECT_FALSE(has(svg, "nan") || has(svg, "inf"));
+    EXPECT_TRUE(svg.ends_with("</svg>\n"));
+  }
+  figure.series.clear();
+  EXPECT_TRUE(to_svg(figure).ends_with("</svg>\n"));
+}
+
+// Every axis that numbers can ask for has at least two ticks, all inside of it, and the values inside of it too.
+TEST(Ticks, AreInsideAndEnough) {
+  for (const double low : {-1e200, -3.7, -1e-9, 0.0, 2e-7, 0.99999, 9.79541, 4e5, 1e200})
+    for (const double span : {0.0, 1e-6, 1e-3, 1.0, 7.3, 1e4}) {
+      const double high = low + span * std::max(1e-300, std::abs(low));
+      const auto ticks = linear_ticks(low, high, 8);
+      EXPECT_GE(ticks.at.size(), 2u) << low << " " << high;
+      EXPECT_LE(ticks.at.size(), 9u);
+      EXPECT_EQ(ticks.at.size(), ticks.labels.size());
+      EXPECT_LE(ticks.lower, low);
+      EXPECT_GE(ticks.upper, high);
+      for (const double at : ticks.at) EXPECT_TRUE(ticks.place(at) >= -1e-9 && ticks.place(at) <= 1 + 1e-9);
+      for (std::size_t i = 1; i < ticks.labels.size(); ++i) EXPECT_NE(ticks.labels[i], ticks.labels[i - 1]) << low;
+    }
+}
+
+TEST(Ticks, OfLogarithmicAxes) {
+  for (const double low : {1e-200, 1e-9, 3e-3, 1.0, 47.0})
+    for (const double ratio : {1.0, 1.5, 30.0, 1e4, 1e12, 1e60}) {
+      const auto ticks = logarithmic_ticks(low, low * ratio, 7);
+      EXPECT_GE(ticks.at.size(), 1u) << low << " " << ratio;
+      EXPECT_LE(ticks.at.size(), 10u) << low << " " << ratio;
+      EXPECT_EQ(ticks.at.size(), ticks.labels.size());
+      EXPECT_GT(ticks.place(low), 0.0);
+      EXPECT_LT(ticks.place(low * ratio), 1.0);
+    }
+  EXPECT_EQ(logarithmic_ticks(0.02, 50.0, 7).labels, (std::vector<std::string>{"0.1", "1", "10"}));
+  EXPECT_EQ(logarithmic_ticks(1e-6, 1e-4, 4).labels, (std::vector<std::string>{"10⁻⁶", "10⁻⁵", "10⁻⁴"}));
+}
+
+TEST(Ticks, LabelsSayWhatTheyMean) {
+  EXPECT_EQ(linear_ticks(0.0, 1.0, 6).labels, (std::vector<std::string>{"0", "0.2", "0.4", "0.6", "0.8", "1.0"}));
+  EXPECT_EQ(linear_ticks(-2.0, 2.0, 6).labels, (std::vector<std::string>{"−2", "−1", "0", "1", "2"}));
+  const auto small = linear_ticks(0.0, 3e-6, 4);
+  EXPECT_EQ(small.exponent, -6);
+  EXPECT_EQ(small.labels, (std::vector<std::string>{"0", "1", "2", "3"}));
+}
+
+}  // namespace
+}  // namespace tumble

@@ -1,0 +1,238 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "tumble/report/figure.hpp"
+#include "tumble/report/figure/ticks.hpp"
+#include "tumble/report/markup.hpp"
+#include "tumble/report/utf8.hpp"
+
+namespace tumble {
+namespace {
+
+using figure::linear_ticks, figure::logarithmic_ticks, figure::power_of_ten, figure::Ticks;
+
+// The drawing in its own units, which are pixels where it is shown at its own size.
+constexpr double width = 760, plot_height = 320, top = 12, right = 14, size_of_text = 12, line_height = 18;
+constexpr double width_of_character = 0.56 * size_of_text;
+constexpr const char* ink = "#1b2733";
+constexpr const char* soft = "#51606e";
+constexpr const char* grid = "#e1e6eb";
+
+double width_of(std::string_view text) { return width_of_character * static_cast<double>(display_width(text)); }
+
+/// Smallest and largest of what an axis can show.
+struct Range {
+  bool logarithmic;
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+
+  void add(const std::vector<double>& values) {
+    constexpr double most = 1e300;
+    for (const double value : values)
+      if (std::abs(value) < most && (value > 0.0 || !logarithmic))
+        low = std::min(low, value), high = std::max(high, value);
+  }
+  bool empty() const { return !(low <= high); }
+};
+
+Ticks ticks_of(const Range& range, int most) {
+  const double low = range.empty() ? 0.1 : range.low, high = range.empty() ? 1.0 : range.high;
+  return range.logarithmic ? logarithmic_ticks(low, high, most) : linear_ticks(low, high, most);
+}
+
+/// The plot's place in the drawing, and where a number of an axis lies in the plot.
+struct Frame {
+  Ticks x, y;
+  double left, plot_width;
+
+  double across(double value) const { return plot_width * x.place(value); }
+  double down(double value) const { return plot_height * (1.0 - y.place(value)); }
+};
+
+/// A lower edge may go on far below the values of a logarithmic axis, where nothing is to be seen: two decades show it.
+void add_bands(const Figure& figure, Range& y) {
+  const double values = y.low;
+  for (const auto& series : figure.series)
+    for (const auto* edge : {&series.lower, &series.upper}) y.add(*edge);
+  if (figure.y.logarithmic && std::isfinite(values)) y.low = std::max(y.low, 0.01 * values);
+}
+
+Frame frame_of(const Figure& figure) {
+  Range x{figure.x.logarithmic}, y{figure.y.logarithmic};
+  for (const auto& series : figure.series) x.add(series.x), y.add(series.y);
+  add_bands(figure, y);
+  Frame frame{ticks_of(x, 9), ticks_of(y, 7), 0.0, 0.0};
+  double widest = 0.0;
+  for (const auto& text : frame.y.labels) widest = std::max(widest, width_of(text));
+  frame.left = 30 + widest;
+  frame.plot_width = width - frame.left - right;
+  return frame;
+}
+
+std::string text_at(double x, double y, const char* anchor, std::string_view text, const char* more = "") {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor, more,
+                     escaped(text));
+}
+
+/// "time [s] × 10⁻⁵": what the labels of the ticks lack stands with the name.
+std::string title_with(const Figure::Axis& axis, int exponent) {
+  return exponent == 0 ? title_of(axis) : title_of(axis) + " × " + power_of_ten(exponent);
+}
+
+std::string axes(const Figure& figure, const Frame& frame) {
+  std::string lines, minor, labels;
+  for (const double at : frame.x.minor) minor += fmt::format("M{:.1f} 0V{}", frame.across(at), plot_height);
+  for (const double at : frame.y.minor) minor += fmt::format("M0 {:.1f}H{:.1f}", frame.down(at), frame.plot_width);
+  for (std::size_t i = 0; i < frame.x.at.size(); ++i) {
+    const double x = frame.across(frame.x.at[i]);
+    lines += fmt::format("M{:.1f} 0V{}", x, plot_height);
+    labels += text_at(x, plot_height + 17, "middle", frame.x.labels[i]);
+  }
+  for (std::size_t i = 0; i < frame.y.at.size(); ++i) {
+    const double y = frame.down(frame.y.at[i]);
+    lines += fmt::format("M0 {:.1f}H{:.1f}", y, frame.plot_width);
+    labels += text_at(-7, y + 4, "end", frame.y.labels[i]);
+  }
+  labels += text_at(0.5 * frame.plot_width, plot_height + 37, "middle", title_with(figure.x, frame.x.exponent));
+  const auto turned = fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", 14 - frame.left, 0.5 * plot_height);
+  labels +=
+      text_at(14 - frame.left, 0.5 * plot_height, "middle", title_with(figure.y, frame.y.exponent), turned.c_str());
+  return fmt::format(
+      "<path d=\"{}\" stroke=\"{}\" stroke-width=\".5\"/>\n<path d=\"{}\" stroke=\"{}\"/>\n"
+      "<path d=\"M0 0H{:.1f}V{}H0Z\" stroke=\"{}\"/>\n<g fill=\"{}\">\n{}</g>\n",
+      minor, grid, lines, grid, frame.plot_width, plot_height, soft, ink, labels);
+}
+
+bool is_drawn(const Figure::Series& series, std::size_t i) {
+  return std::isfinite(series.x[i]) && std::isfinite(series.y[i]);
+}
+
+/// One stroke for each part between gaps.
+std::string line(const Figure::Series& series, const Frame& frame) {
+  std::string path;
+  bool drawing = false;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const bool is = is_drawn(series, i);
+    if (is)
+      path += fmt::format("{}{:.1f} {:.1f}", drawing ? 'L' : 'M', frame.across(series.x[i]), frame.down(series.y[i]));
+    drawing = is;
+  }
+  return path;
+}
+
+/// Strokes without length, to which the end of the pen gives its shape.
+std::string markers(const Figure::Series& series, const Frame& frame) {
+  std::string path;
+  for (std::size_t i = 0; i < series.x.size(); ++i)
+    if (is_drawn(series, i))
+      path += fmt::format("M{:.1f} {:.1f}h0", frame.across(series.x[i]), frame.down(series.y[i]));
+  return path;
+}
+
+bool has_band(const Figure::Series& series, std::size_t i) {
+  return std::isfinite(series.x[i]) && std::isfinite(series.lower[i]) && std::isfinite(series.upper[i]);
+}
+
+/// Down to where a logarithmic axis ends.
+double edge(const Frame& frame, double value) {
+  return std::min(frame.down(std::max(value, frame.y.logarithmic ? 0.1 * frame.y.lower : value)), 2.0 * plot_height);
+}
+
+std::string bars(const Figure::Series& series, const Frame& frame) {
+  std::string path;
+  for (std::size_t i = 0; i < series.x.size(); ++i)
+    if (has_band(series, i))
+      path += fmt::format("M{:.1f} {:.1f}V{:.1f}", frame.across(series.x[i]), edge(frame, series.lower[i]),
+                          edge(frame, series.upper[i]));
+  return path;
+}
+
+/// Along the upper edge and back along the lower, for each part between gaps.
+std::string band(const Figure::Series& series, const Frame& frame) {
+  std::string path;
+  const std::size_t count = series.x.size();
+  for (std::size_t begin = 0, end; begin < count; begin = end + 1) {
+    for (end = begin; end < count && has_band(series, end);) ++end;
+    for (std::size_t i = begin; i < end; ++i)
+      path += fmt::format("{}{:.1f} {:.1f}", i == begin ? 'M' : 'L', frame.across(series.x[i]),
+                          edge(frame, series.upper[i]));
+    for (std::size_t i = end; i > begin; --i)
+      path += fmt::format("L{:.1f} {:.1f}", frame.across(series.x[i - 1]), edge(frame, series.lower[i - 1]));
+    if (end > begin) path += 'Z';
+  }
+  return path;
+}
+
+/// How a pen marks points: round for every other series, else square.
+std::string pen_of_points(std::size_t index) {
+  return fmt::format("stroke-width=\"5\" stroke-linecap=\"{}\"", index % 2 == 0 ? "round" : "square");
+}
+
+std::string pen_of_line(const SeriesStyle& style) {
+  return "stroke-width=\"1.6\" stroke-linejoin=\"round\"" +
+         (style.dashes.empty() ? "" : " stroke-dasharray=\"" + style.dashes + "\"");
+}
+
+std::string drawn(const Figure::Series& series, std::size_t index, const Frame& frame) {
+  const auto style = style_of_series(index);
+  std::string text;
+  if (!series.lower.empty() && series.points)
+    text += fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"1.2\"/>\n", bars(series, frame), style.colour);
+  if (!series.lower.empty() && !series.points)
+    text += fmt::format("<path d=\"{}\" fill=\"{}\" fill-opacity=\".18\"/>\n", band(series, frame), style.colour);
+  return text + fmt::format("<path d=\"{}\" stroke=\"{}\" {}/>\n",
+                            series.points ? markers(series, frame) : line(series, frame), style.colour,
+                            series.points ? pen_of_points(index) : pen_of_line(style));
+}
+
+/// The legend under the plot, in as many rows as it needs; `height` is what it takes.
+std::string legend(const Figure& figure, const Frame& frame, double& height) {
+  constexpr double sample = 26, gap = 18;
+  std::string text;
+  double x = 0.0, y = plot_height + 60;
+  for (std::size_t i = 0; i < figure.series.size(); ++i) {
+    const auto& series = figure.series[i];
+    const double needed = sample + 6 + width_of(printable(series.name)) + gap;
+    if (x > 0.0 && x + needed - gap > frame.plot_width) x = 0.0, y += line_height;
+    const auto style = style_of_series(i);
+    text +=
+        fmt::format("<path d=\"M{:.1f} {:.1f}h{}\" stroke=\"{}\" {}/>\n", series.points ? x + 0.5 * sample : x, y - 4,
+                    series.points ? 0.0 : sample, style.colour, series.points ? pen_of_points(i) : pen_of_line(style));
+    text += text_at(x + sample + 6, y, "start", series.name, fmt::format(" fill=\"{}\"", ink).c_str());
+    x += needed;
+  }
+  height = figure.series.empty() ? plot_height + 46 : y + 10;
+  return text;
+}
+
+/// The plot in words, for readers who do not see it.
+std::string in_words(const Figure& figure) {
+  std::string text = fmt::format("Plot of {} over {}{}:", figure.y.name, figure.x.name,
+                                 figure.y.logarithmic   ? ", logarithmic axes"
+                                 : figure.x.logarithmic ? ", logarithmic x axis"
+                                                        : "");
+  for (const auto& series : figure.series) text += (&series == &figure.series.front() ? " " : ", ") + series.name;
+  return text;
+}
+
+}  // namespace
+
+std::string to_svg(const Figure& figure) {
+  const Frame frame = frame_of(figure);
+  double height = 0.0;
+  const std::string below = legend(figure, frame, height);
+  std::string lines;
+  for (std::size_t i = 0; i < figure.series.size(); ++i) lines += drawn(figure.series[i], i, frame);
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"{}\" "
+      "font-family=\"system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Liberation Sans', Arial, sans-serif\" "
+      "font-size=\"{}\" fill=\"none\">\n<title>{}</title>\n<g transform=\"translate({:.1f} {})\">\n{}"
+      "<svg width=\"{:.1f}\" height=\"{}\">\n{}</svg>\n{}</g>\n</svg>\n",
+      width, height + top, escaped(in_words(figure)), size_of_text, escaped(figure.name), frame.left, top,
+      axes(figure, frame), frame.plot_width, plot_height, lines, below);
+}
+
+}  // namespace tumble
