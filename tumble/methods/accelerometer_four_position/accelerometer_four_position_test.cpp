@@ -272,6 +272,15 @@ TEST(FourPositions, ASoakThatStatesTheMountIsNoPosition) {
   EXPECT_FALSE(has_finding(findings, "position_missing_other_twice"));
 }
 
+// In soaks shorter than the oven settles no sample is usable, nor needed.
+TEST(FourPositions, AShortSoakIsNoSegmentThatIsMissing) {
+  Plan plan = plan_of(figure_11, {-20.0, 20.0, 60.0});
+  for (auto& segment : plan.schedule)
+    if (segment.label == "soak") segment.duration = 1800.0;
+  plan.rig.set_number("oven_time", 600.0, Unit::parse("s"));
+  EXPECT_FALSE(has_finding(method().identify(simulated(plan), {}).findings, "segment_not_used"));
+}
+
 // Position 3 counted over windows of half the length: K_i follows from each N over its own H. Counting: 1/6 pulse^2
 // over 2000 x 58 pulses is 3.5 ppm in one position, noise less; 5 standard deviations of the half difference.
 TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {
@@ -385,6 +394,24 @@ TEST(FourPositions, ATemperatureThatMovesIsSeen) {
                                             .value = 293.15 + 0.45 * static_cast<double>(k)};
   plan.rig.set_number("oven_time", 1.0, Unit::parse("s"));
   EXPECT_TRUE(has_finding(method().identify(simulated(plan), {}).findings, "temperature_moves_in_set"));
+}
+
+// The unit is ten minutes behind the thermometer. After half an hour 3.9 K of 20 K remain by which an oven of 10 min
+// moved the thermometer: 100 ppm of the scale factor. After 75 min, as the trial soaks, nothing is said.
+TEST(FourPositions, AUnitThatFollowsTheThermometerLateIsSaid) {
+  const auto said = [](double soak, double coefficient) {
+    Plan plan = plan_of(figure_11, {-20.0, 0.0, 20.0, 40.0, 60.0});
+    for (auto& segment : plan.schedule)
+      if (segment.label == "soak") segment.duration = soak;
+    plan.rig.set_number("oven_time", 600.0, Unit::parse("s"));
+    set_truth(plan, "bias_temperature_coefficient", 0.0, "ug/K");
+    set_truth(plan, "scale_factor_temperature_coefficient", coefficient, "ppm/K");
+    const auto findings = method().identify(simulated(plan), {}).findings;
+    return has_finding(findings, "soak_is_short") || has_finding(findings, "unit_follows_thermometer_late");
+  };
+  EXPECT_TRUE(said(2400.0, -25.0));
+  EXPECT_FALSE(said(2400.0, 0.0));
+  EXPECT_FALSE(said(7200.0, -25.0));
 }
 
 TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {
