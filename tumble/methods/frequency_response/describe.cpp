@@ -125,11 +125,23 @@ void add_bandwidth(const Models& models, const Measured& m, Builder& builder) {
           {"bandwidth", bandwidth.value, "Hz"}}});
 }
 
+/// No model fits: because of one point, which the bandwidth then rests on as well, or of the instrument.
+void say_why_none_fits(const Measured& m, Findings& findings) {
+  if (m.frequency.size() <= 2) return;
+  const auto apart = point_apart(m);
+  if (!apart) return findings.push_back({Severity::info, "no_loop_fits", {}});
+  findings.push_back({Severity::error,
+                      "frequency_apart",
+                      {{"frequency", m.frequency[apart->point], "Hz"},
+                       {"gain", apart->gain - 1.0, "%"},
+                       {"phase", apart->phase, "deg"}}});
+}
+
 void add_loop(const Models& models, const Measured& m, Builder& builder) {
   const LoopFit* fit = models.chosen;
   if (fit == nullptr) {
     add_crossing(m, builder);
-    if (m.frequency.size() > 2) builder.estimate.findings.push_back({Severity::info, "no_loop_fits", {}});
+    say_why_none_fits(m, builder.estimate.findings);
     return;
   }
   const bool has_poles = fit->kind != LoopKind::delay;

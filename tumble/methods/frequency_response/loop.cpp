@@ -187,6 +187,31 @@ std::vector<LoopFit> fits_of(const Measured& m) {
   return fits;
 }
 
+namespace {
+
+Measured without(Measured m, std::size_t point) {
+  const auto at = static_cast<std::ptrdiff_t>(point);
+  for (auto* values : {&m.frequency, &m.log_gain, &m.phase, &m.log_gain_variance, &m.phase_variance})
+    values->erase(values->begin() + at);
+  return m;
+}
+
+}  // namespace
+
+std::optional<Apart> point_apart(const Measured& m) {
+  std::optional<Apart> apart;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < m.frequency.size(); ++k)
+    for (const LoopFit& fit : fits_of(without(m, k))) {
+      if (!fit.accepted || fit.degrees_of_freedom < 4.0 || !(fit.chi_square < least)) continue;
+      least = fit.chi_square;
+      Complex derivative[4];
+      const Complex value = log_response(fit.kind, fit.theta, m.frequency[k], derivative);
+      apart = Apart{k, std::exp(m.log_gain[k] - value.real()), m.phase[k] - value.imag()};
+    }
+  return apart;
+}
+
 Derived bandwidth_of(const LoopFit& fit) { return with_gradient(fit, plain_bandwidth); }
 Derived peaking_of(const LoopFit& fit) { return with_gradient(fit, plain_peaking); }
 Derived resonance_frequency_of(const LoopFit& fit) { return with_gradient(fit, plain_resonance); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,16 @@ LoopFit fit_loop(const Measured& measured, LoopKind kind);
 
 /// The fits of all kinds for which there are enough points.
 std::vector<LoopFit> fits_of(const Measured& measured);
+
+/// A point that departs from the response that all the others follow.
+struct Apart {
+  std::size_t point = 0;  ///< index of its frequency
+  double gain = 0.0;      ///< its gain over that of the response [1]
+  double phase = 0.0;     ///< its phase above that of the response [rad]
+};
+/// Where no model is accepted: the one point without which a model is, by at least two points more than its parameters.
+/// Absent: none, or more than the points can show.
+std::optional<Apart> point_apart(const Measured& measured);
 
 /// The -3 dB frequency of the fit, against its own gain at rest [Hz], with gradient over theta.
 struct Derived {
