@@ -1,11 +1,14 @@
-# Files that travel inside the program: texts and the style of the report. Each file of text and of
+# Files that travel inside the program: texts, the style of the report, and the plans. Each file of text and of
 # tumble/report/assets becomes `extern const std::string_view <name with _ for every other character>` through the
 # assembler's .incbin, which costs no compile time.
+# Plans stand in the list `plans` by their file names.
 function(tumble_embed result)
+  file(GLOB plans CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plans/*.toml)
   file(GLOB assets CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/text/*.toml
        ${PROJECT_SOURCE_DIR}/tumble/report/assets/*)
-  set(content "// Generated: files embedded in the program.\n#include <string_view>\n")
-  foreach(asset ${assets})
+  set(content "// Generated: files embedded in the program.\n#include <string_view>\n#include <utility>\n#include <vector>\n")
+  set(list "")
+  foreach(asset ${assets} ${plans})
     get_filename_component(name ${asset} NAME)
     string(MAKE_C_IDENTIFIER ${name} id)
     string(APPEND content "
@@ -18,9 +21,18 @@ extern const std::string_view ${id};
 const std::string_view ${id}{tumble_asset_${id}, static_cast<std::size_t>(tumble_asset_${id}_end - tumble_asset_${id})};
 }
 ")
+    if(asset IN_LIST plans)
+      get_filename_component(stem ${asset} NAME_WE)
+      string(APPEND list "{\"${stem}\", ${id}}, ")
+    endif()
   endforeach()
+  string(APPEND content "namespace tumble::assets {
+extern const std::vector<std::pair<std::string_view, std::string_view>> plans;
+const std::vector<std::pair<std::string_view, std::string_view>> plans{${list}};
+}
+")
   set(output ${PROJECT_BINARY_DIR}/generated/tumble/assets.cpp)
   file(CONFIGURE OUTPUT ${output} CONTENT "${content}" @ONLY)
-  set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets}")
+  set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets};${plans}")
   set(${result} ${output} PARENT_SCOPE)
 endfunction()

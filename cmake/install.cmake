@@ -34,6 +34,20 @@ install(FILES ${PROJECT_BINARY_DIR}/generated/tumble/version.hpp DESTINATION ${C
 
 if(TUMBLE_PROGRAM)
   install(TARGETS tumble_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(DIRECTORY plans DESTINATION ${CMAKE_INSTALL_DATADIR}/tumble)
+  # What the program says of itself to shells and to man.
+  set(words ${PROJECT_BINARY_DIR}/share)
+  file(MAKE_DIRECTORY ${words})
+  foreach(kind bash zsh fish man)
+    add_custom_command(OUTPUT ${words}/tumble.${kind} VERBATIM DEPENDS tumble_cli
+                       COMMAND sh -c "\"$1\" completion $2 > \"$3\"" sh $<TARGET_FILE:tumble_cli> ${kind} ${words}/tumble.${kind})
+    list(APPEND word_files ${words}/tumble.${kind})
+  endforeach()
+  add_custom_target(tumble_words ALL DEPENDS ${word_files})
+  install(FILES ${words}/tumble.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tumble)
+  install(FILES ${words}/tumble.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _tumble)
+  install(FILES ${words}/tumble.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+  install(FILES ${words}/tumble.man DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 RENAME tumble.1)
 endif()
 
 # One export set a kind, so that who wants one needs not what the other is linked with.

@@ -1,5 +1,7 @@
 #include "catalogue_json.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +10,8 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
+#include "tumble/tasks/ready_plans.hpp"
+#include "tumble/units/words.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -122,6 +126,22 @@ Json json(const Format& format) {
 
 Json json(const Check& check) { return {{"name", check.name}, {"summary", check.summary}}; }
 
+Json json(const ReadyPlan& plan) {
+  return {{"name", plan.name}, {"summary", plan.title}, {"method", plan.method.empty() ? Json() : Json(plan.method)}};
+}
+
+/// "1 deg = 0.0174532925 rad", and the words with a prefix that are known as well.
+Json json(const UnitWord& word) {
+  const Unit unit = Unit::parse(word.text);
+  const std::string si = name(unit.dimension()) == "1" ? "" : " " + name(unit.dimension());
+  Json prefixed = Json::array();
+  for (const char prefix : word.prefixes) prefixed.push_back(prefix + std::string(word.text));
+  return {{"name", word.text},
+          {"summary", unit.offset() == 0.0 ? fmt::format("1 {} = {:.9g}{}", word.text, unit.to_si(1.0), si)
+                                           : fmt::format("0 {} = {:.9g}{}", word.text, unit.to_si(0.0), si)},
+          {"with_prefixes", prefixed}};
+}
+
 template <class Entry>
 Json all(const std::vector<const Entry*>& catalogue) {
   Json list = Json::array();
@@ -129,10 +149,17 @@ Json all(const std::vector<const Entry*>& catalogue) {
   return list;
 }
 
+template <class Entry>
+Json each(const std::vector<Entry>& entries) {
+  Json list = Json::array();
+  for (const auto& entry : entries) list.push_back(json(entry));
+  return list;
+}
+
 }  // namespace
 
 const std::vector<std::string>& catalogue_kinds() {
-  static const std::vector<std::string> kinds{"methods", "models", "rigs", "formats", "checks"};
+  static const std::vector<std::string> kinds{"methods", "models", "rigs", "formats", "checks", "plans", "units"};
   return kinds;
 }
 
@@ -141,6 +168,8 @@ Json catalogue_json(const std::string& kind) {
   if (kind == "models") return all(model_catalogue());
   if (kind == "rigs") return all(rig_catalogue());
   if (kind == "formats") return all(format_catalogue());
+  if (kind == "plans") return each(ready_plans());
+  if (kind == "units") return each(unit_words());
   return all(check_catalogue());
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 
 #include "tumble/units/nearest.hpp"
@@ -85,6 +86,15 @@ void add(CLI::App& app, const Argument& argument) {
   if (!argument.words.empty()) option->check(CLI::IsMember(argument.words));
 }
 
+/// `tumble help identify` is `tumble identify --help`; a word that is no verb stands alone, to be refused.
+std::vector<std::string> words_of(int argc, char** argv, const std::vector<Verb>& verbs) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.empty() || words.front() != "help") return words;
+  words.erase(words.begin());
+  if (words.empty() || std::ranges::find(verbs, words.front(), &Verb::name) != verbs.end()) words.push_back("--help");
+  return words;
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Terminal& terminal) {
@@ -98,9 +108,11 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
     for (const auto& argument : verb.arguments) add(*app, argument);
     app->footer(verb.footer);
   }
-  program.footer("`tumble VERB --help` describes a verb, with examples.");
+  program.footer("`tumble help VERB` describes a verb, with examples.");
   try {
-    program.parse(argc, argv);
+    auto words = words_of(argc, argv, verbs);
+    std::ranges::reverse(words);  // as CLI11 wants them
+    program.parse(std::move(words));
   } catch (const CLI::ExtrasError&) {
     return refuse_extras(program, terminal);
   } catch (const CLI::ParseError& error) {

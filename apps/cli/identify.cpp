@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
@@ -19,6 +20,20 @@ struct Arguments {
   bool json = false, strict = false;
   std::uint64_t memory = 2'000'000'000;
 };
+
+bool is_method(const std::string& word) {
+  return std::ranges::any_of(method_catalogue(), [&](const Method* method) { return word == method->name; });
+}
+
+/// A recording first and then the method, or the plan.
+void refuse_another_order(const std::string& what, const std::vector<std::string>& recordings) {
+  if (what.ends_with(".toml") || is_method(what)) return;
+  for (const auto& word : recordings)
+    if (is_method(word) || word.ends_with(".toml"))
+      throw Error(Error::Kind::bad_input, fmt::format("the plan or the method comes first, then the recordings: tumble "
+                                                      "identify {} {}",
+                                                      word, what));
+}
 
 /// A plan is a file, a method a word.
 Plan plan_of(const std::string& what, const tumble::Sets& sets) {
@@ -36,6 +51,7 @@ std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan)
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
+  refuse_another_order(arguments.what, arguments.recordings);
   const auto plan = plan_of(arguments.what, parse_sets(arguments.sets));
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
   Estimate estimate;
@@ -52,7 +68,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   else if (arguments.output.empty() || !terminal.quiet)
     print(to_text(estimate));
   const auto not_kept = [&](const Verdict& verdict) {  // what cannot be judged is not kept either
-    return verdict.outcome == Verdict::Outcome::fail || !find_parameter(estimate, verdict.parameter);
+    return verdict.outcome == Verdict::Outcome::fail ||
+           (verdict.outcome == Verdict::Outcome::undecided && !find_parameter(estimate, verdict.parameter));
   };
   return arguments.strict && std::ranges::any_of(estimate.verdicts, not_kept) ? 1 : 0;
 }

@@ -68,6 +68,10 @@ std::string items(const Json& entry, const char* list, const char* heading, std:
 std::string page(const Json& entry) {
   std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
   if (entry.contains("source")) text += wrapped("source: ", entry["source"]);
+  if (entry.contains("method") && !entry["method"].is_null())
+    text += fmt::format("method: {}\n", entry["method"].get<std::string>());
+  if (entry.contains("with_prefixes") && !entry["with_prefixes"].empty())
+    text += fmt::format("also: {}\n", fmt::join(entry["with_prefixes"].get<std::vector<std::string>>(), ", "));
   if (entry.contains("extensions"))
     text += fmt::format("file names end in {}{}\n",
                         fmt::join(entry["extensions"].get<std::vector<std::string>>(), ", "), directions(entry));
@@ -87,6 +91,8 @@ const Json& find(const Json& entries, const std::string& kind, const std::string
   for (const auto& entry : entries) {
     known.push_back(entry["name"]);
     if (known.back() == name) return entry;
+    const auto prefixed = entry.value("with_prefixes", std::vector<std::string>());
+    if (std::ranges::find(prefixed, name) != prefixed.end()) return entry;
   }
   throw Error(Error::Kind::unsupported, fmt::format("there is no '{}' among the {}{} (known: {})", name, kind,
                                                     did_you_mean(name, known), fmt::join(known, ", ")));
@@ -122,13 +128,14 @@ int run(const Arguments& arguments) {
 Verb list_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"list",
-          "List methods, models, rigs, formats, checks",
-          {{"KIND", &arguments->kind, "methods, models, rigs, formats or checks (default: all)"},
+          "List methods, models, rigs, formats, checks, plans, units",
+          {{"KIND", &arguments->kind, "methods, models, rigs, formats, checks, plans or units (default: all)"},
            {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
            {"--json", &arguments->json, "print JSON, including the options"}},
           "Examples:\n"
           "  tumble list\n"
           "  tumble list methods allan_noise\n"
+          "  tumble list units\n"
           "  tumble list methods --json | jq '.[].options[].name'\n",
           [arguments](const Terminal&) { return run(*arguments); }};
 }

@@ -32,6 +32,7 @@ struct Verb {
 };
 
 Verb list_verb();
+Verb init_verb();
 Verb inspect_verb();
 Verb simulate_verb();
 Verb identify_verb();

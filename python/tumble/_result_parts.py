@@ -101,8 +101,8 @@ class Covariance:
         import numpy as np
 
         self.names = names
-        self.values: NDArray[np.float64] = np.array([[number(x) for x in row] for row in rows], dtype=np.float64)
-        self.values.shape = (len(names), len(names))
+        numbers = np.array([[number(x) for x in row] for row in rows], dtype=np.float64)
+        self.values: NDArray[np.float64] = numbers.reshape(len(names), len(names))
         self.values.flags.writeable = False
 
     def __getitem__(self, pair: tuple[str, str]) -> float:

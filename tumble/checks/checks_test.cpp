@@ -4,6 +4,7 @@
 #include <fstream>
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 #include <string>
 
@@ -238,6 +239,18 @@ TEST(Checks, SamplesThatNoInstrumentPutsOutAreAnError) {
   EXPECT_EQ(findings[0].severity, Finding::Severity::error);
   EXPECT_EQ(findings[0].occurrences.count, 1u);
   EXPECT_EQ(findings[1].code, "outlier");
+}
+
+TEST(Checks, SmoothNoiseBesideMissingSamplesHoldsNoOutliers) {
+  // What changes smoothly differs from its neighbours by many bends: before, each steep part beside a missing sample
+  // was an outlier.
+  auto values = white(20'000, 11);
+  for (int time = 0; time < 3; ++time)
+    for (std::size_t i = 0; i + 10 < values.size(); ++i)
+      values[i] = std::accumulate(values.begin() + i, values.begin() + i + 10, 0.0) / 10.0;
+  values.resize(values.size() - 30);
+  for (std::size_t i = 7; i < values.size(); i += 20) values[i] = std::nan("");
+  EXPECT_TRUE(findings_of("outliers", recording({channel("gyro", "deg/h", values)})).empty());
 }
 
 // What two channels show within two samples is one event, of which neither is accused.

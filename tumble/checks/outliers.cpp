@@ -80,8 +80,8 @@ std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const
     for (std::size_t i = begin; i < end; ++i) {
       const double from_last = x[i] - x[i - 1], from_next = x[i] - x[i + 1];
       const double distance = std::min(std::abs(from_last), std::abs(from_next));
-      if (!(distance > far * usual) || from_last * from_next < 0.0) continue;
-      const auto move = std::ranges::upper_bound(moves, i + 1);  // the first that comes later
+      if (!(distance > far * usual) || !(from_last * from_next > 0.0)) continue;  // nor beside a missing one
+      const auto move = std::ranges::upper_bound(moves, i + 1);                   // the first that comes later
       if (move != moves.begin() && i < *std::prev(move) + near) continue;
       const double before = usual_bend(x, i > near + 1 ? i - near - 1 : 1, i - 1, 1, room) + coarseness;
       const double after = usual_bend(x, i + 2, i + 2 + near, 1, room) + coarseness;

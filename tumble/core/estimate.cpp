@@ -1,8 +1,37 @@
 #include "tumble/core/estimate.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tumble {
+namespace {
+
+const FindingValue* find_value(const Finding& finding, std::string_view name) {
+  const auto value = std::ranges::find(finding.values, name, &FindingValue::name);
+  return value == finding.values.end() ? nullptr : &*value;
+}
+
+/// Whether one of the channels that stand in `where`, between commas, has a parameter of that name.
+bool is_of_one(std::string_view where, std::string_view term, std::string_view name) {
+  while (!where.empty()) {
+    const std::string_view channel = where.substr(0, where.find(", "));
+    if (name.size() == channel.size() + 1 + term.size() && name.starts_with(channel) && name.ends_with(term))
+      return true;
+    where.remove_prefix(std::min(where.size(), channel.size() + 2));
+  }
+  return false;
+}
+
+/// Whether the finding is about a parameter of that name.
+bool is_about(const Finding& finding, std::string_view name) {
+  for (const char* key : {"parameter", "term"})
+    if (const auto* value = find_value(finding, key))
+      if (const auto* text = std::get_if<std::string>(&value->value))
+        return *text == name || is_of_one(finding.where, *text, name);
+  return false;
+}
+
+}  // namespace
 
 double Contribution::variance(std::size_t parameter) const {
   double sum = 0.0;
@@ -18,6 +47,17 @@ const Parameter* find_parameter(const Estimate& estimate, std::string_view name)
   for (const Parameter& parameter : estimate.parameters)
     if (parameter.name == name) return &parameter;
   return nullptr;
+}
+
+std::optional<UpperLimit> find_upper_limit(const Estimate& estimate, std::string_view name) {
+  if (find_parameter(estimate, name) != nullptr) return {};
+  for (const Finding& finding : estimate.findings) {
+    if (!finding.code.ends_with("not_significant") || !is_about(finding, name)) continue;
+    const auto* limit = find_value(finding, "limit");
+    if (limit != nullptr && std::holds_alternative<double>(limit->value))
+      return UpperLimit{std::get<double>(limit->value), limit->unit};
+  }
+  return {};
 }
 
 const Table* find_table(const Estimate& estimate, std::string_view name) {

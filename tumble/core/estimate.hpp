@@ -123,6 +123,13 @@ struct Estimate {
 double standard_uncertainty(const Estimate& estimate, std::size_t index);
 /// Null when there is none of that name.
 const Parameter* find_parameter(const Estimate& estimate, std::string_view name);
+/// What a parameter is below (95 %) that the data do not show, as a finding says it.
+struct UpperLimit {
+  double value;  ///< [SI]
+  Unit unit;     ///< that people are shown
+};
+/// Absent where the parameter has a value or no finding speaks of it.
+std::optional<UpperLimit> find_upper_limit(const Estimate& estimate, std::string_view name);
 /// Null when there is none of that name.
 const Table* find_table(const Estimate& estimate, std::string_view name);
 

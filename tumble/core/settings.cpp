@@ -121,7 +121,12 @@ std::string unknown_key(const std::vector<Option>& options, const std::string& k
   for (const Option& option : options) known.push_back(option.name);
   const std::string advice = did_you_mean(key, known);
   if (!advice.empty()) return "unknown key '" + key + "'" + advice;
-  return "unknown key '" + key + "'; " + (known.empty() ? "none is accepted" : "known are " + joined(known));
+  if (known.empty()) return "unknown key '" + key + "'; none is accepted";
+  constexpr std::size_t most = 20;
+  const std::size_t count = known.size();
+  if (count > most) known.resize(most);
+  const std::string rest = count > most ? ", ... (" + std::to_string(count) + " in all: `tumble list`)" : "";
+  return "unknown key '" + key + "'; known are " + joined(known) + rest;
 }
 
 }  // namespace

@@ -250,12 +250,13 @@ bool belongs_to_rig(const std::string& name) {
 
 std::string gravity_key(double gravity) { return fmt::format("gravity {:.12g} m/s^2", gravity); }
 
+std::string latitude_key(double latitude) { return fmt::format("latitude {:.12g} rad", latitude); }
+
 std::string key_of(const ConductedTest& test, const PlanError& error) {
   const auto with_plan = [&](const PowerUp& power_up) { return power_up.plan_number == error.plan; };
   const Plan& plan = *std::ranges::find_if(test.power_ups, with_plan)->plan;
   if (error.error.name == error_names::gravity) return plan.site ? gravity_key(gravity(*plan.site)) : "";
-  if (error.error.name == error_names::latitude)
-    return plan.site ? fmt::format("latitude {:.12g} rad", plan.site->latitude) : "";
+  if (error.error.name == error_names::latitude) return plan.site ? latitude_key(plan.site->latitude) : "";
   return belongs_to_rig(error.error.name) ? plan.rig_equipment : "";
 }
 

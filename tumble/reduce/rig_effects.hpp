@@ -42,6 +42,8 @@ std::string name_of(const PlanError& error);
 
 /// The key of errors of gravity [m/s^2], as stated or as it follows from latitude and height.
 std::string gravity_key(double gravity);
+/// The key of errors of the latitude [rad].
+std::string latitude_key(double latitude);
 
 /// What another test must share for an error drawn once to be the same there: the equipment that its plan names, or
 /// gravity or the latitude as stated; empty: nothing. How the instrument was mounted is an error of this test alone.

@@ -23,11 +23,11 @@ std::string written(const Limit& limit) {
 }
 
 /// What is wrong with a bound, or empty.
-std::string misfit(const Quantity& bound, const Parameter& parameter) {
-  if (bound.unit.dimension() == parameter.unit.dimension()) return "";
-  if (bound.bare) return fmt::format("{} needs its unit: \"{} {}\"", bound.value, bound.value, parameter.unit.text());
-  return fmt::format("{} is in {} [{}], not in {} [{}]", parameter.name, parameter.unit.text(),
-                     name(parameter.unit.dimension()), bound.unit.text(), name(bound.unit.dimension()));
+std::string misfit(const Quantity& bound, const std::string& parameter, const Unit& unit) {
+  if (bound.unit.dimension() == unit.dimension()) return "";
+  if (bound.bare) return fmt::format("{} needs its unit: \"{} {}\"", bound.value, bound.value, unit.text());
+  return fmt::format("{} is in {} [{}], not in {} [{}]", parameter, unit.text(), name(unit.dimension()),
+                     bound.unit.text(), name(bound.unit.dimension()));
 }
 
 /// From the interval; NaN bounds of an unknown uncertainty decide nothing.
@@ -43,6 +43,16 @@ Verdict judge_one(const Limit& limit, const Estimate& estimate, const Parameter&
   return {parameter.name, outcome, written(limit)};
 }
 
+/// A parameter that the data do not show lies between zero and its upper limit.
+Verdict judge_hidden(const Limit& limit, const UpperLimit& upper) {
+  const auto bound = [&](const std::optional<Quantity>& one) { return one->unit.to_si(one->value); };
+  auto outcome = Verdict::Outcome::undecided;
+  if ((!limit.min || bound(limit.min) <= 0.0) && (!limit.max || upper.value <= bound(limit.max)))
+    outcome = Verdict::Outcome::pass;
+  if (limit.min && upper.value < bound(limit.min)) outcome = Verdict::Outcome::fail;
+  return {limit.parameter, outcome, written(limit)};
+}
+
 }  // namespace
 
 std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& estimate, Findings& findings) {
@@ -56,7 +66,8 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
       problems.push_back(fmt::format("{}{}[[limit]]: {}", limit.where, limit.where.empty() ? "" : ": ", message));
     };
     const auto* parameter = find_parameter(estimate, limit.parameter);
-    if (!parameter) {
+    const auto hidden = find_upper_limit(estimate, limit.parameter);
+    if (!parameter && !hidden) {
       const std::string near = nearest(limit.parameter, names);
       findings.push_back({Finding::Severity::error,
                           near.empty() ? "limit_without_parameter" : "limit_near_parameter",
@@ -71,10 +82,12 @@ std::vector<Verdict> judge(const std::vector<Limit>& limits, const Estimate& est
     const auto before = problems.size();
     for (const auto* bound : {&limit.min, &limit.max})
       if (*bound)
-        if (const auto problem = misfit(**bound, *parameter); !problem.empty()) complain(problem);
+        if (const auto problem = misfit(**bound, limit.parameter, parameter ? parameter->unit : hidden->unit);
+            !problem.empty())
+          complain(problem);
     if (problems.size() > before) continue;
-    verdicts.push_back(judge_one(limit, estimate, *parameter));
-    if (is_undermined(parameter->name, estimate.parameters, about_answer))
+    verdicts.push_back(parameter ? judge_one(limit, estimate, *parameter) : judge_hidden(limit, *hidden));
+    if (is_undermined(limit.parameter, estimate.parameters, about_answer))
       verdicts.back().outcome = Verdict::Outcome::undecided;
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

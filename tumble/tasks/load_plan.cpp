@@ -12,6 +12,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
 #include "tumble/tasks/plan_file/document.hpp"
+#include "tumble/tasks/plan_file/files_like.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/tasks/sets.hpp"
@@ -22,6 +23,7 @@
 namespace tumble {
 namespace {
 
+using plan_file::files_like;
 using plan_file::Problems;
 using plan_file::Section;
 
@@ -272,7 +274,12 @@ void read_recordings(Reading& reading, const toml::array& tables) {
                                                 did_you_mean(entry.segment, labels)));
     }
     section.close();
-    reading.plan.recordings.push_back(std::move(entry));
+    const auto files = files_like(entry.file);
+    if (files.empty()) section.problem_at("file", "no file is called like " + entry.file);
+    for (const auto& one : files) {
+      entry.file = one;
+      reading.plan.recordings.push_back(entry);
+    }
   }
 }
 

@@ -54,6 +54,18 @@ rate = "1 Hz"
 kind = "thermal_chamber"
 )";
 
+TEST_F(LoadPlan, ANameMayStandForManyFiles) {
+  for (const char* name : {"run-10.csv", "run-9.csv", "run-1.csv", "other.csv", "odd[1].csv"})
+    std::ofstream(folder_ / name) << "time[s],gyro[deg/h]\n";
+  const auto plan = load(chamber + "[[recording]]\nfile = \"run-*.csv\"\n[[recording]]\nfile = \"odd[1].csv\"\n");
+  std::vector<std::string> files;
+  for (const auto& entry : plan.recordings) files.push_back(std::filesystem::path(entry.file).filename());
+  EXPECT_EQ(files, (std::vector<std::string>{"run-1.csv", "run-9.csv", "run-10.csv", "odd[1].csv"}));
+  EXPECT_EQ(problems(chamber + "[[recording]]\nfile = \"soak-*.csv\"\n"),
+            std::vector<std::string>{"plan.toml:8: [[recording]]: file: no file is called like " +
+                                     (folder_ / "soak-*.csv").string()});
+}
+
 TEST_F(LoadPlan, ReadsEverySection) {
   const auto plan = load(R"(title = "FOG over temperature"
 [site]
@@ -368,6 +380,30 @@ TEST(Judge, RefusesLimitsInTheWrongUnit) {
     ASSERT_EQ(error.problems.size(), 2u);
     EXPECT_EQ(error.problems[1], "plan.toml:9: [[limit]]: 1 needs its unit: \"1 deg/h\"");
   }
+}
+
+// A parameter that the noise hides lies between zero and its upper limit: a good instrument is not left undecided.
+TEST(Judge, AnUpperLimitDecidesToo) {
+  Estimate estimate = estimate_of(0, 1);
+  estimate.findings.push_back({Finding::Severity::info,
+                               "noise_term_not_significant",
+                               {{"term", "rate_random_walk"},
+                                {"limit", si(2.0, "deg/h/sqrt(h)"), "deg/h/sqrt(h)"},
+                                {"length", 3600.0, "s"},
+                                {"remedy", "a longer record"}},
+                               "gyro.x, gyro.y"});
+  const auto outcome = [&](const char* name, const char* min, const char* max) {
+    const auto bound = [](const char* text) { return *text ? std::optional(parse_quantity(text)) : std::nullopt; };
+    return judge({{name, bound(min), bound(max), ""}}, estimate, estimate.findings)[0].outcome;
+  };
+  using Outcome = Verdict::Outcome;
+  EXPECT_EQ(outcome("gyro.y.rate_random_walk", "", "2.5 deg/h/sqrt(h)"), Outcome::pass);
+  EXPECT_EQ(outcome("gyro.x.rate_random_walk", "", "1.5 deg/h/sqrt(h)"), Outcome::undecided);
+  EXPECT_EQ(outcome("gyro.x.rate_random_walk", "3 deg/h/sqrt(h)", ""), Outcome::fail);
+  EXPECT_EQ(outcome("gyro.x.rate_random_walk", "1 deg/h/sqrt(h)", ""), Outcome::undecided);
+  EXPECT_EQ(estimate.findings.size(), 1u);  // nothing more to say of these
+  EXPECT_EQ(outcome("gyro.z.rate_random_walk", "", "9 deg/h/sqrt(h)"), Outcome::undecided);  // another channel
+  EXPECT_EQ(estimate.findings.size(), 2u);
 }
 
 TEST(Judge, LeavesOpenWhatTheResultDoesNotGive) {

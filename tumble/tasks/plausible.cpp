@@ -22,8 +22,9 @@ constexpr double sds_beyond_chance = 4.0;
 const double greatest_misalignment = si(3.0, "deg");
 
 /// Methods that report the sign themselves have more to say about its cause.
-constexpr std::array<std::string_view, 11> about_sign{"gravity_inverted",
+constexpr std::array<std::string_view, 12> about_sign{"gravity_inverted",
                                                       "gyro_axis_is_another",
+                                                      "gyro_counts_down",
                                                       "gyro_gain_far_from_stated",
                                                       "gyro_reversed",
                                                       "rates_inverted",

@@ -29,6 +29,17 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
+/// The shortest of the names that hold the word: a beginning or an end was typed. Empty: none, or the word is too
+/// short.
+std::string holding(std::string_view word, const std::vector<std::string>& known) {
+  std::string best;
+  if (word.size() < 3) return best;
+  for (const auto& candidate : known)
+    if (lower_case(candidate).find(word) != std::string::npos && (best.empty() || candidate.size() < best.size()))
+      best = candidate;
+  return best;
+}
+
 }  // namespace
 
 std::string nearest(std::string_view name, const std::vector<std::string>& known) {
@@ -42,7 +53,7 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
     best = candidate;
     best_distance = slips;
   }
-  return best;
+  return best.empty() ? holding(mistyped, known) : best;
 }
 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {

@@ -269,6 +269,8 @@ TEST(Nearest, SlipsOfTheFingers) {
   EXPECT_EQ(nearest("rtae", known), "rate");
   EXPECT_EQ(nearest("Gravity", known), "gravity");
   EXPECT_EQ(nearest("voltage", known), "");
+  EXPECT_EQ(nearest("bias", {"accelerometer_x_bias", "gyro_z_bias"}), "gyro_z_bias");
+  EXPECT_EQ(nearest("as", {"gyro_z_bias"}), "");
   EXPECT_EQ(nearest("", known), "");
   EXPECT_EQ(nearest("x", {"y"}), "");
 }

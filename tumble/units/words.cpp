@@ -125,6 +125,12 @@ std::optional<Meaning> meaning_of(std::string_view text) {
   return std::nullopt;
 }
 
+std::vector<UnitWord> unit_words() {
+  std::vector<UnitWord> all;
+  for (const Word& word : words) all.push_back({word.text, word.prefixes});
+  return all;
+}
+
 std::string advice_on(std::string_view text) {
   for (const auto& word : refused)
     if (word.text == text) return std::string(word.advice);

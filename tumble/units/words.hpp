@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tumble/units/factor.hpp"
 #include "tumble/units/unit.hpp"
@@ -19,6 +20,13 @@ struct Meaning {
 /// A whole word of the table comes first (`min` is minute, `kg` kilogram, `mol` nothing), then an SI prefix before a
 /// word that takes it (`mm`, `mrad`, `mg` = g/1000: the field's milli-gravity; grams are not known).
 std::optional<Meaning> meaning_of(std::string_view word);
+
+/// A word of the table and the SI prefixes that it takes, a letter each: "u" is micro.
+struct UnitWord {
+  std::string_view text, prefixes;
+};
+/// All of them: lengths, times, angles and so on, in the order of the table.
+std::vector<UnitWord> unit_words();
 
 /// What to write instead of a word that meaning_of() does not know: "; did you mean 'deg'?", or why it is refused.
 std::string advice_on(std::string_view word);

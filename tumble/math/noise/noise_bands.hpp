@@ -25,6 +25,8 @@ struct LostSamples {
 
   double variance(NoiseTerm term) const;      ///< [1] of a unit power law
   double markov_variance(double time) const;  ///< [1] of a process of unit variance; time: T_c [samples]
+  /// ... of white noise through a filter of this autocovariance
+  double filtered_variance(std::span<const double> autocovariance) const;
 };
 
 /// Contrasts of a rate record (weighted sums, weights adding up to zero) of nearly one frequency, and what is expected

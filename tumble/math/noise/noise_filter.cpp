@@ -4,7 +4,9 @@
 #include <cmath>
 #include <complex>
 
+#include "tumble/math/noise/block_cosines.hpp"
 #include "tumble/math/noise/noise_bands/expected.hpp"
+#include "tumble/math/noise/noise_bands/lost_samples.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -114,6 +116,15 @@ std::vector<double> filtered_autocovariance(const NoiseFilter& filter) {
   return lags;
 }
 
+double power_gain(const NoiseFilter& filter, double frequency) {
+  if (!filter.given()) return 1.0;
+  const auto lags = filtered_autocovariance(filter);
+  double sum = lags[0];
+  for (std::size_t h = 1; h < lags.size(); ++h)
+    sum += 2.0 * lags[h] * std::cos(two_pi * frequency * static_cast<double>(h));
+  return std::max(0.0, sum);
+}
+
 double mean_covariance(std::span<const double> autocovariance, double unit, int h) {
   if (autocovariance.empty()) return h == 0 ? 1.0 / unit : 0.0;
   const auto last = static_cast<double>(autocovariance.size()) - 1.0;
@@ -123,34 +134,59 @@ double mean_covariance(std::span<const double> autocovariance, double unit, int 
   return sum / (unit * unit);
 }
 
-double expected_filtered(const NoiseBand& band, std::span<const double> autocovariance) {
-  if (autocovariance.empty()) return band.expected[1];
-  const auto reach = static_cast<int>(static_cast<double>(autocovariance.size()) / band.unit) + 1;
+namespace {
+
+/// Of means over the unit of a band, shared by all bands of this unit.
+struct FilteredMeans {
+  double lost = 0.0;                ///< [1] what missing samples add to the variance
+  std::vector<double> covariances;  ///< [1] at lags 0, 1, ... units
+};
+
+FilteredMeans means_for(const NoiseBand& band, std::span<const double> autocovariance) {
+  FilteredMeans means;
+  if (band.lost != nullptr) means.lost = band.lost->filtered_variance(autocovariance);
+  const auto reach = static_cast<std::size_t>(static_cast<double>(autocovariance.size()) / band.unit) + 1;
+  for (std::size_t h = 0; h < std::max(reach + 3, static_cast<std::size_t>(widest_block)); ++h)
+    means.covariances.push_back(mean_covariance(autocovariance, band.unit, static_cast<int>(h)));
+  return means;
+}
+
+double expected_in(const NoiseBand& band, const FilteredMeans& means) {
+  const auto& covariances = means.covariances;
   if (band.radix > 0) {
-    const auto& products = cosine_products(band.radix, band.order);
-    double sum = 0.0;
-    for (int h = 0; h < std::min(band.radix, reach + 1); ++h)
-      sum +=
-          (h == 0 ? 1.0 : 2.0) * products[static_cast<std::size_t>(h)] * mean_covariance(autocovariance, band.unit, h);
+    const auto& products = band.products.empty() ? cosine_products(band.radix, band.order) : band.products;
+    double sum = (means.lost + covariances[0]) * products[0];
+    for (std::size_t h = 1; h < products.size(); ++h) sum += 2.0 * products[h] * covariances[h];
     return sum;
   }
   // Covariances of differences at lag h, g_h: g_0 + 2 sum_h g_h ((1 - h/(n+1)) cos(h w) + sin(h w) cot(w)/(n+1))
   const double w = two_pi * band.frequency * band.unit, sine = std::sin(w);
   const double cotangent = std::abs(sine) < 1e-12 ? 0.0 : std::cos(w) / sine;
-  double before = mean_covariance(autocovariance, band.unit, 1), here = mean_covariance(autocovariance, band.unit, 0);
-  double sum = 2.0 * (here - before);
-  std::swap(before, here);
+  double sum = 2.0 * (covariances[0] - covariances[1]);
   const Complex turn = std::polar(1.0, w);
   Complex turned = turn;  // exp(i h w)
-  for (int h = 1; h <= reach + 1; ++h) {
-    const double after = mean_covariance(autocovariance, band.unit, h + 1);
-    const double g = 2.0 * here - before - after;
-    sum += 2.0 * g * ((1.0 - h * band.shortness) * turned.real() + band.shortness * turned.imag() * cotangent);
-    before = here;
-    here = after;
+  for (std::size_t h = 1; h + 1 < covariances.size(); ++h) {
+    const double g = 2.0 * covariances[h] - covariances[h - 1] - covariances[h + 1];
+    sum +=
+        2.0 * g *
+        ((1.0 - static_cast<double>(h) * band.shortness) * turned.real() + band.shortness * turned.imag() * cotangent);
     turned *= turn;
   }
-  return sum;
+  return sum + means.lost * (2.0 - 2.0 * std::cos(w));
+}
+
+}  // namespace
+
+std::vector<double> expected_filtered(std::span<const NoiseBand> bands, const NoiseFilter& filter) {
+  const auto autocovariance = filtered_autocovariance(filter);
+  FilteredMeans means;
+  std::vector<double> expected;
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    if (i == 0 || bands[i].unit != bands[i - 1].unit || bands[i].lost != bands[i - 1].lost)
+      means = autocovariance.empty() ? FilteredMeans() : means_for(bands[i], autocovariance);
+    expected.push_back(autocovariance.empty() ? bands[i].expected[1] : expected_in(bands[i], means));
+  }
+  return expected;
 }
 
 }  // namespace tumble

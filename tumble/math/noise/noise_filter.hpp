@@ -45,11 +45,16 @@ double bandwidth_of_means(FilterShape shape, double length);
 /// lag from which on it is below 1e-7. Empty without a filter.
 std::vector<double> filtered_autocovariance(const NoiseFilter& filter);
 
+/// Density of the sampled noise over that at frequency zero, what folds included; 1 without a filter.
+/// Given: frequency [cycles a sample]. Returned: [1].
+double power_gain(const NoiseFilter& filter, double frequency);
+
 /// Covariance at a lag of h units of means over `unit` [samples] of a noise with this autocovariance; empty: white.
 /// Given: unit [samples], h [units]. Returned: covariance [1], of a density of one.
 double mean_covariance(std::span<const double> autocovariance, double unit, int h);
 
-/// Expected mean square [1] in a band of such noise of density one.
-double expected_filtered(const NoiseBand& band, std::span<const double> autocovariance);
+/// Expected mean squares [1] in bands of such noise of density one, with the pattern of missing samples that is there;
+/// without a filter those of white noise.
+std::vector<double> expected_filtered(std::span<const NoiseBand> bands, const NoiseFilter& filter);
 
 }  // namespace tumble

@@ -58,10 +58,10 @@ double expected(const NoiseBand& band, const UnitTerm& term) {
 
 RecordLength::RecordLength(const NoiseBands& bands, const NoiseFit& fit)
     : bands_(bands.bands), fit_(fit), longest_(1.0) {
-  const auto autocovariance = filtered_autocovariance(fit.filter);
-  for (auto& band : bands_) {
-    if (band.radix == 0) longest_ = std::max(longest_, 0.5 / band.frequency);
-    band.expected[1] = expected_filtered(band, autocovariance);
+  const auto white = expected_filtered(bands_, fit.filter);
+  for (std::size_t i = 0; i < bands_.size(); ++i) {
+    if (bands_[i].radix == 0) longest_ = std::max(longest_, 0.5 / bands_[i].frequency);
+    bands_[i].expected[1] = white[i];
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/average.hpp"
+#include "tumble/math/noise/noise_likelihood/filter_search.hpp"
 #include "tumble/math/noise/noise_likelihood/residuals.hpp"
 #include "tumble/math/noise/noise_likelihood/spread.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -115,6 +116,8 @@ void add_values(const BandData& data, const std::vector<double>& statistical_cou
   fit.value_error_variance = mean.error_variance;
   fit.averaged_sets = mean.sets;
   fit.shown.assign(fit.terms.size(), false);
+  for (std::size_t i = fit.terms.size() + fit.time_at_bound.size(); i < mean.value.size(); ++i)
+    fit.filter_freedom.push_back(std::min(1e6, logarithm_freedom(std::sqrt(mean.covariance(i, i)) / mean.value[i])));
   for (std::size_t t = 0; t < fit.terms.size(); ++t) {
     FittedTerm& term = fit.terms[t];
     const double variance = mean.covariance(t, t), sd = std::sqrt(variance);
@@ -156,9 +159,13 @@ NoiseRamp ramp_of(const BandData& data, const TriedTerms& chosen, const LinearNo
 /// Where the record shows no walk and no process beside the ramp, walk and ramp still compete for the same few sines:
 /// how much -2 ln L is lower with the ramp than with all power laws and none, and the sd for which the slope would be
 /// as far from zero.
-void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& options, NoiseRamp& ramp) {
+void weigh_against_walk(const BandData& data, const NoiseLikelihoodOptions& options, const NoiseFilter& filter,
+                        NoiseRamp& ramp) {
   const NoiseTerms all = power_laws_of(options);
-  const ScoringFit with = tried(data, all, true, data.start).fit, without = tried(data, all, false, data.start).fit;
+  const auto fitted = [&](bool beside) {
+    return filter.given() ? with_filter(data, beside, filter, all).fit : tried(data, all, beside, data.start).fit;
+  };
+  const ScoringFit with = fitted(true), without = fitted(false);
   const double fall = without.minus_twice_log_likelihood -
                       (with.minus_twice_log_likelihood + std::log(with.slope_variance));  // at its best, not integrated
   // A walk of few sines makes the fall greater by chance than a chi-square is: Student's distribution of 20 degrees of
@@ -189,6 +196,18 @@ void list_composites(const TermSelection& selection, NoiseFit& fit) {
   });
 }
 
+/// Whether the filter follows the record, or takes away most of what the terms miss without it: of vibration at some
+/// frequencies it only takes the shape.
+bool explains(const BandData& whole, const SearchRange& range, const TriedTerms& with, const TriedTerms& without) {
+  constexpr double most_left = 0.25;
+  if (model_error(whole, range.ramp, with) == 0.0) return true;
+  const auto excess = [&](const TriedTerms& one) {
+    const auto residuals = residuals_of(whole, one.fit);
+    return chi_square(residuals, 0.0) - residual_freedom(residuals, one, range.ramp);
+  };
+  return excess(with) < most_left * excess(without);
+}
+
 /// All power laws with the processes and the filter that the record asks for. before: from a fit before; may be null.
 TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseLikelihoodOptions& options,
                    const NoiseFilter* before) {
@@ -204,13 +223,30 @@ TriedTerms fullest(const BandData& whole, const SearchRange& range, const NoiseL
   if (!seen) return plain;
   // A process may have been taken for a filter.
   with_processes(filtered);
-  return filter_needed(plain, filtered) ? filtered : plain;
+  return filter_needed(plain, filtered) && explains(whole, range, filtered, plain) ? filtered : plain;
 }
 
 /// The set that was chosen, at parameters found to the last digit that matters.
 void refine_chosen(const BandData& data, const SearchRange& range, TermSelection& selection) {
   TriedTerms& chosen = selection.all[selection.chosen];
   chosen = best_parameters(data, chosen, range, 2e-3);
+}
+
+/// The sets of terms where each range of frequencies has this relative error, whose counts `data` receives.
+TermSelection chosen_beside(const std::vector<double>& count, double error, const SearchRange& range,
+                            const TriedTerms& full, const NoiseLikelihoodOptions& options, BandData& data) {
+  data.count = counts_with(count, error);
+  TriedTerms again = full;
+  if (error > 0.0) again = tried(data, full.terms, range.ramp, full.fit.s);
+  for (bool first = true;; first = false) {
+    TermSelection selection = select(data, range, again, options.significance, options.most_markov);
+    refine_chosen(data, range, selection);
+    if (error == 0.0) try_other_filters(data, range, selection);  // else no shape is right
+    const auto best = std::ranges::min_element(selection.other_aicc);
+    if (!first || best == selection.other_aicc.end() || *best > selection.aicc[selection.chosen]) return selection;
+    const auto& better = selection.other_filters[static_cast<std::size_t>(best - selection.other_aicc.begin())];
+    again = best_parameters(data, with_filter(data, range.ramp, better.terms.filter, full.terms), range, 2e-3);
+  }
 }
 
 NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const NoiseLikelihoodOptions& options,
@@ -220,14 +256,11 @@ NoiseFit fit_beside(const BandData& whole, bool ramp, std::size_t samples, const
   NoiseFit fit;
   fit.model_error = model_error(whole, ramp, full);
   BandData data = whole;
-  data.count = counts_with(whole.count, fit.model_error);
-  TermSelection selection = select(data, range, full, options.significance);
-  refine_chosen(data, range, selection);
+  TermSelection selection = chosen_beside(whole.count, fit.model_error, range, full, options, data);
   // What the significant terms cannot follow, though all terms could, is not passed over either.
   if (const double error = model_error(whole, ramp, selection.all[selection.chosen]); error > fit.model_error) {
     fit.model_error = error;
-    data.count = counts_with(whole.count, error);
-    refine_chosen(data, range, selection);
+    selection = chosen_beside(whole.count, error, range, full, options, data);
   }
   const TriedTerms& chosen = selection.all[selection.chosen];
   for (const NoiseTerm term : power_law_terms) fit.terms.push_back({{term}});
@@ -293,7 +326,7 @@ NoiseFit fit_noise(const NoiseBands& bands, const NoiseLikelihoodOptions& option
   if (!std::isfinite(fit_ramp(data, data.start).variance)) return fit_beside(data, false, bands.samples, options);
   NoiseFit with = fit_beside(data, true, bands.samples, options);
   const bool unseen = !with.terms[power_laws - 1].kept && with.terms.size() == power_law_terms.size();
-  if (unseen) weigh_against_walk(data, options, with.ramp);
+  if (unseen) weigh_against_walk(data, options, with.filter, with.ramp);
   if (with.ramp.chance <= ramp_chance) {
     with.ramp.kept = true;
     return with;

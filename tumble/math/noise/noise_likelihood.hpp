@@ -56,9 +56,10 @@ struct NoiseFit {
   std::vector<double> value_error_variance;  ///< the part of its diagonal that comes from model_error
   std::vector<bool> shown;                   ///< of each term: kept, and its 95 % interval stays above zero
   std::size_t averaged_sets = 1;
-  NoiseFilter filter;               ///< of the white noise
-  std::vector<bool> time_at_bound;  ///< of each process: T_c lies at an end of the range that was searched
-  double longest_time = 0.0;        ///< [samples] the upper end of that range
+  NoiseFilter filter;                  ///< of the white noise
+  std::vector<double> filter_freedom;  ///< degrees of freedom of bandwidth and damping
+  std::vector<bool> time_at_bound;     ///< of each process: T_c lies at an end of the range that was searched
+  double longest_time = 0.0;           ///< [samples] the upper end of that range
   NoiseRamp ramp;
   std::vector<NoiseComposite> composites;  ///< by AICc, the one chosen first
   std::vector<NoiseResidual> residuals;
@@ -79,10 +80,10 @@ struct NoiseFit {
 /// -2 ln L by more than 13.8 each beside all four) in which every term is significant, the one with the least AICc is
 /// chosen, each set with the correlation times and the filter that suit it best. White noise may have passed a filter,
 /// where that lowers -2 ln L by more than 30; its coefficient is then the density at frequency zero. Results are
-/// averaged over the sets within 10 of the chosen one by AICc. The covariance is that of the information of the data;
-/// correlation times and filters count as unknown. What the terms cannot follow beyond statistics enters as an
-/// independent relative error of the power in each range of frequencies, sized so that chi-square equals its degrees of
-/// freedom.
+/// averaged over the sets, and the shapes of the filter, within 10 of the chosen one by AICc. The covariance is that of
+/// the information of the data; correlation times and filters count as unknown. What the terms cannot follow beyond
+/// statistics enters as an independent relative error of the power in each range of frequencies, sized so that
+/// chi-square equals its degrees of freedom.
 ///
 /// Throws    Error::bad_data if the bands between `shortest` and `longest` cannot carry a term
 /// See       P. Whittle (1953) for the form; exact marginal expectations as in A. M. Sykulski and others, The debiased

@@ -293,6 +293,73 @@ TEST(NoiseLikelihood, GivesTheDensityOfFilteredNoiseAtFrequencyZero) {
     EXPECT_FALSE(fit_noise(NoiseBands(simulated({.angle_random_walk = 1.0}, 1.0, 40000, seed)), {}).filter.given());
 }
 
+/// Means over each sample of white noise of density one through two poles of damping 0.7: 16 semi-implicit steps.
+std::vector<double> two_poles(double bandwidth, std::size_t samples, std::uint64_t seed) {
+  constexpr int steps = 16;
+  const double w = 2.0 * pi * bandwidth, dt = 1.0 / steps;
+  const auto white = simulated({.angle_random_walk = 1.0}, steps, samples * steps, seed);
+  std::vector<double> values(samples, 0.0);
+  double x = 0.0, v = 0.0;
+  for (std::size_t i = 0; i < white.size(); ++i) {
+    v += dt * (w * w * (white[i] - x) - 1.4 * w * v);
+    x += dt * v;
+    values[i / steps] += x / steps;
+  }
+  return values;
+}
+
+TEST(NoiseLikelihood, SteepFiltersAreFoundAndKeepACovariance) {
+  // Two poles at 1/20 and 1/50 of the rate take all but 1e-5 and 1e-6 of the power at half the rate. Before, white
+  // noise was not found there at all, or its variance was negative.
+  for (const double bandwidth : {0.05, 0.02}) {
+    const NoiseFit fit = fit_noise(NoiseBands(two_poles(bandwidth, 40000, 61)), {});
+    ASSERT_TRUE(fit.filter.given()) << bandwidth;
+    EXPECT_FALSE(fit.ramp.kept);
+    for (std::size_t i = 0; i < fit.value.size(); ++i) EXPECT_GE(fit.value_covariance(i, i), 0.0) << bandwidth;
+    EXPECT_NEAR(fit.value[1], 1.0, 4.0 * std::sqrt(fit.value_covariance(1, 1))) << bandwidth;
+    EXPECT_NEAR(fit.filter.bandwidth, bandwidth, 0.1 * bandwidth);
+  }
+}
+
+TEST(NoiseLikelihood, MissingSamplesBesideAFilterAreExpected) {
+  // 5 % missing one by one made N 21 % smaller, with a quantization and a process that are not there.
+  auto values = two_poles(0.05, 40000, 62);
+  const RandomStream random(63);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (random.uniform(i) < 0.05) values[i] = std::nan("");
+  const NoiseFit fit = fit_noise(NoiseBands(values), {});
+  EXPECT_EQ(fit.terms.size(), 4u);
+  EXPECT_FALSE(fit.shown[0]);
+  EXPECT_NEAR(fit.value[1], 1.0, 4.0 * std::sqrt(fit.value_covariance(1, 1)));
+  EXPECT_LT(std::sqrt(fit.value_covariance(1, 1)), 0.05);
+}
+
+TEST(NoiseLikelihood, TheShapeOfAFilterIsNotKnown) {
+  // A pole at 0.3 of the rate is hardly distinguished from running means: of a wrong shape quantization makes up for
+  // the rest. 95 % intervals miss more than 3 of 20 with a probability of 1.6 %.
+  const double bandwidth = 0.3, time = 1.0 / (2.0 * pi * bandwidth);
+  const NoiseModel model{.markov_sd = 1.0 / std::sqrt(2.0 * time), .markov_time = time};
+  int quantization = 0, missed = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const NoiseFit fit = fit_noise(NoiseBands(simulated(model, 1.0, 40000, 6400 + seed)), {});
+    ASSERT_TRUE(fit.filter.given()) << seed;
+    quantization += fit.shown[0] ? 1 : 0;
+    missed += std::abs(fit.value[4] - bandwidth) > 1.96 * std::sqrt(fit.value_covariance(4, 4)) ? 1 : 0;
+  }
+  EXPECT_LE(quantization, 3);
+  EXPECT_LE(missed, 3);
+}
+
+TEST(NoiseLikelihood, AProcessTooWeakToBeKeptIsInTheIntervalsOfTheOthers) {
+  // Flicker takes the power of a process that the record hardly shows: before, B was 4.7 and 3.1 sd off here.
+  const NoiseModel model{.angle_random_walk = 1.0, .bias_instability = 0.08, .markov_sd = 0.12, .markov_time = 19.0};
+  for (const std::uint64_t seed : {6601, 6607}) {
+    const NoiseFit fit = fit_noise(NoiseBands(simulated(model, 1.0, 40000, seed)), {});
+    EXPECT_EQ(fit.terms.size(), power_law_terms.size());
+    EXPECT_LT(std::abs(fit.value[2] - 0.08), 3.0 * std::sqrt(fit.value_covariance(2, 2))) << seed;
+  }
+}
+
 TEST(NoiseLikelihood, LiesAtTheMaximum) {
   const auto values = simulated({.angle_random_walk = 1.0, .rate_random_walk = 0.3}, 1.0, 400, 3);
   NoiseLikelihoodOptions options;
@@ -372,6 +439,33 @@ TEST(NoiseLikelihood, FindsAGaussMarkovProcessAndOnlyOneThatIsThere) {
   EXPECT_NEAR(fit.terms[4].squared, 1.0, 4.0 * fit.terms[4].squared_sd);
   EXPECT_LT(sd, 20.0);
   EXPECT_EQ(fit_noise(NoiseBands(simulated({.angle_random_walk = 1.0}, 1.0, 40000, 5)), {}).terms.size(), 4u);
+}
+
+TEST(NoiseLikelihood, AProcessThatIsNotSeenBesideAllPowerLawsIsNotTakenForFlicker) {
+  // Too short to show a process beside flicker and walk, which imitate it: 15 of these 20 records showed a bias
+  // instability. An interval of 95 % that is right misses more than 3 of 20 with a probability of 1.6 %, more than 4
+  // with 0.3 %.
+  const double time = 35.0;
+  int false_flicker = 0, held = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const NoiseModel model{.angle_random_walk = 1.0, .markov_sd = 0.3, .markov_time = time};
+    const NoiseFit fit = fit_noise(NoiseBands(simulated(model, 1.0, 5000, 4100 + seed)), {});
+    false_flicker += fit.shown[2] ? 1 : 0;
+    const double sd = std::sqrt(fit.value_covariance(1, 1));
+    held += std::abs(fit.value[1] - 1.0) < 1.96 * sd ? 1 : 0;
+  }
+  EXPECT_LE(false_flicker, 3);
+  EXPECT_GE(held, 16);
+}
+
+TEST(NoiseLikelihood, AllSetsAreComparedUnderOneErrorOfTheModel) {
+  // A sine that no term follows makes the error of the ranges large; a term more can only be likelier, to the rounding
+  // of the search.
+  auto values = simulated({.angle_random_walk = 1.0}, 1.0, 50000, 4200);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] += 0.3 * std::sin(0.7 * static_cast<double>(i));
+  const NoiseFit fit = fit_noise(NoiseBands(values), {});
+  ASSERT_GT(fit.model_error, 0.0);
+  for (std::size_t t = 0; t < 4; ++t) EXPECT_GT(fit.terms[t].improvement, -0.01) << t;
 }
 
 TEST(NoiseLikelihood, DistinguishesTwoProcesses) {

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/accelerometer_four_position/components.hpp"
 #include "tumble/methods/accelerometer_four_position/estimator.hpp"
+#include "tumble/methods/accelerometer_four_position/reduce.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/reduce/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
@@ -268,6 +272,15 @@ TEST(FourPositions, ASoakThatStatesTheMountIsNoPosition) {
   EXPECT_FALSE(has_finding(findings, "position_missing_other_twice"));
 }
 
+// In soaks shorter than the oven settles no sample is usable, nor needed.
+TEST(FourPositions, AShortSoakIsNoSegmentThatIsMissing) {
+  Plan plan = plan_of(figure_11, {-20.0, 20.0, 60.0});
+  for (auto& segment : plan.schedule)
+    if (segment.label == "soak") segment.duration = 1800.0;
+  plan.rig.set_number("oven_time", 600.0, Unit::parse("s"));
+  EXPECT_FALSE(has_finding(method().identify(simulated(plan), {}).findings, "segment_not_used"));
+}
+
 // Position 3 counted over windows of half the length: K_i follows from each N over its own H. Counting: 1/6 pulse^2
 // over 2000 x 58 pulses is 3.5 ppm in one position, noise less; 5 standard deviations of the half difference.
 TEST(FourPositions, EachCountIsDividedByItsOwnWindow) {
@@ -319,6 +332,61 @@ TEST(FourPositions, TooFewTemperaturesAreSaidInWords) {
   EXPECT_TRUE(has_finding(estimate.findings, "repeatability_not_known"));
 }
 
+struct Held {
+  int of = 0, clear = 0;  ///< intervals that hold the truth; tests in which the lack-of-fit test is clear
+};
+
+/// Bias at the five temperatures of noisy tests with `third` (u^3 - 3.4 u) [m/s^2] added to it, u from -2 to 2.
+Held held(const Bench& exact, double third, double sd, std::uint64_t tests) {
+  const Reduced sound = reduce(exact, 2, false, 0.0, nullptr);
+  const auto cubic = [&](double t) {
+    const double u = (t - 293.15) / 20.0;
+    return third * (u * u * u - 3.4 * u);
+  };
+  Held out;
+  for (std::uint64_t seed = 1; seed <= tests; ++seed) {
+    Bench bench = exact;
+    const RandomStream random(seed);
+    for (std::size_t k = 0; k < bench.positions.size(); ++k)
+      bench.positions[k].output += sd * random.normal(k) + cubic(bench.positions[k].temperature);
+    const Reduced reduced = reduce(bench, 2, false, 0.0, nullptr);
+    out.clear += reduced.misfit_ratio[bias] > 0.0 ? 1 : 0;
+    const auto& polynomial = reduced.polynomial[bias];
+    for (const double t : exact.group_temperature) {
+      std::vector<double> weights(reduced.parameters.size());
+      std::ranges::copy(powers(t, polynomial.count), weights.begin() + static_cast<std::ptrdiff_t>(polynomial.first));
+      const double truth = at_temperature(sound.parameters, polynomial, t) + cubic(t);
+      const double off = at_temperature(reduced.parameters, polynomial, t) - truth;
+      const double freedom = reduced.degrees_of_freedom[polynomial.first];
+      const double half = student_quantile(0.975, freedom) * std::sqrt(quadratic_form(weights, reduced.covariance));
+      out.of += std::abs(off) < half ? 1 : 0;
+    }
+  }
+  return out;
+}
+
+// A bias of third order in T that departs from a parabola by two standard deviations of the mean at one temperature at
+// most: a lack of fit that is not clear. Of 300 intervals of 95 % (60 tests, five temperatures each) 285 hold the
+// truth, with a standard deviation of 5 sqrt(60 0.0475) = 8.4 if the five of a test were one. Taken in only where the
+// lack of fit is clear, the departure left 205.
+TEST(FourPositions, ACourseThatIsNotClearlyOfThirdOrderIsInTheIntervals) {
+  Plan plan = plan_of(figure_11, {-20.0, 0.0, 20.0, 40.0, 60.0});
+  without_errors(plan);
+  const auto once = plan.schedule;
+  for (int run = 2; run <= 4; ++run)
+    for (Segment segment : once) {
+      segment.run = run;
+      plan.schedule.push_back(segment);
+    }
+  const Bench exact = bench_of(simulated(plan), "accelerometer");
+  const double sd = si(10.0, "ug"), of_mean = sd / std::sqrt(2.0 * 4.0);
+  const Held sound = held(exact, 0.0, sd, 60), third = held(exact, 2.0 * of_mean / 2.4, sd, 60);
+  EXPECT_EQ(sound.clear, 0);
+  EXPECT_GT(sound.of, 285 - 4 * 8.4);
+  EXPECT_LT(third.clear, 10);
+  EXPECT_GT(third.of, 285 - 4 * 8.4);
+}
+
 TEST(FourPositions, ATemperatureThatMovesIsSeen) {
   Plan plan = plan_of(figure_11, {20.0});
   for (std::size_t k = 0; k < 4; ++k)
@@ -326,6 +394,24 @@ TEST(FourPositions, ATemperatureThatMovesIsSeen) {
                                             .value = 293.15 + 0.45 * static_cast<double>(k)};
   plan.rig.set_number("oven_time", 1.0, Unit::parse("s"));
   EXPECT_TRUE(has_finding(method().identify(simulated(plan), {}).findings, "temperature_moves_in_set"));
+}
+
+// The unit is ten minutes behind the thermometer. After half an hour 3.9 K of 20 K remain by which an oven of 10 min
+// moved the thermometer: 100 ppm of the scale factor. After 75 min, as the trial soaks, nothing is said.
+TEST(FourPositions, AUnitThatFollowsTheThermometerLateIsSaid) {
+  const auto said = [](double soak, double coefficient) {
+    Plan plan = plan_of(figure_11, {-20.0, 0.0, 20.0, 40.0, 60.0});
+    for (auto& segment : plan.schedule)
+      if (segment.label == "soak") segment.duration = soak;
+    plan.rig.set_number("oven_time", 600.0, Unit::parse("s"));
+    set_truth(plan, "bias_temperature_coefficient", 0.0, "ug/K");
+    set_truth(plan, "scale_factor_temperature_coefficient", coefficient, "ppm/K");
+    const auto findings = method().identify(simulated(plan), {}).findings;
+    return has_finding(findings, "soak_is_short") || has_finding(findings, "unit_follows_thermometer_late");
+  };
+  EXPECT_TRUE(said(2400.0, -25.0));
+  EXPECT_FALSE(said(2400.0, 0.0));
+  EXPECT_FALSE(said(7200.0, -25.0));
 }
 
 TEST(FourPositions, CompensatedOutputIsTheSpecificForce) {

@@ -10,12 +10,15 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/methods/accelerometer_four_position/lag.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
 
 using enum Finding::Severity;
+
+constexpr double usual_lag = 600.0;  ///< [s] of a unit in its housing behind a thermometer outside
 
 std::string name_of(const Position& position) { return fmt::format("'{}' (run {})", position.label, position.run); }
 
@@ -72,23 +75,34 @@ double sd_of_step(const Bench& bench, const Position& position) {
   return std::sqrt(2.0 * (bench.white / half + pulses::rounding_variance(bench.pulse, half)));
 }
 
-/// Positions whose output still changes: each by itself, and all together by little.
-void look_at_drifts(const Bench& bench, Findings& findings) {
+/// Positions whose output still changes: each by itself, as a unit would that follows the thermometer late, and all
+/// together by little.
+void look_at_drifts(const Bench& bench, const Reduced& reduced, Findings& findings) {
   Faulty drifting;
+  std::vector<ChangeWithin> changes;
   double squares = 0.0;
   for (const auto& position : bench.positions) {
     const auto& values = bench.evidence.test.stretches[position.stretch].values;
     const double step = step_within(values), sd = sd_of_step(bench, position);
     if (!(sd > 0.0) || values.size() < 8) return;
+    changes.push_back({step, sd});
     squares += step * step / (sd * sd * static_cast<double>(bench.positions.size()));
     if (std::abs(step) > 8.0 * sd && std::abs(step) <= 0.01 * position.gravity) drifting.add(name_of(position), step);
   }
   add(drifting, warning, "segment_still_changes", "segments", "change", "g", findings);
+  if (const auto late = late_unit(bench, reduced, changes, usual_lag))
+    findings.push_back({warning,
+                        late->shown ? "unit_follows_thermometer_late" : "soak_is_short",
+                        {{"lag", usual_lag, "s"},
+                         {"behind", late->behind, "K"},
+                         {"worst", late->where},
+                         {"parameter", late->quantity == bias ? "bias" : "scale_factor_error"},
+                         {"shift", late->shift, late->quantity == bias ? "ug" : "ppm"}}});
   if (drifting.names.empty() && bench.positions.size() >= 8 && squares > 4.0)
     findings.push_back({warning, "positions_still_change", {{"times", std::sqrt(squares)}}});
 }
 
-void look_at_positions(const Bench& bench, const Settings& settings, Findings& findings) {
+void look_at_positions(const Bench& bench, const Reduced& reduced, const Settings& settings, Findings& findings) {
   Faulty steps, limits, drifts;
   for (const auto& position : bench.positions) {
     const double step = step_within(bench.evidence.test.stretches[position.stretch].values);
@@ -100,7 +114,7 @@ void look_at_positions(const Bench& bench, const Settings& settings, Findings& f
   add(steps, error, "step_in_segment", "segments", "change", "g", findings);
   add(limits, error, "one_value_in_segment", "segments", "output", "g", findings);
   add(drifts, warning, "temperature_moves_in_segment", "segments", "change", "K", findings);
-  look_at_drifts(bench, findings);
+  look_at_drifts(bench, reduced, findings);
 }
 
 void look_at_cells(const Bench& bench, const Reduced& reduced, const Settings& settings, Findings& findings) {
@@ -231,7 +245,7 @@ void add_hidden_terms(const Bench& bench, const Reduced& reduced, Findings& find
 void add_findings(const Bench& bench, const Reduced& reduced, const Settings& settings, bool measured,
                   Findings& findings) {
   if (measured) {
-    look_at_positions(bench, settings, findings);
+    look_at_positions(bench, reduced, settings, findings);
     look_at_cells(bench, reduced, settings, findings);
     look_at_sizes(bench, reduced, findings);
     look_for_odd_sets(bench, reduced, findings);

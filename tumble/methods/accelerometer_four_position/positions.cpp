@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
+#include "tumble/methods/accelerometer_four_position/halves.hpp"
 #include "tumble/reduce/accelerometer/samples.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/units/error.hpp"
@@ -42,18 +43,10 @@ void set_commanded_temperature(const PowerUp& power_up, const Stretch& stretch, 
 
 /// Measured temperature over a stretch, likewise. Returned: false where the channel has no samples there.
 bool set_measured_temperature(const Channel& channel, const Stretch& stretch, Position& position) {
-  const double begin = stretch.power_on + stretch.first, end = begin + stretch.duration();
-  const double middle = 0.5 * (begin + end);
-  double sum[2] = {0.0, 0.0}, count[2] = {0.0, 0.0};
-  for (std::size_t i = index_at(channel, begin - 1e-6); i < channel.values.size() && channel.time(i) < end; ++i) {
-    if (!std::isfinite(channel.values[i])) continue;
-    const int half = channel.time(i) < middle ? 0 : 1;
-    sum[half] += channel.values[i];
-    count[half] += 1.0;
-  }
-  if (!(count[0] + count[1] > 0.0)) return false;
-  position.temperature = (sum[0] + sum[1]) / (count[0] + count[1]);
-  position.temperature_drift = count[0] > 0.0 && count[1] > 0.0 ? sum[1] / count[1] - sum[0] / count[0] : 0.0;
+  const Halves read = halves_of(channel, channel.values, stretch);
+  if (!std::isfinite(read.mean)) return false;
+  position.temperature = read.mean;
+  position.temperature_drift = read.change;
   return true;
 }
 
@@ -347,18 +340,21 @@ void set_white(Bench& bench) {
   if (bench.white_freedom > 0.0) bench.white = std::max(0.0, (squares - rounding) / bench.white_freedom);
 }
 
-}  // namespace
-
-std::string in_words(double temperature) {
-  return fmt::format("{:.1f} degC", std::round(10.0 * (temperature - 273.15)) / 10.0 + 0.0);
+/// Whether a finding speaks of a segment in which the instrument soaks: no sample of it is needed.
+bool about_soak(const Bench& bench, const Finding& finding) {
+  if (finding.code != "segment_not_used") return false;
+  const auto* label = std::get_if<std::string>(&finding.values.front().value);
+  const auto soaks = [&](const Segment& segment) { return is_soak(segment) && label && segment.label == *label; };
+  return std::ranges::any_of(bench.evidence.test.power_ups, [&](const PowerUp& power_up) {
+    return std::ranges::any_of(power_up.rig.segments, soaks);
+  });
 }
-
-namespace {
 
 /// The positions and cells of a bench whose output, scale factor and `evidence` are set.
 void complete(const Settings& settings, const Evidence* measured, Bench& bench) {
   bench.rows = linear::rows_of(bench.evidence, bench.problem);
-  for (const auto& finding : bench.evidence.test.findings) bench.findings.push_back(finding);
+  for (const auto& finding : bench.evidence.test.findings)
+    if (!about_soak(bench, finding)) bench.findings.push_back(finding);
   add_positions(measured, settings.number("averaging"), bench);
   drop_soaks(settings.number("same_temperature"), bench);
   if (measured) refuse_overflow(bench);
@@ -374,6 +370,10 @@ void set_scale(double reference, const accelerometer::Output& output, Bench& ben
 
 }  // namespace
 
+std::string in_words(double temperature) {
+  return fmt::format("{:.1f} degC", std::round(10.0 * (temperature - 273.15)) / 10.0 + 0.0);
+}
+
 Bench bench_of(const Evidence& evidence, const std::string& role) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const Settings& settings = evidence.plan.settings;
@@ -383,6 +383,7 @@ Bench bench_of(const Evidence& evidence, const std::string& role) {
   bench.problem = problem_of(settings, role);
   bench.problem.scale = 1.0 / bench.reference_scale_factor;
   bench.problem.pulse = bench.pulse;
+  bench.measured = &evidence;
   bench.rates = std::make_shared<const Evidence>(per_second(evidence, role, bench.findings));
   bench.evidence = linear::evidence_of(*bench.rates, bench.problem);
   complete(settings, &evidence, bench);

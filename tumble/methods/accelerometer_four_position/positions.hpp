@@ -52,6 +52,7 @@ struct Cell {
 
 /// The test, as read.
 struct Bench {
+  const Evidence* measured = nullptr;     ///< as given, outlives the bench; null where predicted
   std::shared_ptr<const Evidence> rates;  ///< recordings of `evidence`: counts per second; null where predicted
   linear::Evidences evidence;
   linear::Rows rows;        ///< one row a stretch

@@ -107,8 +107,11 @@ void add_misfits(const Bench& bench, const Stacked& all, const Design& design, s
                  std::vector<Repeatability>& repeatability, Reduced& out) {
   for (auto& misfit : misfits(bench, all, design, sum_of(sources))) {
     const Unknown& unknown = misfit.found.unknown.front();
-    out.misfit[all.active[misfit.block]] = std::sqrt(unknown.variance);
-    out.misfit_ratio[all.active[misfit.block]] = misfit.ratio;
+    if (!(unknown.variance > 0.0)) continue;
+    if (misfit.clear) {
+      out.misfit[all.active[misfit.block]] = std::sqrt(unknown.variance);
+      out.misfit_ratio[all.active[misfit.block]] = misfit.ratio;
+    }
     add(sources, unknown.name, unknown.variance * unknown.kernel);
     repeatability.push_back(std::move(misfit.found));
   }

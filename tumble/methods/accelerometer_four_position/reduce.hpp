@@ -24,8 +24,7 @@ struct Reduced {
   std::vector<double> degrees_of_freedom;
   std::vector<SourceCovariance> sources;
   std::array<double, quantities> repeatability{};  ///< sd of a cell beyond the known sources [SI]
-  /// By how much the temperatures differ from the polynomial (rms beyond the repeats) [SI], and F; 0: not by more than
-  /// chance explains.
+  /// By how much the temperatures differ from the polynomial (rms beyond the repeats) [SI], and F; 0: not clearly.
   std::array<double, quantities> misfit{}, misfit_ratio{};
   bool repeated = false;             ///< some temperature was measured more than once
   bool repeatability_known = false;  ///< there are enough degrees of freedom to estimate it

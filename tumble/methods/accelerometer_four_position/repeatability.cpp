@@ -77,10 +77,10 @@ std::vector<Misfit> misfits(const Bench& bench, const Stacked& all, const Design
     const std::vector<double> values{z, z + static_cast<std::ptrdiff_t>(n)};
     const Matrix x = block(design.x, first, n, p.first, p.count), v = block(covariance, first, n, first, n);
     const auto fit = lack_of_fit(x, means, values, v, static_cast<double>(n - temperatures));
-    if (!(fit.freedom > 0.0) || fit.probability > rare) continue;
+    if (!(fit.freedom > 0.0)) continue;
     const Matrix kernel = means * transposed(means);
     const Components components = components_of(x, values, v, {kernel});
-    Misfit misfit{q, fit.ratio, {}};
+    Misfit misfit{q, fit.probability <= rare, fit.ratio, {}};
     Matrix whole(all.z.size(), all.z.size());
     set_block(whole, first, first, kernel);
     misfit.found.unknown.push_back({"lack of fit of the polynomial", std::move(whole), components.variance[0]});

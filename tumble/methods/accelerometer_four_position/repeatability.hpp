@@ -34,11 +34,12 @@ std::vector<Repeatability> repeatabilities(const Bench& bench, const Stacked& al
 /// Columns of the mean at each temperature: [cells x temperatures].
 Matrix means_by_temperature(const Bench& bench);
 
-/// What the temperatures differ by from the polynomial, one shift for all cells at a temperature, where the F test of
-/// lack of fit against the repeats gives a chance of less than 1e-4: one entry for each quantity with its `size`, the
-/// variance of the shift, and F. Given: covariance of Stacked::z [n x n] by all sources.
+/// What the temperatures differ by from the polynomial, one shift for all cells at a temperature, with the variance of
+/// the shift by restricted likelihood. It is in the uncertainty however small it is: a course that is not clearly
+/// something else than the polynomial is not clearly the polynomial either.
 struct Misfit {
   std::size_t block = 0;  ///< index in Stacked::active
+  bool clear = false;     ///< the F test of lack of fit against the repeats gives chance less than 1e-4
   double ratio = 0.0;     ///< F [1]
   Repeatability found;
 };

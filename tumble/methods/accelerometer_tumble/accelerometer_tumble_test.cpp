@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/positions.hpp"
 #include "tumble/reduce/accelerometer/scale_factor.hpp"
@@ -352,6 +353,84 @@ TEST(AccelerometerTumble, AUnitThatClipsAtItsGreatestAloneIsRefused) {
   EXPECT_NE(said.find("'90.000000 roll 0.000000', '270.000000 roll 0.000000', where the specific force is greatest"),
             std::string::npos)
       << said;
+}
+
+/// Four positions with noise of 100 uV, whose output ends at this share of 1 g.
+Evidence four_clipped_at(double share, double step) {
+  Evidence evidence = evidence_of(turn(4), unit);
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] += 1e-4 * RandomStream(4711).normal(i);
+    if (step > 0.0) values[i] = step * std::round(values[i] / step);
+    values[i] = std::clamp(values[i], -share * unit.k_1, share * unit.k_1);
+  }
+  return evidence;
+}
+
+// With four positions nothing else shows that the scale factor is 1 % low: a position that does not scatter does, and
+// where no position scatters (steps of 1 mV, ten times the noise) ends that an offset of 3 mg does not move.
+TEST(AccelerometerTumble, FourPositionsThatClipJustBelowOneGAreNamed) {
+  const auto found = [](double share, double step, const char* code) {
+    const auto findings = method().identify(four_clipped_at(share, step), {}).findings;
+    const Finding* finding = finding_of(findings, code);
+    return finding != nullptr && finding->severity == Finding::Severity::error;
+  };
+  EXPECT_TRUE(found(0.99, 0.0, "one_value_in_segment"));
+  EXPECT_TRUE(found(0.99, 1e-3, "ends_equal_and_opposite"));
+  for (const double step : {0.0, 1e-3})
+    for (const char* code : {"one_value_in_segment", "ends_equal_and_opposite"}) EXPECT_FALSE(found(1.2, step, code));
+}
+
+// One level position cannot distinguish an offset from a misalignment: 3 mrad of it beside a bias of nothing is no
+// clipping.
+TEST(AccelerometerTumble, AMisalignmentInOneLevelPositionIsNoClipping) {
+  const std::vector<Position> positions{{0.0}, {90.0}, {270.0}};
+  EXPECT_FALSE(
+      has_finding(answer(positions, {.k_1 = 0.8, .delta_o = 3e-3}).estimate.findings, "ends_equal_and_opposite"));
+}
+
+/// Noise of this size [V], and a drift [V/h].
+void disturb(double noise, double drift, std::uint64_t seed, Evidence& evidence) {
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] += noise * RandomStream(seed).normal(i) + drift * static_cast<double>(i) / 3600.0;
+}
+
+// Four positions leave no residual: the drift shows within them alone. 8 mV/h are 89 uV over a position of 40 s, noise
+// of 10 uV knows the rise to 10 uV sqrt(12/40) = 5.5 uV in each. Of 200 sound tests none is accused.
+TEST(AccelerometerTumble, ADriftWithinFewPositionsIsSaid) {
+  const auto said = [](double drift, std::uint64_t seed) {
+    Evidence evidence = evidence_of(turn(4), unit);
+    disturb(1e-5, drift, seed, evidence);
+    return has_finding(method().identify(evidence, {}).findings, "output_drifts_within_segments");
+  };
+  for (std::uint64_t seed = 0; seed < 5; ++seed) EXPECT_TRUE(said(8e-3, seed)) << seed;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) EXPECT_FALSE(said(0.0, seed)) << seed;
+}
+
+// Steps of 1 mV and a tenth of that as noise: the means are off by up to half a step, however long they are. The
+// intervals of 100 tests, each with a bias of its own, hold: 4 sigma of 100 are 0.087.
+TEST(AccelerometerTumble, RoundingOfACoarseOutputIsInTheIntervals) {
+  const char* names[] = {"bias", "second_order_coefficient", "third_order_coefficient", "misalignment_o"};
+  double held = 0.0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Coefficients truth = unit;
+    truth.k_0 = 5e-3 * RandomStream(99).normal(seed);
+    Evidence evidence = evidence_of(turn(8), truth);
+    disturb(1e-4, 0.0, 1000 + seed, evidence);
+    for (double& v : evidence.recordings[0].channels[0].values) v = 1e-3 * std::round(v / 1e-3);
+    const auto estimate = method().identify(evidence, {});
+    EXPECT_TRUE(has_finding(estimate.findings, "rounding_moves_means"));
+    const double g = gravity(*evidence.plan.site);
+    const double values[] = {truth.k_0 * g, truth.k_2 / g, truth.k_3 / (g * g), truth.delta_o};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto index = static_cast<std::size_t>(find_parameter(estimate, names[k]) - estimate.parameters.data());
+      const Parameter& p = estimate.parameters[index];
+      const double half = student_quantile(0.975, p.degrees_of_freedom) * standard_uncertainty(estimate, index);
+      held += std::abs(p.value - values[k]) <= half ? 1.0 / 400.0 : 0.0;
+    }
+  }
+  EXPECT_GT(held, 0.95 - 0.087);
 }
 
 Evidence counted(double pulses_per_g) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/math/noise_model.hpp"
+#include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
 #include "tumble/reduce/even_signal.hpp"
@@ -179,6 +180,20 @@ const Curve* curve_named(const Estimate& estimate, const std::string& name) {
   for (const auto& curve : estimate.curves)
     if (curve.name == name) return &curve;
   return nullptr;
+}
+
+TEST(AllanNoise, TheSpectrumOfAFilteredSensorFallsAsItIsMeasured) {
+  // At half the rate the density is a fifth of that at frequency zero, which was drawn before.
+  Trial trial = find_method("allan_noise").second_trial(5);
+  trial.evidence.plan.settings.set_word("spectrum", "welch");
+  const auto estimate = identify_noise(trial.evidence);
+  const Curve* spectrum = curve_named(estimate, "accelerometer.z power_spectrum");
+  const Curve* white = curve_named(estimate, "accelerometer.z velocity_random_walk_density");
+  ASSERT_NE(spectrum, nullptr);
+  ASSERT_NE(white, nullptr);
+  EXPECT_LT(white->y.values.back(), 0.4 * white->y.values.front());
+  // As in the test below 15 %, and 4 sd of N and of the filter, which make 2.5 % there.
+  EXPECT_NEAR(spectrum->y.values.back(), white->y.values.back(), 0.25 * white->y.values.back());
 }
 
 TEST(AllanNoise, ShowsTheSpectrumAndEveryAveragingTimeWhereAsked) {

@@ -54,14 +54,18 @@ struct Source {
 
 void add_filter(const ChannelNoise& channel, std::size_t first, Estimate& estimate, std::vector<Source>& sources) {
   const NoiseFit& fit = channel.fit;
-  if (!fit.filter.given()) return;
-  estimate.parameters.push_back({channel.label + ".bandwidth", "f_3dB", Unit::parse("Hz"),
-                                 fit.value[first] * channel.rate,
-                                 "-3 dB frequency of the sensor's own filter: " + filter_name(fit.filter), 1e6});
-  sources.push_back({first, channel.rate});
-  if (!fit.filter.two_poles()) return;
+  const auto above_zero = [&](std::size_t i) {
+    return fit.value[i] >
+           student_quantile(0.975, fit.filter_freedom[i - first]) * std::sqrt(fit.value_covariance(i, i));
+  };
+  if (!fit.filter.given() || !above_zero(first)) return;
   estimate.parameters.push_back(
-      {channel.label + ".damping", "zeta", Unit(), fit.value[first + 1], "damping of the sensor's own filter", 1e6});
+      {channel.label + ".bandwidth", "f_3dB", Unit::parse("Hz"), fit.value[first] * channel.rate,
+       "-3 dB frequency of the sensor's own filter: " + filter_name(fit.filter), fit.filter_freedom[0]});
+  sources.push_back({first, channel.rate});
+  if (!fit.filter.two_poles() || !above_zero(first + 1)) return;
+  estimate.parameters.push_back({channel.label + ".damping", "zeta", Unit(), fit.value[first + 1],
+                                 "damping of the sensor's own filter", fit.filter_freedom[1]});
   sources.push_back({first + 1, 1.0});
 }
 

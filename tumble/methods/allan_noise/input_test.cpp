@@ -94,6 +94,50 @@ TEST(NoiseInput, AListOfTimesGivesTheIntervalErrorsOfStable32) {
   expect_published(curve, "phase_dat_mtie.txt", 2, false);
 }
 
+/// The published deviation of nist1000 that `measure` has at this time.
+double published(const std::string& measure, double tau) {
+  std::ifstream in(std::string(TUMBLE_SOURCE_DIR) + "/tests/reference/nist1000/published.txt");
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string name;
+    double time = 0.0, value = 0.0;
+    if (words >> name >> time >> value && name == measure && time == tau) return value;
+  }
+  throw std::runtime_error("no published " + measure);
+}
+
+TEST(NoiseInput, EveryKindOfDataGivesThePublishedDeviationsOfNist1000) {
+  std::vector<double> values, sums{0.0};
+  std::ifstream in(std::string(TUMBLE_SOURCE_DIR) + "/tests/reference/nist1000/nist1000_freq.csv");
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty() && line[0] != '#') values.push_back(std::stod(line));
+  ASSERT_EQ(values.size(), 1000u);
+  for (const double value : values) sums.push_back(sums.back() + value);
+  const auto expect = [&](QuantityKind kind, const char* unit, const std::vector<double>& given, const char* data) {
+    Evidence evidence = noise_evidence({{"x", kind, Unit::parse(unit), {0.0, 1.0, nullptr}, given}});
+    evidence.plan.settings.set_word("data", data);
+    evidence.plan.settings.set_word("taus", "[1 s, 10, 100]");
+    evidence.plan.settings.set_word("deviations", "oadev, mdev, ohdev, totdev");
+    evidence.plan.settings.set_word("total_bias", "keep");
+    const auto estimate = identify_noise(evidence);
+    const std::map<std::string, std::string> measures{{"x oadev", "overlapping_allan"},
+                                                      {"x mdev", "modified_allan"},
+                                                      {"x ohdev", "overlapping_hadamard"},
+                                                      {"x totdev", "total"}};
+    for (const auto& [name, measure] : measures) {
+      const Curve& curve = curve_named(estimate, name);
+      ASSERT_EQ(curve.x.values, (std::vector<double>{1.0, 10.0, 100.0})) << data << " " << name;
+      for (std::size_t i = 0; i < 3; ++i)  // 7 digits are printed
+        EXPECT_NEAR(curve.y.values[i] / published(measure, curve.x.values[i]), 1.0, 1e-6) << data << " " << name;
+    }
+  };
+  expect(QuantityKind::other, "1", values, "frequency");
+  expect(QuantityKind::time, "s", sums, "phase");
+  expect(QuantityKind::angular_rate, "rad/s", values, "rate");
+  expect(QuantityKind::angle, "rad", sums, "angle");
+  expect(QuantityKind::angle, "rad", values, "increment");
+}
+
 TEST(NoiseInput, DecadeIsOneTwoFour) {
   Evidence evidence = clock_evidence();
   evidence.plan.settings.set_word("taus", "decade");

@@ -133,12 +133,14 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> values) {
   if (spectrum.segments < 4.0) return lines;
   const double threshold = 1.0 + 10.0 / std::sqrt(spectrum.segments), bin = 1.0 / static_cast<double>(length);
   const auto& density = spectrum.density;
-  for (std::size_t k = lowest; k + spread < density.size(); ++k) {
-    if (density[k] < density[k - 1] || density[k] <= density[k + 1]) continue;
+  // Beyond half the rate the density is what it is as far below.
+  const auto mirrored = [&](std::size_t k) { return density[std::min(k, 2 * (density.size() - 1) - k)]; };
+  for (std::size_t k = lowest; k < density.size(); ++k) {
+    if (density[k] < density[k - 1] || density[k] <= mirrored(k + 1)) continue;
     const double base = level_about(density, k);
     if (density[k] < threshold * base) continue;
     double power = 0.0;
-    for (std::size_t j = k - spread; j <= k + spread; ++j) power += (density[j] - base) * bin;
+    for (std::size_t j = k - spread; j <= k + spread; ++j) power += (mirrored(j) - base) * bin;
     lines.push_back({static_cast<double>(k) * bin, std::sqrt(2.0 * std::max(0.0, power)), 2.0 * bin});
   }
   std::stable_sort(lines.begin(), lines.end(),
@@ -175,6 +177,36 @@ NoiseBands without_lines(const NoiseBands& bands, const std::vector<SpectralLine
   return remaining;
 }
 
+namespace {
+
+/// Relative variance of the mean square over one of the parts, as neighbouring stretches of the record differ: of noise
+/// whose contrasts are not alike (quantization, a filter) more than their number says. 0: unknown.
+double variance_along(const NoiseBands& bands) {
+  constexpr std::size_t stretches = 128;
+  if (bands.scatter.empty() || bands.scatter[0]->bands.empty()) return 0.0;
+  const PowerScatter& fast = *bands.scatter[0];
+  if (fast.bands[0].unit != 1.0 || fast.groups.size() < stretches) return 0.0;
+  std::vector<double> powers;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    double square = 0.0, contrasts = 0.0;
+    for (std::size_t g = fast.groups.size() * k / stretches; g < fast.groups.size() * (k + 1) / stretches; ++g) {
+      contrasts += fast.groups[g].contrasts;
+      for (const NoiseBand& band : fast.bands) square += fast.groups[g].square[static_cast<std::size_t>(band.order)];
+    }
+    if (contrasts > 0.0) powers.push_back(square / contrasts);
+  }
+  double sum = 0.0, differences = 0.0;
+  for (std::size_t k = 0; k < powers.size(); ++k) {
+    sum += powers[k];
+    if (k > 0) differences += std::pow(powers[k] - powers[k - 1], 2);
+  }
+  if (powers.size() < stretches / 2 || !(sum > 0.0)) return 0.0;
+  const auto count = static_cast<double>(powers.size()), mean = sum / count;
+  return 0.5 * differences / (count - 1.0) / (mean * mean) * NoiseBands::parts / count;
+}
+
+}  // namespace
+
 Findings changes_along(const NoiseBands& bands, double begin, double rate, const std::string& label) {
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < bands.part_count.size(); ++i) {
@@ -182,10 +214,12 @@ Findings changes_along(const NoiseBands& bands, double begin, double rate, const
     count += bands.part_count[i];
   }
   if (!(sum > 0.0)) return {};
+  const double along = variance_along(bands);
   double most = 0.0;
   std::size_t part = 0;
   for (std::size_t i = 0; i < bands.part_count.size(); ++i) {
-    const double off = std::abs(bands.part_mean_square[i] * count / sum - 1.0) * std::sqrt(0.5 * bands.part_count[i]);
+    const double off =
+        std::abs(bands.part_mean_square[i] * count / sum - 1.0) / std::sqrt(std::max(along, 2.0 / bands.part_count[i]));
     if (off > most) {
       most = off;
       part = i;

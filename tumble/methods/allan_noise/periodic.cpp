@@ -18,14 +18,15 @@ constexpr std::size_t most_at_once = 8;
 
 /// Expected mean squares of the bands.
 std::vector<double> expected_of(const NoiseBands& bands, const NoiseFit& fit) {
+  const auto white = expected_filtered(bands.bands, fit.filter);
   std::vector<double> expected;
-  const auto autocovariance = filtered_autocovariance(fit.filter);
-  for (const NoiseBand& band : bands.bands) {
+  for (std::size_t b = 0; b < bands.bands.size(); ++b) {
+    const NoiseBand& band = bands.bands[b];
     double sum = fit.ramp.kept ? fit.ramp.slope * fit.ramp.slope * band.ramp_square : 0.0;
     for (std::size_t t = 0; t < fit.terms.size(); ++t) {
       const FittedTerm& term = fit.terms[t];
       if (!term.kept) continue;
-      sum += term.squared * (t == 1                     ? expected_filtered(band, autocovariance)
+      sum += term.squared * (t == 1                     ? white[b]
                              : t < band.expected.size() ? band.expected[t]
                                                         : expected_markov(band, term.unit.markov_time));
     }

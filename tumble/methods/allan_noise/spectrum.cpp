@@ -56,9 +56,12 @@ void add_spectrum_curves(const ChannelNoise& channel, std::vector<Curve>& curves
   for (const FittedTerm& term : channel.fit.terms) {
     if (!term.kept) continue;
     const NoiseModel model = model_of(term, channel.rate);
+    const bool filtered = term.unit.term == NoiseTerm::white && channel.fit.filter.given();
     std::vector<double> density;
     for (std::size_t i = 0; i < sum.size(); ++i) {
-      density.push_back(sampled_density(model, spectrum.frequency[i], channel.rate));
+      const double f = spectrum.frequency[i];
+      density.push_back(sampled_density(model, f, channel.rate) *
+                        (filtered ? power_gain(channel.fit.filter, f / channel.rate) : 1.0));
       sum[i] += density.back();
     }
     terms.push_back(curve_of(channel, words(term.unit.term, channel.kind).name + "_density", std::move(density)));

@@ -8,6 +8,7 @@
 #include "tumble/methods/dtg_centrifuge/describe.hpp"
 #include "tumble/methods/dtg_centrifuge/fourier.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
+#include "tumble/methods/dtg_centrifuge/misfit.hpp"
 #include "tumble/methods/dtg_centrifuge/screen.hpp"
 #include "tumble/methods/dtg_centrifuge/trial.hpp"
 #include "tumble/methods/method.hpp"
@@ -300,6 +301,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     if (output == gyro_y && (!present || fourier || !test.encoders)) continue;
     const Task task{test, reduction, cells, shifts, settings, sensitivity, output, fourier, test.encoders && !fourier};
     const Outcome outcome = outcome_of(task, measured, estimate.findings);
+    check_levels(outcome, reduction.levels, estimate.findings);
     if (fourier) add_remaining_rate(measured, outcome, settings, test.encoders, estimate.findings);
     describe(outcome, measured, reduction, ledger, estimate);
   }

@@ -547,6 +547,23 @@ TEST(DtgCentrifuge, ALoopThatTheLevelsContradictIsNamed) {
   EXPECT_NE(finding_of(method().identify(evidence_of(s), {}).findings, "loop_lag_differs"), nullptr);
 }
 
+// One level of five is 1 % larger than the polynomial of the others: 0.07 deg/h/g, which the noise shows 40 times over.
+TEST(DtgCentrifuge, ALevelOffThePolynomialOfTheOthersIsAnError) {
+  Synthetic s = five_levels();
+  s.length = 60.0;
+  s.sd = si(0.5, "deg/h");
+  Evidence evidence = evidence_of(s);
+  EXPECT_FALSE(has_finding(method().identify(evidence, {}).findings, "levels_off_polynomial"));
+  auto& recording = evidence.recordings[0];
+  for (std::size_t i = 0; i < recording.channels[0].values.size(); ++i) {
+    const double t = recording.channels[0].time(i);
+    if (t >= recording.marks[3].begin && t < recording.marks[4].begin) recording.channels[0].values[i] *= 1.01;
+  }
+  const auto findings = method().identify(evidence, {}).findings;
+  EXPECT_TRUE(has_error(findings, "levels_off_polynomial"));
+  EXPECT_EQ(text_of(findings, "levels_off_polynomial", "level"), recording.marks[3].label);
+}
+
 // Two levels cannot show the lag: it is in the budget. K does not depend on it.
 TEST(DtgCentrifuge, ALagThatTheLevelsCannotShowIsInTheBudget) {
   Synthetic s = tilted();

@@ -15,7 +15,6 @@ namespace {
 constexpr double reversal = 1.0, span = 40.0;                   ///< [K]
 constexpr std::array<double, 3> rate_lags{180.0, 900.0, hour};  ///< [s]
 constexpr double gradient_lag = 900.0;                          ///< [s]
-constexpr const char* all_departures = "all";
 
 /// Direction of the last movement by `reversal` or more.
 class Direction {
@@ -176,6 +175,104 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
   return out;
 }
 
+namespace {
+
+/// x_k - x_0 of the averages of a run with data.
+Matrix rows_since_start(const RunData& run, const std::vector<std::size_t>& columns) {
+  std::vector<std::size_t> measured;
+  for (std::size_t k = 0; k < run.time.size(); ++k)
+    if (run.share[k] > 0.0) measured.push_back(k);
+  Matrix rows(measured.size(), columns.size());
+  for (std::size_t k = 0; k < measured.size(); ++k)
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      rows(k, c) = run.regressors(measured[k], columns[c]) - run.regressors(measured.front(), columns[c]);
+  return rows;
+}
+
+/// Difference between the fit of all columns to all runs and that of the chosen ones to some.
+struct Change {
+  std::vector<double> value;
+  Matrix covariance;  ///< of it, by noise of unit variance
+  Matrix of_chosen;   ///< covariance of the chosen ones, likewise
+  bool determined = true;
+};
+
+struct Normal {
+  Matrix matrix;
+  std::vector<double> right;
+};
+
+/// Normal equations of all runs, in columns of unit length.
+class AllRuns {
+ public:
+  /// Given: places of the chosen ones among the columns at `positions`.
+  AllRuns(const Factors& factors, const std::vector<std::size_t>& positions, const std::vector<std::size_t>& chosen)
+      : which_(positions.size(), chosen.size()) {
+    const std::size_t n = positions.size();
+    for (std::size_t c = 0; c < chosen.size(); ++c) which_(chosen[c], c) = 1.0;
+    all_ = {Matrix(n, n), std::vector<double>(n, 0.0)};
+    for (const Matrix& triangle : factors.triangles) {
+      const Matrix block = chosen_columns(triangle, positions);
+      own_.push_back({gram(block), transposed_product(block, column(triangle, triangle.columns - 1))});
+      all_.matrix += own_.back().matrix;
+    }
+    for (std::size_t c = 0; c < n; ++c) unit_.push_back(1.0 / std::sqrt(std::max(all_.matrix(c, c), 1e-300)));
+    all_.matrix = in_unit_columns(scaled_rows(unit_, all_.matrix));
+    for (Normal& own : own_) {
+      own = {in_unit_columns(scaled_rows(unit_, own.matrix)), scaled(unit_, own.right)};
+      for (std::size_t c = 0; c < n; ++c) all_.right[c] += own.right[c];
+    }
+    covariance_ = inverse_symmetric(all_.matrix);
+    full_ = covariance_ * all_.right;
+  }
+
+  Matrix in_unit_columns(const Matrix& rows) const { return scaled_columns(rows, unit_); }
+  const Normal& whole() const { return all_; }
+  Normal without(std::size_t run) const {
+    return {all_.matrix - own_[run].matrix, difference(all_.right, own_[run].right)};
+  }
+  Change change(const Normal& some) const {
+    const Matrix information = sandwich(transposed(which_), some.matrix);
+    const Matrix placed = sandwich(which_, inverse_symmetric(information));
+    const Matrix common = covariance_ * some.matrix * placed;
+    return {difference(full_, placed * some.right), covariance_ + placed - common - transposed(common), placed,
+            condition(information) < 1e12};
+  }
+
+ private:
+  Matrix which_, covariance_;
+  std::vector<double> unit_, full_;
+  Normal all_;
+  std::vector<Normal> own_;
+};
+
+}  // namespace
+
+double predicted_misfit(const Factors& factors, const std::vector<std::size_t>& factorised,
+                        const std::vector<RunData>& runs, const std::vector<std::size_t>& columns,
+                        const std::vector<std::size_t>& chosen, const std::vector<std::size_t>& departures) {
+  constexpr double little = 4.0;  // times the variance of the fit of all runs, from which others say little
+  const auto every = joined(columns, departures);
+  const auto positions = positions_in(factorised, every);
+  const LinearFit full = joint(factors, positions, {});
+  if (departures.empty() || !full.unobservable.empty() || !(full.degrees_of_freedom > 0.0)) return 0.0;
+  const double scale = full.chi_square / full.degrees_of_freedom;
+  const AllRuns all(factors, positions, positions_in(every, chosen));
+  double squares = 0.0, count = 0.0;
+  std::size_t fitted = 0;
+  for (const auto& run : runs) {
+    if (run.held_out) continue;
+    const Matrix rows = all.in_unit_columns(rows_since_start(run, every));
+    const Change inside = all.change(all.whole()), outside = all.change(all.without(fitted++));
+    const double known = mean_variance(rows, inside.of_chosen), by_others = mean_variance(rows, outside.of_chosen);
+    const Change& change = outside.determined && by_others < little * known ? outside : inside;
+    squares += dot(rows * change.value, rows * change.value) -
+               scale * mean_variance(rows, change.covariance) * static_cast<double>(rows.rows);
+    count += static_cast<double>(rows.rows);
+  }
+  return count > 0.0 ? std::sqrt(std::max(0.0, squares / count)) : 0.0;
+}
+
 Table misfit_table(const Misfit& misfit) {
   Table table{"misfit",
               "drift that the model does not follow, as columns beside it show: rms over the averages",
@@ -183,16 +280,16 @@ Table misfit_table(const Misfit& misfit) {
               {}};
   for (const auto& part : misfit.parts)
     table.rows.push_back({std::string(name_of(part.departure)), part.sd, part.p_value});
-  table.rows.push_back({std::string(all_departures), misfit.sd, std::nan("")});
+  table.rows.push_back({std::string("all"), misfit.sd, std::nan("")});
+  table.rows.push_back(
+      {std::string("all, since the start of a run that the others predict"), misfit.predicted, std::nan("")});
   return table;
 }
 
 double misfit_in(const Estimate& estimate) {
   const Table* table = find_table(estimate, "misfit");
-  if (table == nullptr || table->columns.size() != 3) return 0.0;
-  for (const auto& row : table->rows)
-    if (row.front() == Table::Cell(std::string(all_departures))) return compensation::number_in(*table, row.at(1));
-  return 0.0;
+  if (table == nullptr || table->columns.size() != 3 || table->rows.empty()) return 0.0;
+  return compensation::number_in(*table, table->rows.back().at(1));
 }
 
 }  // namespace tumble::fog_thermal_bias

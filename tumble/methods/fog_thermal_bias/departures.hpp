@@ -34,7 +34,8 @@ struct Misfit {
     double p_value = 1.0;  ///< of a chi-square of as much by noise
   };
   std::vector<Part> parts;
-  double sd = 0.0;  ///< rms of all beyond what noise explains [rad/s]
+  double sd = 0.0;         ///< rms of all beyond what noise explains, of every run about its mean [rad/s]
+  double predicted = 0.0;  ///< see predicted_misfit() [rad/s]
 };
 
 /// Given     factors     of the columns `factorised`, departures included
@@ -45,9 +46,23 @@ Misfit misfit_of(const Factors& factors, const std::vector<std::size_t>& factori
                  const std::vector<std::size_t>& columns, const std::vector<double>& parameters,
                  const std::vector<std::size_t>& departures, std::size_t first);
 
-/// Table `misfit`: one row a departure, and one for all, which `compensate` reads.
+/// What a correction of another power-up is off by, beyond what the noise of its coefficients explains: rms over the
+/// averages of the departure since the start of each run, with the coefficients that the other runs give.
+///
+///   mean over k of ((x_k - x_0)' (b - a_r))^2 - (x_k - x_0)' Cov(b - a_r) (x_k - x_0)
+///
+/// b of all columns and all runs; a_r of the chosen columns without run r, or of all runs where the others say little
+/// about it: such a run extends the range, and nothing predicts it.
+///
+/// Given     as misfit_of(), and `chosen`, the columns with values, among `columns`
+/// Returned  [rad/s]
+double predicted_misfit(const Factors& factors, const std::vector<std::size_t>& factorised,
+                        const std::vector<RunData>& runs, const std::vector<std::size_t>& columns,
+                        const std::vector<std::size_t>& chosen, const std::vector<std::size_t>& departures);
+
+/// Table `misfit`: one row a departure, one for all, and last the predicted one, which `compensate` reads.
 Table misfit_table(const Misfit& misfit);
-/// Sd [rad/s] of all departures in the table of a result; 0 where it has none.
+/// Sd [rad/s] of the last row of the table of a result; 0 where it has none.
 double misfit_in(const Estimate& estimate);
 
 }  // namespace tumble::fog_thermal_bias

@@ -246,6 +246,8 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   fit_answer(answer, factors, factorised, settings, names);
   answer.misfit =
       misfit_of(factors, factorised, answer.runs, answer.columns, answer.fit.parameters, departures, terms.size());
+  answer.misfit.predicted = predicted_misfit(factors, factorised, answer.runs, answer.columns,
+                                             answer.candidates[answer.chosen].columns, departures);
   answer.levels = levels_of(answer, factors, factorised, settings);
   const auto& columns = answer.columns;
   answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {

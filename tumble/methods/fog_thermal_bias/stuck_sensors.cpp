@@ -86,7 +86,7 @@ std::vector<Stretch> stuck_in(const Readings& own, const Readings* other) {
     const bool jumps = last < own.value.size() && std::abs(own.value[last] - own.value[first]) >= least_change(own) &&
                        own.time[last] - end < before;
     const bool moves = other != nullptr && movement(*other, begin, end) >= of_other * least_change(*other);
-    if (moves || (other == nullptr && (jumps || stops_at_once(own, first)))) out.push_back({begin, end - begin});
+    if (moves || jumps || (other == nullptr && stops_at_once(own, first))) out.push_back({begin, end - begin});
   }
   return out;
 }

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "tumble/core/say.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/frequency_response/average.hpp"
 #include "tumble/methods/frequency_response/curves.hpp"
 #include "tumble/methods/frequency_response/phase.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -23,6 +25,7 @@ struct Builder {
   std::vector<std::vector<double>> gradients;
   std::vector<double> interpolation_variance;
   std::vector<double> noise_factor;
+  std::vector<std::vector<double>> spread;  ///< of each over the models, see Averaged; empty: it depends on none
 
   void add(const std::string& name, const std::string& symbol, const char* unit, double value,
            std::vector<double> gradient, const std::string& description, double interpolation = -1.0) {
@@ -30,14 +33,18 @@ struct Builder {
     gradients.push_back(std::move(gradient));
     interpolation_variance.push_back(interpolation > 0.0 ? interpolation * interpolation : 0.0);
     noise_factor.push_back(1.0);
+    spread.emplace_back();
+  }
+
+  void add(const std::string& name, const std::string& symbol, const char* unit, const Averaged& mean,
+           const std::string& description) {
+    add(name, symbol, unit, mean.value, mean.gradient, description);
+    spread.back() = mean.spread;
   }
 };
 
 std::vector<double> through(const std::vector<double>& over_theta, const Matrix& gain) {
-  std::vector<double> gradient(gain.columns, 0.0);
-  for (std::size_t j = 0; j < over_theta.size(); ++j)
-    for (std::size_t i = 0; i < gain.columns; ++i) gradient[i] += over_theta[j] * gain(j, i);
-  return gradient;
+  return transposed(gain) * over_theta;
 }
 
 /// sd of a function of the fit under the noise it was weighted with.
@@ -94,54 +101,67 @@ void add_crossing(const Measured& m, Builder& builder) {
               crossing.interpolation_sd);
 }
 
-/// The bandwidth of a fitted loop with poles.
-void add_bandwidth(const LoopFit& fit, const Measured& m, Builder& builder) {
-  const Derived bandwidth = bandwidth_of(fit);
+/// The fits that the data support, and that with the least AICc.
+struct Models {
+  const std::vector<Supported>& supported;
+  const LoopFit* chosen = nullptr;  ///< null: none is accepted
+};
+
+/// The bandwidth of fitted loops with poles.
+void add_bandwidth(const Models& models, const Measured& m, Builder& builder) {
+  const Averaged bandwidth = averaged(models.supported, m, [](const LoopFit& fit) -> std::optional<Derived> {
+    if (fit.kind == LoopKind::delay) return std::nullopt;
+    return bandwidth_of(fit);
+  });
   if (bandwidth.value <= m.frequency.back())
-    builder.add("bandwidth", "f_3dB", "Hz", bandwidth.value, through(bandwidth.gradient, fit.gain),
-                fmt::format("where the gain is 3 dB below that at rest; {} with delay", name(fit.kind)));
+    builder.add("bandwidth", "f_3dB", "Hz", bandwidth,
+                fmt::format("where the gain is 3 dB below that at rest; {} with delay", name(models.chosen->kind)));
   else
     builder.estimate.findings.push_back(
         {Severity::warning,
          "bandwidth_beyond_frequencies",
          {{"highest", m.frequency.back(), "Hz"},
-          {"model", Phrase{fit.kind == LoopKind::first_order ? "first_order" : "second_order"}},
+          {"model", Phrase{models.chosen->kind == LoopKind::first_order ? "first_order" : "second_order"}},
           {"bandwidth", bandwidth.value, "Hz"}}});
 }
 
-void add_loop(const LoopFit* fit, const Measured& m, Builder& builder) {
+/// No model fits: because of one point, which the bandwidth then rests on as well, or of the instrument.
+void say_why_none_fits(const Measured& m, Findings& findings) {
+  if (m.frequency.size() <= 2) return;
+  const auto apart = point_apart(m);
+  if (!apart) return findings.push_back({Severity::info, "no_loop_fits", {}});
+  findings.push_back({Severity::error,
+                      "frequency_apart",
+                      {{"frequency", m.frequency[apart->point], "Hz"},
+                       {"gain", apart->gain - 1.0, "%"},
+                       {"phase", apart->phase, "deg"}}});
+}
+
+void add_loop(const Models& models, const Measured& m, Builder& builder) {
+  const LoopFit* fit = models.chosen;
   if (fit == nullptr) {
     add_crossing(m, builder);
-    if (m.frequency.size() > 2) builder.estimate.findings.push_back({Severity::info, "no_loop_fits", {}});
+    say_why_none_fits(m, builder.estimate.findings);
     return;
   }
   const bool has_poles = fit->kind != LoopKind::delay;
   if (has_poles)
-    add_bandwidth(*fit, m, builder);
+    add_bandwidth(models, m, builder);
   else
     builder.estimate.findings.push_back(
         {Severity::warning, "bandwidth_of_delay", {{"highest", m.frequency.back(), "Hz"}}});
   if (fit->kind == LoopKind::second_order) add_second_order(*fit, m, builder);
-  builder.add("delay", "tau", "ms", fit->theta[1], through({0.0, 1.0}, fit->gain),
+  const Averaged delay = averaged(models.supported, m, delay_of);
+  builder.add("delay", "tau", "ms", delay,
               fmt::format("delay in addition to the {}", has_poles ? name(fit->kind) : "constant gain"));
 }
 
 /// The delay of slow motion, -d(phase)/d(omega) at 0 Hz: of the fitted loop, else of a polynomial of odd powers of f
 /// through the phases.
-void add_group_delay(const LoopFit* fit, const Measured& m, Builder& builder) {
+void add_group_delay(const Models& models, const Measured& m, Builder& builder) {
   constexpr const char* what = "delay of slow motion: slope of the phase at 0 Hz, the lag of the loop in it";
-  if (fit != nullptr) {
-    std::vector<double> gradient(fit->theta.size(), 0.0);
-    gradient[1] = 1.0;
-    double lag = 0.0;
-    if (fit->kind != LoopKind::delay) {
-      const bool second = fit->kind == LoopKind::second_order;
-      const double of_damping = (second ? 2.0 : 1.0) / (two_pi * std::exp(fit->theta[2]));
-      lag = of_damping * (second ? fit->theta[3] : 1.0);
-      gradient[2] = -lag;
-      if (second) gradient[3] = of_damping;
-    }
-    builder.add("group_delay", "tau_g", "ms", fit->theta[1] + lag, through(gradient, fit->gain), what);
+  if (models.chosen != nullptr) {
+    builder.add("group_delay", "tau_g", "ms", averaged(models.supported, m, group_delay_of), what);
     return;
   }
   const PhaseSlope slope = slope_at_rest(m);
@@ -166,6 +186,16 @@ void add_points(const std::vector<Point>& points, const Measured& m, bool relati
   }
 }
 
+/// By how much the models differ, one row a parameter; empty: one model alone.
+Matrix choice_of_model(const Builder& builder) {
+  std::size_t columns = 0;
+  for (const auto& row : builder.spread) columns = std::max(columns, row.size());
+  Matrix shifts(columns == 0 ? 0 : builder.spread.size(), columns);
+  for (std::size_t i = 0; i < shifts.rows; ++i)
+    for (std::size_t c = 0; c < builder.spread[i].size(); ++c) shifts(i, c) = builder.spread[i][c];
+  return shifts;
+}
+
 /// Covariance, budget and degrees of freedom from the gradients.
 void propagate(const std::vector<Source>& sources, Builder& builder) {
   Estimate& estimate = builder.estimate;
@@ -186,6 +216,8 @@ void propagate(const std::vector<Source>& sources, Builder& builder) {
     }
   }
   lines.push_back(from_variances("interpolation between frequencies", builder.interpolation_variance));
+  if (const auto line = choice_of_model(builder); !line.empty())
+    lines.push_back(from_shifts("choice of the model", line));
   settle(estimate, lines);
 }
 
@@ -197,7 +229,12 @@ std::pair<double, double> of_fit(const LoopFit& fit, const Measured& m, std::siz
   return {fit.theta[parameter], wider * noise_sd(through(gradient, fit.gain), m)};
 }
 
-Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool relative, const LoopFit* chosen) {
+double weight_of(const LoopFit& fit, const Models& models) {
+  const auto one = std::ranges::find(models.supported, &fit, &Supported::fit);
+  return one == models.supported.end() ? 0.0 : one->weight;
+}
+
+Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool relative, const Models& models) {
   const Unit one, hertz = Unit::parse("Hz"), ms = Unit::parse("ms");
   Table table{"models",
               "responses that were fitted to gains and phases together, with their values; sd of those that do not fit "
@@ -207,6 +244,7 @@ Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool rel
                {"dof", one},
                {"AICc", one},
                {"chosen", one},
+               {"weight", one},
                {"gain", one},
                {"delay", ms},
                {"delay_sd", ms},
@@ -218,10 +256,11 @@ Table models_table(const std::vector<LoopFit>& fits, const Measured& m, bool rel
   for (const LoopFit& fit : fits) {
     std::vector<Table::Cell> row{std::string(name(fit.kind)) + (fit.kind == LoopKind::delay ? "" : " with delay"),
                                  fit.chi_square, fit.degrees_of_freedom, fit.aicc,
-                                 std::string(&fit == chosen   ? "yes"
-                                             : !fit.converged ? "no: did not converge"
-                                             : !fit.accepted  ? "no: does not fit"
-                                                              : "no")};
+                                 std::string(&fit == models.chosen ? "yes"
+                                             : !fit.converged      ? "no: did not converge"
+                                             : !fit.accepted       ? "no: does not fit"
+                                                                   : "no")};
+    row.emplace_back(weight_of(fit, models));
     row.emplace_back(std::exp(fit.theta[0] - (relative ? m.log_gain.front() : 0.0)));
     const auto add = [&](std::size_t parameter, bool logarithm) {
       if (parameter >= fit.theta.size()) {
@@ -249,11 +288,12 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
   const Measured m = measured_of(points);
   report_sign(m, data.scaling.relative, builder.estimate.findings);
   const std::vector<LoopFit> fits = fits_of(m);
-  const LoopFit* chosen = nullptr;
-  for (const LoopFit& fit : fits)
-    if (fit.accepted && (chosen == nullptr || fit.aicc < chosen->aicc)) chosen = &fit;
-  add_loop(chosen, m, builder);
-  add_group_delay(chosen, m, builder);
+  const auto near = supported(fits);
+  const auto likeliest = std::ranges::min_element(near, {}, [](const Supported& one) { return one.fit->aicc; });
+  const LoopFit* chosen = near.empty() ? nullptr : likeliest->fit;
+  const Models models{near, chosen};
+  add_loop(models, m, builder);
+  add_group_delay(models, m, builder);
   // Weights that are themselves estimates, nu degrees of freedom each: the variance is 1 + 4/nu of that stated
   // (Meier, Biometrics 9 (1953) 59).
   if (chosen != nullptr)
@@ -268,7 +308,7 @@ Estimate describe(const std::vector<Point>& points, const Data& data, const std:
     estimate.fit.chi_square = chosen->chi_square;
   }
   estimate.tables.push_back(bode_table(points, m, data, estimate));
-  if (!fits.empty()) estimate.tables.push_back(models_table(fits, m, data.scaling.relative, chosen));
+  if (!fits.empty()) estimate.tables.push_back(models_table(fits, m, data.scaling.relative, models));
   estimate.curves = bode_curves(points, m, data, estimate, chosen);
   return std::move(builder.estimate);
 }

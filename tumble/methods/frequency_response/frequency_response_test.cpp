@@ -11,6 +11,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/methods/frequency_response/average.hpp"
 #include "tumble/methods/frequency_response/describe.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
@@ -218,11 +219,53 @@ TEST(FrequencyResponse, ALoopThatNoModelFitsHasAGroupDelay) {
   const double sd = standard_uncertainty(estimate, static_cast<std::size_t>(delay - estimate.parameters.data()));
   EXPECT_NEAR(delay->value, truth, 4.0 * sd);
   EXPECT_LT(sd, 0.02 * truth);
-  EXPECT_EQ(find_table(estimate, "models")->columns.size(), 12u);
+  EXPECT_EQ(find_table(estimate, "models")->columns.size(), 13u);
 }
 
 // Noise of 5 % of the amplitude hides tops cut at 90 %: 4 % of the fundamental. Noise alone is no clipping, and the
 // third harmonic of a motion of 2 % neither.
+/// A second order far above the frequencies of the test, at which its two poles are not clearly better than one.
+frequency_response::Measured far_second_order(std::uint64_t seed, double sd) {
+  frequency_response::Measured m;
+  const RandomStream random(seed);
+  for (std::size_t k = 0; k < 10; ++k) {
+    const double f = 5.0 * std::pow(20.0, static_cast<double>(k) / 9.0);
+    const Complex value = std::log(loop(f, 250.0, 1.0, 1e-3));
+    m.frequency.push_back(f);
+    m.log_gain.push_back(value.real() + sd * random.normal(2 * k));
+    m.phase.push_back(value.imag() + sd * random.normal(2 * k + 1));
+  }
+  m.log_gain_variance = m.phase_variance = std::vector<double>(10, sd * sd);
+  return m;
+}
+
+// Of 60 tests 57 +- 1.7 hold the truth in their interval of 95 %. The first order alone, which AICc takes in nearly
+// all of them, held the group delay in 38.
+TEST(FrequencyResponse, TheChoiceOfTheModelKeepsItsUncertainty) {
+  using namespace frequency_response;
+  constexpr double sd = 0.01, truth = 1e-3 + 2.0 / (two_pi * 250.0);
+  int by_least = 0, by_all = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const Measured m = far_second_order(seed, sd);
+    const auto fits = fits_of(m);
+    auto least = supported(fits);
+    ASSERT_FALSE(least.empty());
+    const auto holds = [&](const std::vector<Supported>& models) {
+      const Averaged mean = averaged(models, m, group_delay_of);
+      double variance = 0.0;
+      for (const double g : mean.gradient) variance += std::pow(g * sd, 2);
+      for (const double s : mean.spread) variance += s * s;
+      return std::abs(mean.value - truth) < 1.96 * std::sqrt(variance);
+    };
+    by_all += holds(least) ? 1 : 0;
+    std::ranges::sort(least, {}, [](const Supported& one) { return one.fit->aicc; });
+    least.resize(1);
+    by_least += holds(least) ? 1 : 0;
+  }
+  EXPECT_LT(by_least, 57 - 4 * 1.7);
+  EXPECT_GT(by_all, 57 - 4 * 1.7);
+}
+
 TEST(FrequencyResponse, ClippingBeneathNoiseIsFound) {
   const auto noisy = [](double limit, double third, std::uint64_t seed) {
     Evidence evidence = Bench{}.evidence();

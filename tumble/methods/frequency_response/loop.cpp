@@ -187,9 +187,52 @@ std::vector<LoopFit> fits_of(const Measured& m) {
   return fits;
 }
 
+namespace {
+
+Measured without(Measured m, std::size_t point) {
+  const auto at = static_cast<std::ptrdiff_t>(point);
+  for (auto* values : {&m.frequency, &m.log_gain, &m.phase, &m.log_gain_variance, &m.phase_variance})
+    values->erase(values->begin() + at);
+  return m;
+}
+
+}  // namespace
+
+std::optional<Apart> point_apart(const Measured& m) {
+  std::optional<Apart> apart;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < m.frequency.size(); ++k)
+    for (const LoopFit& fit : fits_of(without(m, k))) {
+      if (!fit.accepted || fit.degrees_of_freedom < 4.0 || !(fit.chi_square < least)) continue;
+      least = fit.chi_square;
+      Complex derivative[4];
+      const Complex value = log_response(fit.kind, fit.theta, m.frequency[k], derivative);
+      apart = Apart{k, std::exp(m.log_gain[k] - value.real()), m.phase[k] - value.imag()};
+    }
+  return apart;
+}
+
 Derived bandwidth_of(const LoopFit& fit) { return with_gradient(fit, plain_bandwidth); }
 Derived peaking_of(const LoopFit& fit) { return with_gradient(fit, plain_peaking); }
 Derived resonance_frequency_of(const LoopFit& fit) { return with_gradient(fit, plain_resonance); }
+
+Derived delay_of(const LoopFit& fit) {
+  Derived delay{fit.theta[1], std::vector<double>(fit.theta.size())};
+  delay.gradient[1] = 1.0;
+  return delay;
+}
+
+Derived group_delay_of(const LoopFit& fit) {
+  Derived delay = delay_of(fit);
+  if (fit.kind == LoopKind::delay) return delay;
+  const bool second = fit.kind == LoopKind::second_order;
+  const double of_damping = (second ? 2.0 : 1.0) / (two_pi * std::exp(fit.theta[2]));
+  const double lag = of_damping * (second ? fit.theta[3] : 1.0);
+  delay.value += lag;
+  delay.gradient[2] = -lag;
+  if (second) delay.gradient[3] = of_damping;
+  return delay;
+}
 
 Crossing crossing_of(const std::vector<double>& frequency, const std::vector<double>& log_gain) {
   const double level = log_gain.empty() ? 0.0 : log_gain.front() - 0.5 * std::log(2.0);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,16 @@ LoopFit fit_loop(const Measured& measured, LoopKind kind);
 /// The fits of all kinds for which there are enough points.
 std::vector<LoopFit> fits_of(const Measured& measured);
 
+/// A point that departs from the response that all the others follow.
+struct Apart {
+  std::size_t point = 0;  ///< index of its frequency
+  double gain = 0.0;      ///< its gain over that of the response [1]
+  double phase = 0.0;     ///< its phase above that of the response [rad]
+};
+/// Where no model is accepted: the one point without which a model is, by at least two points more than its parameters.
+/// Absent: none, or more than the points can show.
+std::optional<Apart> point_apart(const Measured& measured);
+
 /// The -3 dB frequency of the fit, against its own gain at rest [Hz], with gradient over theta.
 struct Derived {
   double value = 0.0;
@@ -47,6 +58,9 @@ struct Derived {
 Derived bandwidth_of(const LoopFit& fit);
 Derived peaking_of(const LoopFit& fit);              ///< highest gain over gain at rest; zeta < 1/sqrt(2)
 Derived resonance_frequency_of(const LoopFit& fit);  ///< [Hz]
+Derived delay_of(const LoopFit& fit);                ///< tau [s]
+/// Delay of slow motion [s]: -d(phase)/d(omega) at 0 Hz, the lag of the loop in it.
+Derived group_delay_of(const LoopFit& fit);
 
 /// First crossing of 1/sqrt(2) of the gain at the lowest frequency, by a monotone cubic in ln f through the
 /// points about it. `interpolation_sd`: difference to a straight line, over sqrt(3).

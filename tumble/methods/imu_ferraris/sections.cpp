@@ -92,6 +92,20 @@ void add_density(const Channel& channel, std::size_t begin, std::size_t end, std
   before += freedom;
 }
 
+void add_halves(const Channel& channel, std::size_t begin, std::size_t end, Halves& halves) {
+  std::array<double, 2> sum{}, count{};
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::size_t half = i - begin < (end - begin) / 2 ? 0 : 1;
+    if (std::isnan(channel.values[i])) continue;
+    sum[half] += channel.values[i];
+    ++count[half];
+  }
+  if (count[0] == 0.0 || count[1] == 0.0) return;
+  halves.squares += std::pow(sum[1] / count[1] - sum[0] / count[0], 2);
+  halves.noise += 1.0 / count[0] + 1.0 / count[1];
+  ++halves.count;
+}
+
 void add_output(const Channel& channel, std::size_t begin, std::size_t end, std::size_t output, Section& section) {
   double sum = 0.0, total = 0.0, time = 0.0, valid_time = 0.0;
   std::size_t valid = 0;
@@ -112,7 +126,9 @@ void add_output(const Channel& channel, std::size_t begin, std::size_t end, std:
   section.mean[output] =
       (before * section.mean[output] + now * (sum / static_cast<double>(valid))) / std::max(before + now, 1.0);
   section.total[output] += total * (time / valid_time);
-  if (end - begin >= fewest_samples) add_density(channel, begin, end, output, section);
+  if (end - begin < fewest_samples) return;
+  add_density(channel, begin, end, output, section);
+  add_halves(channel, begin, end, section.halves[output]);
 }
 
 struct Reader {

@@ -23,6 +23,13 @@ struct Part {
   double begin = 0.0, length = 0.0;  ///< [s, recording's clock], [s]
 };
 
+/// What the second half of a part differs by from the first: slow noise shows in it.
+struct Halves {
+  double squares = 0.0;  ///< of the differences of the means, sum over the parts
+  double noise = 0.0;    ///< sum of 4/samples: by so much the density of the noise makes them
+  double count = 0.0;
+};
+
 /// All sections of one label together.
 struct Section {
   std::size_t parts = 0, samples = 0, missing = 0;
@@ -32,6 +39,7 @@ struct Section {
   std::array<double, outputs> total{};    ///< integral over time [output s], sum over the parts
   std::array<double, outputs> density{};  ///< variance of a mean times the number of samples, from means of blocks
   std::array<double, outputs> freedom{};  ///< degrees of freedom of the density
+  std::array<Halves, outputs> halves{};
   std::array<double, outputs> least = uniform(std::numeric_limits<double>::infinity());      ///< sample
   std::array<double, outputs> greatest = uniform(-std::numeric_limits<double>::infinity());  ///< sample
 

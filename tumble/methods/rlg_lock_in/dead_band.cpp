@@ -46,8 +46,9 @@ void refuse_too_few(const Sweep& sweep, const std::vector<std::size_t>& chosen, 
                   chosen.size(), positive, least_points(locked), locked ? " outside of the dead band" : ""));
 }
 
-/// K by the steepest of the beats at fast rates: outside of a dead band no beat is steeper than K.
-double steepest(const Sweep& sweep, const std::vector<std::size_t>& among) {
+/// K by the steepest of the beats at fast rates, with the sense in which the gyro counts: outside of a dead band no
+/// beat is steeper than K.
+void start_slope(const Sweep& sweep, const std::vector<std::size_t>& among, DeadBand& band) {
   double fastest = 0.0, slope = 0.0, against = 0.0;
   for (const std::size_t i : among) fastest = std::max(fastest, std::abs(sweep.points[i].rate));
   for (const std::size_t i : among) {
@@ -57,16 +58,15 @@ double steepest(const Sweep& sweep, const std::vector<std::size_t>& among) {
     against = std::max(against, -point.beat / point.rate);
   }
   if (!std::isfinite(slope) || !std::isfinite(against)) refuse("the gyro's counts are not finite numbers");
-  if (against > slope)
-    refuse("the gyro counts against the rate of the rig: check how the plan mounts it, or the sign of the channel");
-  if (!(slope > 0.0)) refuse("the gyro does not count at any rate of the sweep");
-  return slope;
+  band.sense = against > slope ? -1.0 : 1.0;
+  band.scale_factor = std::max(slope, against);
+  if (!(band.scale_factor > 0.0)) refuse("the gyro does not count at any rate of the sweep");
 }
 
 /// First values by w^2 = W_L^2 - b^2 + (f/K)^2 - 2 b w: (4.23) squared is linear.
 void start_values(const Sweep& sweep, bool locked, DeadBand& band) {
   const auto among = candidates(sweep, locked);
-  band.scale_factor = steepest(sweep, among);
+  start_slope(sweep, among, band);
   if (!locked) return;
   std::vector<std::size_t> clear;
   for (const std::size_t i : among)
@@ -133,7 +133,7 @@ double noise_gain(const DeadBand& band, double rate) {
 }
 
 /// The rate by (4.23), linear about the values in `band`: columns 1/K, b, W_L. It is homogeneous of first order in
-/// them, so that the observations stay as they are.
+/// them, so that the observations stay as they are. Given: beats in the sense of the rate [fringe/s].
 MixedData linearised(const Sweep& sweep, const DeadBandOptions& options, bool locked, const DeadBand& band,
                      const std::vector<double>& beats) {
   const std::size_t n = band.rows.size();
@@ -169,7 +169,7 @@ void find_residuals(const Sweep& sweep, DeadBand& band) {
     const Point& point = sweep.points[i];
     if (!band.used[i] && band.why_not[i] != "rate not constant") continue;
     const double root = std::hypot(point.beat / band.scale_factor, band.lock_in_rate);
-    band.residual[i] = point.rate - (std::copysign(root, point.beat) - band.bias);
+    band.residual[i] = point.rate - (std::copysign(root, band.sense * point.beat) - band.bias);
   }
 }
 
@@ -180,7 +180,7 @@ DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options) {
   DeadBand band;
   start_values(sweep, locked, band);
   std::vector<double> beats;
-  for (const auto& point : sweep.points) beats.push_back(point.beat);
+  for (const auto& point : sweep.points) beats.push_back(band.sense * point.beat);
   constexpr int most = 30, choosing = 5;
   for (int round = 0; round < most; ++round) {
     if (round < choosing) choose(sweep, options, locked, band);
@@ -221,7 +221,8 @@ DeadBand predict_dead_band(const Sweep& sweep, const DeadBandOptions& options, d
 }
 
 double beat_frequency(const DeadBand& band, double rate) {
-  return band.scale_factor * mean_output_rate({band.scale_factor, band.lock_in_rate}, {}, rate + band.bias);
+  return band.sense * band.scale_factor *
+         mean_output_rate({band.scale_factor, band.lock_in_rate}, {}, rate + band.bias);
 }
 
 }  // namespace tumble::rlg_lock_in

@@ -15,7 +15,8 @@ struct DeadBandOptions {
 
 /// The beat over the rate, fitted outside of the dead band.
 struct DeadBand {
-  double scale_factor = 0.0;         ///< K [fringe/rad]
+  double scale_factor = 0.0;         ///< size of K [fringe/rad]
+  double sense = 1.0;                ///< sign of K; -1: the gyro counts against the rate of the rig
   double bias = 0.0;                 ///< b [rad/s]
   double lock_in_rate = 0.0;         ///< W_L [rad/s]; 0 where all points are dithered
   MixedFit fit;                      ///< of (1/K, b, W_L), without W_L where all points are dithered
@@ -37,6 +38,8 @@ struct DeadBand {
 /// which is up to half as much again at the edge; noise of the count enters less and less toward the dead band.
 /// A point counts as outside by its nominal rate, |w + b| > (1 + margin) W_L: were it chosen by its beat, those pushed
 /// out by noise would stay and those pushed in would not.
+///
+/// A gyro that counts against the rate of the rig is fitted with its beats reversed, and K is negative.
 ///
 /// Throws  Error::bad_data where the points do not show K, b and W_L
 DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options);

@@ -40,10 +40,10 @@ Placed add_band(const DeadBand& band, Estimate& estimate) {
                        estimate);
     placed.factor[2] = 1.0;
   }
-  placed.at[0] = add({"scale_factor", "K", Unit::parse("pulse/arcsec"), band.scale_factor,
+  placed.at[0] = add({"scale_factor", "K", Unit::parse("pulse/arcsec"), band.sense * band.scale_factor,
                       "fringes for an angle, for any number of edges that are counted", dof_of(band.fit, 0)},
                      estimate);
-  placed.factor[0] = -band.scale_factor * band.scale_factor;
+  placed.factor[0] = -band.sense * band.scale_factor * band.scale_factor;
   placed.at[1] = add({"bias", "b", Unit::parse("deg/h"), band.bias,
                       "of the rate: centre of the dead band with the sign changed", dof_of(band.fit, 1)},
                      estimate);

@@ -442,6 +442,17 @@ TEST(RlgNorthFinder, RotationsTheOtherWayAreSeenAgainstTheEarth) {
   EXPECT_TRUE(has_error(trial_with(swapped).findings, "rotation_reversed_by_scale_factor"));
 }
 
+TEST(RlgNorthFinder, AReversedGyroIsAnError) {
+  const auto reversed = trial_with({}, [](Evidence& evidence) {
+    for (Channel& channel : evidence.recordings[0].channels)
+      if (channel.name == "gyro")
+        for (double& count : channel.values) count = -count;
+  });
+  EXPECT_TRUE(has_error(reversed.findings, "gyro_counts_down"));
+  EXPECT_LT(value(reversed, "gyro.scale_factor"), 0.0);
+  EXPECT_FALSE(has_finding(trial_with({}).findings, "gyro_counts_down"));
+}
+
 TEST(RlgNorthFinder, RecordedAnglesReplaceThePlan) {
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);

@@ -54,7 +54,7 @@ void against_earth(Segments segments, const Path& path, double scale, Findings& 
                         "turns_do_not_fit_earth_rate",
                         {{"planned", turns}, {"counted", counted}, {"sd", sd}},
                         label});
-  if (scale < 0.0) findings.push_back({Severity::warning, "gyro_counts_down", {}});
+  if (scale < 0.0) findings.push_back({Severity::error, "gyro_counts_down", {}});
 }
 
 /// Forward and reverse of an axis must give the same magnitude.

@@ -6,6 +6,7 @@
 
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_covariance.hpp"
@@ -16,6 +17,8 @@
 #include "tumble/methods/static_bias/trial.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/reduce/rig_effects.hpp"
+#include "tumble/rigs/error_names.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::static_bias {
@@ -42,7 +45,7 @@ std::vector<Option> options() {
 
 /// One power-up.
 struct RunBias {
-  std::string label;
+  std::string label, file;
   std::string failure;
   Findings findings;
   double rate = 0.0;
@@ -122,6 +125,14 @@ WithinRuns within_runs(const std::vector<RunBias>& runs) {
   out.half_width = half_width(hypotheses, 0, freedom);
   return out;
 }
+
+/// What acts along the input axis at rest, with what moves it by one standard deviation.
+struct Reference {
+  double along = 0.0;  ///< [u]
+  std::string source;  ///< empty: nothing was subtracted
+  double shift = 0.0;  ///< of the bias [u]
+  std::string key;     ///< see Contribution
+};
 
 struct Builder {
   Estimate estimate;
@@ -207,28 +218,42 @@ void add_repeatability(const std::vector<RunBias>& runs, double between, const W
                  "standard deviation of the bias from power-up to power-up; the noise within runs is subtracted");
 }
 
+/// Given: vertical, whether the input axis is upright, else along the meridian; direction +1 up or north, -1 else.
+Reference earth_rate_along(bool vertical, double direction, const Site& site) {
+  const Vector3 level = earth_rate_in_level(site);
+  return {direction * (vertical ? level.z : level.y), error_names::latitude,
+          direction * (vertical ? -level.y : level.z) * latitude_sd(site), latitude_key(site.latitude)};
+}
+
+/// Given: as above. The rig may state how well gravity is known.
+Reference gravity_along(bool vertical, double direction, const Plan& plan, Findings& findings) {
+  const double g = gravity(*plan.site);
+  if (vertical)
+    return {direction * g, error_names::gravity,
+            -direction * rig_sd(plan, error_names::gravity).value_or(gravity_sd(plan.site)), gravity_key(g)};
+  // A tilt by an angle a of the axis moves a gravity component by g a (level axis) or g a^2/2 (vertical axis).
+  findings.push_back({Severity::info, "tilt_changes_bias", {{"shift", g * si(1.0, "arcsec"), "ug"}}});
+  return {};
+}
+
 /// The Earth's rate [rad/s] or gravity [m/s^2] along the axis; with findings on the errors that the bias includes.
-double reference(const Evidence& evidence, QuantityKind kind, Findings& findings) {
+Reference reference(const Evidence& evidence, QuantityKind kind, Findings& findings) {
   const std::string& axis = evidence.plan.settings.word("axis");
   const bool is_rate = kind == QuantityKind::angular_rate;
   if (axis == "none" || !evidence.plan.site) {
     findings.push_back({axis == "none" ? Severity::info : Severity::warning,
                         "bias_includes_input",
                         {{"input", Phrase{is_rate ? "earth_rate_along_axis" : "gravity_along_axis"}}}});
-    return 0.0;
+    return {};
   }
-  const Site& site = *evidence.plan.site;
-  const Vector3 level = is_rate ? earth_rate_in_level(site) : Vector3{0.0, 0.0, gravity(site)};
   const bool vertical = axis == "up" || axis == "down";
-  // A tilt by an angle a of the axis moves a gravity component by g a (level axis) or g a^2/2 (vertical axis).
-  if (!is_rate && !vertical)
-    findings.push_back({Severity::info, "tilt_changes_bias", {{"shift", gravity(site) * si(1.0, "arcsec"), "ug"}}});
-  const double sign = axis == "down" || axis == "south" || axis == "west" ? -1.0 : 1.0;
-  const double along = vertical ? level.z : axis == "north" || axis == "south" ? level.y : level.x;
-  return sign * along;
+  const double direction = axis == "down" || axis == "south" || axis == "west" ? -1.0 : 1.0;
+  if (!is_rate) return gravity_along(vertical, direction, evidence.plan, findings);
+  if (axis == "east" || axis == "west") return {};
+  return earth_rate_along(vertical, direction, *evidence.plan.site);
 }
 
-std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& stretches, const Settings& settings,
+std::vector<RunBias> analyse_runs(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
                                   Findings& findings) {
   for (const auto& stretch : stretches)
     if (stretch.channel->name != stretches.front().channel->name)
@@ -236,7 +261,10 @@ std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& stretches, cons
                   fmt::format("several channels are possible, {} and {} among them: name one with channels.signal=...",
                               stretches.front().channel->name, stretch.channel->name));
   std::vector<RunBias> all(stretches.size()), usable;
-  parallel_for(stretches.size(), [&](std::size_t i) { all[i] = analyse(stretches[i], settings); });
+  parallel_for(stretches.size(), [&](std::size_t i) {
+    all[i] = analyse(stretches[i], evidence.plan.settings);
+    all[i].file = evidence.recordings[stretches[i].recording].origin.file;
+  });
   std::vector<std::string> failures;
   for (auto& run : all) {
     findings.insert(findings.end(), run.findings.begin(), run.findings.end());
@@ -252,24 +280,31 @@ std::vector<RunBias> analyse_runs(const std::vector<ChannelRun>& stretches, cons
 }
 
 /// The bias with its variance: of a single run from its noise since power-on, of several from their scatter.
-void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double earth, Builder& builder) {
+void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double along, Builder& builder) {
   const auto count = static_cast<double>(runs.size());
   double mean = 0.0, between = 0.0;
   for (const auto& run : runs) mean += run.mean / count;
   for (const auto& run : runs) between += (run.mean - mean) * (run.mean - mean) / std::max(1.0, count - 1.0);
   if (runs.size() > 1) {
-    builder.add("bias", "b", mean - earth, count - 1.0, between / count, "mean of the power-ups");
+    builder.add("bias", "b", mean - along, count - 1.0, between / count, "mean of the power-ups");
     add_repeatability(runs, between, within, builder);
     return;
   }
   const double infinity = std::numeric_limits<double>::infinity();
   const double sd = within.half_width / student_quantile(0.975, infinity);
-  builder.add("bias", "b", mean - earth, infinity, sd * sd, "constant output at power-on");
+  builder.add("bias", "b", mean - along, infinity, sd * sd, "constant output at power-on");
   builder.estimate.findings.push_back({Severity::info, "single_power_up", {}});
 }
 
-void finish(const std::vector<RunBias>& runs, Builder& builder) {
-  Estimate& estimate = builder.estimate;
+/// Degrees of freedom of each parameter, as a line of the budget states them.
+std::vector<double> freedoms_of(const Estimate& estimate) {
+  std::vector<double> out;
+  for (const auto& parameter : estimate.parameters) out.push_back(parameter.degrees_of_freedom);
+  return out;
+}
+
+/// Given: reference, which shifts the bias alone.
+std::vector<ErrorLine> lines_of(const std::vector<RunBias>& runs, const Reference& reference, const Builder& builder) {
   const std::size_t n = builder.variances.size();
   Matrix noise(n, n);
   std::vector<double> repeat(n, 0.0);
@@ -279,7 +314,19 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
   }
   if (const std::size_t k = builder.scatter_at; k + 1 < n)
     noise(k, k + 1) = noise(k + 1, k) = builder.scatter_covariance;
-  settle(estimate, {from_covariance("output noise", noise), from_variances("scatter between power-ups", repeat)});
+  std::vector<ErrorLine> lines{from_covariance("output noise", noise),
+                               from_variances("scatter between power-ups", repeat)};
+  for (auto& line : lines) line.degrees_of_freedom = freedoms_of(builder.estimate);
+  if (reference.source.empty()) return lines;
+  std::vector<double> shift(n, 0.0);
+  shift.front() = reference.shift;
+  lines.push_back(from_shifts(reference.source, as_column(shift), reference.key));
+  return lines;
+}
+
+void finish(const std::vector<RunBias>& runs, const Reference& reference, Builder& builder) {
+  Estimate& estimate = builder.estimate;
+  settle(estimate, lines_of(runs, reference, builder));
   estimate.fit = {0, 0.0, std::numeric_limits<double>::quiet_NaN(), 1.0};
   for (const auto& run : runs) {
     estimate.fit.observations += run.blocks.means.size();
@@ -287,9 +334,10 @@ void finish(const std::vector<RunBias>& runs, Builder& builder) {
   }
   Table table{"runs",
               "mean output of each power-up",
-              {{"run", Unit()}, {"duration", Unit::parse("s")}, {"mean", builder.unit}},
+              {{"run", Unit()}, {"duration", Unit::parse("s")}, {"mean", builder.unit}, {"file", Unit()}},
               {}};
-  for (const auto& run : runs) table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean});
+  for (const auto& run : runs)
+    table.rows.push_back({run.label, static_cast<double>(run.samples) / run.rate, run.mean, run.file});
   estimate.tables.push_back(std::move(table));
   estimate.tables.push_back(covered());
 }
@@ -300,11 +348,12 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Builder builder;
   const QuantityKind kind = stretches.front().channel->kind;
   builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
-  const auto runs = analyse_runs(stretches, evidence.plan.settings, builder.estimate.findings);
+  const auto runs = analyse_runs(evidence, stretches, builder.estimate.findings);
   const WithinRuns noise = within_runs(runs);
-  add_bias(runs, noise, reference(evidence, kind, builder.estimate.findings), builder);
+  const Reference subtracted = reference(evidence, kind, builder.estimate.findings);
+  add_bias(runs, noise, subtracted.along, builder);
   add_scatter(runs, noise, builder);
-  finish(runs, builder);
+  finish(runs, subtracted, builder);
   builder.estimate.method = "static_bias";
   builder.estimate.title = evidence.plan.title;
   report(progress, 1.0, "bias");

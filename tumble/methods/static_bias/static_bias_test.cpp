@@ -184,6 +184,60 @@ TEST(StaticBias, SubtractsTheRateOfTheEarth) {
   EXPECT_NEAR(down.parameters[0].value, 2.0 * 7.292115e-5 * std::sin(latitude), 5.0 * standard_uncertainty(down, 0));
 }
 
+/// The line of the budget of this source; null: none.
+const Contribution* line_of(const Estimate& estimate, const std::string& source) {
+  const auto found = std::ranges::find(estimate.budget, source, &Contribution::source);
+  return found == estimate.budget.end() ? nullptr : &*found;
+}
+
+// What is subtracted is known no better than the site: normal gravity without a height is 318 ug, normal gravity at a
+// height 50 ug, a measured one 5 ug, and 10 arcsec of latitude move the Earth's rate by w_ie sin or cos of it.
+TEST(StaticBias, WhatIsSubtractedBringsItsUncertainty) {
+  Evidence evidence = find_method("static_bias").second_trial(1).evidence;
+  Site& site = *evidence.plan.site;
+  const double measured = *site.gravity;
+  const auto sd_of = [&] {
+    const auto estimate = find_method("static_bias").identify(evidence, {});
+    const Contribution* line = line_of(estimate, "gravity");
+    EXPECT_NE(line, nullptr);
+    return line ? std::pair(line->factor(0, 0), line->key) : std::pair(0.0, std::string());
+  };
+  EXPECT_NEAR(sd_of().first, si(5.0, "ug"), 1e-12);  // "down": a greater gravity takes more from the bias
+  EXPECT_EQ(sd_of().second, "gravity 9.79684 m/s^2");
+  site.gravity.reset();
+  EXPECT_NEAR(sd_of().first, si(318.7, "ug"), si(0.5, "ug"));
+  site.height = 30.0;
+  EXPECT_NEAR(sd_of().first, si(50.0, "ug"), 1e-12);
+  evidence.plan.settings.set_word("axis", "north");  // gravity has no part along it
+  EXPECT_EQ(line_of(find_method("static_bias").identify(evidence, {}), "gravity"), nullptr);
+  site.gravity = measured;
+
+  auto gyro = at_rest({.angle_random_walk = si(0.001, "deg/sqrt(h)")}, 0.0, 2000, 1);
+  gyro.plan.site = Site{.latitude = 0.6};
+  const double ten_arcsec = si(10.0, "arcsec");
+  for (const auto& [axis, slope] :
+       {std::pair{"up", -std::cos(0.6)}, std::pair{"north", std::sin(0.6)}, std::pair{"south", -std::sin(0.6)}}) {
+    gyro.plan.settings.set_word("axis", axis);
+    const auto estimate = find_method("static_bias").identify(gyro, {});
+    const Contribution* line = line_of(estimate, "latitude");
+    ASSERT_NE(line, nullptr) << axis;
+    EXPECT_NEAR(line->factor(0, 0), slope * 7.292115e-5 * ten_arcsec, 1e-15) << axis;
+  }
+}
+
+TEST(StaticBias, NamesTheFileOfEachPowerUp) {
+  auto evidence = at_rest({.angle_random_walk = 1.0}, 0.0, 2000, 1);
+  evidence.recordings.push_back(evidence.recordings[0]);
+  evidence.recordings[0].origin.file = "monday.csv";
+  evidence.recordings[1].origin.file = "tuesday.csv";
+  for (double& value : evidence.recordings[1].channels[0].values) value += 0.5;
+  const auto estimate = find_method("static_bias").identify(evidence, {});
+  const Table& runs = *find_table(estimate, "runs");
+  ASSERT_EQ(runs.columns.back().name, "file");
+  EXPECT_EQ(std::get<std::string>(runs.rows[0].back()), "monday.csv");
+  EXPECT_EQ(std::get<std::string>(runs.rows[1].back()), "tuesday.csv");
+}
+
 TEST(StaticBias, AsksWhichOfSeveralChannelsIsMeant) {
   auto evidence = at_rest({.angle_random_walk = 1.0}, 0.0, 2000, 1);
   evidence.recordings[0].channels.push_back(evidence.recordings[0].channels[0]);

@@ -329,8 +329,9 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
 }  // namespace
 
 void add_faults(const Evidence& evidence, const Normalised& fit, Estimate& estimate) {
-  for (const Findings& findings : {about_unsettled(evidence, fit), about_misplaced(fit.solution),
-                                   about_signs(estimate, evidence.plan.settings, fit.output), about_sizes(estimate)})
+  for (const Findings& findings :
+       {about_unsettled(evidence, fit), about_limits(evidence, fit), about_misplaced(fit.solution),
+        about_signs(estimate, evidence.plan.settings, fit.output), about_sizes(estimate)})
     estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
 }
 

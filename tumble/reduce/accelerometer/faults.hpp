@@ -19,6 +19,7 @@ void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fi
 
 /// Adds findings about
 ///   segments whose output still changes between the halves of the samples used, by more than 1e-4 of it and its noise;
+///   an output at its limits, see about_limits;
 ///   two positions whose outputs are exchanged, or one position without which the others agree with the model at least
 ///   five times better;
 ///   a negative scale factor, one far from that of the settings, an input axis far from the axis of the model, and

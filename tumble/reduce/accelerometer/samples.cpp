@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "tumble/core/marks.hpp"
 #include "tumble/core/say.hpp"
@@ -149,7 +150,73 @@ Half half_of(const std::vector<double>& values, std::size_t begin, std::size_t e
   return half;
 }
 
+/// Segments of one value, where all others take so many that noise alone cannot keep to one.
+Findings about_one_value(const Evidence& evidence, const Normalised& fit) {
+  constexpr std::size_t fewest_samples = 20, values_of_noise = 5;
+  std::vector<std::string> labels;
+  std::string worst;
+  double most = 0.0;
+  std::size_t others = 0, fewest_values = values_of_noise;
+  for (const auto& recording : evidence.recordings) {
+    const Channel& channel = require_channel(evidence, recording, "accelerometer");
+    for (const auto& used : used_of(recording, channel, fit.solution)) {
+      const auto values = values_in(channel, used.begin, used.end);
+      const std::set<double> different(values.begin(), values.end());
+      if (values.size() < fewest_samples) continue;
+      if (different.size() > 1) {
+        ++others;
+        fewest_values = std::min(fewest_values, different.size());
+        continue;
+      }
+      const double output = fit.problem.scale * values.front();
+      if (labels.empty() || std::abs(output) > std::abs(most)) worst = used.label, most = output;
+      labels.push_back(used.label);
+    }
+  }
+  if (labels.empty() || others < 2 || fewest_values < values_of_noise) return {};
+  return {{Finding::Severity::error,
+           "one_value_in_segment",
+           {{"segments", all_quoted(labels)}, {"output", most, "g"}},
+           "",
+           {labels.size(), labels.front(), worst}}};
+}
+
+/// The greatest and the least output, where they are equal and opposite at equal and opposite specific forces, although
+/// the level positions show an offset that should move both. An instrument would need K_2 = -K_0/g^2 to do that.
+Findings about_opposite_ends(const Normalised& fit) {
+  constexpr double least_offset = 1e-3, alike = 0.02;  // of the output at 1 g, and of the offset
+  const auto& segments = fit.solution.segments;
+  const auto [low, high] = std::ranges::minmax_element(segments, {}, &linear::SegmentSummary::measured);
+  const double slope = (high->measured - low->measured) / (high->felt.specific_force.x - low->felt.specific_force.x);
+  const double most_force = std::abs(high->felt.specific_force.x);
+  double offset = 0.0, count = 0.0;
+  Vector3 across;  // of the level positions together: a misalignment must not pass for an offset
+  for (const auto& s : segments) {
+    const Vector3& force = s.felt.specific_force;
+    if (std::abs(force.x) > 0.1 * most_force) continue;
+    offset += s.measured - slope * force.x, count += 1.0;
+    across = across + force;
+  }
+  if (norm(across) > 0.1 * most_force * count) return {};
+  offset /= count;
+  const double forces = slope * (high->felt.specific_force.x + low->felt.specific_force.x);
+  const double most = 2.0 * alike * std::abs(offset);
+  if (!(count > 0.0 && std::abs(offset) > least_offset * high->measured && std::abs(forces) < most &&
+        std::abs(high->measured + low->measured) < most))
+    return {};
+  return {{Finding::Severity::error,
+           "ends_equal_and_opposite",
+           {{"output", high->measured, "g"}, {"offset", offset, "g"}},
+           "scale_factor"}};
+}
+
 }  // namespace
+
+Findings about_limits(const Evidence& evidence, const Normalised& fit) {
+  if (fit.output.pulses) return {};  // a quiet unit counts alike
+  Findings findings = about_one_value(evidence, fit);
+  return findings.empty() ? about_opposite_ends(fit) : findings;
+}
 
 std::vector<std::string> overflows_of(const Evidence& evidence, const Normalised& fit) {
   std::vector<std::string> problems;

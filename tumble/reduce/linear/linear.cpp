@@ -8,6 +8,7 @@
 #include <span>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/reduce/coarse_output.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/linear/words.hpp"
@@ -55,12 +56,13 @@ std::vector<Interval> intervals_of(const ConductedTest& test) {
   return intervals;
 }
 
-/// Mean prediction of each segment and what white noise does to its mean.
-void fill_segments(const Rows& rows, const std::vector<double>& predicted, double white, Solution& solution) {
+/// Mean prediction of each segment and what white noise and rounding do to its mean.
+void fill_segments(const Rows& rows, const std::vector<double>& predicted, double white, double rounding,
+                   Solution& solution) {
   solution.segments = rows.segments;
   for (auto& segment : solution.segments) {
     segment.predicted = 0.0;
-    segment.sd = std::sqrt(white / segment.duration);
+    segment.sd = std::hypot(std::sqrt(white / segment.duration), segment.steady ? rounding : 0.0);
   }
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     auto& segment = solution.segments[rows.segment[i]];
@@ -138,12 +140,36 @@ void say_origin(const Problem& problem, const std::vector<SlowNoise>& slow, Solu
                                    problem.role});
 }
 
+/// Whether samples of the output are rounded one by one: a counter passes the rest on to the next.
+bool rounds_samples(const Evidence& evidence, const Problem& problem) {
+  const Channel* channel = channel_for(evidence, evidence.recordings.front(), problem.role);
+  return !(problem.pulse > 0.0) && channel && channel->kind != QuantityKind::count &&
+         channel->kind != QuantityKind::angle;
+}
+
+/// The rounding of a coarse output moves the mean of each segment.
+void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) {
+  if (!rounds_samples(evidence, problem)) return;
+  const auto coarse = coarse_output(work.evidence.test);
+  if (!coarse || coarse->rounding_sd < 1e-3 * coarse->step) return;
+  KnownEffect effect{"rounding of the output", std::vector<double>(work.rows.weights.size(), 0.0), true};
+  for (std::size_t i = 0; i < effect.column.size(); ++i)
+    if (work.evidence.test.stretches[work.rows.segment[i]].steady) effect.column[i] = coarse->rounding_sd;
+  work.data.effects.push_back(std::move(effect));
+  work.rounding_sd = coarse->rounding_sd;
+  work.solution.findings.push_back({Finding::Severity::info,
+                                    "rounding_moves_means",
+                                    {{"times", coarse->step / std::max(coarse->noise, 1e-3 * coarse->step)},
+                                     {"share", coarse->rounding_sd / coarse->step}},
+                                    problem.role});
+}
+
 double white_variance(const NoiseModel& noise) { return noise.angle_random_walk * noise.angle_random_walk; }
 
 }  // namespace
 
 Work worked_out(const Evidence& evidence, const Problem& problem) {
-  Work work{evidence_of(evidence, problem), {}, {}, {}, {}};
+  Work work{evidence_of(evidence, problem), {}, {}, {}, {}, {}};
   work.rows = rows_of(work.evidence, problem);
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
@@ -161,6 +187,7 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
   const auto look = first_look(data.design, data.observations, data.weights);
   data.effects = effects_of(work.evidence, problem, work.rows, spread(work.used, look, problem.columns.size()));
   if (problem.pulse > 0.0) data.effects.push_back(counting);
+  add_rounding(evidence, problem, work);
   const double step = work.evidence.test.stretches.front().step;
   data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.used.size(), step,
                                  stated_for(problem, work.used, look));
@@ -176,7 +203,7 @@ Work worked_out(const Evidence& evidence, const Problem& problem) {
 }
 
 Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
-  Work work{evidence_of(plan, problem), {}, {}, {}, {}};
+  Work work{evidence_of(plan, problem), {}, {}, {}, {}, {}};
   work.rows = rows_of(work.evidence, problem);
   Solution& solution = work.solution;
   solution.findings = work.evidence.test.findings;
@@ -205,7 +232,7 @@ Work worked_out(const Plan& plan, const Problem& problem, const Truth& truth) {
 void set_fitted(Work& work, std::span<const double> fitted) {
   std::vector<double> predicted(fitted.begin(), fitted.end());
   for (std::size_t i = 0; i < predicted.size(); ++i) predicted[i] += work.rows.input[i];
-  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.solution);
+  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.rounding_sd, work.solution);
 }
 
 Solution identify(const Evidence& evidence, const Problem& problem) { return worked_out(evidence, problem).solution; }

@@ -80,7 +80,7 @@ struct SegmentSummary {
   Felt felt;               ///< mean
   double measured = 0.0;   ///< NaN where predicted
   double predicted = 0.0;  ///< input and model
-  double sd = 0.0;         ///< of the mean: white noise alone
+  double sd = 0.0;         ///< of the mean: white noise, and the rounding of a coarse output
 };
 
 struct Solution {

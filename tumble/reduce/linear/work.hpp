@@ -13,7 +13,8 @@ struct Work {
   Rows rows;
   std::vector<std::size_t> used;  ///< columns of the problem that the evidence shows
   MixedData data;
-  Solution solution;  ///< of this output alone
+  Solution solution;         ///< of this output alone
+  double rounding_sd = 0.0;  ///< [SI] of the mean of a segment at rest, by the steps of a coarse output
 };
 
 Work worked_out(const Evidence& evidence, const Problem& problem);

@@ -216,6 +216,9 @@ std::string verdicts(const Estimate& estimate) {
     if (parameter != nullptr) {
       const auto [value, sd] = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
       measured = number(with_uncertainty(value, sd)) + " " + unit(parameter->unit);
+    } else if (const auto upper = find_upper_limit(estimate, verdict.parameter)) {
+      measured =
+          fmt::format("below {} {} (95 %)", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
     }
     text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
                         verdict_badge(verdict.outcome), escaped(verdict.parameter), limit(verdict.limit), measured);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tumble/math/noise/noise_bands/expected.hpp"
+#include "tumble/math/noise/noise_filter.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -112,6 +113,17 @@ double LostSamples::markov_variance(double time) const {
   double sum = 0.0;
   for (const auto& scale : scales)
     sum += over_lags(scale.products, markov_below_variance(scale.unit, time, static_cast<int>(scale.products.size())));
+  return sum;
+}
+
+double LostSamples::filtered_variance(std::span<const double> autocovariance) const {
+  double sum = 0.0;
+  for (const auto& scale : scales) {
+    std::vector<double> covariances;
+    for (std::size_t h = 0; h < scale.products.size(); ++h)
+      covariances.push_back(mean_covariance(autocovariance, scale.unit, static_cast<int>(h)));
+    sum += over_lags(scale.products, covariances);
+  }
   return sum;
 }
 

@@ -8,7 +8,6 @@
 namespace tumble::noise_likelihood {
 namespace {
 
-constexpr double near = 10.0;      ///< of AICc
 constexpr double same_time = 4.0;  ///< greatest ratio of correlation times of what counts as one process
 
 /// For each process of a set the one of the chosen set that it stands for; as many as there are: none.
@@ -53,7 +52,7 @@ std::vector<Placed> placed(const TriedTerms& set, const LinearNoise& model, cons
     ++column;
   }
   const NoiseFilter& filter = set.terms.filter;
-  for (int k = 0; k < model.filter_parameters; ++k, ++column) {
+  for (int k = 0; k < std::min(model.filter_parameters, chosen.filter_parameters()); ++k, ++column) {
     const double value = k == 0 ? filter.bandwidth : filter.damping;
     all.push_back({column, terms + processes + k, value, value});
   }
@@ -94,21 +93,24 @@ NoiseValues averaged_values(const BandData& data, const std::vector<double>& sta
   std::vector<NoiseValues> sets;
   std::vector<double> weights;
   double sum = 0.0;
-  for (std::size_t i = 0; i < selection.all.size(); ++i) {
-    const TriedTerms& set = selection.all[i];
-    if (set.fit.c.empty() || !(std::ranges::min(set.fit.c) > 0.0)) continue;
-    const double off = std::max(0.0, selection.aicc[i] - selection.aicc[selection.chosen]);
-    if (off > near) continue;
-    if (i == selection.chosen) {
+  const NoiseTerms& terms = selection.all[selection.chosen].terms;
+  const auto take = [&](const TriedTerms& set, double set_aicc, bool is_chosen) {
+    if (set.fit.c.empty() || !(std::ranges::min(set.fit.c) > 0.0)) return;
+    const double off = std::max(0.0, set_aicc - selection.aicc[selection.chosen]);
+    if (off > near_in_aicc) return;
+    if (is_chosen) {
       sets.push_back(chosen);
     } else {
       const LinearNoise model = linear(data, set);
-      const NoiseSpread known = spread(data, statistical_count, model, set);
-      sets.push_back(values_of(set, model, known, selection.all[selection.chosen].terms, &chosen));
+      sets.push_back(values_of(set, model, spread(data, statistical_count, model, set), terms, &chosen));
     }
     weights.push_back(std::exp(-0.5 * off));
     sum += weights.back();
-  }
+  };
+  for (std::size_t i = 0; i < selection.all.size(); ++i)
+    take(selection.all[i], selection.aicc[i], i == selection.chosen);
+  for (std::size_t i = 0; i < selection.other_filters.size(); ++i)
+    take(selection.other_filters[i], selection.other_aicc[i], false);
   const std::size_t all = chosen.value.size();
   NoiseValues mean{std::vector<double>(all), Matrix(all, all), std::vector<double>(all), sets.size()};
   for (std::size_t i = 0; i < sets.size(); ++i) {

@@ -115,12 +115,7 @@ std::vector<double> BandData::markov(double time) const {
   return expected;
 }
 
-std::vector<double> BandData::filtered(const NoiseFilter& filter) const {
-  const auto autocovariance = filtered_autocovariance(filter);
-  std::vector<double> expected;
-  for (const NoiseBand& band : bands) expected.push_back(expected_filtered(band, autocovariance));
-  return expected;
-}
+std::vector<double> BandData::filtered(const NoiseFilter& filter) const { return expected_filtered(bands, filter); }
 
 std::vector<double> root_weights(const BandData& data, std::span<const double> s) {
   std::vector<double> weights;

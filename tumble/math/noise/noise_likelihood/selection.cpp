@@ -14,15 +14,9 @@ namespace tumble::noise_likelihood {
 namespace {
 
 constexpr double process_fall = 13.8;  ///< of -2 ln L by a Gauss-Markov process: 0.1 % of chi-square of two
-constexpr double filter_fall = 30.0;   ///< ... by a filter: many shapes and bandwidths are tried
-constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double hopeless = 1000.0;    ///< of -2 ln L above all terms: no correlation time within an octave mends that
+constexpr double between_octaves = 10.0;  ///< of -2 ln L, from an octave of the correlation time to its best
 constexpr double least_damping = 0.3, most_damping = 2.0, widest = 0.6;
-
-double aicc(const TriedTerms& one, bool ramp, double contrasts) {
-  const double p = size_of(one.terms) + (ramp ? 1.0 : 0.0);
-  return one.value() + 2.0 * p + 2.0 * p * (p + 1.0) / std::max(1.0, contrasts - p - 1.0);
-}
 
 /// A parameter that enters the expectations nonlinearly: where it stands, and between what it is searched.
 struct Nonlinear {
@@ -45,16 +39,11 @@ std::vector<Nonlinear> nonlinear(const NoiseTerms& terms, const SearchRange& ran
   return all;
 }
 
-/// The best value of one parameter between `low` and `high`, by golden section of its logarithm.
-TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp, const Nonlinear& which, double low,
-                        double high, double tolerance) {
-  NoiseTerms terms = from.terms;
-  const auto of = [&](double log_value) {
-    which.of(terms) = std::exp(log_value);
-    return tried(data, terms, ramp, from.fit.s);
-  };
+/// The best of a line of models between `a` and `b`, by golden section.
+TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp, double a, double b, double tolerance,
+                        const std::function<NoiseTerms(double)>& terms_at) {
+  const auto of = [&](double x) { return tried(data, terms_at(x), ramp, from.fit.s); };
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
-  double a = std::log(low), b = std::log(high);
   double left = b - golden * (b - a), right = a + golden * (b - a);
   TriedTerms at_left = of(left), at_right = of(right);
   while (b - a > tolerance) {
@@ -71,6 +60,32 @@ TriedTerms best_between(const BandData& data, const TriedTerms& from, bool ramp,
     }
   }
   return at_left.value() < at_right.value() ? at_left : at_right;
+}
+
+/// ... along its logarithm, of one parameter within a factor 2 of where it is.
+TriedTerms best_of_one(const BandData& data, const TriedTerms& from, bool ramp, const Nonlinear& which,
+                       double tolerance) {
+  NoiseTerms terms = from.terms;
+  const double at = which.of(terms);
+  return best_between(data, from, ramp, std::log(std::max(0.5 * at, which.low)),
+                      std::log(std::min(2.0 * at, which.high)), tolerance, [&](double log_value) {
+                        which.of(terms) = std::exp(log_value);
+                        return terms;
+                      });
+}
+
+/// ... on the way from `begin` to `from` and up to five times as far: parameters that depend on each other move
+/// together.
+TriedTerms best_together(const BandData& data, const TriedTerms& begin, const TriedTerms& from, bool ramp,
+                         const std::vector<Nonlinear>& parameters, double tolerance) {
+  NoiseTerms terms = from.terms, first = begin.terms, last = from.terms;
+  return best_between(data, from, ramp, 0.0, 5.0, 100.0 * tolerance, [&](double way) {
+    for (const Nonlinear& one : parameters) {
+      const double at = one.of(first) * std::pow(one.of(last) / one.of(first), way);
+      one.of(terms) = std::clamp(at, one.low, one.high);
+    }
+    return terms;
+  });
 }
 
 /// The likeliest of these correlation times beside the terms of `like`.
@@ -94,34 +109,6 @@ std::vector<std::vector<double>> octaves(std::vector<double> beside, double long
   return all;
 }
 
-/// Filters from which the search begins.
-std::vector<NoiseFilter> filters() {
-  std::vector<NoiseFilter> all;
-  for (const FilterShape shape : {FilterShape::first_order, FilterShape::first_order_means})
-    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6) all.push_back({shape, bandwidth, 0.0});
-  for (const FilterShape shape : {FilterShape::second_order, FilterShape::second_order_means})
-    for (double bandwidth = 0.5; bandwidth > least_bandwidth; bandwidth *= 0.6)
-      for (const double damping : {0.5, 0.7, 1.0}) all.push_back({shape, bandwidth, damping});
-  for (const FilterShape shape : {FilterShape::mean, FilterShape::mean_of_means, FilterShape::third_mean})
-    for (double length = shape == FilterShape::mean ? 1.3 : 1.0; length < longest_mean; length *= 1.3)
-      all.push_back({shape, bandwidth_of_means(shape, length), 0.0});
-  return all;
-}
-
-TriedTerms with_filter(const BandData& data, bool ramp, const NoiseFilter& filter, const TriedTerms& from) {
-  NoiseTerms terms = from.terms;
-  terms.filter = filter;
-  return tried(data, terms, ramp, from.fit.s);
-}
-
-/// Whether any low pass helps at all: four bandwidths that stand for all shapes.
-bool filter_seen(const BandData& data, bool ramp, const TriedTerms& before) {
-  return std::ranges::any_of(std::vector{0.4, 0.2, 0.08, 0.025}, [&](double bandwidth) {
-    const auto one = with_filter(data, ramp, {FilterShape::first_order, bandwidth, 0.0}, before);
-    return before.value() - one.value() > 0.3 * filter_fall;
-  });
-}
-
 }  // namespace
 
 Matrix columns(const BandData& data, const NoiseTerms& terms) {
@@ -140,21 +127,25 @@ TriedTerms tried(const BandData& data, const NoiseTerms& terms, bool ramp, const
 }
 
 TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const SearchRange& range, double tolerance) {
+  constexpr int most_rounds = 8;
+  constexpr double enough = 0.02;  ///< of -2 ln L
   const auto parameters = nonlinear(from.terms, range);
   TriedTerms best = from;
-  for (int round = 0; round < 4; ++round) {
-    const double before = best.value();
+  const auto take = [&](TriedTerms next) {
+    if (next.value() < best.value()) best = std::move(next);
+  };
+  for (int round = 0; round < most_rounds; ++round) {
+    const TriedTerms begin = best;
     bool moved = false;
     for (const Nonlinear& one : parameters) {
       NoiseTerms terms = best.terms;
       const double at = one.of(terms);
-      TriedTerms next = best_between(data, best, range.ramp, one, std::max(0.5 * at, one.low),
-                                     std::min(2.0 * at, one.high), tolerance);
-      if (next.value() < best.value()) best = std::move(next);
+      take(best_of_one(data, best, range.ramp, one, tolerance));
       terms = best.terms;
       moved = moved || std::abs(std::log(one.of(terms) / at)) > 0.6;
     }
-    if (!moved && (parameters.size() < 2 || before - best.value() < 0.02)) break;
+    if (!moved && (parameters.size() < 2 || begin.value() - best.value() < enough)) break;
+    if (parameters.size() > 1) take(best_together(data, begin, best, range.ramp, parameters, tolerance));
   }
   return best;
 }
@@ -170,43 +161,14 @@ bool add_process(const BandData& data, const SearchRange& range, TriedTerms& bef
   return helps;
 }
 
-bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before) {
-  if (!before.terms.used[1] || !filter_seen(data, range.ramp, before)) return false;
-  std::vector<TriedTerms> best(static_cast<std::size_t>(FilterShape::third_mean) + 1);
-  for (const NoiseFilter& filter : filters()) {
-    TriedTerms one = with_filter(data, range.ramp, filter, before);
-    TriedTerms& same = best[static_cast<std::size_t>(filter.shape)];
-    if (same.fit.c.empty() || one.value() < same.value()) same = std::move(one);
-  }
-  double least = INFINITY;
-  for (const TriedTerms& one : best)
-    if (!one.fit.c.empty()) least = std::min(least, one.value());
-  const TriedTerms* chosen = nullptr;
-  for (TriedTerms& one : best) {
-    // Another bandwidth of the grid's spacing mends half the distance to no filter at most.
-    if (one.fit.c.empty() || one.value() - least > 0.5 * (before.value() - least)) continue;
-    one = best_parameters(data, one, range, 2e-3);
-    const auto cost = [](const TriedTerms& which) { return which.value() + 2.0 * size_of(which.terms); };
-    if (chosen == nullptr || cost(one) < cost(*chosen)) chosen = &one;
-  }
-  const bool helps = before.value() - chosen->value() > filter_fall;
-  if (helps) before = *chosen;
-  return helps;
-}
-
-bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before) {
-  if (!filter.given()) return false;
-  before = best_parameters(data, with_filter(data, range.ramp, filter, before), range, 2e-3);
-  return true;
-}
-
-bool filter_needed(const TriedTerms& without, const TriedTerms& with) {
-  return without.value() + 2.0 * size_of(without.terms) - with.value() - 2.0 * size_of(with.terms) > 0.3 * filter_fall;
-}
-
 int size_of(const NoiseTerms& terms) {
   return static_cast<int>(std::count(terms.used.begin(), terms.used.end(), true) + 2 * std::ssize(terms.times)) +
          terms.filter_parameters();
+}
+
+double aicc(const TriedTerms& one, bool ramp, double contrasts) {
+  const double p = size_of(one.terms) + (ramp ? 1.0 : 0.0);
+  return one.value() + 2.0 * p + 2.0 * p * (p + 1.0) / std::max(1.0, contrasts - p - 1.0);
 }
 
 double chance_of(double fall) { return fall <= 0.0 ? 1.0 : 0.5 * chi_square_tail(fall, 1.0); }
@@ -263,30 +225,76 @@ bool is_supported(const BandData& data, const SearchRange& range, const TermSele
   return true;
 }
 
+/// Whether the power laws of the set `index` are among those of the set `of`.
+bool within(std::size_t index, std::size_t of) { return (index % subsets & ~(of % subsets)) == 0; }
+
+/// Takes a set that was tried into the selection; it is chosen if its AICc is the least so far and below `limit`.
+void enter(const BandData& data, const SearchRange& range, std::size_t index, TriedTerms set, double significance,
+           double limit, TermSelection& selection) {
+  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
+  selection.all[index] = std::move(set);
+  selection.aicc[index] = aicc(selection.all[index], range.ramp, contrasts);
+  selection.supported[index] = is_supported(data, range, selection, index, significance);
+  if (!selection.supported[index]) return;
+  if (selection.chosen > 0) limit = std::min(limit, selection.aicc[selection.chosen]);
+  if (selection.aicc[index] < limit) selection.chosen = index;
+}
+
+/// Sets in which a further process stands for a power law of the chosen set: averaged, and chosen if they are better by
+/// more than what is averaged. A set with a term less is never likelier: correlation times at which a set is out of
+/// reach are not tried with fewer terms.
+void try_processes_instead(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
+                           std::size_t all, TermSelection& selection) {
+  const auto times = octaves(full.terms.times, range.longest);
+  const std::size_t before = selection.chosen, first = subsets * (full.terms.times.size() + 1);
+  const double limit = selection.aicc[before] - near_in_aicc;
+  const double reach = selection.aicc[before] + near_in_aicc + between_octaves;
+  std::vector<std::vector<bool>> out(subsets, std::vector<bool>(times.size(), false));
+  std::vector<TriedTerms> best(subsets);
+  for (std::size_t mask = subsets; mask-- > 0;) {
+    if ((within(before, mask) && mask != before % subsets) || !within(mask, all)) continue;
+    TriedTerms like{full.terms, full.fit};
+    for (std::size_t t = 0; t < power_laws; ++t) like.terms.used[t] = (mask >> t) & 1u;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      for (std::size_t t = 0; t < power_laws; ++t) out[mask][i] = out[mask][i] || out[mask | (std::size_t{1} << t)][i];
+      if (out[mask][i]) continue;
+      TriedTerms one = likeliest(data, like, range.ramp, {times[i]});
+      out[mask][i] = one.value() > reach;
+      if (best[mask].fit.c.empty() || one.value() < best[mask].value()) best[mask] = std::move(one);
+    }
+  }
+  for (std::size_t mask = 0; mask < subsets; ++mask) {  // a set comes after those with a term less
+    if (best[mask].fit.c.empty() || best[mask].value() > reach) continue;
+    TriedTerms one = best_parameters(data, best[mask], range, coarse);
+    const double longest = std::ranges::max(one.terms.times), shortest = std::ranges::min(one.terms.times);
+    if (range.at_bound(longest) && longest > 2.0 * shortest_time) continue;  // a walk, as far as this record goes
+    // At the short end it speaks against the power law, but is no process with a time of its own.
+    const bool counts_only = range.at_bound(shortest) || mask == before % subsets;
+    enter(data, range, first + mask, std::move(one), significance, counts_only ? -INFINITY : limit, selection);
+  }
+}
+
 }  // namespace
 
-TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance) {
+TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
+                     std::size_t most_processes) {
   TermSelection selection;
-  const std::size_t sets = subsets * (full.terms.times.size() + 1);
+  const std::size_t known = subsets * (full.terms.times.size() + 1);
+  const bool further = full.terms.times.size() < most_processes;
+  const std::size_t sets = known + (further ? subsets : 0);
   selection.all.resize(sets);
   selection.supported.assign(sets, false);
   selection.aicc.assign(sets, INFINITY);
-  const double contrasts = std::accumulate(data.count.begin(), data.count.end(), 0.0);
-  double least = INFINITY;
-  for (std::size_t index = 0; index < sets; ++index) {  // a set comes after those with a term less
-    bool within = index > 0;
-    for (std::size_t t = 0; t < power_laws; ++t) within = within && (full.terms.used[t] || !((index >> t) & 1u));
-    if (!within) continue;
-    selection.all[index] = best_of_set(data, range, full, index, selection.all);
-    selection.aicc[index] = aicc(selection.all[index], range.ramp, contrasts);
-    selection.supported[index] = is_supported(data, range, selection, index, significance);
-    if (!selection.supported[index] || selection.aicc[index] >= least) continue;
-    least = selection.aicc[index];
-    selection.chosen = index;
-  }
-  if (!std::isfinite(least))
+  std::size_t all = 0;
+  for (std::size_t t = 0; t < power_laws; ++t) all |= static_cast<std::size_t>(full.terms.used[t]) << t;
+  for (std::size_t index = 1; index < known; ++index)  // a set comes after those with a term less
+    if (within(index, all))
+      enter(data, range, index, best_of_set(data, range, full, index, selection.all), significance, INFINITY,
+            selection);
+  if (selection.chosen == 0)
     throw Error(Error::Kind::bad_data,
                 "no noise term fits: the values differ too much in size; look for samples out of range");
+  if (further) try_processes_instead(data, range, full, significance, all, selection);
   return selection;
 }
 

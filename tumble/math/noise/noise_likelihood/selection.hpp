@@ -10,6 +10,7 @@
 namespace tumble::noise_likelihood {
 
 constexpr std::size_t power_laws = power_law_terms.size();
+constexpr double coarse = 0.02;        ///< tolerance of logarithms where sets of terms are compared
 constexpr double shortest_time = 8.0;  ///< [samples] of a process: nearer to the sampling interval it would be a filter
 
 /// NoiseTerms of one model: columns of the four power laws, then processes.
@@ -50,17 +51,10 @@ TriedTerms best_parameters(const BandData& data, const TriedTerms& from, const S
 /// One process more beside the terms of `before`, where it lowers -2 ln L enough. Returned: whether it does.
 bool add_process(const BandData& data, const SearchRange& range, TriedTerms& before);
 
-/// A filter of the white noise of `before`, where it lowers -2 ln L so much that no record of unfiltered noise does it.
-/// Returned: whether it does.
-bool add_filter(const BandData& data, const SearchRange& range, TriedTerms& before);
-
-/// Puts in the filter that a fit before found, at its best here. Returned: whether there was one.
-bool take_filter(const BandData& data, const SearchRange& range, const NoiseFilter& filter, TriedTerms& before);
-
-/// Whether the filter of the second model is worth more than what the first has in its place.
-bool filter_needed(const TriedTerms& without, const TriedTerms& with);
-
 int size_of(const NoiseTerms& terms);
+
+/// Given: contrasts [1]. Returned: Akaike's criterion for finite samples [1].
+double aicc(const TriedTerms& one, bool ramp, double contrasts);
 
 /// Probability [1] of so great a fall of -2 ln L [1] by a coefficient that is zero: half a chi-square, as none is below
 /// zero.
@@ -82,10 +76,18 @@ struct TermSelection {
   std::vector<bool> supported;
   std::vector<double> aicc;
   std::size_t chosen = 0;
+  /// The chosen set, and that with or without quantization, with the white noise through filters of other shapes.
+  std::vector<TriedTerms> other_filters;
+  std::vector<double> other_aicc;
 };
 
-/// Every subset of the power laws beside none to all of the processes of `full`. Given: significance [1] of a term that
-/// remains.
-TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance);
+/// Sets of terms whose AICc is at most so much above that of the chosen one are averaged.
+constexpr double near_in_aicc = 10.0;
+
+/// Every subset of the power laws beside none to all of the processes of `full`, and, up to `most_processes`, sets in
+/// which one process more stands for power laws that the record does not distinguish from it. Given: significance [1]
+/// of a term that remains.
+TermSelection select(const BandData& data, const SearchRange& range, const TriedTerms& full, double significance,
+                     std::size_t most_processes);
 
 }  // namespace tumble::noise_likelihood

@@ -65,6 +65,24 @@ double freedom_for(const std::function<double(double)>& missed) {
   return std::exp(0.5 * (few + many));
 }
 
+/// What dependence adds to the variance of the score. Of all covariances only those of near scales are counted: where
+/// they are negative and no variance remains (noise that falls by orders of magnitude between the scales, beyond a
+/// filter of second order), those that are below zero are not.
+///
+/// Given     information   of independent contrasts, of columns of length 1;   scale   of the columns
+Matrix possible(const Matrix& information, std::span<const double> scale, const Matrix& more) {
+  constexpr double least = 0.05;
+  const Cholesky root = cholesky(information);
+  if (!root.positive) return more;
+  const Matrix half = solve_lower(root.lower, sandwich(diagonal(scale), more));
+  const SymmetricEigen in = eigen_symmetric(solve_lower(root.lower, transposed(half)));
+  if (in.values.empty() || std::ranges::min(in.values) > least - 1.0) return more;
+  std::vector<double> kept;
+  for (const double value : in.values) kept.push_back(std::max(value, 0.0));
+  const Matrix back = scaled_rows(inverses(scale), root.lower * in.vectors);
+  return sandwich(back, kept);
+}
+
 }  // namespace
 
 LinearNoise linear(const BandData& data, const TriedTerms& chosen, const SearchRange* range) {
@@ -132,8 +150,9 @@ NoiseSpread spread(const BandData& data, const std::vector<double>& statistical_
   const auto terms = weighted_terms(chosen);
   const auto excess = excess_scatter(data, terms);
   const Matrix weights = scaled_rows(each, model.x);
-  const Matrix more = covariance_of_dependence(data.bands, terms, weights) +
-                      covariance_of_excess(data, excess, statistical_count, s, weights);
+  const Matrix more = possible(information, scale,
+                               covariance_of_dependence(data.bands, terms, weights) +
+                                   covariance_of_excess(data, excess, statistical_count, s, weights));
   NoiseSpread result;
   for (const ExcessScatter& one : excess) result.scatter_ratio = std::max(result.scatter_ratio, one.ratio);
   result.covariance = independent + sandwich(independent, more);
@@ -175,6 +194,13 @@ double time_freedom(double sd) {
     }
     return below(std::log(low) / sd) + above;
   });
+}
+
+double logarithm_freedom(double sd) {
+  if (!(sd > 0.0)) return std::numeric_limits<double>::infinity();
+  const auto beyond = [&](double off) { return 0.5 * std::erfc(off / sd / std::numbers::sqrt2); };
+  return freedom_for(
+      [&](double t) { return beyond(std::log1p(t * sd)) + (t * sd < 1.0 ? beyond(-std::log1p(-t * sd)) : 0.0); });
 }
 
 double upper_limit(const BandData& data, const Matrix& others, std::span<const double> column, bool ramp,

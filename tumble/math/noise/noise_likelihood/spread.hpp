@@ -53,6 +53,9 @@ double interval_freedom(const BandData& data, const Matrix& x, const std::vector
 /// Given     sd  of the logarithm [1]
 double time_freedom(double sd);
 
+/// ... of a parameter whose logarithm is normally distributed with this sd [1], whatever its value: of a filter.
+double logarithm_freedom(double sd);
+
 /// Where -2 ln L rises by 2.71 (95 % one-sided) above its least as the coefficient of `column` grows.
 ///
 /// Given     others [bands x columns], column [bands] of the terms; value, sd of the root of the coefficient [u]

@@ -1,0 +1,44 @@
+#include <filesystem>
+#include <memory>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/tasks/ready_plans.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string name, output;
+};
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const ReadyPlan& plan = find_ready_plan(arguments.name);
+  if (arguments.output.empty()) {
+    print(std::string(plan.text));
+    return 0;
+  }
+  check_output(arguments.output, {}, {".toml"});
+  if (std::filesystem::exists(arguments.output))
+    throw Error(Error::Kind::bad_input, "-o " + arguments.output + ": the file is there already; choose another name");
+  write_file_atomically(arguments.output, std::string(plan.text));
+  note(terminal, "wrote " + arguments.output + ": " + plan.title);
+  return 0;
+}
+
+}  // namespace
+
+Verb init_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"init",
+          "Write a commented plan to start from",
+          {{"METHOD|PLAN", &arguments->name, "a method, or a plan of `tumble list plans`", true},
+           {"-o,--output", &arguments->output, "plan to write (.toml); without it the plan is printed"}},
+          "Examples:\n"
+          "  tumble init fog_thermal_bias -o my_gyro.toml\n"
+          "  tumble simulate my_gyro.toml -o rehearsal.h5 && tumble identify my_gyro.toml rehearsal.h5\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

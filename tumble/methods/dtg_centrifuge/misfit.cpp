@@ -1,0 +1,68 @@
+#include "tumble/methods/dtg_centrifuge/misfit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/lack_of_fit.hpp"
+#include "tumble/methods/dtg_centrifuge/lag.hpp"
+
+namespace tumble::dtg_centrifuge {
+namespace {
+
+/// Levels less the polynomial, by the quantities of the levels: I - X G [2L x n].
+Matrix off_polynomial(const Outcome& outcome, const std::vector<Level>& levels) {
+  const Polynomial& p = outcome.polynomial;
+  const std::size_t each = p.each();
+  Matrix out = levels_with_lag(outcome.levels, p);
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const auto regressors = p.row(levels[l]);
+    for (std::size_t c = 0; c < p.parts; ++c)
+      for (std::size_t k = 0; k < each; ++k)
+        for (std::size_t j = 0; j < out.columns; ++j)
+          out(l * p.parts + c, j) -= regressors[k] * p.of_levels(c * each + k, j);
+  }
+  return out;
+}
+
+}  // namespace
+
+LevelMisfit level_misfit(const Outcome& outcome, const std::vector<Level>& levels) {
+  const Polynomial& p = outcome.polynomial;
+  const auto chosen = std::ranges::find(p.tried, true, &Order::chosen);
+  const auto freedom = static_cast<double>(outcome.levels.value.size()) - static_cast<double>(p.value.size());
+  LevelMisfit misfit;
+  if (chosen == p.tried.end() || !(freedom > 0.0)) return misfit;
+  misfit.ratio = chosen->chi_square / freedom;
+  misfit.probability = chance_of_ratio(misfit.ratio, freedom, outcome.levels.fit.degrees_of_freedom);
+  const Matrix off = off_polynomial(outcome, levels);
+  const auto residual = off * outcome.levels.value;
+  const Matrix covariance = sandwich(off, outcome.levels.fit.covariance);
+  double farthest = 0.0;
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    double square = 0.0, size = 0.0;
+    for (std::size_t i = l * p.parts; i < (l + 1) * p.parts; ++i) {
+      square += residual[i] * residual[i] / std::max(covariance(i, i), 1e-24 * residual[i] * residual[i]);
+      size += residual[i] * residual[i];
+    }
+    if (square <= farthest) continue;
+    farthest = square;
+    misfit.worst = l;
+    misfit.off = std::sqrt(size);
+  }
+  return misfit;
+}
+
+void check_levels(const Outcome& outcome, const std::vector<Level>& levels, Findings& findings) {
+  constexpr double rare = 1e-5;
+  const LevelMisfit misfit = level_misfit(outcome, levels);
+  if (misfit.probability > rare) return;
+  findings.push_back({Finding::Severity::error,
+                      "levels_off_polynomial",
+                      {{"difference", misfit.off, "deg/h/g"},
+                       {"times", std::sqrt(misfit.ratio)},
+                       {"level", levels[misfit.worst].label}},
+                      outcome.output == gyro ? "gyro" : "gyro_y"});
+}
+
+}  // namespace tumble::dtg_centrifuge

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "tumble/methods/dtg_centrifuge/describe.hpp"
+
+/// Whether the levels lie on their polynomial.
+namespace tumble::dtg_centrifuge {
+
+/// F test of lack of fit of the levels against the pure error, which is the scatter of the parts of each segment with
+/// what is known of the rig: the residual square of the polynomial over its degrees of freedom. One sound test in 1e5
+/// is accused.
+struct LevelMisfit {
+  double ratio = 0.0;        ///< F [1]; 0: no level is left over
+  double probability = 1.0;  ///< [1] of this F or more by chance
+  std::size_t worst = 0;     ///< level that lies farthest off in its own uncertainty
+  double off = 0.0;          ///< by how much [rad/s / (m/s^2)]
+};
+
+/// Given: levels as those of the reduction.
+LevelMisfit level_misfit(const Outcome& outcome, const std::vector<Level>& levels);
+
+/// An error where chance gives the misfit in less than 1e-5: the uncertainties do not include it.
+void check_levels(const Outcome& outcome, const std::vector<Level>& levels, Findings& findings);
+
+}  // namespace tumble::dtg_centrifuge

@@ -1,0 +1,99 @@
+#include "tumble/reduce/coarse_output.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "tumble/units/constants.hpp"
+
+namespace tumble {
+namespace {
+
+/// Values of the stretches at rest.
+struct Values {
+  std::set<double> all;   ///< different ones
+  double gap = 0.0;       ///< least difference between two of one stretch; 0: none shows two
+  double squares = 0.0;   ///< about the means of the stretches
+  double freedom = 0.0;   ///< of the squares
+  bool resolved = false;  ///< a stretch shows more values than a coarse output does
+};
+
+double square(double x) { return x * x; }
+
+/// Least difference between two values [u].
+double least_difference(const std::set<double>& values) {
+  double least = INFINITY;
+  for (auto v = std::next(values.begin()); v != values.end(); ++v) least = std::min(least, *v - *std::prev(v));
+  return least;
+}
+
+void add(const Stretch& stretch, Values& values) {
+  constexpr std::size_t most = 40;
+  std::set<double> different;
+  double sum = 0.0, count = 0.0, squares = 0.0;
+  for (const double v : stretch.values)
+    if (std::isfinite(v) && different.size() <= most) different.insert(v), sum += v, ++count;
+  if (count < 2.0) return;
+  values.resolved = values.resolved || different.size() > most;
+  values.all.insert(different.begin(), different.end());
+  for (const double v : stretch.values)
+    if (std::isfinite(v)) squares += square(v - sum / count);
+  values.squares += squares;
+  values.freedom += count - 1.0;
+  if (different.size() < 2) return;
+  const double gap = least_difference(different);
+  values.gap = values.gap > 0.0 ? std::min(values.gap, gap) : gap;
+}
+
+/// The largest step of which all differences are whole multiples; 0: none.
+double common_step(const Values& values) {
+  // Within a stretch neighbours are a few steps apart; from stretch to stretch they may be far more.
+  constexpr double few_parts = 20.0, most_steps = 2e4, least_steps = 100.0, whole = 1e-5;
+  const double first = *values.all.begin(), span = *values.all.rbegin() - first;
+  const double gap = values.gap > 0.0 ? values.gap : least_difference(values.all);
+  const double most_parts = values.gap > 0.0 ? few_parts : most_steps * gap / span;
+  for (double parts = 1.0; parts <= most_parts; ++parts) {
+    const double step = gap / parts;
+    if (values.gap == 0.0 && !(span > least_steps * step)) continue;
+    const auto is_multiple = [&](double v) { return std::abs(std::remainder(v - first, step)) < whole * step; };
+    if (std::ranges::all_of(values.all, is_multiple)) return step;
+  }
+  return 0.0;
+}
+
+/// Variance of a mean by rounding, in squares of the step, where the noise is `noise` steps.
+double rounding_variance(double noise) {
+  double sum = 0.0;
+  for (int k = 1; k <= 300; ++k) {
+    const double root = two_pi * k;
+    sum += 2.0 / square(root) * std::exp(-square(root * noise));
+  }
+  return sum;
+}
+
+/// Noise [steps] of samples that scatter by this variance [steps^2] about the mean of their stretch.
+double noise_of(double scatter) {
+  double low = 0.0, high = std::sqrt(scatter) + 1.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (square(middle) + 1.0 / 12.0 - rounding_variance(middle) < scatter ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+std::optional<CoarseOutput> coarse_output(const ConductedTest& test) {
+  Values values;
+  for (const auto& stretch : test.stretches) {
+    if (stretch.steady) add(stretch, values);
+    if (values.resolved) return {};
+  }
+  if (values.all.size() < 4 || !(values.freedom > 0.0)) return {};
+  const double step = common_step(values);
+  if (!(step > 0.0)) return {};
+  const double noise = noise_of(values.squares / values.freedom / square(step));
+  return CoarseOutput{step, noise * step, std::sqrt(rounding_variance(noise)) * step};
+}
+
+}  // namespace tumble
