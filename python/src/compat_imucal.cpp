@@ -17,22 +17,37 @@ namespace {
 
 using namespace imu_ferraris;
 
-/// Samples of three axes, one row each, in any unit.
-using Triads = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+/// Samples of three axes, one row each, in any unit and any order in memory.
+using Triads = nb::ndarray<const double, nb::shape<-1, 3>, nb::device::cpu>;
 using Square = nb::ndarray<const double, nb::shape<3, 3>, nb::c_contig, nb::device::cpu>;
 using Triple = nb::ndarray<const double, nb::shape<3>, nb::c_contig, nb::device::cpu>;
 using Rows = std::array<std::array<double, 3>, 3>;
 using Row = std::array<double, 3>;
 
-Vector3 row(const Triads& values, std::size_t i) {
-  const double* const p = values.data() + 3 * i;
-  return {p[0], p[1], p[2]};
+/// One axis of them.
+struct Axis {
+  const double* first;
+  std::int64_t step;
+  std::size_t count;
+
+  double operator[](std::size_t i) const { return first[static_cast<std::int64_t>(i) * step]; }
+};
+
+Axis axis_of(const Triads& values, std::size_t axis) {
+  return {values.data() + static_cast<std::int64_t>(axis) * values.stride(1), values.stride(0), values.shape(0)};
+}
+
+double mean_of(const Axis& values) {
+  double sums[4] = {};
+  std::size_t i = 0;
+  for (; i + 4 <= values.count; i += 4)
+    for (std::size_t lane = 0; lane < 4; ++lane) sums[lane] += values[i + lane];
+  for (; i < values.count; ++i) sums[0] += values[i];
+  return ((sums[0] + sums[1]) + (sums[2] + sums[3])) / static_cast<double>(values.count);
 }
 
 Vector3 mean_of(const Triads& values) {
-  Vector3 sum;
-  for (std::size_t i = 0; i < values.shape(0); ++i) sum += row(values, i);
-  return sum / static_cast<double>(values.shape(0));
+  return {mean_of(axis_of(values, 0)), mean_of(axis_of(values, 1)), mean_of(axis_of(values, 2))};
 }
 
 Row plain(Vector3 v) { return {v.x, v.y, v.z}; }
@@ -69,32 +84,48 @@ std::tuple<Rows, Rows, Row, Rows, Rows, Rows, Row> calibrate(const std::vector<T
       plain(found.k_ga),           plain(found.b_g)};
 }
 
-using Matrix2d = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>>;
+/// One column of the answer after the other.
+using Answer = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>, nb::f_contig>;
 
-/// (values - offset - coupling * other) by a matrix; other: null for none.
-Matrix2d applied(const Matrix3& matrix, Vector3 offset, const Triads& values, const Matrix3& coupling,
-                 const Triads* other) {
+/// Adds row . values_i + offset to to_i. Step: from one sample of an axis to the next, 0 for any.
+template <std::int64_t Step>
+void combine(Vector3 row, double offset, const std::array<Axis, 3>& values, double* __restrict to) {
+  const auto at = [&](const Axis& axis, std::size_t i) { return Step == 1 ? axis.first[i] : axis[i]; };
+  const Axis x = values[0], y = values[1], z = values[2];
+  for (std::size_t i = 0; i < x.count; ++i) to[i] += offset + row.x * at(x, i) + row.y * at(y, i) + row.z * at(z, i);
+}
+
+void combine(Vector3 row, double offset, const Triads& values, double* to) {
+  const std::array<Axis, 3> axes{axis_of(values, 0), axis_of(values, 1), axis_of(values, 2)};
+  if (axes[0].step == 1)
+    combine<1>(row, offset, axes, to);
+  else
+    combine<0>(row, offset, axes, to);
+}
+
+/// matrix (values - offset), and matrix coupling other subtracted where there is another.
+Answer applied(const Matrix3& matrix, Vector3 offset, const Triads& values, const Matrix3& coupling,
+               const Triads* other) {
   const std::size_t count = values.shape(0);
-  auto* const kept = new std::vector<double>(3 * count);
-  const nb::capsule owner(kept, [](void* it) noexcept { delete static_cast<std::vector<double>*>(it); });
-  double* to = kept->data();
-  for (std::size_t i = 0; i < count; ++i) {
-    Vector3 v = row(values, i) - offset;
-    if (other != nullptr) v = v - coupling * row(*other, i);
-    v = matrix * v;
-    *to++ = v.x, *to++ = v.y, *to++ = v.z;
+  auto* const numbers = new double[3 * count]();
+  const nb::capsule owner(numbers, [](void* it) noexcept { delete[] static_cast<double*>(it); });
+  const Vector3 constant = matrix * offset;
+  const Matrix3 coupled = matrix * coupling;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    combine(matrix[axis], -constant[axis], values, numbers + axis * count);
+    if (other != nullptr) combine(-coupled[axis], 0.0, *other, numbers + axis * count);
   }
-  return {kept->data(), {count, 3}, owner};
+  return Answer(numbers, {count, 3}, owner, {1, static_cast<std::int64_t>(count)});
 }
 
 /// R^-1 K^-1 (values - b)
-Matrix2d calibrated(const Triads& values, const Square& k, const Square& r, const Triple& b) {
+Answer calibrated(const Triads& values, const Square& k, const Square& r, const Triple& b) {
   return applied(inverse(matrix_of(r)) * inverse(matrix_of(k)), vector_of(b), values, {}, nullptr);
 }
 
 /// R^-1 K^-1 (values - K_ga force - b), force calibrated, row by row
-Matrix2d calibrated_rate(const Triads& values, const Square& k, const Square& r, const Triple& b, const Square& k_ga,
-                         const Triads& force) {
+Answer calibrated_rate(const Triads& values, const Square& k, const Square& r, const Triple& b, const Square& k_ga,
+                       const Triads& force) {
   if (force.shape(0) != values.shape(0))
     throw Error(Error::Kind::bad_input, "argument gyr: " + std::to_string(values.shape(0)) +
                                             " rows were given; accepted are as many as acc has, " +

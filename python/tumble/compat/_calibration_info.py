@@ -214,7 +214,7 @@ def _floats(values: Any, name: str) -> Array:
 def _triads(values: Any, name: str) -> Array:
     import numpy as np
 
-    array = np.ascontiguousarray(_array_of(values, name), dtype=np.float64)
+    array = _array_of(values, name).astype(np.float64, copy=False)
     if array.ndim != 2 or array.shape[1] != 3:
         raise UsageError(f"argument {name}: an array of shape {array.shape} was given; accepted is the shape (n, 3)")
     return array

@@ -198,10 +198,10 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
             f"argument {argument}: {wanted} was given; accepted are three of the columns "
             + ", ".join(map(str, df.columns))
         )
-    out = np.empty((len(df), 3))
-    for axis, name in enumerate(wanted):
-        out[:, axis] = df[name].to_numpy()
-    return out
+    columns = np.empty((3, len(df)))
+    for column, name in zip(columns, wanted, strict=True):
+        column[:] = df[name].to_numpy()
+    return columns.T
 
 
 def _rows_of(labels: Any) -> dict[str, Any]:
@@ -210,7 +210,7 @@ def _rows_of(labels: Any) -> dict[str, Any]:
 
     codes, names = labels.factorize()
     _require_sections([str(name) for name in names])
-    first = np.flatnonzero(np.diff(codes, prepend=-1))
+    first = np.concatenate([[0], np.flatnonzero(codes[1:] != codes[:-1]) + 1])
     if len(first) == len(names):
         ends = [*first[1:].tolist(), len(codes)]
         return {str(name): slice(begin, end) for name, begin, end in zip(names, first.tolist(), ends, strict=True)}
@@ -235,7 +235,7 @@ def _region(values: Any, name: str) -> Samples:
         raise DataError(
             f"section {name}: an array of shape {array.shape} was given; accepted are samples, shape (n, 3)"
         )
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return array.astype(np.float64, copy=False)
 
 
 def _numbers(values: Any) -> Samples:
