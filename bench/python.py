@@ -19,7 +19,7 @@ import tempfile
 import time
 
 IMPORTS = 15
-PAIRS = 7
+PAIRS = 5
 ALL = sorted(os.sched_getaffinity(0))
 
 IMPORT = "import time; t = time.perf_counter(); import {}; print(time.perf_counter() - t)"

@@ -75,7 +75,7 @@ std::string zsh(const std::vector<Verb>& verbs) {
 }
 
 /// 'text' for fish.
-std::string quoted(std::string text) {
+std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text)
     result += c == '\'' || c == '\\' ? std::string("\\") + c : std::string(1, c == '\n' ? ' ' : c);

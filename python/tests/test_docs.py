@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 import warnings
+from pathlib import Path
 
 import pytest
 
 import tumble
 
+PACKAGE = Path(tumble.__file__).parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -28,3 +32,10 @@ def test_examples_run(page, tree, tmp_path, monkeypatch):
         warnings.simplefilter("ignore", tumble.TumbleWarning)
         for block in blocks:
             exec(compile(block, page, "exec"), names)
+
+
+def test_the_reference_is_up_to_date(tree):
+    environment = {**os.environ, "TUMBLE_PACKAGE": str(PACKAGE)}
+    check = [sys.executable, str(tree / "script/python_api"), "--check"]
+    done = subprocess.run(check, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr

@@ -340,6 +340,24 @@ std::size_t missing_in(const TickedStamps& ticks) {
   return missing;
 }
 
+/// Stamps equal to the one before, and stamps before it.
+void count_faults(const Stamps& t, Clock& clock) {
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    clock.duplicates += t[i] == t[i - 1];
+    if (t[i] < t[i - 1] && clock.backward++ == 0) clock.first_backward = i;
+  }
+}
+
+/// How far the stamps are from an even clock.
+void take_departures(const std::vector<double>& departures, Clock& clock) {
+  double sum = 0.0;
+  for (const double r : departures) {
+    sum += r * r;
+    clock.worst = std::max(clock.worst, std::abs(r));
+  }
+  clock.jitter_rms = std::sqrt(sum / static_cast<double>(departures.size()));
+}
+
 }  // namespace
 
 Clock clock_of(const Channel& channel) {
@@ -356,10 +374,7 @@ Clock clock_of(const Channel& channel) {
     clock.reason = "fewer than three stamps";
     return clock;
   }
-  for (std::size_t i = 1; i < t.size(); ++i) {
-    clock.duplicates += t[i] == t[i - 1];
-    if (t[i] < t[i - 1] && clock.backward++ == 0) clock.first_backward = i;
-  }
+  count_faults(t, clock);
   auto ticks = clock.backward == 0 ? ticked(t) : std::nullopt;
   const bool twice = clock.duplicates > 0 && written_twice(channel);
   if (ticks && twice && missing_in(*ticks) > clock.duplicates) ticks.reset();
@@ -375,12 +390,7 @@ Clock clock_of(const Channel& channel) {
   else
     find_gaps(Departure{t, interval, repeats}, regular, clock);
   const auto departures = about_the_lines(t, interval, repeats, clock);
-  double sum = 0.0;
-  for (const double r : departures) {
-    sum += r * r;
-    clock.worst = std::max(clock.worst, std::abs(r));
-  }
-  clock.jitter_rms = std::sqrt(sum / static_cast<double>(t.size()));
+  take_departures(departures, clock);
   judge(departures, clock);
   return clock;
 }

@@ -357,8 +357,10 @@ TEST(Clock, RowsThatAreWrittenTwiceCountOnce) {
 // rate is known to a reading in the whole record, 32 of 20 000 samples.
 TEST(Clock, ABufferThatIsReadAtOnceLosesNothing) {
   std::vector<double> stamps;
-  for (std::size_t i = 0; i < 20'000; ++i)
-    stamps.push_back(0.01 * static_cast<double>(32 * (i / 32 + 1)) + 5e-5 * static_cast<double>(i % 32));
+  for (std::size_t i = 0; i < 20'000; ++i) {
+    const std::size_t read = 32 * (i / 32 + 1);
+    stamps.push_back(0.01 * static_cast<double>(read) + 5e-5 * static_cast<double>(i % 32));
+  }
   const Clock clock = clock_of(with_stamps(stamps));
   EXPECT_TRUE(clock.gaps.empty());
   EXPECT_NEAR(clock.rate, 100.0, 100.0 * 32.0 / 20'000.0);

@@ -59,7 +59,7 @@ void refuse_impossible_clocks(const Recording& recording, const std::string& pat
     if (const double rate = mean_rate(channel); rate > fastest)
       problems.push_back(fmt::format("'{}': channel '{}' has {:.2g} samples a second: in which unit is the time?", path,
                                      channel.name, rate));
-    else if (channel.values.size() > 1 && rate < slowest)
+    else if (channel.values.size() > 1 && rate > 0.0 && rate < slowest)
       problems.push_back(fmt::format("'{}': the samples of channel '{}' are {:.2g} s apart: in which unit is the time?",
                                      path, channel.name, 1.0 / rate));
   for (const Mark& mark : recording.marks)

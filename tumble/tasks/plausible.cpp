@@ -98,13 +98,19 @@ void look_at_radius(const Estimate& estimate, const Plan& plan, Findings& findin
                       radius->name});
 }
 
-/// Numbers that went beyond the range of numbers: squares of values of 1e160.
+/// Whether a number can be squared.
+bool is_in_range(double value) {
+  const double size = std::abs(value);
+  return size == 0.0 || (size > 1e-150 && size < 1e150);
+}
+
+/// Values whose squares are beyond the range of numbers, and variances that went there.
 void look_at_range(const Estimate& estimate, Findings& findings) {
   std::string names;
   Occurrences parameters{0, {}, {}};
   for (std::size_t p = 0; p < estimate.parameters.size(); ++p) {
     const Parameter& parameter = estimate.parameters[p];
-    if (std::isfinite(parameter.value) && std::isfinite(estimate.covariance(p, p))) continue;
+    if (is_in_range(parameter.value) && std::isfinite(estimate.covariance(p, p))) continue;
     if (parameters.count++ == 0) parameters.first = parameter.name;
     names += (names.empty() ? "" : " ") + parameter.name;
   }

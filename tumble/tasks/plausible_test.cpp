@@ -34,8 +34,8 @@ TEST(Plausible, WhatIsBeyondTheRangeOfNumbersIsAnError) {
   Estimate estimate = with("bias", 1e200, "deg/h");
   estimate.covariance(0, 0) = std::numeric_limits<double>::infinity();
   EXPECT_EQ(implausible(estimate, Plan{}).at(0).code, "out_of_range");
-  EXPECT_EQ(implausible(with("bias", std::numeric_limits<double>::quiet_NaN(), "deg/h"), Plan{}).at(0).code,
-            "out_of_range");
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(), 1e293, -1e-312})
+    EXPECT_EQ(implausible(with("bias", value, "deg/h"), Plan{}).at(0).code, "out_of_range");
 }
 
 TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {

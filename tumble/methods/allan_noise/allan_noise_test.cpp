@@ -196,6 +196,28 @@ TEST(AllanNoise, TheSpectrumOfAFilteredSensorFallsAsItIsMeasured) {
   EXPECT_NEAR(spectrum->y.values.back(), white->y.values.back(), 0.25 * white->y.values.back());
 }
 
+// A low pass of 0.16 Hz and a process of 1 s are the same noise; with white noise of its own size beside it, it is a
+// process.
+TEST(AllanNoise, AProcessThatMayBeAFilterIsSaid) {
+  for (const double white : {0.0, 1.0}) {
+    const RandomStream random(31);
+    Channel gyro{"gyro", QuantityKind::angular_rate, Unit::parse("deg/h"), {0.0, 10.0, nullptr}, {}};
+    const double kept = std::exp(-0.1), size = si(4.0, "deg/h");
+    double state = 0.0;
+    for (std::uint64_t i = 0; i < 20'000; ++i) {
+      state = kept * state + std::sqrt(1.0 - kept * kept) * random.normal(2 * i);
+      gyro.values.push_back(size * (state + white * random.normal(2 * i + 1)));
+    }
+    const auto estimate = identify_noise(noise_evidence({gyro}));
+    const auto said = std::ranges::find(estimate.findings, "process_like_filter", &Finding::code);
+    EXPECT_EQ(said != estimate.findings.end(), white == 0.0) << white;
+    if (white > 0.0 || said == estimate.findings.end()) continue;
+    const auto density = std::ranges::find(said->values, "density", &FindingValue::name);
+    // 2 s^2 T of 1 s from 2000 s: 4 sd of about 4 %
+    EXPECT_NEAR(std::get<double>(density->value), size * std::sqrt(2.0), 0.16 * size * std::sqrt(2.0));
+  }
+}
+
 TEST(AllanNoise, ShowsTheSpectrumAndEveryAveragingTimeWhereAsked) {
   auto evidence = noise_evidence({noisy("gyro.x", 11, 4000)});
   EXPECT_EQ(curve_named(identify_noise(evidence), "gyro.x power_spectrum"), nullptr);

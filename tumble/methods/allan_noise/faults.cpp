@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/math/median.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -217,6 +218,28 @@ Findings times_at_bound(const ChannelNoise& channel) {
                         channel.label});
   }
   return findings;
+}
+
+Findings process_like_filter(const ChannelNoise& channel) {
+  constexpr double most_white = 0.1, longest = 100.0;  // of the process' variance; samples: slower filters are rare
+  if (channel.fit.filter.given()) return {};
+  double white = 0.0;
+  const FittedTerm* process = nullptr;
+  for (const FittedTerm& term : channel.fit.terms) {
+    if (!term.kept) continue;
+    if (term.unit.term == NoiseTerm::white) white = term.squared;
+    if (term.unit.term == NoiseTerm::markov && (!process || term.squared > process->squared)) process = &term;
+  }
+  if (!process || process->unit.markov_time > longest || white > most_white * process->squared) return {};
+  const double time = process->unit.markov_time, density = 2.0 * process->squared * time;
+  const TermWords said = words(NoiseTerm::white, channel.kind);
+  return {{Severity::warning,
+           "process_like_filter",
+           {{"time", time / channel.rate, "s"},
+            {"bandwidth", channel.rate / (two_pi * time), "Hz"},
+            {"term", said.name},
+            {"density", coefficient(NoiseTerm::white, density, channel.rate), said.unit}},
+           channel.label}};
 }
 
 }  // namespace tumble::allan_noise

@@ -26,4 +26,9 @@ Findings uneven_bias(const NoiseBands& bands, double begin, double rate, Quantit
 /// Findings for processes whose correlation time lies at an end of the range that is searched.
 Findings times_at_bound(const ChannelNoise& channel);
 
+/// A finding where a Gauss-Markov process is nearly all of the noise: white noise that a sensor filters by a low pass
+/// of first order looks the same, and its density at frequency zero is then the process', not that of the white noise
+/// beside it.
+Findings process_like_filter(const ChannelNoise& channel);
+
 }  // namespace tumble::allan_noise

@@ -105,8 +105,8 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
 
 void conclude(const NoiseBands& bands, double begin, const Settings& settings, ChannelNoise& result) {
   const Findings changes = changes_along(bands, begin, result.rate, result.label);
-  for (const Findings& some :
-       {changes, uneven_bias(bands, begin, result.rate, result.kind, result.label), times_at_bound(result)})
+  for (const Findings& some : {changes, uneven_bias(bands, begin, result.rate, result.kind, result.label),
+                               times_at_bound(result), process_like_filter(result)})
     result.findings.insert(result.findings.end(), some.begin(), some.end());
   result.advice = advice(result, bands, settings.number("wanted_sd"));
 }

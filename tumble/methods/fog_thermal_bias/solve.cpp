@@ -216,6 +216,15 @@ bool shows_gradient(const std::vector<RunData>& runs) {
   });
 }
 
+/// What the runs say beyond noise: of those that were fitted, and of each as the others predict it.
+Misfit misfits_of(const Factors& factors, const std::vector<std::size_t>& factorised, const Answer& answer,
+                  const std::vector<std::size_t>& departures, std::size_t terms) {
+  auto misfit = misfit_of(factors, factorised, answer.runs, answer.columns, answer.fit.parameters, departures, terms);
+  misfit.predicted = predicted_misfit(factors, factorised, answer.runs, answer.columns,
+                                      answer.candidates[answer.chosen].columns, departures);
+  return misfit;
+}
+
 }  // namespace
 
 Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double lag, const Progress& progress) {
@@ -244,10 +253,7 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   answer.chosen = choose(answer.candidates);
   answer.largest = largest_supported(answer.candidates, answer.chosen);
   fit_answer(answer, factors, factorised, settings, names);
-  answer.misfit =
-      misfit_of(factors, factorised, answer.runs, answer.columns, answer.fit.parameters, departures, terms.size());
-  answer.misfit.predicted = predicted_misfit(factors, factorised, answer.runs, answer.columns,
-                                             answer.candidates[answer.chosen].columns, departures);
+  answer.misfit = misfits_of(factors, factorised, answer, departures, terms.size());
   answer.levels = levels_of(answer, factors, factorised, settings);
   const auto& columns = answer.columns;
   answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {
