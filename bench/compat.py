@@ -126,6 +126,22 @@ what else the machine does (load {os.getloadavg()[0]:.1f} at the end), so the ra
         print(f"| {name}: {title} | {1e3 * mine:.4g} | {1e3 * other:.4g} | {ratio:.3g} | {fastest:.3g} |", flush=True)
 
 
+def any_list(repeats=3):
+    """A list whose doubles are not in it, so that sums cannot be shared."""
+    data = rate_of(10**7)
+    taus = numpy.unique(numpy.round(numpy.geomspace(1, 2.5e6, 109))) / 100.0
+    rows = []
+    for _ in range(repeats):
+        other = on(1, quiet(allantools.oadev, data, rate=100.0, data_type="freq", taus=taus))[1]
+        mine = on(1, lambda: tumble.compat.allantools.oadev(data, 100.0, "freq", taus))[1]
+        rows.append((mine, other, other / mine))
+    mine, other, ratio = (statistics.median(column) for column in zip(*rows))
+    print(f"""
+The averaging times above are those of `taus="log"`: the double of each is one of them, so a sum is shared (docs/decisions/033). For
+{len(taus)} times of `numpy.geomspace` this does not hold: ours {1e3 * mine:.4g} ms, allantools {1e3 * other:.4g} ms, ratio {ratio:.3g}
+(processor time on one processor, medians of {repeats}).""")
+
+
 def session(module, frame):
     regions = module.ferraris_regions_from_df(frame)
     return module.FerrarisCalibration().compute(regions, 204.8, from_acc_unit="a.u.", from_gyr_unit="a.u.")
@@ -163,7 +179,7 @@ def main():
     print(f"Machine: {processor()}, {platform.system()}; load {os.getloadavg()[0]:.1f} at the start. Python {platform.python_version()}, "
           f"numpy {numpy.__version__}, pandas {pandas.__version__}, allantools {allantools.__version__}, imucal {imucal.__version__}. "
           "Medians of pairs of calls in one process, one after the other, by `bench/compat.py`.\n")
-    parts = {"family": family, "hundred": hundred, "imucal": calibration}
+    parts = {"family": family, "hundred": hundred, "any_list": any_list, "imucal": calibration}
     for name, part in parts.items():
         if len(sys.argv) < 2 or name in sys.argv[1:]:
             part()

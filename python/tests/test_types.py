@@ -37,7 +37,7 @@ def test_the_package_passes_strictly(tree, tmp_path):
 
 
 def test_examples_pass_strictly(tree, tmp_path):
-    for page in ("docs/python.md", "README.md"):
+    for page in ("docs/python.md", "docs/plots.md", "docs/allantools.md", "docs/imucal.md", "README.md"):
         name = page.replace("/", "_").replace(".", "_") + ".py"
         (tmp_path / name).write_text("\n".join(BLOCK.findall((tree / page).read_text())))
     files = [*tmp_path.glob("*.py"), *(tree / "docs/notebooks").glob("*.py")]
