@@ -19,7 +19,7 @@ import tempfile
 import time
 
 IMPORTS = 15
-PAIRS = 5
+PAIRS = 7
 ALL = sorted(os.sched_getaffinity(0))
 
 IMPORT = "import time; t = time.perf_counter(); import {}; print(time.perf_counter() - t)"
@@ -68,11 +68,11 @@ print(json.dumps([sorted(column)[5] for column in zip(*pairs)]))
 def factors():
     """104 factors of 10^7 samples, as averaging_factors of tumble/math/stability/allan.hpp gives them for 16 a decade."""
     steps, found, octave = 5, [], 1
-    while octave <= 10**7 // 4:
+    while octave <= 10**7 // 2:
         rounded = min(octave, 16)
         for k in range(steps):
             factor = int(rounded * 2.0 ** (k / steps) + 0.5) * (octave // rounded)
-            if factor <= 10**7 // 4 and (not found or factor > found[-1]):
+            if factor <= 10**7 // 2 and (not found or factor > found[-1]):
                 found.append(factor)
         octave *= 2
     return found

@@ -71,7 +71,7 @@ void convert_file(const std::string& from, const std::string& to, const Sets& se
   convert(from, to, read_options(sets), listener.progress());
 }
 
-/// The compensated recording, its findings among those of the recording; and a result without parameters that holds
+/// The compensated recording; and a result without parameters that holds
 /// what the method says of its work, as `tumble compensate` prints it.
 std::pair<Recording, Estimate> compensate_recording(const Estimate& estimate, const Recording& recording,
                                                     const Plan* plan) {
