@@ -166,13 +166,13 @@ class FerrarisCalibrationInfo(CalibrationInfo):
     _cal_paras: ClassVar[tuple[str, ...]] = ("K_a", "R_a", "b_a", "K_g", "R_g", "K_ga", "b_g")
     acc_unit: str | None = "m/s^2"
     gyr_unit: str | None = "deg/s"
-    K_a: Array | None = None
-    R_a: Array | None = None
-    b_a: Array | None = None
-    K_g: Array | None = None
-    R_g: Array | None = None
-    K_ga: Array | None = None
-    b_g: Array | None = None
+    K_a: Array = None  # type: ignore[assignment]
+    R_a: Array = None  # type: ignore[assignment]
+    b_a: Array = None  # type: ignore[assignment]
+    K_g: Array = None  # type: ignore[assignment]
+    R_g: Array = None  # type: ignore[assignment]
+    K_ga: Array = None  # type: ignore[assignment]
+    b_g: Array = None  # type: ignore[assignment]
 
     def calibrate(
         self, acc: ArrayLike, gyr: ArrayLike, acc_unit: str | None, gyr_unit: str | None

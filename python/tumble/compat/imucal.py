@@ -198,9 +198,9 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
             f"argument {argument}: {wanted} was given; accepted are three of the columns "
             + ", ".join(map(str, df.columns))
         )
-    columns = np.empty((3, len(df)))
-    for column, name in zip(columns, wanted, strict=True):
-        column[:] = df[name].to_numpy()
+    columns: Samples = np.empty((3, len(df)))
+    for axis, name in enumerate(wanted):
+        columns[axis] = df[name].to_numpy()
     return columns.T
 
 
