@@ -281,6 +281,4 @@ def _some(answer: Answer, values: Array) -> Answer:
 
 
 def __getattr__(name: str) -> object:
-    raise AttributeError(
-        f"tumble.compat.allantools has no {name!r}: it has {', '.join(__all__)}"
-    )
+    raise AttributeError(f"tumble.compat.allantools has no {name!r}: it has {', '.join(__all__)}")
