@@ -20,6 +20,9 @@ void bind_plans(nb::module_& module);
 void bind_results(nb::module_& module);
 void bind_tasks(nb::module_& module);
 void bind_stability(nb::module_& module);
+void bind_figures(nb::module_& module);
+void bind_compat_allantools(nb::module_& module);
+void bind_compat_imucal(nb::module_& module);
 
 /// Progress of a long call, made without the interpreter's lock: 20 times a second it takes the lock, looks for Ctrl+C,
 /// and calls a Python function (done from 0 to 1, what) unless that is None. It must outlive the call.

@@ -13,4 +13,7 @@ NB_MODULE(_tumble, module) {
   bind_results(module);
   bind_tasks(module);
   bind_stability(module);
+  bind_figures(module);
+  bind_compat_allantools(module);
+  bind_compat_imucal(module);
 }

@@ -17,9 +17,12 @@ PACKAGE = Path(tumble.__file__).parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
+PAGES = ["README.md", "docs/python.md", "docs/plots.md", "docs/allantools.md", "docs/imucal.md"]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_examples_run(page, tree, tmp_path, monkeypatch):
-    for name in ("examples", "plans"):
+    for name in ("examples", "plans", "tests"):
         os.symlink(tree / name, tmp_path / name)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}

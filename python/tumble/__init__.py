@@ -21,6 +21,7 @@ from tumble._errors import (
     TumbleWarning,
     UsageError,
 )
+from tumble._figure import Figure
 from tumble._finding import Finding
 from tumble._frames import from_pandas
 from tumble._method import Coverage, Method, coverage
@@ -43,6 +44,7 @@ __all__ = [
     "Curve",
     "DataError",
     "Entry",
+    "Figure",
     "FileError",
     "Finding",
     "InternalError",

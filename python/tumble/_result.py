@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._errors import LimitError, UsageError, wrong_type
+from tumble._figure import Figure, figures_of
 from tumble._finding import Finding, findings_of
 from tumble._result_parts import (
     Budget,
@@ -115,6 +116,11 @@ class Result:
     def curves(self) -> tuple[Curve, ...]:
         """The curves of the report; those with the same `figure` are drawn in one figure."""
         return tuple(curve_of(one) for one in self.document["curves"])
+
+    @cached_property
+    def figures(self) -> tuple[Figure, ...]:
+        """The figures of the report: `result.figures[0].to_svg()`, or tumble.plot for matplotlib."""
+        return figures_of(self._core)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:

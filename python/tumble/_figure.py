@@ -1,0 +1,93 @@
+"""The figures of a report: one description, which every renderer draws."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, NamedTuple
+
+from tumble import _tumble
+from tumble._errors import UsageError
+from tumble._text import path_text
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class FigureAxis(NamedTuple):
+    """An axis: what it shows, the unit of its numbers, and the text that stands beside it."""
+
+    name: str
+    unit: str
+    title: str
+    logarithmic: bool
+
+
+class Series(NamedTuple):
+    """A line, or points, in the units of the axes; NaN is a gap.
+
+    `lower` and `upper` are the band, or bars where the series is points; None: there is none. `dashes` are lengths of
+    strokes and gaps in pixels as of CSS, "" for a whole line.
+    """
+
+    name: str
+    points: bool
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    lower: NDArray[np.float64] | None
+    upper: NDArray[np.float64] | None
+    band: str
+    colour: str
+    dashes: str
+
+
+class Figure:
+    """A plot as the report has it, in numbers (`x`, `y`, `series`, `notes`) and as a drawing (`to_svg`).
+
+    `notes` are sentences on what the plot does not show. tumble.plot draws it with matplotlib.
+    """
+
+    __slots__ = ("_core", "name", "notes", "series", "x", "y")
+
+    def __init__(self, core: _tumble.Figure) -> None:
+        self._core = core
+        self.name: str = core.name
+        self.x = _axis(core.x)
+        self.y = _axis(core.y)
+        self.series = tuple(_series(one, i) for i, one in enumerate(core.series))
+        self.notes: tuple[str, ...] = tuple(core.notes)
+
+    def to_svg(self) -> str:
+        """The drawing of the report: an SVG that needs no style sheet, no script and no network."""
+        return self._core.to_svg()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the drawing of the report; the name ends in .svg. For PDF: tumble.plot.save."""
+        from tumble._result import write_whole
+
+        text = path_text(path, "path")
+        if not text.endswith(".svg"):
+            raise UsageError(f"argument path: {text!r} was given; the name must end in .svg")
+        write_whole(text, self.to_svg())
+
+    def _repr_svg_(self) -> str:
+        return self.to_svg()
+
+    def __repr__(self) -> str:
+        names = ", ".join(one.name for one in self.series)
+        return f"<Figure {self.name}: {self.y.title} over {self.x.title}: {names}>"
+
+
+def _axis(core: _tumble.Figure.Axis) -> FigureAxis:
+    return FigureAxis(core.name, core.unit, core.title, core.logarithmic)
+
+
+def _series(core: _tumble.Figure.Series, index: int) -> Series:
+    style = _tumble.style_of_series(index)
+    lower, upper = (core.lower, core.upper) if len(core.lower) else (None, None)
+    return Series(core.name, core.points, core.x, core.y, lower, upper, core.band, style.colour, style.dashes)
+
+
+def figures_of(core: _tumble.Estimate) -> tuple[Figure, ...]:
+    """The figures of a result, in the order of the report."""
+    return tuple(Figure(one) for one in _tumble.figures_of(core))

@@ -1,0 +1,77 @@
+"""Conversions of AllanTools: phase, frequency, averaging times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tumble import _tumble
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+
+
+def trim_data(x: ArrayLike) -> Array:
+    """The data without the NaN at both ends."""
+    import numpy as np
+
+    values = np.asarray(x, dtype=np.float64)
+    there = np.flatnonzero(~np.isnan(values))
+    return values[there[0] : there[-1] + 1] if there.size else values[:0]
+
+
+def frequency2phase(freqdata: ArrayLike, rate: float) -> Array:
+    """Phase [s]: the integral of fractional frequency less its mean, from 0 on; one value more than the data have."""
+    import numpy as np
+
+    inner = trim_data(freqdata)
+    return np.concatenate([[0.0], np.cumsum(inner - np.nanmean(inner)) / float(rate)])
+
+
+def phase2frequency(phase: ArrayLike, rate: float) -> Array:
+    """Fractional frequency from phase [s] at a rate [Hz]."""
+    import numpy as np
+
+    return float(rate) * np.diff(np.asarray(phase, dtype=np.float64))
+
+
+def phase2radians(phasedata: ArrayLike, v0: float) -> Array:
+    """Phase [rad] from phase [s] of a clock of frequency v0 [Hz]."""
+    import numpy as np
+
+    return 2.0 * np.pi * v0 * np.asarray(phasedata, dtype=np.float64)
+
+
+def frequency2fractional(frequency: ArrayLike, mean_frequency: float = -1) -> Array:
+    """Fractional frequency from frequency [Hz], about its mean or a frequency that is given [Hz]."""
+    import numpy as np
+
+    values = np.asarray(frequency, dtype=np.float64)
+    mean = float(values.mean()) if mean_frequency == -1 else mean_frequency
+    return (values - mean) / mean
+
+
+def tau_generator(
+    data: ArrayLike, rate: float, taus: Any = None, v: bool = False, even: bool = False, maximum_m: float = -1
+) -> tuple[Array, Array, Array]:
+    """The data, the averaging factors of these taus [s], and the times [s] of these. `v` has no effect."""
+    import numpy as np
+
+    from tumble.compat.allantools import _taus, _values
+
+    values = _values(data, "data")
+    longest = float(len(values) if maximum_m == -1 else maximum_m)
+    factors = _tumble.clock_factors(_taus(taus), float(rate), len(values), longest, even)
+    return values, np.array(factors, dtype=np.float64), np.array(factors) / float(rate)
+
+
+def tau_reduction(ms: ArrayLike, rate: float, n_per_decade: int) -> tuple[NDArray[np.int64], Array]:
+    """About n_per_decade of the averaging factors a decade, and their times [s]."""
+    import numpy as np
+
+    factors = np.asarray(ms).astype(np.int64)
+    steps = np.rint(n_per_decade * np.log10(factors))
+    kept = factors[:-1][np.diff(steps) != 0]
+    return kept, kept / float(rate)

@@ -1,0 +1,284 @@
+"""The estimators of AllanTools 2024.6 with its arguments, defaults and return values, calculated by Tumble.
+
+    import tumble.compat.allantools as allantools
+    taus, devs, errs, ns = allantools.oadev(rate, rate=100.0, data_type="freq", taus="decade")
+
+`errs` is what AllanTools returns: the deviation over the square root of the number of terms. It is not an uncertainty;
+`tumble.allan_deviation` gives limits for the noise type that it finds. docs/allantools.md has more on the differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from tumble import _tumble
+from tumble._arrays import _array_of
+from tumble._errors import DataError, UsageError
+from tumble.compat._dataset import Dataset
+from tumble.compat._glue import (
+    frequency2fractional,
+    frequency2phase,
+    phase2frequency,
+    phase2radians,
+    tau_generator,
+    tau_reduction,
+    trim_data,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+    Answer = tuple[Array, Array, Array, Array]
+
+__all__ = [
+    "Dataset",
+    "NothingRemainsError",
+    "adev",
+    "confidence_interval",
+    "edf_simple",
+    "frequency2fractional",
+    "frequency2phase",
+    "gcodev",
+    "gradev",
+    "hdev",
+    "htotdev",
+    "mdev",
+    "mtie",
+    "mtie_phase_fast",
+    "mtotdev",
+    "oadev",
+    "ohdev",
+    "pdev",
+    "phase2frequency",
+    "phase2radians",
+    "tau_generator",
+    "tau_reduction",
+    "tdev",
+    "theo1",
+    "three_cornered_hat_phase",
+    "tierms",
+    "totdev",
+    "trim_data",
+    "ttotdev",
+]
+
+Taus = Any  # None, a word, or averaging times [s]
+
+
+class NothingRemainsError(DataError, UserWarning):
+    """No averaging time has two terms. It is a UserWarning too, which AllanTools raises here."""
+
+
+def adev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Allan deviation, of terms tau apart.
+
+    Given     data       phase [s] or fractional frequency, shape (n,); of a gyro: angle or rate in any unit
+              rate       [Hz]
+              data_type  "phase" or "freq"
+              taus       None or "octave", "decade", "all", "log10", or averaging times [s]
+    Returned  taus [s], deviations, `errs`, numbers of terms: arrays of one length
+    Raises    NothingRemainsError, DataError (NaN, infinite), UsageError that name the argument
+    Accuracy  1e-9 of AllanTools, which the tests compare with
+    Example   adev(rate, rate=100.0, data_type="freq")
+    """
+    return _deviations("adev", data, rate, data_type, taus)
+
+
+def oadev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Overlapping Allan deviation. Arguments and answer as of adev."""
+    return _deviations("oadev", data, rate, data_type, taus)
+
+
+def mdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Modified Allan deviation. Arguments and answer as of adev."""
+    return _deviations("mdev", data, rate, data_type, taus)
+
+
+def tdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Time deviation [unit of the phase]: tau mdev/sqrt(3). Arguments and answer as of adev."""
+    return _deviations("tdev", data, rate, data_type, taus)
+
+
+def hdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Hadamard deviation, of terms tau apart. Arguments and answer as of adev."""
+    return _deviations("hdev", data, rate, data_type, taus)
+
+
+def ohdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Overlapping Hadamard deviation. Arguments and answer as of adev."""
+    return _deviations("ohdev", data, rate, data_type, taus)
+
+
+def pdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Parabolic deviation. Arguments and answer as of adev."""
+    return _deviations("pdev", data, rate, data_type, taus)
+
+
+def totdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Total deviation. Its bias is not removed. Arguments and answer as of adev."""
+    return _deviations("totdev", data, rate, data_type, taus)
+
+
+def mtotdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Modified total deviation. Its bias is not removed. Arguments and answer as of adev."""
+    return _deviations("mtotdev", data, rate, data_type, taus)
+
+
+def ttotdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Time total deviation: tau mtotdev/sqrt(3). Arguments and answer as of adev."""
+    return _deviations("ttotdev", data, rate, data_type, taus)
+
+
+def htotdev(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Hadamard total deviation; at one sample ohdev. Its bias is not removed. Arguments and answer as of adev."""
+    return _deviations("htotdev", data, rate, data_type, taus)
+
+
+def theo1(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Theo1 of even strides. `taus` are strides: 4/3 of the averaging times. Arguments and answer as of adev."""
+    return _deviations("theo1", data, rate, data_type, taus)
+
+
+def mtie(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Maximum time interval error [unit of the phase]. Arguments and answer as of adev."""
+    return _deviations("mtie", data, rate, data_type, taus)
+
+
+def tierms(data: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Time interval error rms [unit of the phase]; `errs` are 0. Arguments and answer as of adev."""
+    return _deviations("tierms", data, rate, data_type, taus)
+
+
+def mtie_phase_fast(phase: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None) -> Answer:
+    """Maximum time interval error of windows of 2, 4, 8 ... points of the first 2^k points.
+
+    `taus` holds 1, 2, 4 ... whatever the rate, and `errs` 0, as of AllanTools. `data_type` and `taus` have no effect.
+    """
+    import numpy as np
+
+    values = _values(phase, "phase")
+    octaves = max(values.size, 1).bit_length() - 1
+    factors = np.exp2(np.arange(1.0, octaves + 1)) - 1
+    _, peaks, _, terms = _tumble.clock_deviations(values[: 1 << octaves], _tumble.Stability.mtie, 1.0, True, factors)
+    return _some((np.exp2(np.arange(float(len(peaks)))), peaks, np.zeros(len(peaks)), terms), values)
+
+
+def gradev(
+    data: ArrayLike,
+    rate: float = 1.0,
+    data_type: str = "phase",
+    taus: Taus = None,
+    ci: float = 0.9,
+    noisetype: str = "wp",
+) -> tuple[Array, Array, list[Array], Array]:
+    """Overlapping Allan deviation of phase with gaps (NaN): the terms that all three points have.
+
+    Given     as of adev; ci, confidence of the limits; noisetype "wp", "wf" or "fp"
+    Returned  taus [s], deviations, [lower limits, upper limits], numbers of terms. AllanTools 2024.6 interchanges two
+              arguments, so its limits are NaN unless edf is below 3; these are equal to them. For limits:
+              tumble.allan_deviation(..., missing="nan")
+    """
+    alpha = {"wp": 2, "wf": 0, "fp": -2}.get(noisetype, 9)
+    values = _values(data, "data")
+    columns, upper = _tumble.clock_gap_robust(values, float(rate), _of_phase(data_type), _taus(taus), float(ci), alpha)
+    found, deviations, lower, terms = _some(columns, values)
+    return found, deviations, [lower, upper], terms
+
+
+def gcodev(
+    data_1: ArrayLike, data_2: ArrayLike, rate: float = 1.0, data_type: str = "phase", taus: Taus = None
+) -> Answer:
+    """Groslambert codeviation of two series of one length. Arguments and answer as of adev."""
+    one, two = _values(data_1, "data_1"), _values(data_2, "data_2")
+    return _some(_tumble.clock_codeviation(one, two, float(rate), _of_phase(data_type), _taus(taus)), one)
+
+
+def three_cornered_hat_phase(
+    phasedata_ab: ArrayLike,
+    phasedata_bc: ArrayLike,
+    phasedata_ca: ArrayLike,
+    rate: float,
+    taus: Taus,
+    function: Callable[..., Answer],
+) -> tuple[Array, Array, list[float], Array]:
+    """Deviation of the first of three clocks from the phases of their pairs; 0 where its variance is negative.
+
+    Given     phases of a - b, b - c, c - a; rate [Hz]; taus as of adev; function, for example oadev
+    Returned  taus [s], deviations, `errs`, numbers of terms of the first pair
+    """
+    import numpy as np
+
+    pairs = [
+        function(data, rate=rate, data_type="phase", taus=taus) for data in (phasedata_ab, phasedata_bc, phasedata_ca)
+    ]
+    ab, bc, ca = (pair[1] ** 2 for pair in pairs)
+    deviations = np.sqrt(np.maximum(0.5 * (ab + ca - bc), 0.0))
+    return pairs[0][0], deviations, list(deviations / np.sqrt(pairs[0][3])), pairs[0][3]
+
+
+def confidence_interval(dev: float, edf: float, ci: float = 0.6826894921370859) -> tuple[float, float]:
+    """Limits of a deviation by chi-square with edf degrees of freedom; ci 0.683 is one sigma."""
+    lower, upper = _tumble.chi_square_limits(float(dev), float(edf), float(ci))
+    return lower, upper
+
+
+def edf_simple(N: float, m: float, alpha: int) -> float:  # noqa: N803
+    """Equivalent degrees of freedom of oadev by the simple formulas: N phase points, factor m, noise alpha -2 ... 2."""
+    return _tumble.simple_edf(float(N), float(m), int(alpha))
+
+
+def _deviations(measure: str, data: Any, rate: float, data_type: str, taus: Taus) -> Answer:
+    values = _values(data, "data")
+    return _some(
+        _tumble.clock_deviations(values, _measure(measure), float(rate), _of_phase(data_type), _taus(taus)), values
+    )
+
+
+def _measure(name: str) -> _tumble.Stability:
+    measure: _tumble.Stability = getattr(_tumble.Stability, name)
+    return measure
+
+
+def _values(data: Any, argument: str) -> Array:
+    """The data as they are, where they are contiguous float64; else a copy."""
+    import numpy as np
+
+    array = _array_of(data, argument)
+    if array.ndim != 1:
+        raise UsageError(
+            f"argument {argument}: an array with {array.ndim} dimensions, shape {array.shape}, was given; accepted is "
+            "a one-dimensional array"
+        )
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _of_phase(data_type: str) -> bool:
+    if data_type not in ("phase", "freq"):
+        raise UsageError(f"argument data_type: {data_type!r} was given; accepted are 'phase' and 'freq'")
+    return data_type == "phase"
+
+
+def _taus(taus: Taus) -> str | Array:
+    import numpy as np
+
+    if taus is None or (isinstance(taus, list) and not taus):
+        return "octave"
+    if isinstance(taus, str):
+        return taus
+    return np.ascontiguousarray(_array_of(taus, "taus"), dtype=np.float64).ravel()
+
+
+def _some(answer: Answer, values: Array) -> Answer:
+    if len(answer[0]) == 0:
+        raise NothingRemainsError(
+            f"argument taus: no averaging time has two terms in {len(values)} values; accepted are averaging times "
+            "from one sample up to a part of the record"
+        )
+    return answer
+
+
+def __getattr__(name: str) -> object:
+    raise AttributeError(f"tumble.compat.allantools has no {name!r}: it has {', '.join(__all__)}")
