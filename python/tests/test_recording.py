@@ -42,6 +42,14 @@ def test_a_view_outlives_its_recording(imu_file):
     np.testing.assert_allclose(values, expected, rtol=1e-15)  # one rounding of the factor, one of the product
 
 
+def test_a_name_may_carry_the_unit_as_in_a_table():
+    x = samples()
+    given = tumble.from_arrays({"gyro.x[deg/h]": x}, rate=RATE)
+    assert np.array_equal(given["gyro.x"].values, tumble.from_arrays({"gyro.x": (x, "deg/h")}, rate=RATE)["gyro.x"].values)
+    with pytest.raises(tumble.UsageError, match="unknown unit"):
+        tumble.from_arrays({"gyro.x[degrees per hour]": x}, rate=RATE)
+
+
 def test_arrays_become_a_recording_in_si():
     x = samples()
     recording = tumble.from_arrays({"gyro.x": (x, "deg/h"), "temperature": (x, "degC")}, rate="50 Hz", start=2.0)
@@ -92,7 +100,7 @@ def test_bad_arrays_are_refused_by_name(values, error, says):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (({"gyro.x": samples()},), "the unit is absent; accepted is"),
+        (({"gyro.x": samples()},), "the unit is absent; accepted are"),
         (({"gyro.x": (samples(), "deg/q")},), "'gyro.x': .*'q'"),
         (({1: (samples(), "deg")},), "names of channels as text"),
         ((samples(),), "accepted is a dict"),

@@ -127,7 +127,8 @@ def from_arrays(
 ) -> Recording:
     """A recording of arrays that you have. The samples are copied once.
 
-    Given     channels    by name: (array, unit), or a pint quantity; each array one-dimensional, shape (n,)
+    Given     channels    by name: (array, unit), or a pint quantity; by "name[unit]": array; each array
+                          one-dimensional, shape (n,)
               rate        [Hz] of even samples, or text such as "100 Hz"; else
               time        [s] stamp of each sample, shape (n,)
               start       [s] time of the first sample, with rate
@@ -146,14 +147,14 @@ def from_arrays(
     stamps = None if time is None else samples_of(time, "time")
     parts = []
     for key, given in channels.items():
-        values, unit = _with_unit(key, given)
+        channel, values, unit = _with_unit(key, given)
         numbers = samples_of(values, f"channels[{key!r}]", missing)
         if stamps is not None and len(stamps) != len(numbers):
             raise UsageError(
                 f"argument time: {len(stamps)} stamps were given for the {len(numbers)} samples of {key!r}; accepted "
                 "is one stamp a sample"
             )
-        parts.append((key, unit, numbers, float(start), hertz, stamps))
+        parts.append((channel, unit, numbers, float(start), hertz, stamps))
     return _rebuild(parts, marks, name, instrument, {}, si=False)
 
 
@@ -169,15 +170,20 @@ def _rate_of(rate: object) -> float:
     return hertz
 
 
-def _with_unit(key: object, given: Any) -> tuple[Any, str]:
+def _with_unit(key: object, given: Any) -> tuple[str, Any, str]:
+    """Name, samples and unit of a channel: {"gyro": (x, "deg/s")}, {"gyro[deg/s]": x}, or a pint quantity."""
     if not isinstance(key, str):
         raise wrong_type("channels", key, "accepted are names of channels as text")
     if hasattr(given, "magnitude") and hasattr(given, "units"):
-        return given.magnitude, unit_text(given.units)
+        return key, given.magnitude, unit_text(given.units)
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
-        return given[0], given[1]
+        return key, given[0], given[1]
+    name, bracket, unit = key.partition("[")
+    if name and bracket and unit.endswith("]"):
+        return name, given, unit[:-1]
     raise wrong_type(
         f"channels[{key!r}]",
         given,
-        'the unit is absent; accepted is (array, unit) such as (x, "deg/s"), with "1" for numbers without a dimension',
+        'the unit is absent; accepted are {"gyro": (x, "deg/s")} and, as in the header of a table, {"gyro[deg/s]": x}, '
+        'with "1" for numbers without a dimension',
     )

@@ -198,10 +198,10 @@ def _columns(df: Any, names: Iterable[str], argument: str) -> Samples:
             f"argument {argument}: {wanted} was given; accepted are three of the columns "
             + ", ".join(map(str, df.columns))
         )
-    columns: Samples = np.empty((3, len(df)))
-    for axis, name in enumerate(wanted):
-        columns[axis] = df[name].to_numpy()
-    return columns.T
+    columns = np.empty((len(df), 3), order="F")  # each column in one piece
+    for index, name in enumerate(wanted):
+        columns[:, index] = df[name].to_numpy()
+    return columns
 
 
 def _rows_of(labels: Any) -> dict[str, Any]:
