@@ -5,10 +5,16 @@
 #include <vector>
 
 #include "tumble/math/median.hpp"
-#include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/square.hpp"
 
 namespace tumble::linear {
+
+bool adjoin(const ConductedTest& test, const Stretch& a, const Stretch& b) {
+  if (a.recording != b.recording || a.power_up != b.power_up || a.segment + 1 != b.segment) return false;
+  const double begin = b.power_on + test.power_ups[b.power_up].begins[b.segment];
+  return std::abs(a.end - begin) < a.step;
+}
+
 namespace {
 
 /// Of the samples from one index to another that are present.
@@ -42,12 +48,6 @@ struct Pair {
   Level level_before, level_after;
 };
 
-bool adjoin(const ConductedTest& test, const Stretch& a, const Stretch& b) {
-  if (a.recording != b.recording || a.power_up != b.power_up || a.segment + 1 != b.segment) return false;
-  const double begin = b.power_on + test.power_ups[b.power_up].begins[b.segment];
-  return std::abs(a.end - begin) < a.step;
-}
-
 std::vector<Pair> pairs_of(const ConductedTest& test) {
   constexpr std::size_t least = 8;  // samples, so that a middle and two ends remain
   std::vector<Pair> pairs;
@@ -60,83 +60,71 @@ std::vector<Pair> pairs_of(const ConductedTest& test) {
   return pairs;
 }
 
-/// The outermost samples of one segment that lie towards the level of its neighbour.
-struct Strays {
-  double samples = 0.0, whole = 0.0;  ///< how many, and how many of the neighbour's they make
+/// One end of a segment, and the level next to it.
+struct Edge {
+  const Stretch* stretch = nullptr;
+  Level own;
+  double step = 0.0;  ///< [SI of the output] from its own level to that of the neighbour
 };
 
-/// Given: step [SI of the output] from the segment's own level to that of the neighbour, last: at the end of the
-/// segment.
-Strays strays_of(const Stretch& stretch, const Level& own, double step, bool last) {
-  Strays strays;
-  const double least = std::max(6.0 * own.sd / std::abs(step), 1e-3);
-  const std::size_t n = stretch.samples;
-  for (std::size_t j = 0; j < n / 4; ++j) {
-    const double v = stretch.values[last ? n - 1 - j : j];
-    if (std::isnan(v)) continue;
-    const double share = (v - own.mean) / step;
-    if (!(share > least && share < 1.5)) break;
-    ++strays.samples;
-    strays.whole += std::min(share, 1.0);
+/// The ends (or the begins) of the segments, without those next to a level that hardly differs.
+std::vector<Edge> edges_of(const std::vector<Pair>& pairs, bool last) {
+  std::vector<Edge> edges;
+  double most = 0.0;
+  for (const Pair& pair : pairs) {
+    const double step = pair.level_after.mean - pair.level_before.mean;
+    edges.push_back(last ? Edge{pair.before, pair.level_before, step} : Edge{pair.after, pair.level_after, -step});
+    most = std::max(most, std::abs(step));
   }
-  return strays;
+  std::erase_if(edges, [&](const Edge& edge) { return !(3.0 * std::abs(edge.step) > most); });
+  return edges;
+}
+
+/// How far the samples so deep in the segments lie towards the neighbours' levels, as a share of the way: the median,
+/// where it is beyond the noise of the segments and beyond the scatter from segment to segment; else 0.
+double share_at(const std::vector<Edge>& edges, std::size_t depth, bool last) {
+  constexpr double of_a_median = 1.2533, of_deviations = 1.4826, negligible = 1e-3;
+  std::vector<double> shares;
+  double noise = 0.0;
+  for (const Edge& edge : edges) {
+    const std::size_t n = edge.stretch->samples;
+    if (4 * depth >= n) continue;
+    const double v = edge.stretch->values[last ? n - 1 - depth : depth];
+    if (std::isnan(v)) continue;
+    shares.push_back((v - edge.own.mean) / edge.step);
+    noise += square(edge.own.sd / edge.step);
+  }
+  if (shares.size() < 3) return 0.0;
+  const double n = static_cast<double>(shares.size()), middle = median(shares);
+  for (double& share : shares) share = std::abs(share - middle);
+  const double by_noise = of_a_median * std::sqrt(noise) / n;
+  const double by_scatter = of_a_median * of_deviations * median(shares) / std::sqrt(n);
+  return middle > std::max({6.0 * by_noise, 3.0 * by_scatter, negligible}) ? std::min(middle, 1.0) : 0.0;
 }
 
 /// One finding for the ends of the segments, or for their begins.
-Findings about_strays(const std::vector<Pair>& pairs, bool last, const std::string& role) {
-  std::vector<double> shifts;
-  std::size_t able = 0;
-  const Stretch* first = nullptr;
-  for (const Pair& pair : pairs) {
-    const Stretch& stretch = last ? *pair.before : *pair.after;
-    const Level &own = last ? pair.level_before : pair.level_after, &other = last ? pair.level_after : pair.level_before;
-    const double step = other.mean - own.mean;
-    if (!(std::abs(step) > 20.0 * own.sd)) continue;
-    ++able;
-    const Strays strays = strays_of(stretch, own, step, last);
-    const bool slow = strays.samples - strays.whole >= 1.0;
-    if (strays.samples < 1.0 || (slow && !last)) continue;
-    if (first == nullptr) first = &stretch;
-    shifts.push_back(strays.whole * stretch.step);
+Findings about_edges(const std::vector<Pair>& pairs, bool last, const std::string& role) {
+  const auto edges = edges_of(pairs, last);
+  double samples = 0.0, strays = 0.0;
+  for (double share = 1.0; share > 0.0; strays += share) {
+    share = share_at(edges, static_cast<std::size_t>(samples), last);
+    if (share > 0.0) ++samples;
   }
-  if (shifts.size() < 3 || 3 * shifts.size() < 2 * able) return {};
+  const bool slow = samples - strays >= 1.0;  // the output approaches its level
+  if (!(samples > 0.0) || (slow && !last)) return {};
   return {{Finding::Severity::error,
            last ? "segments_end_in_next" : "segments_begin_in_last",
-           {{"shift", median(shifts), "s"}, {"shown", shifts.size()}, {"segments", able}, {"first", first->label}},
-           role}};
-}
-
-/// How the segments change from their first to their last third, for one unit of the step that led to them.
-Findings about_settling(const std::vector<Pair>& pairs, const std::string& role) {
-  constexpr double rare = 1e-5, negligible = 1e-9;
-  double squares = 0.0, product = 0.0, total = 0.0;
-  for (const Pair& pair : pairs) {
-    const EvenValues& values = pair.after->values;
-    const std::size_t third = pair.after->samples / 3, end = pair.after->samples;
-    const Level first = level_of(values, 0, third), last = level_of(values, end - third, end);
-    if (!(first.count > 0.0 && last.count > 0.0)) continue;
-    const double step = pair.level_after.mean - pair.level_before.mean, change = last.mean - first.mean;
-    squares += square(step);
-    product += step * change;
-    total += square(change);
-  }
-  const double freedom = static_cast<double>(pairs.size()) - 1.0, share = product / squares;
-  if (!(freedom >= 3.0 && std::abs(share) > negligible)) return {};
-  const double rest = std::max(total - share * product, 0.0) / freedom, ratio = share * product / rest;
-  if (chance_of_ratio(ratio, 1.0, freedom) > rare) return {};
-  return {{Finding::Severity::warning,
-           "segments_settle",
-           {{"share", std::abs(share), "%"}, {"times", std::sqrt(ratio)}, {"segments", pairs.size()}},
-           role}};
+           {{"shift", strays * edges.front().stretch->step, "s"}},
+           role,
+           {edges.size(), edges.front().stretch->label, {}}}};
 }
 
 }  // namespace
 
 Findings about_boundaries(const ConductedTest& test, const std::string& role) {
   const auto pairs = pairs_of(test);
-  if (Findings late = about_strays(pairs, true, role); !late.empty()) return late;
-  if (Findings early = about_strays(pairs, false, role); !early.empty()) return early;
-  return about_settling(pairs, role);
+  if (Findings late = about_edges(pairs, true, role); !late.empty()) return late;
+  return about_edges(pairs, false, role);
 }
 
 }  // namespace tumble::linear

@@ -7,14 +7,17 @@
 
 namespace tumble::linear {
 
+/// Whether stretch b follows stretch a in the recording without a pause.
+bool adjoin(const ConductedTest& test, const Stretch& a, const Stretch& b);
+
 /// Whether the segments begin and end in the recording where the schedule or the marks say.
 ///
 /// A recording that begins late leaves samples of the next position at the end of every segment, one that begins early
-/// leaves samples of the position before at the begin. An error where the outermost used samples of two thirds of the
-/// segments or more lie six times the scatter of their own segment away from its level, towards that of the
-/// neighbour; a pair of segments counts where the levels differ by 20 times the scatter, and at least three must. At
-/// the begin, an output that approaches its level slowly is no such step. Else a warning where the segments change
-/// from their first to their last third in proportion to the step that led to them (F test, one sound test in 1e5).
+/// leaves samples of the position before at the begin. An error where the outermost used samples lie on the way from
+/// their own level to that of the neighbour: the median share of the way, over the segments whose neighbour differs by
+/// a third of the greatest step or more, at least three, is beyond six times its noise by the scatter in the middle
+/// half of each segment, and three times its scatter from segment to segment. At the begin, an output that approaches
+/// its level slowly is no such step: see warn_of_lack_of_fit.
 ///
 /// Given     test   as carried out, with the values of all used samples
 ///           role   of the channel, for the findings
