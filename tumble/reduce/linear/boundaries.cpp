@@ -127,4 +127,10 @@ Findings about_boundaries(const ConductedTest& test, const std::string& role) {
   return about_edges(pairs, false, role);
 }
 
+bool misplaced(const Findings& findings) {
+  return std::ranges::any_of(findings, [](const Finding& finding) {
+    return finding.code == "segments_end_in_next" || finding.code == "segments_begin_in_last";
+  });
+}
+
 }  // namespace tumble::linear

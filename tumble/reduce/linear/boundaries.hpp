@@ -23,4 +23,7 @@ bool adjoin(const ConductedTest& test, const Stretch& a, const Stretch& b);
 ///           role   of the channel, for the findings
 Findings about_boundaries(const ConductedTest& test, const std::string& role);
 
+/// Whether about_boundaries found something: other tests of what the segments show would name a wrong cause.
+bool misplaced(const Findings& findings);
+
 }  // namespace tumble::linear

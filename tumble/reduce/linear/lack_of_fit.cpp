@@ -278,13 +278,6 @@ std::vector<Follower> followers(const Work& work) {
   return out;
 }
 
-/// Whether the segments begin or end elsewhere than where they are looked for; see about_boundaries.
-bool misplaced(const Findings& findings) {
-  return std::ranges::any_of(findings, [](const Finding& finding) {
-    return finding.code == "segments_end_in_next" || finding.code == "segments_begin_in_last";
-  });
-}
-
 /// A change within the segments in proportion to the step that led to them, by its scatter from segment to segment.
 void look_at_settling(const Work& work, const std::string& role, Solution& solution) {
   constexpr double negligible = 1e-9;
