@@ -103,8 +103,8 @@ double share_at(const std::vector<Edge>& edges, std::size_t depth, bool last) {
 }
 
 /// One finding for the ends of the segments, or for their begins.
-Findings about_edges(const std::vector<Pair>& pairs, bool last, const std::string& role) {
-  const auto edges = edges_of(pairs, last);
+Findings about_edges(const ConductedTest& test, bool last, const std::string& role) {
+  const auto edges = edges_of(pairs_of(test), last);
   double samples = 0.0, strays = 0.0;
   for (double share = 1.0; share > 0.0; strays += share) {
     share = share_at(edges, static_cast<std::size_t>(samples), last);
@@ -112,19 +112,20 @@ Findings about_edges(const std::vector<Pair>& pairs, bool last, const std::strin
   }
   const bool slow = samples - strays >= 1.0;  // the output approaches its level
   if (!(samples > 0.0) || (slow && !last)) return {};
+  const Stretch& stretch = *edges.front().stretch;
+  const double skipped = last ? 0.0 : stretch.first - test.power_ups[stretch.power_up].begins[stretch.segment];
   return {{Finding::Severity::error,
            last ? "segments_end_in_next" : "segments_begin_in_last",
-           {{"shift", strays * edges.front().stretch->step, "s"}},
+           {{"shift", skipped + strays * stretch.step, "s"}},
            role,
-           {edges.size(), edges.front().stretch->label, {}}}};
+           {edges.size(), stretch.label, {}}}};
 }
 
 }  // namespace
 
 Findings about_boundaries(const ConductedTest& test, const std::string& role) {
-  const auto pairs = pairs_of(test);
-  if (Findings late = about_edges(pairs, true, role); !late.empty()) return late;
-  return about_edges(pairs, false, role);
+  const Findings late = about_edges(test, true, role);
+  return late.empty() ? about_edges(test, false, role) : late;
 }
 
 bool misplaced(const Findings& findings) {
