@@ -302,7 +302,7 @@ Repeats repeats_of(const linear::Solution& solution, const Line& line) {
 }  // namespace
 
 Findings about_drift(const linear::Solution& solution, const Line& line) {
-  constexpr double rare = 1e-5;
+  constexpr double rare = 1e-9;  // by white noise: flicker noise seems to drift much more often
   const Repeats repeats = repeats_of(solution, line);
   if (!(repeats.freedom >= 5.0)) return {};
   const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
