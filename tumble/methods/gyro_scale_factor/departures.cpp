@@ -4,10 +4,12 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <set>
 #include <tuple>
 
 #include "tumble/math/random.hpp"
+#include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 
 namespace tumble::gyro_scale_factor {
@@ -262,6 +264,69 @@ Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
   }
   find_hysteresis(all, groups, line);
   return line;
+}
+
+namespace {
+
+/// Segments of one power-up at one rate, less their means: what a change of bias and of scale factor with time adds.
+struct Repeats {
+  std::vector<double> time, time_by_rate, measured;  ///< [s], [rad], [SI of the output]
+  double freedom = 0.0, length = 0.0;                ///< [1], [s] from the first to the last segment
+};
+
+void add_group(const std::vector<const SegmentSummary*>& group, Repeats& repeats) {
+  const double n = static_cast<double>(group.size()), rate = group.front()->felt.rate.x;
+  double time = 0.0;
+  for (const auto* s : group) time += (s->begin + 0.5 * s->duration) / n;
+  for (const auto* s : group) {
+    const double since = s->begin + 0.5 * s->duration - time;
+    repeats.time.push_back(since);
+    repeats.time_by_rate.push_back(since * rate);
+    repeats.measured.push_back(s->measured - mean_of(group));
+  }
+  repeats.freedom += n - 1.0;
+}
+
+Repeats repeats_of(const linear::Solution& solution, const Line& line) {
+  std::map<int, std::vector<const SegmentSummary*>> runs;
+  for (const auto* s : all_of(solution)) runs[s->run].push_back(s);
+  Repeats repeats;
+  for (const auto& [run, segments] : runs) {
+    repeats.length = std::max(repeats.length, segments.back()->begin - segments.front()->begin);
+    for (const auto& group : groups_of(segments, line.range))
+      if (group.size() > 1) add_group(group, repeats);
+  }
+  return repeats;
+}
+
+}  // namespace
+
+Findings about_drift(const linear::Solution& solution, const Line& line) {
+  constexpr double rare = 1e-9;  // by white noise: flicker noise seems to drift much more often
+  const Repeats repeats = repeats_of(solution, line);
+  if (!(repeats.freedom >= 5.0)) return {};
+  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  const double tt = dot(repeats.time, repeats.time), tw = dot(repeats.time, repeats.time_by_rate);
+  const double ww = dot(repeats.time_by_rate, repeats.time_by_rate), ty = dot(repeats.time, repeats.measured);
+  const double wy = dot(repeats.time_by_rate, repeats.measured), determinant = tt * ww - tw * tw;
+  if (!(determinant > 1e-6 * tt * ww)) return {};
+  const double bias = (ww * ty - tw * wy) / determinant, scale = (tt * wy - tw * ty) / determinant;
+  const double rest = std::max(dot(repeats.measured, repeats.measured) - bias * ty - scale * wy, 0.0);
+  const double freedom = repeats.freedom - 2.0, variance = rest / freedom / determinant;
+  Findings findings;
+  if (chance_of_ratio(bias * bias / (variance * ww), 1.0, freedom) < rare)
+    findings.push_back({Finding::Severity::warning,
+                        "bias_drifts",
+                        {{"change", bias * repeats.length / line.slope, "deg/h"}, {"length", repeats.length, "s"}},
+                        "bias"});
+  if (chance_of_ratio(scale * scale / (variance * tt), 1.0, freedom) < rare)
+    findings.push_back({Finding::Severity::warning,
+                        "scale_factor_drifts",
+                        {{"change", scale * repeats.length / line.slope, "ppm"}, {"length", repeats.length, "s"}},
+                        "scale_factor"});
+  return findings;
 }
 
 Bracket threshold_of(const linear::Solution& solution, const Line& line) {

@@ -58,4 +58,11 @@ struct Repeatability {
 };
 Repeatability repeatability_of(const linear::Solution& solution, const Line& line);
 
+/// A warning where the segments at one rate change with the time between them: the bias, which is a change that all
+/// rates share, or the scale factor, a change that is proportional to the rate. F tests of both against what remains of
+/// the differences between segments at one rate, at a chance of 1e-9: at 1e-5, 2 of 60 sound tests that flicker noise
+/// rules are accused. Without enough repeats of a rate nothing is said. A hysteresis in a single sweep up and down
+/// looks alike.
+Findings about_drift(const linear::Solution& solution, const Line& line);
+
 }  // namespace tumble::gyro_scale_factor

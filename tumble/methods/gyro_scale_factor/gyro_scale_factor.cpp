@@ -320,6 +320,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.findings.insert(estimate.findings.end(), solution.findings.begin(), solution.findings.end());
   const Line line = line_of(solution, solution.fit.parameters.size());
   judge_segments(solution, line, estimate);
+  for (auto& finding : about_drift(solution, line)) estimate.findings.push_back(std::move(finding));
   add_shape(solution, line, estimate);
   estimate.tables = {residuals_table(line),
                      powers_table(odd_powers(evidence.plan, evidence.plan.settings.integer("order"))),

@@ -93,6 +93,56 @@ TEST(GyroScaleFactor, CountsAndRatesHaveTheirUnits) {
   EXPECT_NEAR(value(method().identify(bench.evidence(), {}), "scale_factor"), 1.0002, 1e-12);
 }
 
+/// Rates up and down again, with noise of 1e-5 of full range.
+Bench up_and_down() {
+  Bench bench;
+  bench.rates = {-100, -50, -20, -5, 0, 5, 20, 50, 100, 100, 50, 20, 5, 0, -5, -20, -50, -100};
+  bench.noise = 3.5e-5;
+  return bench;
+}
+
+/// Adds to each sample what `change` gives [V] for its time [s], its value [V] and the time [s] in its segment of 30 s.
+template <class Change>
+Findings findings_with(const Change& change, std::uint64_t seed) {
+  Evidence evidence = up_and_down().evidence(seed);
+  auto& values = evidence.recordings[0].channels[0].values;
+  const std::vector<double> sound = values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t in_segment = i % 300;
+    const double step = i < 300 ? 0.0 : sound[i] - sound[i - in_segment - 1];
+    values[i] += change(0.1 * static_cast<double>(i), sound[i], step * std::exp(-0.1 * in_segment / 10.0));
+  }
+  return method().identify(evidence, {}).findings;
+}
+
+// A tenth of a per cent of each step decays with 10 s: 3.5 mV after the greatest step but one, where the mean of a
+// third of a segment is known to 3.5 uV.
+TEST(GyroScaleFactor, AnOvershootOfTheTableIsSaid) {
+  const auto overshoot = [](double, double, double decaying) { return 1e-3 * decaying; };
+  const auto none = [](double, double, double) { return 0.0; };
+  for (std::uint64_t seed = 0; seed < 5; ++seed) EXPECT_TRUE(has(findings_with(overshoot, seed), "segments_settle"));
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    const Findings sound = findings_with(none, seed);
+    for (const char* code :
+         {"segments_settle", "segments_end_in_next", "segments_begin_in_last", "bias_drifts", "scale_factor_drifts"})
+      EXPECT_FALSE(has(sound, code)) << code << seed;
+  }
+}
+
+// 540 s with 100 ppm of the scale factor, or with 2e-4 V of the bias: a mean of 28 s is known to 2 uV, 0.6 ppm of
+// range.
+TEST(GyroScaleFactor, ADriftOverTheTestIsSaidAsWhatItIs) {
+  const auto of_scale = [](double time, double value, double) { return 1e-4 * time / 540.0 * value; };
+  const auto of_bias = [](double time, double, double) { return 2e-4 * time / 540.0; };
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const Findings scale = findings_with(of_scale, seed), bias = findings_with(of_bias, seed);
+    EXPECT_TRUE(has(scale, "scale_factor_drifts")) << seed;
+    EXPECT_FALSE(has(scale, "bias_drifts")) << seed;
+    EXPECT_TRUE(has(bias, "bias_drifts")) << seed;
+    EXPECT_FALSE(has(bias, "scale_factor_drifts")) << seed;
+  }
+}
+
 TEST(GyroScaleFactor, NonlinearityIsSignificantOrLimited) {
   Bench bench;
   bench.noise = 2e-3;  // of a mean of 28 s: 1.2e-4 V, 34 ppm of 3.5 V

@@ -14,6 +14,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/accelerometer/hidden.hpp"
 #include "tumble/reduce/accelerometer/samples.hpp"
+#include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -211,6 +212,7 @@ std::size_t different_positions(const Plan& plan) {
 }
 
 void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fit) {
+  if (linear::misplaced(fit.solution.findings)) return;
   std::vector<std::string> problems;
   if (fit.output.pulses) problems = overflows_of(evidence, fit);
   if (problems.empty())

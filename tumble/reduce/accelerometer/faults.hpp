@@ -14,7 +14,7 @@ std::size_t different_positions(const Plan& plan);
 
 /// Throws Error::bad_data for an output that is clipped (the greatest or the least output is the same at positions that
 /// should differ, or at several of them less than the others predict), and for a counter that overflowed (counts are
-/// off by a power of two).
+/// off by a power of two). Not where samples of the next position lie in every segment: see linear::misplaced.
 void refuse_clipped_and_overflown(const Evidence& evidence, const Normalised& fit);
 
 /// Adds findings about

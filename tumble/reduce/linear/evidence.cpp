@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -178,7 +179,9 @@ Evidences evidence_of(const Plan& plan, const Problem& problem) {
 Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
   if (!evidence.recordings.empty()) refuse_unlike_units(evidence, problem);
   refuse_constant(evidence, problem);
-  return in_blocks(stretches(evidence, options_of(problem)), problem, Error::Kind::bad_data);
+  ConductedTest test = stretches(evidence, options_of(problem));
+  for (auto& finding : about_boundaries(test, problem.role)) test.findings.push_back(std::move(finding));
+  return in_blocks(std::move(test), problem, Error::Kind::bad_data);
 }
 
 }  // namespace tumble::linear

@@ -10,6 +10,7 @@
 #include "tumble/math/median.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/math/vector3.hpp"
+#include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/linear/work.hpp"
 
@@ -186,19 +187,18 @@ struct Ramp {
   double count = 0.0;    ///< of averages
 };
 
-/// Given: averages [first, end) of one segment.
-Ramp ramp_of(const Work& work, std::size_t first, std::size_t end) {
+/// Given: averages [first, end) of one segment, and what is looked at in each [SI].
+Ramp ramp_of(const Rows& rows, const std::vector<double>& values, std::size_t first, std::size_t end) {
   double w = 0.0, time = 0.0, output = 0.0;
-  const auto& rows = work.rows;
   for (std::size_t i = first; i < end; ++i) {
     w += rows.weights[i];
     time += rows.weights[i] * rows.time[i];
-    output += rows.weights[i] * work.data.observations[i];
+    output += rows.weights[i] * values[i];
   }
   Ramp ramp{.count = static_cast<double>(end - first)};
   double product = 0.0;
   for (std::size_t i = first; i < end; ++i) {
-    const double t = rows.time[i] - time / w, y = work.data.observations[i] - output / w;
+    const double t = rows.time[i] - time / w, y = values[i] - output / w;
     ramp.weight += rows.weights[i] * t * t;
     product += rows.weights[i] * t * y;
     ramp.squares += rows.weights[i] * y * y;
@@ -216,7 +216,8 @@ std::vector<Ramp> ramps_within(const Work& work) {
   for (std::size_t first = 0, end = 0; first < segment.size(); first = end) {
     while (end < segment.size() && segment[end] == segment[first]) ++end;
     if (!work.solution.segments[segment[first]].steady || end - first < 3) continue;
-    if (const Ramp ramp = ramp_of(work, first, end); ramp.weight > 0.0) ramps.push_back(ramp);
+    const Ramp ramp = ramp_of(work.rows, work.data.observations, first, end);
+    if (ramp.weight > 0.0) ramps.push_back(ramp);
   }
   return ramps;
 }
@@ -251,12 +252,61 @@ void look_within(const Work& work, const std::string& role, Solution& solution) 
                                role});
 }
 
+/// How a segment follows the one before.
+struct Follower {
+  Ramp ramp;          ///< of what the model leaves
+  double step = 0.0;  ///< [SI] between the means of the two
+  double duration = 0.0;
+};
+
+/// The segments of three averages and more, moving or not, that follow another without a pause.
+std::vector<Follower> followers(const Work& work) {
+  std::vector<double> left;
+  for (std::size_t i = 0; i < work.data.observations.size(); ++i)
+    left.push_back(work.data.observations[i] - work.solution.fit.fitted[i]);
+  const auto& segment = work.rows.segment;
+  const auto& test = work.evidence.test;
+  std::vector<Follower> out;
+  for (std::size_t first = 0, end = 0; first < segment.size(); first = end) {
+    const std::size_t g = segment[first];
+    while (end < segment.size() && segment[end] == g) ++end;
+    if (g == 0 || end - first < 3 || !adjoin(test, test.stretches[g - 1], test.stretches[g])) continue;
+    const auto &now = work.solution.segments[g], &before = work.solution.segments[g - 1];
+    const Ramp ramp = ramp_of(work.rows, left, first, end);
+    if (ramp.weight > 0.0) out.push_back({ramp, now.measured - before.measured, now.duration});
+  }
+  return out;
+}
+
+/// A change within the segments in proportion to the step that led to them, by its scatter from segment to segment.
+void look_at_settling(const Work& work, const std::string& role, Solution& solution) {
+  constexpr double negligible = 1e-9;
+  const auto all = followers(work);
+  const double freedom = static_cast<double>(all.size()) - 1.0;
+  double squares = 0.0, product = 0.0, total = 0.0, duration = 0.0;
+  for (const Follower& one : all) {
+    squares += one.ramp.weight * square(one.step);
+    product += one.ramp.weight * one.step * one.ramp.slope;
+    total += one.ramp.weight * square(one.ramp.slope);
+    duration += one.duration / static_cast<double>(all.size());
+  }
+  if (!(freedom >= 3.0 && squares > 0.0)) return;
+  const double slope = product / squares, share = std::abs(slope) * duration;
+  const double ratio = slope * product * freedom / std::max(total - slope * product, 0.0);
+  if (share < negligible || chance_of_ratio(ratio, 1.0, freedom) > rare) return;
+  solution.findings.push_back({Finding::Severity::warning,
+                               "segments_settle",
+                               {{"share", share, "%"}, {"times", std::sqrt(ratio)}, {"segments", all.size()}},
+                               role});
+}
+
 }  // namespace
 
 void warn_of_lack_of_fit(const Problem& problem, Work& work) {
   Solution& solution = work.solution;
   const RestingMeans means = resting_means(work);
   look_within(work, problem.role, solution);
+  if (!misplaced(solution.findings)) look_at_settling(work, problem.role, solution);
   if (means.segments.size() < work.data.design.columns + 3) return;
   look_at_repeats(work, problem.role, means, solution);
   look_at_time(problem.role, means, solution);

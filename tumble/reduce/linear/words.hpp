@@ -14,9 +14,10 @@ struct Work;
 
 /// F tests of lack of fit over the segments at rest, each of which accuses one sound test in 1e5: whether the positions
 /// differ from the model by more than their repeats from each other, and the repeats by more than the positions;
-/// whether the output drifts with the time since power-on, or within the segments; whether an error of the rig is far
-/// larger than stated. Slow noise, which is found from the segments, takes in what the model does not hold: only its
-/// shape counts, not its size. Findings go into the work's solution.
+/// whether the output drifts with the time since power-on, or within the segments; whether what the model leaves
+/// changes within them, also within those that move, in proportion to the step that led to them; whether an error of
+/// the rig is far larger than stated. Slow noise, which is found from the segments, takes in what the model does not
+/// hold: only its shape counts, not its size. Findings go into the work's solution.
 void warn_of_lack_of_fit(const Problem& problem, Work& work);
 
 /// Where the segments differ by more than the bias instability that was stated.
