@@ -89,18 +89,26 @@ std::pair<double, double> one_count(const Bench& bench, const Position& position
   return {high * stretch.step / bench.pulse, n};
 }
 
-/// Chance that rounding keeps so many of `all` places to one number of one size: a rate within 1/n pulse of it in each,
-/// while the offset moves it over `range` pulses.
-double chance_of(const OneCount& one, double all) {
+/// Chance that the greatest output is one number throughout, a rate within 1/n pulse of it, and those of the other
+/// places are the same number, although the offset moves them over `range` pulses.
+double chance_of(const OneCount& one) {
   const double range = one.most - one.least, share = 2.0 / one.windows;
-  double chance = all * share;
-  for (double k = 1.0; k < static_cast<double>(one.places.size()); ++k)
-    chance *= (all - k) / k * std::min(1.0, share / std::max(1.0, range));
-  return chance;
+  return share * std::pow(std::min(1.0, share / range), static_cast<double>(one.places.size()) - 1.0);
 }
 
-/// Positions up and down that count one number throughout, of one size in all, although the offset that the level
-/// positions of their sets show moves it by more than two pulses.
+/// The greatest count of a window in the positions up and down, by their means.
+double greatest_count(const Bench& bench) {
+  double most = 0.0;
+  for (const auto& cell : bench.cells)
+    for (const std::size_t i : {cell.up, cell.down}) {
+      const double step = bench.evidence.test.stretches[bench.positions[i].stretch].step;
+      most = std::max(most, std::abs(bench.positions[i].output) * step / bench.pulse);
+    }
+  return most;
+}
+
+/// Positions up and down that count one number throughout, of one size in all and the greatest, although the offset
+/// that the level positions of their sets show moves it by more than two pulses.
 void look_for_one_count(const Bench& bench, Faulty& limits) {
   std::map<long, OneCount> by_count;
   for (const auto& cell : bench.cells) {
@@ -120,7 +128,8 @@ void look_for_one_count(const Bench& bench, Faulty& limits) {
     }
   }
   for (const auto& [count, one] : by_count)
-    if (one.most - one.least > 2.0 && chance_of(one, 2.0 * static_cast<double>(bench.group_temperature.size())) < 1e-5)
+    if (one.most - one.least > 2.0 && chance_of(one) < 1e-5 &&
+        greatest_count(bench) < static_cast<double>(count) + 0.01)
       for (const Position* position : one.positions) limits.add(name_of(*position), position->output);
 }
 
