@@ -220,6 +220,22 @@ TEST(Checks, CountsAtRestAreNotStuck) {
   EXPECT_EQ(findings_of("stuck_output", rest).size(), 1u);
 }
 
+// 19112.0 pulses in each window of every other segment, rounded in one running total: the counts repeat while the total
+// lies within a pulse and flicker by one at its edge.
+TEST(Checks, CountsNearAWholeNumberOfPulsesAreNotStuck) {
+  for (const unsigned seed : {41u, 42u, 43u, 44u, 45u, 46u}) {
+    auto counts = white(128'000, seed);
+    double total = 0.45, last = 0.0;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const std::size_t segment = i / 640;
+      total += (segment % 2 == 1 ? 19112.0 : segment % 4 == 2 ? -19000.3 : 9000.4) + 0.04 * counts[i];
+      counts[i] = std::floor(total) - last;
+      last += counts[i];
+    }
+    EXPECT_EQ(said(findings_of("stuck_output", recording({channel("gyro", "pulse", counts, 10.0)}))), "") << seed;
+  }
+}
+
 TEST(Checks, Outliers) {
   auto values = white(20'000, 8);
   values[1234] += 40.0;

@@ -23,9 +23,18 @@ std::size_t improbable_length(std::size_t size, double repeats) {
   return std::max<std::size_t>(8, static_cast<std::size_t>(std::ceil(length)));
 }
 
+/// Whether most steps between neighbouring counts are greater than rounding makes them. Windows of one running total
+/// round together: while it lies within a pulse they repeat for long, and at its edge they flicker by +-1.
+bool beyond_rounding(std::span<const double> counts) {
+  std::size_t large = 0, steps = 0;
+  for (std::size_t i = 1; i < counts.size(); ++i)
+    if (const double step = std::abs(counts[i] - counts[i - 1]); !std::isnan(step)) large += step > 1.5, ++steps;
+  return 2 * large > steps;
+}
+
 /// Whether the samples on both sides of a run are noisy and so seldom repeat that the run cannot be chance: a signal
 /// may be noisy elsewhere and too coarse to move here.
-bool out_of_place(std::span<const double> values, std::size_t begin, std::size_t length) {
+bool out_of_place(std::span<const double> values, std::size_t begin, std::size_t length, bool counts) {
   constexpr std::size_t side = 128, enough = 32;
   const std::size_t first = begin > side ? begin - side : 0, end = begin + length;
   for (const auto stretch :
@@ -33,6 +42,7 @@ bool out_of_place(std::span<const double> values, std::size_t begin, std::size_t
     if (stretch.size() < enough) continue;
     const Texture texture = texture_of(stretch);
     if (!texture.noisy || length < improbable_length(values.size(), texture.equal_neighbours)) return false;
+    if (counts && !beyond_rounding(stretch)) return false;
   }
   return true;
 }
@@ -51,13 +61,13 @@ std::vector<std::size_t> borders_of(const Channel& channel, const std::vector<Ma
 /// Whether a run is out of place in a segment of those that it covers. In one that it fills nearly whole it is not: a
 /// quiet unit at rest counts alike for long.
 bool out_of_place_in_segment(std::span<const double> values, const std::vector<std::size_t>& borders, std::size_t begin,
-                             std::size_t length) {
+                             std::size_t length, bool counts) {
   const std::size_t end = begin + length;
   while (begin < end) {
     const auto last = std::ranges::upper_bound(borders, begin);
     const std::size_t from = *std::prev(last), to = *last, part = std::min(end, to) - begin;
     const bool fills = borders.size() > 2 && from + 32 > begin && begin + part + 32 > to;
-    if (!fills && out_of_place(values.subspan(from, to - from), begin - from, part)) return true;
+    if (!fills && out_of_place(values.subspan(from, to - from), begin - from, part, counts)) return true;
     begin += part;
   }
   return false;
@@ -95,11 +105,12 @@ void visit_runs(const std::vector<double>& values, std::size_t shortest, Visit v
 Stuck stuck_runs(const Channel& channel, const std::vector<std::size_t>& borders, std::size_t shortest, double lowest,
                  double highest) {
   const std::vector<double>& values = channel.values;
+  const bool counts = channel.kind == QuantityKind::count;
   Stuck stuck;
   visit_runs(values, shortest, [&](std::size_t begin, std::size_t length) {
     if (values[begin] == lowest || values[begin] == highest ||
-        !out_of_place_in_segment(values, borders, begin, length) ||
-        (channel.kind == QuantityKind::count && !breaks_off(values, begin, length)))
+        !out_of_place_in_segment(values, borders, begin, length, counts) ||
+        (counts && !breaks_off(values, begin, length)))
       return;
     ++stuck.times;
     stuck.samples += length;

@@ -250,6 +250,21 @@ TEST(FourPositions, AHeadOneDegreeOffIsAnError) {
   EXPECT_EQ(finding->severity, Finding::Severity::error);
 }
 
+// 2000 G are 1996 pulses a window; the amplifier ends at 1990. Sound tests of the same unit hold no such finding.
+TEST(FourPositions, CountsAtALimitAreAnError) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Plan plan = plan_of(figure_11, {-20.0, 20.0, 60.0});
+    Evidence evidence{plan, {simulate(plan, seed, {})}};
+    EXPECT_FALSE(has_finding(method().identify(evidence, {}).findings, "one_value_in_segment")) << seed;
+    for (double& n : evidence.recordings[0].channels[0].values) n = std::clamp(n, -1990.0, 1990.0);
+    const auto findings = method().identify(evidence, {}).findings;
+    const Finding* finding = finding_of(findings, "one_value_in_segment");
+    ASSERT_NE(finding, nullptr) << seed;
+    EXPECT_EQ(finding->severity, Finding::Severity::error);
+    EXPECT_EQ(finding->occurrences.count, 6u);
+  }
+}
+
 // A level position 1 deg off gives 17 mg, so that the angle of its set is off by half a degree.
 TEST(FourPositions, OnePositionOneDegreeOffShowsAsASetThatDisagrees) {
   Plan real = plan_of(figure_11, {-20.0, 0.0, 20.0, 40.0, 60.0});

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -69,6 +71,68 @@ bool clipped(const Bench& bench, const Position& position) {
   return std::ranges::any_of(bench.positions, [](const Position& p) { return p.squares > 0.0; });
 }
 
+/// A count in which positions stand throughout.
+struct OneCount {
+  std::vector<const Position*> positions;
+  std::set<std::pair<std::size_t, Place>> places;  ///< temperature and direction; repeats of a unit are alike
+  double least = INFINITY, most = -INFINITY;       ///< offset along the input axis [pulses per window]
+  double windows = INFINITY;                       ///< the fewest in a position
+};
+
+/// Pulses in each window of a position that counts one number throughout, and its windows; 0: it does not.
+std::pair<double, double> one_count(const Bench& bench, const Position& position) {
+  const auto& stretch = bench.evidence.test.stretches[position.stretch];
+  double low = INFINITY, high = -INFINITY, n = 0.0;
+  for (std::size_t i = 0; i < stretch.values.size(); ++i)
+    if (const double v = stretch.values[i]; std::isfinite(v)) low = std::min(low, v), high = std::max(high, v), ++n;
+  if (n < 8.0 || high - low > 1e-9 * std::abs(high)) return {0.0, n};
+  return {high * stretch.step / bench.pulse, n};
+}
+
+/// Chance that the greatest output is one number throughout, a rate within 1/n pulse of it, and those of the other
+/// places are the same number, although the offset moves them over `range` pulses.
+double chance_of(const OneCount& one) {
+  const double range = one.most - one.least, share = 2.0 / one.windows;
+  return share * std::pow(std::min(1.0, share / range), static_cast<double>(one.places.size()) - 1.0);
+}
+
+/// The greatest count of a window in the positions up and down, by their means.
+double greatest_count(const Bench& bench) {
+  double most = 0.0;
+  for (const auto& cell : bench.cells)
+    for (const std::size_t i : {cell.up, cell.down}) {
+      const double step = bench.evidence.test.stretches[bench.positions[i].stretch].step;
+      most = std::max(most, std::abs(bench.positions[i].output) * step / bench.pulse);
+    }
+  return most;
+}
+
+/// Positions up and down that count one number throughout, of one size in all and the greatest, although the offset
+/// that the level positions of their sets show moves it by more than two pulses.
+void look_for_one_count(const Bench& bench, Faulty& limits) {
+  std::map<long, OneCount> by_count;
+  for (const auto& cell : bench.cells) {
+    if (!(bench.pulse > 0.0) || !cell.second || !cell.fourth) continue;
+    const double offset = 0.5 * (bench.positions[*cell.second].output + bench.positions[*cell.fourth].output);
+    for (const std::size_t i : {cell.up, cell.down}) {
+      const Position& position = bench.positions[i];
+      const auto [count, windows] = one_count(bench, position);
+      if (count == 0.0) continue;
+      const double step = bench.evidence.test.stretches[position.stretch].step;
+      const double along = (position.place == Place::up ? offset : -offset) * step / bench.pulse;
+      OneCount& one = by_count[std::lround(std::abs(count))];
+      one.positions.push_back(&position);
+      one.places.emplace(cell.group, position.place);
+      one.least = std::min(one.least, along), one.most = std::max(one.most, along);
+      one.windows = std::min(one.windows, windows);
+    }
+  }
+  for (const auto& [count, one] : by_count)
+    if (one.most - one.least > 2.0 && chance_of(one) < 1e-5 &&
+        greatest_count(bench) < static_cast<double>(count) + 0.01)
+      for (const Position* position : one.positions) limits.add(name_of(*position), position->output);
+}
+
 /// Standard deviation of step_within() by noise and counting [m/s^2].
 double sd_of_step(const Bench& bench, const Position& position) {
   const double half = 0.5 * position.seconds;
@@ -111,6 +175,7 @@ void look_at_positions(const Bench& bench, const Reduced& reduced, const Setting
     if (std::abs(position.temperature_drift) > 0.25 * settings.number("same_temperature"))
       drifts.add(name_of(position), position.temperature_drift);
   }
+  look_for_one_count(bench, limits);
   add(steps, error, "step_in_segment", "segments", "change", "g", findings);
   add(limits, error, "one_value_in_segment", "segments", "output", "g", findings);
   add(drifts, warning, "temperature_moves_in_segment", "segments", "change", "K", findings);

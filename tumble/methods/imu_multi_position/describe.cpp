@@ -9,6 +9,7 @@
 #include "tumble/core/say.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/imu_multi_position/turning.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 
@@ -333,6 +334,7 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   estimate.tables.push_back(covered(sessions, rests, fit, estimate));
   add_curves(rests, fit, surroundings.gravity, estimate);
   add_rejections(rests, fit, estimate.findings);
+  std::ranges::move(turning_rests(sessions, rests, fit), std::back_inserter(estimate.findings));
   add_scatter(fit, estimate.findings);
   add_surroundings(fit, surroundings, estimate.findings);
   std::ranges::move(guidance.advice, std::back_inserter(estimate.findings));

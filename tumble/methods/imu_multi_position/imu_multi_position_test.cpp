@@ -223,6 +223,37 @@ TEST(ImuMultiPosition, SkipsABadRestAndABadMoveAndSaysSo) {
     EXPECT_NEAR(value(estimate, name), truth, 4.5 * sd(estimate, name)) << name;
 }
 
+// The unit sinks by w = (30, -18, 0) deg/h in every rest of 3 s: n turns with n x w, and the gyros show w. Without it
+// no test of either kind is accused.
+TEST(ImuMultiPosition, ATurnThatAllRestsShareIsAnError) {
+  const Vector3 w{si(30.0, "deg/h"), si(-18.0, "deg/h"), 0.0};
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    EXPECT_EQ(finding_of(method().identify(method().second_trial(seed).evidence, {}).findings, "unit_turns_at_rest"),
+              nullptr);
+    Trial trial = method().trial(seed);
+    const Estimate sound = method().identify(trial.evidence, {});
+    EXPECT_EQ(finding_of(sound.findings, "unit_turns_at_rest"), nullptr);
+    for (const auto& rest : find_table(sound, "rests")->rows) {
+      const Vector3 f{std::get<double>(rest[3]), std::get<double>(rest[4]), std::get<double>(rest[5])};
+      const double begin = std::get<double>(rest[1]), end = begin + std::get<double>(rest[2]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        auto& force = channel(trial.evidence, std::string("accelerometer_") + "xyz"[i]);
+        auto& rate = channel(trial.evidence, std::string("gyro_") + "xyz"[i]);
+        for (std::size_t k = index_at(force, begin); k < index_at(force, end); ++k) {
+          force.values[k] += cross(f, w)[i] * (force.time(k) - 0.5 * (begin + end));
+          rate.values[k] += w[i];
+        }
+      }
+    }
+    const auto findings = method().identify(trial.evidence, {}).findings;
+    const Finding* finding = finding_of(findings, "unit_turns_at_rest");
+    ASSERT_NE(finding, nullptr) << seed;
+    EXPECT_EQ(finding->severity, Finding::Severity::error);
+    // a tenth of the rate, five times its scatter
+    EXPECT_NEAR(value_of(findings, "unit_turns_at_rest", "x"), w.x, 0.3 * w.x);
+  }
+}
+
 TEST(ImuMultiPosition, SkipsMovesBeyondTheRangeOfTheGyros) {
   Evidence evidence = method().trial(9).evidence;
   for (double& v : channel(evidence, "gyro_y").values) v = std::clamp(v, -1.5, 1.5);

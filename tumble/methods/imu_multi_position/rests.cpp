@@ -160,13 +160,6 @@ void reject_parts(std::vector<Rest>& rests, const Linear& of) {
   }
 }
 
-/// Second half minus first half of a rest.
-Vector3 drift_of(const Triad& triad, const Rest& rest) {
-  const double middle = 0.5 * (rest.begin + rest.end);
-  std::size_t n = 0;
-  return mean_of(triad, middle, rest.end, n) - mean_of(triad, rest.begin, middle, n);
-}
-
 void reject_drifting(const std::vector<Session>& sessions, const Densities& noise, std::vector<Rest>& rests) {
   std::vector<double> sizes;
   for (const Rest& rest : rests) {
@@ -223,6 +216,12 @@ Densities densities_of(const std::vector<Session>& sessions, const std::vector<R
 }
 
 }  // namespace
+
+Vector3 drift_of(const Triad& triad, const Rest& rest) {
+  const double middle = 0.5 * (rest.begin + rest.end);
+  std::size_t n = 0;
+  return mean_of(triad, middle, rest.end, n) - mean_of(triad, rest.begin, middle, n);
+}
 
 Rests find_rests(const std::vector<Session>& sessions, const RestOptions& options, double gravity) {
   Quiets quiets(sessions.size());

@@ -44,4 +44,7 @@ struct Rests {
 /// Given: gravity [m/s^2].
 Rests find_rests(const std::vector<Session>& sessions, const RestOptions& options, double gravity);
 
+/// Mean of the second half of a rest minus that of the first.
+Vector3 drift_of(const Triad& triad, const Rest& rest);
+
 }  // namespace tumble::imu_multi_position

@@ -335,6 +335,22 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
   EXPECT_EQ(text_of(of_blind.findings, "positions_exchanged", "other"), "5");
 }
 
+// A latitude 1 deg off changes the horizontal rate by tan(phi) 1 deg, 1.2 % at 34 deg: far more than the uncertainties
+// that are stated, less than what is let pass where nothing is stated of the scale factor.
+TEST(NorthFinding, TheSizeOfTheRateIsJudgedByWhatIsStated) {
+  const auto found = [](double off, bool stated) {
+    Plan plan = table_at(37.0 * degree, 1.0 * degree, 2.0 * degree, palindrome);
+    const Recording recording = simulate(plan, 1, {});
+    plan.site->latitude += off;
+    if (stated) plan.settings.set_number("gyro_scale_factor_sd", 100e-6, Unit::parse("ppm"));
+    return has_error(identified(plan, recording).findings, "wrong_horizontal_rate");
+  };
+  EXPECT_TRUE(found(1.0 * degree, true));
+  EXPECT_TRUE(found(-1.0 * degree, true));
+  EXPECT_FALSE(found(1.0 * degree, false));
+  EXPECT_FALSE(found(0.0, true));
+}
+
 TEST(NorthFinding, WhatCannotShowTheAzimuthIsRefused) {
   const auto refused = [&](const std::vector<double>& angles) {
     const Plan plan = table_at(37.0 * degree, 0.0, 0.0, angles);
