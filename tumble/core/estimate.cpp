@@ -52,7 +52,8 @@ const Parameter* find_parameter(const Estimate& estimate, std::string_view name)
 std::optional<UpperLimit> find_upper_limit(const Estimate& estimate, std::string_view name) {
   if (find_parameter(estimate, name) != nullptr) return {};
   for (const Finding& finding : estimate.findings) {
-    if (!finding.code.ends_with("not_significant") || !is_about(finding, name)) continue;
+    const bool limits = finding.code.ends_with("not_significant") || finding.code == "noise_term_may_be_another";
+    if (!limits || !is_about(finding, name)) continue;
     const auto* limit = find_value(finding, "limit");
     if (limit != nullptr && std::holds_alternative<double>(limit->value))
       return UpperLimit{std::get<double>(limit->value), limit->unit};

@@ -241,6 +241,7 @@ struct HiddenTerm {
   Phrase remedy;
   double limit = 0.0, length = 0.0;  ///< [SI] at 95 %, [s] of the record that gives this limit
   std::string where;
+  bool supported = false;  ///< in the set chosen, though other sets explain the record nearly as well without it
   Occurrences occurrences{.count = 0, .first = {}, .worst = {}};
 };
 
@@ -251,8 +252,10 @@ void add_hidden(const ChannelNoise& channel, std::vector<HiddenTerm>& hidden) {
     if (channel.fit.shown[t]) continue;
     const TermWords name = words(term.unit.term, channel.kind);
     const double limit = coefficient(term.unit.term, term.upper_limit, channel.rate);
-    auto entry = std::ranges::find(hidden, name.name, [](const HiddenTerm& one) { return one.term.name; });
-    if (entry == hidden.end()) entry = hidden.insert(entry, {name, remedy(term.unit.term)});
+    auto entry = std::ranges::find_if(
+        hidden, [&](const HiddenTerm& one) { return one.term.name == name.name && one.supported == term.kept; });
+    if (entry == hidden.end()) entry = hidden.insert(entry, {.term = name, .remedy = remedy(term.unit.term)});
+    entry->supported = term.kept;
     Occurrences& occurrences = entry->occurrences;
     if (occurrences.count == 0) occurrences.first = channel.label;
     if (occurrences.count == 0 || limit > entry->limit) {
@@ -270,7 +273,7 @@ Findings findings_of(const std::vector<HiddenTerm>& hidden) {
   Findings findings;
   for (const HiddenTerm& one : hidden)
     findings.push_back({Severity::info,
-                        "noise_term_not_significant",
+                        one.supported ? "noise_term_may_be_another" : "noise_term_not_significant",
                         {{"term", one.term.name},
                          {"limit", one.limit, one.term.unit},
                          {"length", one.length, "s"},
