@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/square.hpp"
 
 namespace tumble::python {
 namespace {
@@ -16,8 +17,6 @@ double quantile(double probability, double edf) {
   if (probability == 1.0) return std::numeric_limits<double>::infinity();
   return chi_square_quantile(probability, edf);
 }
-
-double square(double value) { return value * value; }
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 
 #include "clock_intervals.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/math/stability/allan_differences.hpp"
 #include "tumble/math/stability/allan_phase.hpp"
 #include "tumble/math/stability/allan_sums.hpp"
@@ -39,8 +40,6 @@ std::vector<double> times_of(const std::string& word, std::size_t points) {
   }
   return times;
 }
-
-double square(double value) { return value * value; }
 
 /// Phase in samples, and what makes a difference of it a phase again [s].
 struct Series {

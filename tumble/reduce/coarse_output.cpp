@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -17,8 +18,6 @@ struct Values {
   double freedom = 0.0;   ///< of the squares
   bool resolved = false;  ///< a stretch shows more values than a coarse output does
 };
-
-double square(double x) { return x * x; }
 
 /// Least difference between two values [u].
 double least_difference(const std::set<double>& values) {

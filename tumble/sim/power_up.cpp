@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
@@ -19,14 +20,13 @@ double harmonics_of(const Settings& rig) {
 /// of its highest frequency.
 double phase_rate(const Motion& motion, double harmonics) {
   using Kind = Motion::Kind;
-  constexpr double turn = 2.0 * std::numbers::pi;
   switch (motion.kind) {
     case Kind::rate:
       return harmonics * std::abs(motion.value);
     case Kind::sine:
-      return turn * motion.frequency;
+      return two_pi * motion.frequency;
     case Kind::sweep:
-      return turn * std::max(motion.frequency, motion.to_frequency);
+      return two_pi * std::max(motion.frequency, motion.to_frequency);
     case Kind::random:
       return motion.psd_frequency.empty() ? 0.0 : 2.0 * motion.psd_frequency.back();
     default:

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numeric>
 #include <set>
 #include <tuple>
 
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -305,9 +305,6 @@ Findings about_drift(const linear::Solution& solution, const Line& line) {
   constexpr double rare = 1e-9;  // by white noise: flicker noise seems to drift much more often
   const Repeats repeats = repeats_of(solution, line);
   if (!(repeats.freedom >= 5.0)) return {};
-  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
-    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-  };
   const double tt = dot(repeats.time, repeats.time), tw = dot(repeats.time, repeats.time_by_rate);
   const double ww = dot(repeats.time_by_rate, repeats.time_by_rate), ty = dot(repeats.time, repeats.measured);
   const double wy = dot(repeats.time_by_rate, repeats.measured), determinant = tt * ww - tw * tw;
