@@ -11,6 +11,7 @@ import warnings
 
 import numpy as np
 import pytest
+from tumble._result_parts import Budget
 
 import tumble
 
@@ -61,6 +62,14 @@ def test_budget_sums_to_the_covariance(result):
         variance = sum(line[name] ** 2 for line in result.budget.values())
         assert variance == pytest.approx(parameter.sd**2, rel=1e-9)
         assert result.covariance[name, name] == pytest.approx(parameter.sd**2, rel=1e-9)
+
+
+def test_lines_of_one_source_are_kept_apart():
+    given = (("gravity", "site A", 3.0), ("noise", None, 1.0), ("gravity", "site B", 4.0))
+    lines = [{"source": source, "key": key, "sd": [sd], "factor": [[sd]]} for source, key, sd in given]
+    budget = Budget(("bias",), lines)
+    assert list(budget) == ["gravity", "noise", "gravity (2)"]
+    assert sum(line["bias"] ** 2 for line in budget.values()) == 26.0
 
 
 def test_a_result_is_pickled_saved_and_loaded(result, tmp_path):

@@ -76,7 +76,7 @@ def test_command_and_python_compensate_the_same_file(tree, tmp_path, command):
     assert (tmp_path / "python.h5").read_bytes() == (tmp_path / "command.h5").read_bytes()
 
 
-@pytest.mark.parametrize("kind", ["methods", "models", "rigs", "formats", "checks"])
+@pytest.mark.parametrize("kind", ["methods", "models", "rigs", "formats", "checks", "plans", "units"])
 def test_command_and_python_list_the_same_entries(kind, command):
     entries = [dict(entry) for entry in getattr(tumble, kind).values()]
     assert entries == json.loads(command("list", kind, "--json"))

@@ -10,7 +10,7 @@ it.
 
 from tumble import _tumble
 from tumble._allan import AllanDeviation, allan_deviation
-from tumble._catalogue import Catalogue, Entry, checks, formats, methods, models, rigs
+from tumble._catalogue import Catalogue, Entry, checks, formats, methods, models, plans, rigs, units
 from tumble._errors import (
     ArgumentTypeError,
     DataError,
@@ -75,9 +75,11 @@ __all__ = [
     "methods",
     "models",
     "optimise",
+    "plans",
     "predict",
     "read",
     "report",
     "rigs",
     "simulate",
+    "units",
 ]

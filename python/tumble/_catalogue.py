@@ -1,4 +1,4 @@
-"""What is in the catalogues: methods, models, rigs, formats, checks."""
+"""What is in the catalogues: methods, models, rigs, formats, checks, plans, units."""
 
 from __future__ import annotations
 
@@ -81,3 +81,5 @@ models = Catalogue("models")
 rigs = Catalogue("rigs")
 formats = Catalogue("formats")
 checks = Catalogue("checks")
+plans = Catalogue("plans")
+units = Catalogue("units")

@@ -159,12 +159,19 @@ class Contribution(Mapping[str, float]):
 
 
 class Budget(Mapping[str, Contribution]):
-    """The budget of uncertainty, by source. The squares of a parameter's lines add up to its variance."""
+    """The budget of uncertainty, by source. The squares of a parameter's lines add up to its variance.
+
+    Recordings of different sites or rigs give several lines of one source: "gravity", "gravity (2)" and so on.
+    """
 
     __slots__ = ("_lines",)
 
     def __init__(self, names: tuple[str, ...], documents: Sequence[Mapping[str, Any]]) -> None:
-        self._lines = {one["source"]: Contribution(names, one) for one in documents}
+        self._lines: dict[str, Contribution] = {}
+        for one in documents:
+            line = Contribution(names, one)
+            alike = sum(other.source == line.source for other in self._lines.values())
+            self._lines[f"{line.source} ({alike + 1})" if alike else line.source] = line
 
     def __getitem__(self, source: str) -> Contribution:
         return self._lines[source]
