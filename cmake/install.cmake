@@ -65,6 +65,6 @@ endif()
 configure_package_config_file(cmake/tumbleConfig.cmake.in ${PROJECT_BINARY_DIR}/tumbleConfig.cmake
                               INSTALL_DESTINATION ${package})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/tumbleConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/tumbleConfig.cmake ${PROJECT_BINARY_DIR}/tumbleConfigVersion.cmake cmake/hdf5.cmake
+install(FILES ${PROJECT_BINARY_DIR}/tumbleConfig.cmake ${PROJECT_BINARY_DIR}/tumbleConfigVersion.cmake cmake/hdf5.cmake cmake/containers.cmake
         DESTINATION ${package})
 install(FILES LICENSE NOTICE.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -14,6 +14,8 @@ find_package(HDF5 QUIET COMPONENTS C)
 if(NOT HDF5_FOUND AND NOT TUMBLE_HDF5_ROOT)
   list(APPEND tumble_missing HDF5)
 endif()
+include(cmake/containers.cmake)
+list(APPEND tumble_missing ${tumble_containers_missing})
 if(tumble_missing)
   list(JOIN tumble_missing ", " tumble_missing)
   message(FATAL_ERROR "To build Tumble from source these libraries are missing: ${tumble_missing}. "

@@ -15,7 +15,7 @@ namespace {
 
 struct Arguments {
   std::string result, recording, output, plan;
-  std::vector<std::string> sets;
+  std::vector<std::string> sets, topics;
 };
 
 /// Before a long recording is read.
@@ -32,7 +32,7 @@ void require_error_model(const Estimate& estimate, const std::string& file) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.result, arguments.recording});
-  const auto options = tumble::read_options(parse_sets(arguments.sets));
+  const auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   const auto estimate = read_result(arguments.result);
   require_error_model(estimate, arguments.result);
   std::optional<Plan> plan;
@@ -64,6 +64,7 @@ Verb compensate_verb() {
            {"RECORDING", &arguments->recording, "recording to compensate", true},
            {"-o,--output", &arguments->output, "recording to write", true},
            {"--plan", &arguments->plan, "plan whose rig and schedule say what was felt, where the recording does not"},
+           topic_argument(arguments->topics),
            reading_sets(arguments->sets)},
           "Example:\n  tumble compensate fog.json flight.csv -o flight-compensated.csv\n",
           [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};

@@ -7,12 +7,12 @@ namespace {
 
 struct Arguments {
   std::string recording, output;
-  std::vector<std::string> sets;
+  std::vector<std::string> sets, topics;
 };
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   check_recording_output(arguments.output, {arguments.recording});
-  const auto options = tumble::read_options(parse_sets(arguments.sets));
+  const auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   {
     ProgressLine line(terminal);
     tumble::convert(arguments.recording, arguments.output, options, line.progress());
@@ -29,6 +29,7 @@ Verb convert_verb() {
           "Write a recording in another format",
           {{"RECORDING", &arguments->recording, "recording to read", true},
            {"-o,--output", &arguments->output, "recording to write; the end of its name selects the format", true},
+           topic_argument(arguments->topics),
            reading_sets(arguments->sets)},
           "Examples:\n"
           "  tumble convert data.csv -o data.h5\n"

@@ -16,7 +16,7 @@ namespace {
 
 struct Arguments {
   std::string what, output;
-  std::vector<std::string> recordings, sets;
+  std::vector<std::string> recordings, sets, topics;
   bool json = false, strict = false;
   std::uint64_t memory = 2'000'000'000;
 };
@@ -52,7 +52,7 @@ std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan)
 
 int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
-  const auto plan = plan_of(arguments.what, parse_sets(arguments.sets));
+  const auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
   if (!arguments.output.empty()) check_output(arguments.output, inputs_of(arguments, plan), {".json"});
   Estimate estimate;
   {
@@ -90,6 +90,7 @@ Verb identify_verb() {
             .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
             .type = "SIZE",
             .bytes = "2 GB"},
+           topic_argument(arguments->topics),
            reading_sets(arguments->sets,
                         "a setting of the method (see `tumble list methods NAME`), or\n"
                         "channels.ROLE=COLUMN, or information that a file")},

@@ -138,12 +138,12 @@ std::string text(const Inspection& inspection) {
 
 struct Arguments {
   std::string recording;
-  std::vector<std::string> sets;
+  std::vector<std::string> sets, topics;
   bool json = false;
 };
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-  const auto options = tumble::read_options(parse_sets(arguments.sets));
+  const auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   Inspection inspection;
   {
     ProgressLine line(terminal);
@@ -162,6 +162,7 @@ Verb inspect_verb() {
           "Show the channels of a recording, and its faults",
           {{"RECORDING", &arguments->recording, "recording to read", true},
            {"--json", &arguments->json, "print JSON instead of a table"},
+           topic_argument(arguments->topics),
            reading_sets(arguments->sets)},
           "Examples:\n"
           "  tumble inspect data.csv\n"

@@ -26,8 +26,16 @@ Argument reading_sets(std::vector<std::string>& texts, const std::string& before
                                   "segment_column=COLUMN with labels, decimal=comma; repeatable");
 }
 
-tumble::Sets parse_sets(const std::vector<std::string>& texts) {
+Argument topic_argument(std::vector<std::string>& topics) {
+  return {.name = "--topic",
+          .value = &topics,
+          .description = "of a log with several streams: the one to read; repeatable",
+          .type = "NAME"};
+}
+
+tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector<std::string>& topics) {
   tumble::Sets sets;
+  for (const auto& topic : topics) sets.emplace_back("topic", topic);
   std::vector<std::string> problems;
   for (const auto& text : texts) {
     const auto equals = text.find('=');

@@ -50,8 +50,10 @@ int run_command_line(int argc, char** argv, const std::vector<Verb>& verbs, Term
 /// The repeatable option --set key=value; and what it may say about a recording.
 Argument sets_argument(std::vector<std::string>& texts, std::string what);
 Argument reading_sets(std::vector<std::string>& texts, const std::string& before = "information that the file");
-/// Throws Error::bad_input for a text without "=".
-tumble::Sets parse_sets(const std::vector<std::string>& texts);
+/// The repeatable option --topic NAME, for logs that hold several streams.
+Argument topic_argument(std::vector<std::string>& topics);
+/// `topics` are what --topic names. Throws Error::bad_input for a text without "=".
+tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector<std::string>& topics = {});
 
 /// The text of a file; Error::bad_file. And the result in it.
 Estimate read_result(const std::string& path);

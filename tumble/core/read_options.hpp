@@ -18,6 +18,7 @@ struct ReadOptions {
   /// name[unit] of each column of a text table, where it has no header line or in place of it; "-": not to be read
   std::vector<std::string> columns = {};
   std::string segment_column = {};  ///< of a text table: holds the label of the segment that each sample belongs to
+  std::vector<std::string> topics = {};  ///< of a log with several streams: those wanted; empty: as the format chooses
   char decimal = '\0';              ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
 };
 

@@ -156,6 +156,7 @@ ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOption
   if (entry.plan && entry.plan->sample_rate > 0.0 && !plan.reading.rate) options.rate = entry.plan->sample_rate;
   if (options.columns.empty()) options.columns = entry.columns;
   if (options.segment_column.empty()) options.segment_column = entry.segment_column;
+  if (options.topics.empty()) options.topics = entry.topics;
   if (options.decimal == '\0') options.decimal = entry.decimal;
   return options;
 }

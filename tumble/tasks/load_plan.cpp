@@ -261,6 +261,7 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.run = section.integer("run").value_or(0);
     entry.columns = section.texts("columns");
     entry.segment_column = section.text("segment_column").value_or("");
+    entry.topics = section.texts("topics");
     entry.decimal = read_decimal(section);
     if (const auto plan = section.text("plan")) {
       const auto [part, unread] = reading.parts.try_emplace((folder / *plan).lexically_normal().string());

@@ -39,7 +39,7 @@ std::vector<std::string> separate(const std::string& text) {
 }
 
 bool for_reading(const std::string& key) {
-  return key == "rate" || key == "missing" || key == "columns" || key == "segment_column" || key == "decimal" ||
+  return key == "rate" || key == "topic" || key == "missing" || key == "columns" || key == "segment_column" || key == "decimal" ||
          !after(key, "unit.").empty();
 }
 
@@ -57,6 +57,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.calibration = value;
   else if (key == "columns")
     sorted.reading.columns = separate(value);
+  else if (key == "topic")
+    sorted.reading.topics.push_back(value);
   else if (key == "segment_column")
     sorted.reading.segment_column = value;
   else if (key == "decimal")
@@ -98,7 +100,7 @@ ReadOptions read_options(const Sets& sets) {
       known.push_back(set);
     else
       problems.push_back(fmt::format(
-          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal and unit.<column>",
+          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal, topic and unit.<column>",
           set.first));
   try {
     const auto reading = sorted(known).reading;
