@@ -26,7 +26,9 @@ std::vector<std::size_t> numbered(const std::vector<std::size_t>& levels) {
   return out;
 }
 
-std::size_t count_of(const std::vector<std::size_t>& levels) { return levels.empty() ? 0 : std::ranges::max(levels) + 1; }
+std::size_t count_of(const std::vector<std::size_t>& levels) {
+  return levels.empty() ? 0 : std::ranges::max(levels) + 1;
+}
 
 void require_separable(const ManyResults& results) {
   const auto n = results.values.size();
@@ -36,13 +38,14 @@ void require_separable(const ManyResults& results) {
     const auto& factor = results.factors[a];
     const auto levels = numbered(factor.level);
     const auto count = count_of(levels);
-    if (count < 2) problems.push_back(fmt::format("all results are of one {}: what it adds cannot be seen", factor.name));
+    if (count < 2)
+      problems.push_back(fmt::format("all results are of one {}: what it adds cannot be seen", factor.name));
     if (count == n)
       problems.push_back(fmt::format("every {0} has one result: {0} and repeat cannot be separated", factor.name));
     for (std::size_t b = 0; b < a; ++b)
       if (numbered(results.factors[b].level) == levels)
-        problems.push_back(fmt::format("{0} and {1} change together: they cannot be separated", results.factors[b].name,
-                                       factor.name));
+        problems.push_back(
+            fmt::format("{0} and {1} change together: they cannot be separated", results.factors[b].name, factor.name));
   }
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
@@ -198,7 +201,8 @@ void add_interval(const Model& model, const Maximum& best, std::size_t c, double
   };
   const auto root = [&](double low, double high) {
     std::uintmax_t most = 40;
-    const auto [from, to] = boost::math::tools::toms748_solve(excess, low, high, boost::math::tools::eps_tolerance<double>(24), most);
+    const auto [from, to] =
+        boost::math::tools::toms748_solve(excess, low, high, boost::math::tools::eps_tolerance<double>(24), most);
     return 0.5 * (from + to);
   };
   out.lower = excess(0.0) > 0.0 ? root(0.0, out.sd) : 0.0;
@@ -235,7 +239,8 @@ SpreadComponents components_of_spread(const ManyResults& results) {
   const auto best = most_likely(model, variance);
   SpreadComponents out;
   for (std::size_t c = 0; c < model.levels.size(); ++c) {
-    ComponentOfSpread one{c < results.factors.size() ? results.factors[c].name : "repeat", std::sqrt(best.variances[c])};
+    ComponentOfSpread one{c < results.factors.size() ? results.factors[c].name : "repeat",
+                          std::sqrt(best.variances[c])};
     add_interval(model, best, c, std::sqrt(variance), one);
     out.components.push_back(std::move(one));
   }

@@ -14,9 +14,10 @@ namespace {
 
 TEST(SpreadComponents, AreTheMeanSquaresWhereBalanced) {
   // 3 units on 2 days, 2 results each: mean squares 14.230833, 0.734167, 0.067500
-  const ManyResults results{{10.1, 10.5, 11.0, 11.2, 13.9, 13.4, 12.7, 13.1, 9.2, 9.0, 10.3, 9.9},
-                            std::vector<double>(12, 0.0),
-                            {{"unit", {1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}}, {"day", {1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6}}}};
+  const ManyResults results{
+      {10.1, 10.5, 11.0, 11.2, 13.9, 13.4, 12.7, 13.1, 9.2, 9.0, 10.3, 9.9},
+      std::vector<double>(12, 0.0),
+      {{"unit", {1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}}, {"day", {1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6}}}};
   const auto found = components_of_spread(results);
   ASSERT_EQ(found.components.size(), 3u);
   EXPECT_NEAR(square(found.components[0].sd), 3.374167, 1e-6);
@@ -51,7 +52,8 @@ TEST(SpreadComponents, DoNotDependOnUnitOfMeasureOrOrder) {
 
 TEST(SpreadComponents, SharedErrorsAreNotSpread) {
   // one rig error of sd 2 that all share moves the mean, and no component
-  ManyResults results{{1.0, 2.0, 4.0, 3.0, 1.5, 2.5, 3.5, 2.0}, std::vector<double>(8, 0.1), {{"unit", {1, 1, 2, 2, 3, 3, 4, 4}}}};
+  ManyResults results{
+      {1.0, 2.0, 4.0, 3.0, 1.5, 2.5, 3.5, 2.0}, std::vector<double>(8, 0.1), {{"unit", {1, 1, 2, 2, 3, 3, 4, 4}}}};
   const auto alone = components_of_spread(results);
   results.shared = Matrix(8, 1);
   for (std::size_t i = 0; i < 8; ++i) results.shared(i, 0) = 2.0;
@@ -63,8 +65,12 @@ TEST(SpreadComponents, SharedErrorsAreNotSpread) {
 TEST(SpreadComponents, RefuseWhatCannotBeSeparatedByName) {
   const std::vector<double> values{1, 2, 3, 4, 5, 6}, sds(6, 0.1);
   try {
-    components_of_spread({values, sds, {{"unit", {1, 1, 2, 2, 3, 3}}, {"rig", {4, 4, 5, 5, 6, 6}}, {"day", {1, 2, 3, 4, 5, 6}},
-                                        {"site", {1, 1, 1, 1, 1, 1}}}});
+    components_of_spread({values,
+                          sds,
+                          {{"unit", {1, 1, 2, 2, 3, 3}},
+                           {"rig", {4, 4, 5, 5, 6, 6}},
+                           {"day", {1, 2, 3, 4, 5, 6}},
+                           {"site", {1, 1, 1, 1, 1, 1}}}});
     FAIL() << "three faults were accepted";
   } catch (const Error& error) {
     ASSERT_EQ(error.problems.size(), 3u);
@@ -86,7 +92,8 @@ ManyResults fleet(int units, double unit_sd, double day_sd, double rig_sd, const
       for (std::size_t r = 0; r < repeats; ++r, ++n) {
         const double sd = 0.3 * std::pow(8.0 / 3.0, random.split("u").uniform(n));
         out.values.push_back(unit_sd * random.split("a").normal(u) + day_sd * random.split("b").normal(day) +
-                             rig_sd * random.split("c").normal(rig) + std::hypot(0.3, sd) * random.split("e").normal(n));
+                             rig_sd * random.split("c").normal(rig) +
+                             std::hypot(0.3, sd) * random.split("e").normal(n));
         out.sds.push_back(sd);
         out.factors[0].level.push_back(u);
         out.factors[1].level.push_back(day);
@@ -103,7 +110,8 @@ TEST(SpreadComponentsCoverage, IntervalsHoldComponentsAndMean) {
   for (std::uint64_t i = 0; i < fleets; ++i) {
     const auto found = components_of_spread(fleet(10, 1.0, 0.5, 0.5, RandomStream(11).split(i)));
     const double truth[]{1.0, 0.5, 0.5, 0.3};
-    for (int c = 0; c < 4; ++c) held[c] += found.components[c].lower <= truth[c] && truth[c] <= found.components[c].upper;
+    for (int c = 0; c < 4; ++c)
+      held[c] += found.components[c].lower <= truth[c] && truth[c] <= found.components[c].upper;
     mean += found.mean_lower <= 0.0 && 0.0 <= found.mean_upper;
   }
   for (int c = 0; c < 4; ++c) EXPECT_GE(held[c], 50) << c;  // 0.95 of 60 less four sd

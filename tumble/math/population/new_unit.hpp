@@ -8,15 +8,15 @@ namespace tumble {
 
 /// A new unit as its population and its own test show it together.
 struct UnitInPopulation {
-  double value = 0.0, sd = 0.0;      ///< [u]
-  double lower = 0.0, upper = 0.0;   ///< [u], 95 %
-  double spread = 0.0;               ///< [u], mean of tau given the data of all units and of this one
-  double belongs = 0.0;              ///< p-value [1], two-sided, of this result if the unit is of the population (8.16)
+  double value = 0.0, sd = 0.0;     ///< [u]
+  double lower = 0.0, upper = 0.0;  ///< [u], 95 %
+  double spread = 0.0;              ///< [u], mean of tau given the data of all units and of this one
+  double belongs = 0.0;             ///< p-value [1], two-sided, of this result if the unit is of the population (8.16)
 };
 
 /// The estimate of a unit whose model's other units are known: empirical Bayes with what is not known of mean and
-/// spread averaged over (8.14), not with their estimates put in. Of the units of the population 95 % hold their truth; a
-/// unit far from the mean is held less often, as the chapter tabulates.
+/// spread averaged over (8.14), not with their estimates put in. Of the units of the population 95 % hold their truth;
+/// a unit far from the mean is held less often, as the chapter tabulates.
 ///
 /// Given:    units [n], n >= 5, each with its private uncertainty; `unit` with the private uncertainty of its own test
 ///           [u], > 0.

@@ -36,8 +36,8 @@ TEST(OutlierUnits, AreFoundAmongManyAndTheSpreadIsThatOfTheOthers) {
     wrong += static_cast<int>(std::count(result.outlier.begin() + 10, result.outlier.end(), true));
     variance += result.kept.sd * result.kept.sd / 20.0;
   }
-  EXPECT_GT(found, 160);  // of 200
-  EXPECT_LT(wrong, 8);    // of 1800; a share of 0.01 of the found is 2
+  EXPECT_GT(found, 160);     // of 200
+  EXPECT_LT(wrong, 8);       // of 1800; a share of 0.01 of the found is 2
   EXPECT_GT(of_all, 4.0);    // 1 + 0.1 36 less sampling
   EXPECT_LT(variance, 1.5);  // the few that are not found add to it
 }
@@ -60,7 +60,7 @@ TEST(BatchChange, FindsPlaceAndStep) {
     held += change.earliest <= 24 && change.latest >= 24;
     found += change.p < 0.05;
   }
-  EXPECT_GE(held, 55);   // 0.97 of 60 less four sd
+  EXPECT_GE(held, 55);  // 0.97 of 60 less four sd
   EXPECT_GE(found, 55);
 }
 

@@ -53,7 +53,8 @@ double one_sided(double k, double h, double mean) {
 template <class RunLength>
 double limit_for(const RunLength& run_length, double wanted) {
   if (!(wanted >= 2.0) || !std::isfinite(wanted))
-    throw Error(Error::Kind::bad_input, fmt::format("an average run length of at least 2 points is expected, not {:g}", wanted));
+    throw Error(Error::Kind::bad_input,
+                fmt::format("an average run length of at least 2 points is expected, not {:g}", wanted));
   double low = 0.0, high = 1.0;
   while (run_length(high) < wanted) low = high, high *= 1.5;
   for (int step = 0; step < 50; ++step) {

@@ -20,9 +20,10 @@ void require_units(std::span<const UnitValue> units) {
   int exact = 0;
   for (const auto& unit : units) {
     if (!std::isfinite(unit.value) || !std::isfinite(unit.sd) || unit.sd < 0.0)
-      problems.push_back(fmt::format("a unit with value {} and standard uncertainty {}: both must be numbers, the "
-                                     "second not negative",
-                                     unit.value, unit.sd));
+      problems.push_back(
+          fmt::format("a unit with value {} and standard uncertainty {}: both must be numbers, the "
+                      "second not negative",
+                      unit.value, unit.sd));
     exact += unit.sd == 0.0;
   }
   if (exact > 1) problems.push_back(fmt::format("{} units are stated without uncertainty; at most one can be", exact));
