@@ -7,7 +7,8 @@ namespace tumble {
 /// Accuracy: integral equation by 80 Gauss-Legendre nodes, five digits. See: docs/equations (8.20).
 double run_length_of_ewma(double lambda, double limit, double shift = 0.0);
 
-/// Average number of points to the first alarm of a two-sided CUSUM with reference `k` [sd] and decision limit `h` [sd].
+/// Average number of points to the first alarm of a two-sided CUSUM with reference `k` [sd] and decision limit `h`
+/// [sd].
 double run_length_of_cusum(double k, double h, double shift = 0.0);
 
 /// Limit L or h that gives this average run length [points] without a shift. Throws Error::bad_input below 2 points or
