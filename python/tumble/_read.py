@@ -62,12 +62,8 @@ def read(
     """
     given: dict[str, Any] = {
         "format": format,
-<<<<<<< HEAD
-        "channels": None if channels is None else list(channels),
-        "topics": None if topics is None else [topics] if isinstance(topics, str) else list(topics),
-=======
         "channels": None if channels is None else words_of(channels, "channels"),
->>>>>>> refs/heads/python
+        "topics": None if topics is None else [topics] if isinstance(topics, str) else words_of(topics, "topics"),
         "rate": rate,
         "units": None if units is None else units_of(units),
         "columns": None if columns is None else words_of(columns, "columns"),
@@ -78,13 +74,9 @@ def read(
     if hasattr(path, "read"):
         return _read_open_file(path, given, progress)
     text = path_text(path, "path")
-<<<<<<< HEAD
-    if (imported := _imported(text, given)) is not None:
-=======
     if format is not None:
         whole_text(format, "format")
     elif (imported := _imported(text, given)) is not None:
->>>>>>> refs/heads/python
         return imported
     with listener(progress) as call:
         core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)

@@ -75,7 +75,7 @@ class Walk {
       if (!footer_ && !log_.pieces.empty()) say(Finding::Severity::info, "log_not_closed", {});
     } catch (const Cut&) {
       end_piece(at_);
-      say(Finding::Severity::warning, "log_cut_off", {{"size", std::to_string(size_)}});
+      say(Finding::Severity::warning, "log_ends_in_record", {{"size", std::to_string(size_)}});
     } catch (const Error& error) {
       end_piece(at_);
       say(Finding::Severity::warning, "log_records_damaged",

@@ -63,7 +63,12 @@ void add_faults(const Log& log, const Stream& stream, const Overview& overview, 
   };
   if (overview.unreadable > 0)
     say("messages_unreadable", {{"unreadable", overview.unreadable}, {"type", stream.topic.type}});
-  if (overview.infinite > 0) say("infinite_samples", {{"infinite", overview.infinite}});
+  if (overview.infinite > 0)
+    recording.findings.push_back({Severity::warning,
+                                  "infinite_samples",
+                                  {{"topic", stream.topic.name}},
+                                  "",
+                                  {static_cast<std::size_t>(overview.infinite), {}, {}}});
   if (overview.clocks.backward > 0)
     recording.findings.push_back(
         {Severity::info, "log_out_of_order", {{"places", overview.clocks.backward}}, stream.topic.name});

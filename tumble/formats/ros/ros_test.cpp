@@ -169,7 +169,7 @@ TEST_P(RosLogs, TheCutIsReported) {
   const std::string cut = scratch.file("cut" + std::string(GetParam()));
   put(cut, whole.substr(0, whole.size() * 6 / 10));
   const Recording recording = read(cut);
-  EXPECT_NE(find(recording, "log_cut_off"), nullptr);
+  EXPECT_NE(find(recording, "log_ends_in_record"), nullptr);
   EXPECT_LT(find_channel(recording, "gyro.x")->values.size(), 60u);
 }
 

@@ -88,7 +88,8 @@ class Walk {
 
  private:
   void cut_off() {
-    log_.findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", std::to_string(size_)}}, log_.path});
+    log_.findings.push_back(
+        {Finding::Severity::warning, "log_ends_in_record", {{"size", std::to_string(size_)}}, log_.path});
   }
 
   void over(std::uint64_t from) {
