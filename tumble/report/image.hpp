@@ -9,7 +9,7 @@ namespace tumble {
 /// are known by their first bytes. Empty for anything else.
 std::string data_uri_of_image(std::string_view bytes);
 
-/// The same of a file of at most 1 MB. Throws Error::bad_file: not there, too large, another format.
+/// data_uri_of_image() of a file of at most 1 MB. Throws Error::bad_file: not there, too large, another format.
 std::string data_uri_of_image_file(const std::string& path);
 
 }  // namespace tumble
