@@ -39,7 +39,9 @@ int run_and_catch(int argc, char** argv) {
     verbs.push_back(completion_verb(verbs));
     return run_command_line(argc, argv, verbs, terminal);
   } catch (const Error& error) {
-    complain(terminal, error.problems);
+    auto problems = error.problems;
+    for (auto& problem : problems) problem = as_written(problem);
+    complain(terminal, problems);
     return status_of(error.kind);
   } catch (const std::bad_alloc&) {
     complain(terminal, "not enough memory for these data; a shorter recording or fewer channels would need less");

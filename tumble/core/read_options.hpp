@@ -19,7 +19,7 @@ struct ReadOptions {
   std::vector<std::string> columns = {};
   std::string segment_column = {};  ///< of a text table: holds the label of the segment that each sample belongs to
   std::vector<std::string> topics = {};  ///< of a log with several streams: those wanted; empty: as the format chooses
-  char decimal = '\0';              ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
+  char decimal = '\0';                   ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
 };
 
 }  // namespace tumble

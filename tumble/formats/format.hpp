@@ -51,8 +51,8 @@ const FormatList& format_catalogue();
 
 /// The format of a file, by content, else by extension. Throws Error::bad_file.
 const Format& format_of(const std::string& path, const FormatList& formats = format_catalogue());
-/// The format that the extension of a target names. Throws Error::bad_input for an unknown extension, and for a format
-/// that is only read; the message names the formats that can be written.
+/// The format that the extension of a target names; CSV for standard output, "-". Throws Error::bad_input for an
+/// unknown extension, and for a format that is only read; the message names the formats that can be written.
 const Format& format_to_write(const std::string& path, const FormatList& formats = format_catalogue());
 
 /// Bytes that the samples wanted take in memory, about. Of a format that does not say, the size of the file: such a

@@ -39,8 +39,8 @@ std::vector<std::string> separate(const std::string& text) {
 }
 
 bool for_reading(const std::string& key) {
-  return key == "rate" || key == "topic" || key == "missing" || key == "columns" || key == "segment_column" || key == "decimal" ||
-         !after(key, "unit.").empty();
+  return key == "rate" || key == "topic" || key == "missing" || key == "columns" || key == "segment_column" ||
+         key == "decimal" || !after(key, "unit.").empty();
 }
 
 void sort_in(SortedSets& sorted, const std::string& key, const std::string& value) {
