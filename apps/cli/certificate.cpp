@@ -35,7 +35,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const std::string page = certificate_html(certificate);
   write_file_atomically(arguments.output, dcc ? certificate_dcc(certificate, page) : page);
   note(terminal, fmt::format("wrote {}: certificate {}", arguments.output, certificate.details.number));
-  if (certificate.estimate.provenance.seed) note(terminal, "the data are simulated: the certificate says that it is a specimen");
+  if (certificate.estimate.provenance.seed)
+    note(terminal, "the data are simulated: the certificate says that it is a specimen");
   return 0;
 }
 
@@ -50,11 +51,17 @@ Verb certificate_verb() {
            {"--rule", &arguments->rule,
             "decision rule for the limits of the plan:\nsimple, guarded:FACTOR, risk:PROBABILITY,\nmethod6, non-binary",
             false, "RULE"},
-           {"--format", &arguments->format, "html, or dcc (default: by the name of the output)", false, "", {"html", "dcc"}},
+           {"--format",
+            &arguments->format,
+            "html, or dcc (default: by the name of the output)",
+            false,
+            "",
+            {"html", "dcc"}},
            {"--language", &arguments->language, "of the certificate", false, "", {"en", "zh"}},
            {"--accept-out-of-date", &arguments->accepted,
             "why equipment was used whose calibration ended before the test did; printed", false, "REASON"},
-           sets_argument(arguments->sets, "value in place of one of LAB: certificate.number=2026-7, customer.name=...; repeatable"),
+           sets_argument(arguments->sets,
+                         "value in place of one of LAB: certificate.number=2026-7, customer.name=...; repeatable"),
            {"-o,--output", &arguments->output, "certificate to write (.html, .xml)", true}},
           "Examples:\n"
           "  tumble certificate result.json --lab lab.toml -o certificate.html\n"

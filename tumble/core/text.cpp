@@ -24,8 +24,8 @@ const toml::table& chinese_table() {
 }
 
 [[noreturn]] void refuse_key(std::string_view language, std::string_view section, std::string_view key) {
-  throw Error(Error::Kind::internal, "text/" + std::string(language) + ".toml has no " + std::string(section) + "." +
-                                         std::string(key));
+  throw Error(Error::Kind::internal,
+              "text/" + std::string(language) + ".toml has no " + std::string(section) + "." + std::string(key));
 }
 
 }  // namespace

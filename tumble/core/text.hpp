@@ -20,7 +20,7 @@ std::string code_of(Language language);
 /// Throws Error::internal for a key that the table lacks.
 std::string text_of(std::string_view section, std::string_view key, std::size_t count = 1);
 
-/// The same from the table of a language, text/<code>.toml. Throws Error::internal for a key that the table lacks.
+/// What users of a language read, from text/<code>.toml. Throws Error::internal for a key that the table lacks.
 std::string text_of(Language language, std::string_view section, std::string_view key);
 
 }  // namespace tumble

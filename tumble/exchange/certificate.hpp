@@ -75,10 +75,10 @@ struct CertificateDetails {
   std::optional<Date> received, begun, ended, issued;
   std::string place;  ///< a word of certificate_places()
   std::string traceability;
-  std::string norm;                      ///< the standard that the test follows, if any
-  std::string replaces, replaces_reason; ///< number of the certificate that this one replaces
-  std::optional<DecisionRule> rule;      ///< absent: no statement of conformity
-  std::string rule_agreed_with;          ///< who asked for the rule
+  std::string norm;                       ///< the standard that the test follows, if any
+  std::string replaces, replaces_reason;  ///< number of the certificate that this one replaces
+  std::optional<DecisionRule> rule;       ///< absent: no statement of conformity
+  std::string rule_agreed_with;           ///< who asked for the rule
   std::vector<std::string> remarks;
   Language language = Language::english;
 };
@@ -88,12 +88,12 @@ const std::vector<std::string>& certificate_places();
 
 /// A statement of conformity on one limit of the plan.
 struct Statement {
-  std::string parameter, limit;       ///< limit as the plan's verdict says it: "<= 0.02 deg/h"
-  std::optional<std::size_t> index;   ///< of the parameter; absent: the data do not show it
-  Tolerance tolerance;                ///< [SI]
-  std::optional<Decision> decision;   ///< [SI]; absent where the result has no value of it
+  std::string parameter, limit;      ///< limit as the plan's verdict says it: "<= 0.02 deg/h"
+  std::optional<std::size_t> index;  ///< of the parameter; absent: the data do not show it
+  Tolerance tolerance;               ///< [SI]
+  std::optional<Decision> decision;  ///< [SI]; absent where the result has no value of it
   Decision::Outcome outcome = Decision::Outcome::undecided;
-  bool undermined = false;            ///< an error finding says not to rely on the value
+  bool undermined = false;  ///< an error finding says not to rely on the value
   std::optional<GlobalRisk> global_risk;
 };
 
@@ -112,8 +112,8 @@ std::string iso_date(const Date& date);
 /// What nobody gave and a certificate must say: "lab.toml: [certificate] number is missing: ...", all of it.
 std::vector<std::string> missing_details(const CertificateDetails& details, const Estimate& estimate);
 
-/// What is wrong with details that are given: dates out of order, equipment out of date at the end of the test without a
-/// reason, a country that ISO 3166-1 does not have.
+/// What is wrong with details that are given: dates out of order, equipment out of date at the end of the test without
+/// a reason, a country that ISO 3166-1 does not have.
 std::vector<std::string> wrong_details(const CertificateDetails& details);
 
 /// Applies the rule to the limits of the plan. `undermined` are parameters that an error finding names.
@@ -126,8 +126,8 @@ Certificate certify(const Estimate& estimate, const CertificateDetails& details,
 /// A page for people: prints to A4 with a running head. It needs no network.
 std::string certificate_html(const Certificate& certificate);
 
-/// A Digital Calibration Certificate, schema 3.3.0 with D-SI 2.2.1, not signed: values in SI, and beside them in the unit
-/// of the result where D-SI has it; the full covariance; `page` of certificate_html() as embedded document.
+/// A Digital Calibration Certificate, schema 3.3.0 with D-SI 2.2.1, not signed: values in SI, and beside them in the
+/// unit of the result where D-SI has it; the full covariance; `page` of certificate_html() as embedded document.
 ///
 /// Throws Error::internal when the document breaks a rule of dcc_problems()
 std::string certificate_dcc(const Certificate& certificate, const std::string& page);

@@ -22,6 +22,7 @@ struct Measured {
 struct Tolerance {
   double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
 
+  /// Whether a value [u] lies within the limits.
   bool holds(double value) const { return lower <= value && value <= upper; }
   bool empty() const { return lower > upper; }
   bool two_sided() const;
@@ -53,9 +54,9 @@ struct Decision {
   enum class Outcome { pass, conditional_pass, conditional_fail, fail, undecided };
   /// undecided: the uncertainty is too large for the rule, no value would be accepted
   Outcome outcome = Outcome::undecided;
-  Tolerance acceptance;       ///< [u] what the rule accepts as pass
-  double conformance = 0.0;   ///< [1] probability that the true value is within the tolerance
-  double specific_risk = 0.0; ///< [1] probability that the statement is wrong: 1 - conformance, or that of a rejection
+  Tolerance acceptance;        ///< [u] what the rule accepts as pass
+  double conformance = 0.0;    ///< [1] probability that the true value is within the tolerance
+  double specific_risk = 0.0;  ///< [1] probability that the statement is wrong: 1 - conformance, or that of a rejection
   double test_uncertainty_ratio = std::numeric_limits<double>::quiet_NaN();  ///< [1] NaN for a limit to one side
 };
 

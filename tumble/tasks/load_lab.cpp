@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "tumble/formats/atomic_file.hpp"
-#include "tumble/formats/base64.hpp"
+#include "tumble/report/image.hpp"
 #include "tumble/tasks/certificate.hpp"
 #include "tumble/tasks/plan_file/document.hpp"
 #include "tumble/tasks/plan_file/section.hpp"
@@ -76,28 +76,15 @@ std::optional<Quantity> quantity_in(Section& section, std::string_view key) {
 }
 
 Contact contact_of(Section& section) {
-  return {text_in(section, "name"),  text_in(section, "street"),  text_in(section, "post_code"),
-          text_in(section, "city"),  text_in(section, "state"),   text_in(section, "country"),
-          text_in(section, "email"), text_in(section, "phone"),   text_in(section, "link")};
-}
-
-/// An image as a data: address, by its first bytes.
-std::string image_of(const std::string& file, const std::string& folder) {
-  constexpr std::size_t most = 1'000'000;
-  const auto path = (std::filesystem::path(folder) / file).string();
-  const std::string bytes = read_text_file(path);
-  const char* type = nullptr;
-  if (bytes.starts_with("\x89PNG")) type = "image/png";
-  if (bytes.starts_with("\xff\xd8\xff")) type = "image/jpeg";
-  if (bytes.substr(0, 1000).find("<svg") != std::string::npos) type = "image/svg+xml";
-  if (type == nullptr || bytes.size() > most)
-    throw Error(Error::Kind::bad_file, path + ": a logo in PNG, JPEG or SVG of at most 1 MB is expected");
-  return fmt::format("data:{};base64,{}", type, base64_of(bytes));
+  return {text_in(section, "name"),  text_in(section, "street"), text_in(section, "post_code"),
+          text_in(section, "city"),  text_in(section, "state"),  text_in(section, "country"),
+          text_in(section, "email"), text_in(section, "phone"),  text_in(section, "link")};
 }
 
 Laboratory laboratory_of(Section& section, const std::string& folder) {
   Laboratory laboratory{contact_of(section), text_in(section, "code"), {}};
-  if (const auto logo = text_in(section, "logo"); !logo.empty()) laboratory.logo = image_of(logo, folder);
+  if (const auto logo = text_in(section, "logo"); !logo.empty())
+    laboratory.logo = data_uri_of_image_file((std::filesystem::path(folder) / logo).string());
   return laboratory;
 }
 
@@ -106,9 +93,14 @@ Person person_of(Section& section) {
 }
 
 Equipment equipment_of(Section& section) {
-  Equipment one{text_in(section, "name"),        text_in(section, "manufacturer"), text_in(section, "model"),
-                text_in(section, "serial"),      text_in(section, "certificate"),  date_in(section, "due"),
-                text_in(section, "traceable_to"), text_in(section, "certificate_sha256"),
+  Equipment one{text_in(section, "name"),
+                text_in(section, "manufacturer"),
+                text_in(section, "model"),
+                text_in(section, "serial"),
+                text_in(section, "certificate"),
+                date_in(section, "due"),
+                text_in(section, "traceable_to"),
+                text_in(section, "certificate_sha256"),
                 text_in(section, "accepted_out_of_date")};
   if (one.name.empty()) section.missing("name", "\"dividing head\"");
   const auto& hash = one.certificate_sha256;
@@ -174,10 +166,10 @@ void override_values(toml::table& document, const Sets& sets, Problems& problems
   for (const auto& [key, value] : sets) {
     const auto dot = key.find('.');
     const std::string section = key.substr(0, dot);
-    if (dot == std::string::npos || (section != "laboratory" && section != "customer" && section != "item" &&
-                                     section != "certificate")) {
-      problems.all.push_back(fmt::format("--set {}: laboratory.KEY, customer.KEY, item.KEY or certificate.KEY is expected",
-                                         key));
+    if (dot == std::string::npos ||
+        (section != "laboratory" && section != "customer" && section != "item" && section != "certificate")) {
+      problems.all.push_back(
+          fmt::format("--set {}: laboratory.KEY, customer.KEY, item.KEY or certificate.KEY is expected", key));
       continue;
     }
     auto* table = document.get_as<toml::table>(section);

@@ -90,8 +90,8 @@ std::optional<double> joint_of(const Certificate& certificate) {
     for (std::size_t j = 0; j < i; ++j)
       correlation(i, j) = correlation(j, i) =
           indices[i] == indices[j] ? 1.0
-                                   : covariance(indices[i], indices[j]) /
-                                         std::sqrt(covariance(indices[i], indices[i]) * covariance(indices[j], indices[j]));
+                                   : covariance(indices[i], indices[j]) / std::sqrt(covariance(indices[i], indices[i]) *
+                                                                                    covariance(indices[j], indices[j]));
   return joint_conformance(measured, tolerances, correlation);
 }
 
@@ -104,7 +104,8 @@ void refuse_unmeasured(const Estimate& estimate) {
   for (const std::size_t i : certificate::determined(estimate))
     if (const double sd = standard_uncertainty(estimate, i);
         !(sd > 0.0 && std::isfinite(sd) && estimate.parameters[i].degrees_of_freedom > 0.0))
-      problems.push_back(fmt::format("{} has no uncertainty: a certificate cannot state it", estimate.parameters[i].name));
+      problems.push_back(
+          fmt::format("{} has no uncertainty: a certificate cannot state it", estimate.parameters[i].name));
   if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
 }
 

@@ -22,7 +22,9 @@ double tail(double x, double degrees_of_freedom) {
   return cdf(complement(boost::math::students_t_distribution<double>(degrees_of_freedom), x));
 }
 
-bool has_own_interval(const Measured& measured) { return std::isfinite(measured.lower) && std::isfinite(measured.upper); }
+bool has_own_interval(const Measured& measured) {
+  return std::isfinite(measured.lower) && std::isfinite(measured.upper);
+}
 
 /// Distribution of the true value about the measured one: its width to each side [u] and its degrees of freedom.
 struct Spread {

@@ -141,7 +141,8 @@ TEST(Rule, IsReadAsItIsWritten) {
   for (const char* text : {"simple", "guarded:0.83", "guarded:1", "risk:0.025", "method6", "non-binary"})
     EXPECT_EQ(name(parse_decision_rule(text)), text);
   EXPECT_EQ(name(parse_decision_rule("guarded")), "guarded:1");
-  for (const char* text : {"", "Simple", "guarded:", "guarded:x", "guarded:9", "risk", "risk:0", "risk:0.6", "simple:1"})
+  for (const char* text :
+       {"", "Simple", "guarded:", "guarded:x", "guarded:9", "risk", "risk:0", "risk:0.6", "simple:1"})
     EXPECT_THROW(parse_decision_rule(text), Error) << text;
 }
 

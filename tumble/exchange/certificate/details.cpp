@@ -23,8 +23,8 @@ std::string place_in(const CertificateDetails& details, const std::string& messa
 void expect_order(const std::optional<Date>& first, const std::optional<Date>& second, const char* names,
                   const CertificateDetails& details, std::vector<std::string>& problems) {
   if (first && second && *second < *first)
-    problems.push_back(place_in(details, fmt::format("[certificate] {}: {} is after {}", names, iso_date(*first),
-                                                     iso_date(*second))));
+    problems.push_back(
+        place_in(details, fmt::format("[certificate] {}: {} is after {}", names, iso_date(*first), iso_date(*second))));
 }
 
 void check_equipment(const CertificateDetails& details, std::vector<std::string>& problems) {
@@ -34,9 +34,10 @@ void check_equipment(const CertificateDetails& details, std::vector<std::string>
     };
     if (!one.certificate.empty() && !one.due) complain("due is missing: the last day on which its certificate counts");
     if (one.due && details.ended && *one.due < *details.ended && one.accepted_out_of_date.empty())
-      complain(fmt::format("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
-                           "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",
-                           iso_date(*one.due), iso_date(*details.ended)));
+      complain(
+          fmt::format("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
+                      "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",
+                      iso_date(*one.due), iso_date(*details.ended)));
   }
 }
 
@@ -73,10 +74,13 @@ std::vector<std::string> missing_details(const CertificateDetails& details, cons
            {"[certificate] begun", details.begun.has_value(), "first day of the test, such as 2026-11-02"},
            {"[certificate] ended", details.ended.has_value(), "last day of the test"},
            {"[certificate] issued", details.issued.has_value(), "day of issue"},
-           {"[certificate] place", !details.place.empty(), "laboratory, customer, laboratoryBranch, customerBranch or other"},
-           {"[certificate] traceability", !details.traceability.empty(), "a sentence on how the results are traceable to the SI"},
+           {"[certificate] place", !details.place.empty(),
+            "laboratory, customer, laboratoryBranch, customerBranch or other"},
+           {"[certificate] traceability", !details.traceability.empty(),
+            "a sentence on how the results are traceable to the SI"},
            {"[certificate] rule", details.rule.has_value() || estimate.verdicts.empty(),
-            "the plan has limits; the decision rule (or --rule): simple, guarded:1, risk:0.025, method6 or non-binary"}})
+            "the plan has limits; the decision rule (or --rule): simple, guarded:1, risk:0.025, method6 or "
+            "non-binary"}})
     if (!given) problems.push_back(place_in(details, fmt::format("{} is missing: {}", key, what)));
   return problems;
 }
@@ -87,7 +91,8 @@ std::vector<std::string> wrong_details(const CertificateDetails& details) {
                                          std::pair{"[customer]", &details.customer.country}})
     if (!country->empty() && !certificate::is_country(*country))
       problems.push_back(place_in(details, fmt::format("{} country: '{}' is no country code of ISO 3166-1, such as DE, "
-                                                       "CN or US", section, *country)));
+                                                       "CN or US",
+                                                       section, *country)));
   if (!details.place.empty() && std::ranges::find(certificate_places(), details.place) == certificate_places().end())
     problems.push_back(place_in(details, fmt::format("[certificate] place: '{}' is not known: laboratory, customer, "
                                                      "laboratoryBranch, customerBranch or other is expected",

@@ -27,7 +27,8 @@ std::string css_string(std::string_view text) {
   std::string result = "\"";
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
-    const bool plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == ' ' || c >= 0x80;
+    const bool plain =
+        (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == ' ' || c >= 0x80;
     result += plain ? std::string(1, text[i]) : fmt::format("\\{:06x}", c);
   }
   return result + "\"";
@@ -58,8 +59,8 @@ std::string head(const Certificate& certificate, const Words& words) {
 std::string address(const Contact& contact) {
   std::vector<std::string> parts;
   const std::string place = contact.post_code.empty() ? contact.city : contact.post_code + " " + contact.city;
-  for (const auto& part : {contact.street, place, contact.state, contact.country, contact.phone, contact.email,
-                           contact.link})
+  for (const auto& part :
+       {contact.street, place, contact.state, contact.country, contact.phone, contact.email, contact.link})
     if (!part.empty()) parts.push_back(escaped(part));
   return fmt::format("{}", fmt::join(parts, "<br>"));
 }
@@ -67,7 +68,8 @@ std::string address(const Contact& contact) {
 std::string letterhead(const Certificate& certificate, const Words& words) {
   const auto& [contact, code, logo] = certificate.details.laboratory;
   return fmt::format(
-      "<header>{}<div class=\"from\"><b>{}</b>{}{}</div><div class=\"number\"><span>{}</span><b>{}</b></div></header>\n",
+      "<header>{}<div class=\"from\"><b>{}</b>{}{}</div><div "
+      "class=\"number\"><span>{}</span><b>{}</b></div></header>\n",
       logo.empty() ? "" : "<img alt=\"\" src=\"" + escaped(logo) + "\">", escaped(contact.name), address(contact),
       code.empty() ? "" : fmt::format("<br>{}: {}", words("accreditation"), escaped(code)), words("number"),
       escaped(certificate.details.number));
@@ -79,8 +81,7 @@ std::string entry(const std::string& name, const std::string& value) {
 
 std::string title(const Certificate& certificate, const Words& words) {
   const auto& details = certificate.details;
-  std::string text =
-      "<h1>" + words(details.replaces.empty() ? "title" : "title_replacing") + "</h1>\n";
+  std::string text = "<h1>" + words(details.replaces.empty() ? "title" : "title_replacing") + "</h1>\n";
   if (!details.replaces.empty())
     text += "<p><b>" +
             words.with(details.replaces_reason.empty() ? "replaces" : "replaces_reason", escaped(details.replaces),
@@ -105,7 +106,8 @@ std::string parties(const Certificate& certificate, const Words& words) {
   };
   text += date("received", details.received) + date("begun", details.begun) + date("ended", details.ended) +
           date("issued", details.issued) +
-          entry(words("place"), words(("place_" + details.place).c_str()) + ", " + escaped(details.laboratory.contact.city));
+          entry(words("place"),
+                words(("place_" + details.place).c_str()) + ", " + escaped(details.laboratory.contact.city));
   text += entry(words("method"), "<code>" + escaped(certificate.estimate.method) + "</code>") +
           entry(words("norm"), escaped(details.norm)) + entry(words("software"), fmt::format("Tumble {}", version));
   return text + "</dl>\n";
@@ -135,7 +137,8 @@ std::string remarks(const Certificate& certificate, const Words& words) {
   std::string said;
   for (const auto& finding : estimate.findings)
     if (finding.severity != Finding::Severity::info)
-      said += "<li>" + escaped(finding.where.empty() ? finding.message : finding.where + ": " + finding.message) + "</li>\n";
+      said += "<li>" + escaped(finding.where.empty() ? finding.message : finding.where + ": " + finding.message) +
+              "</li>\n";
   return "<section><h2>" + words("remarks") + "</h2>\n<ul>\n" + items + "</ul>\n" +
          (said.empty() ? "" : "<p>" + words("findings") + "</p>\n<ul>\n" + said + "</ul>\n") + "</section>\n";
 }
@@ -151,7 +154,8 @@ std::string data(const Certificate& certificate, const Words& words) {
   const auto& inputs = certificate.estimate.provenance.inputs;
   for (std::size_t i = 0; i < std::min(most, inputs.size()); ++i)
     row(words("recordings"), inputs[i].file, inputs[i].sha256);
-  if (inputs.size() > most) text += fmt::format("<tr><td>{}</td><td colspan=\"2\">+ {}</td></tr>\n", words("recordings"), inputs.size() - most);
+  if (inputs.size() > most)
+    text += fmt::format("<tr><td>{}</td><td colspan=\"2\">+ {}</td></tr>\n", words("recordings"), inputs.size() - most);
   return text + "</tbody></table></section>\n";
 }
 

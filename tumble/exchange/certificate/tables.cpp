@@ -106,10 +106,11 @@ std::string statement_row(const Statement& statement, const Estimate& estimate, 
   return fmt::format(
       "<tr><th scope=\"row\">{}{}</th><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
       "<td class=\"outcome {}\">{}</td></tr>\n",
-      words.name(statement.parameter), measured_below(statement, estimate, words), limit_text(statement, estimate, words),
-      acceptance_text(statement, estimate), std::isfinite(ratio) ? fmt::format("{:.3g}", ratio) : "–",
-      decision ? escaped(percent(decision->conformance)) + (words.language == Language::chinese ? "%" : " %") : "–", colour_of(statement.outcome),
-      outcome_in_words(statement.outcome, words.language));
+      words.name(statement.parameter), measured_below(statement, estimate, words),
+      limit_text(statement, estimate, words), acceptance_text(statement, estimate),
+      std::isfinite(ratio) ? fmt::format("{:.3g}", ratio) : "–",
+      decision ? escaped(percent(decision->conformance)) + (words.language == Language::chinese ? "%" : " %") : "–",
+      colour_of(statement.outcome), outcome_in_words(statement.outcome, words.language));
 }
 
 std::string paragraph(const std::string& text, const char* kind = "") {
@@ -119,7 +120,8 @@ std::string paragraph(const std::string& text, const char* kind = "") {
 bool any_in_g(const Estimate& estimate) {
   return std::ranges::any_of(estimate.parameters, [](const Parameter& parameter) {
     const auto& text = parameter.unit.text();
-    return std::isfinite(parameter.value) && (text.ends_with("g") || text.find("g^") != text.npos || text.find("g/") != text.npos) &&
+    return std::isfinite(parameter.value) &&
+           (text.ends_with("g") || text.find("g^") != text.npos || text.find("g/") != text.npos) &&
            text.find("kg") == text.npos && text.find("deg") != text.size() - 3;
   });
 }
@@ -132,9 +134,10 @@ std::string conditions_table(const Certificate& certificate, const Words& words)
   for (const auto& condition : certificate.details.conditions) {
     const double value = condition.unit.from_si(condition.value);
     const double u = condition.uncertainty ? condition.unit.difference_from_si(*condition.uncertainty) : NAN;
-    text += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td class=\"unit\">{}</td></tr>\n",
-                        escaped(condition.name), typeset_number(general(value)),
-                        condition.uncertainty ? typeset_number(general(u)) + " (k = 2)" : "–", words.unit(condition.unit));
+    text +=
+        fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td class=\"unit\">{}</td></tr>\n",
+                    escaped(condition.name), typeset_number(general(value)),
+                    condition.uncertainty ? typeset_number(general(u)) + " (k = 2)" : "–", words.unit(condition.unit));
   }
   return text + "</tbody></table></section>\n";
 }
@@ -187,15 +190,17 @@ std::string conformity(const Certificate& certificate, const Words& words) {
     text += statement_row(statement, certificate.estimate, words);
     undecided = undecided || statement.outcome == Decision::Outcome::undecided;
   }
-  text += "</tbody></table>\n" +
-          paragraph("<b>" + words("rule") + "</b> (<code>" + name(*details.rule) + "</code>). " +
-                    rule_in_words(*details.rule, words.language) +
-                    (details.rule_agreed_with.empty() ? "" : " " + words.with("rule_agreed", escaped(details.rule_agreed_with))));
+  text += "</tbody></table>\n" + paragraph("<b>" + words("rule") + "</b> (<code>" + name(*details.rule) + "</code>). " +
+                                           rule_in_words(*details.rule, words.language) +
+                                           (details.rule_agreed_with.empty()
+                                                ? ""
+                                                : " " + words.with("rule_agreed", escaped(details.rule_agreed_with))));
   if (undecided) text += paragraph(words("rule_undecided"));
   if (certificate.joint) text += paragraph(words.with("joint", escaped(percent(*certificate.joint))));
   for (const auto& statement : certificate.statements)
     if (statement.global_risk)
-      text += paragraph(words.with("global_risk", escaped(statement.parameter), escaped(percent(statement.global_risk->consumer)),
+      text += paragraph(words.with("global_risk", escaped(statement.parameter),
+                                   escaped(percent(statement.global_risk->consumer)),
                                    escaped(percent(statement.global_risk->producer))));
   return text + "</section>\n";
 }

@@ -81,7 +81,8 @@ std::string Words::name(std::string_view key) const {
 }
 
 std::string Words::symbol(std::string_view text) const {
-  constexpr std::pair<std::string_view, std::string_view> greek[] = {{"delta", "δ"}, {"omega", "ω"}, {"sigma", "σ"}, {"tau", "τ"}};
+  constexpr std::pair<std::string_view, std::string_view> greek[] = {
+      {"delta", "δ"}, {"omega", "ω"}, {"sigma", "σ"}, {"tau", "τ"}};
   for (const auto& [word, letter] : greek)
     if (text.starts_with(word) && (text.size() == word.size() || text[word.size()] == '_'))
       return typeset_symbol(std::string(letter) + std::string(text.substr(word.size())));

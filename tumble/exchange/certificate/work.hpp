@@ -17,7 +17,7 @@ std::vector<std::size_t> determined(const Estimate& estimate);
 std::string rule_in_words(const DecisionRule& rule, Language language);
 /// "Pass" and the like.
 std::string outcome_in_words(Decision::Outcome outcome, Language language);
-/// A probability in percent for people: "97.5", ">99.99", "<0.01".
+/// A probability [1] in percent for people: "97.5", ">99.99", "<0.01".
 std::string percent(double probability);
 
 }  // namespace tumble::certificate
