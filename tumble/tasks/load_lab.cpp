@@ -4,18 +4,18 @@
 #include <charconv>
 #include <filesystem>
 
+#include "tumble/core/tables/document.hpp"
+#include "tumble/core/tables/section.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/image.hpp"
 #include "tumble/tasks/certificate.hpp"
-#include "tumble/tasks/plan_file/document.hpp"
-#include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
 namespace {
 
-using plan_file::Problems;
-using plan_file::Section;
+using tables::Problems;
+using tables::Section;
 
 std::optional<Date> date_of(const toml::node& node) {
   if (const auto* date = node.as_date()) {
@@ -215,7 +215,7 @@ void read_table(Section& root, const char* name, Problems& problems, const Read&
 }  // namespace
 
 CertificateDetails load_lab(const std::string& path, const Sets& sets) {
-  auto document = plan_file::document_of(read_text_file(path), path);
+  auto document = tables::document_of(read_text_file(path), path);
   Problems problems{.file = path, .all = {}};
   override_values(document, sets, problems);
   Section root(document, "", problems);
