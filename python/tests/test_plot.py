@@ -54,7 +54,7 @@ def test_figures_are_those_of_the_report(noise, command, tmp_path):
 
 def test_description(noise):
     figure = noise.figures[0]
-    text = json.loads(figure._core.to_json())[0]
+    text = json.loads(figure._drawing.__self__.to_json())[0]
     assert (figure.name, figure.x.unit, figure.y.unit) == (text["name"], text["x"]["unit"], text["y"]["unit"])
     for series, other in zip(figure.series, text["series"], strict=True):
         assert (series.name, series.colour, series.dashes) == (other["name"], other["colour"], other["dashes"])

@@ -29,7 +29,7 @@ class Filler {
  public:
   /// Room for rows x columns values, which must be plausible.
   Filler(Array& to, std::size_t rows, std::size_t columns);
-  /// The next values, at most as many as there is room for.
+  /// The next `count` values [any], at most as many as there is room for.
   void add(const double* values, std::size_t count);
 
  private:

@@ -1,4 +1,4 @@
-#include "tumble/tasks/plan_file/document.hpp"
+#include "tumble/core/tables/document.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::plan_file {
+namespace tumble::tables {
 namespace {
 
 /// A table lies in a table for each part of a dotted key, and the parser calls itself for each: the stack would end.
@@ -38,4 +38,4 @@ toml::table document_of(const std::string& text, const std::string& file) {
   }
 }
 
-}  // namespace tumble::plan_file
+}  // namespace tumble::tables

@@ -1,4 +1,4 @@
-#include "tumble/tasks/plan_file/section.hpp"
+#include "tumble/core/tables/section.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@
 
 #include "tumble/units/error.hpp"
 
-namespace tumble::plan_file {
+namespace tumble::tables {
 
 std::string Problems::place(const toml::source_region& at) const { return fmt::format("{}:{}", file, at.begin.line); }
 
@@ -205,4 +205,4 @@ std::optional<std::string> text_of(const toml::node& node) {
   return text.str();
 }
 
-}  // namespace tumble::plan_file
+}  // namespace tumble::tables

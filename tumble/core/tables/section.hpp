@@ -10,9 +10,9 @@
 #include "tumble/core/settings.hpp"
 #include "tumble/units/unit.hpp"
 
-namespace tumble::plan_file {
+namespace tumble::tables {
 
-/// What is wrong with a plan, each problem with the line where it stands.
+/// What is wrong with a file of TOML (a plan, a declaration of frames), each problem with the line where it stands.
 struct Problems {
   std::string file;
   std::vector<std::string> all;
@@ -24,11 +24,12 @@ struct Problems {
   std::vector<std::string> sorted() const;
 };
 
-/// One table of a plan. Hands out its values by key, checked, and remembers which keys were asked for: every other key
-/// is a problem when the section is closed. A value that is not what was asked for is a problem, too, and then absent.
+/// One table of such a file. Hands out its values by key, checked, and remembers which keys were asked for: every other
+/// key is a problem when the section is closed. A value that is not what was asked for is a problem, too, and then
+/// absent.
 class Section {
  public:
-  /// `name` for messages: "[site]"; empty for the plan itself.
+  /// `name` for messages: "[site]"; empty for the file itself.
   Section(const toml::table& table, std::string name, Problems& problems);
 
   /// Null when the key is absent.
@@ -74,4 +75,4 @@ class Section {
 /// What stands at a node as text: strings as they are, lists of numbers separated by commas.
 std::optional<std::string> text_of(const toml::node& node);
 
-}  // namespace tumble::plan_file
+}  // namespace tumble::tables

@@ -4,11 +4,11 @@
 
 #include <string>
 
-namespace tumble::plan_file {
+namespace tumble::tables {
 
-/// The tables of a plan.
+/// The tables of a text in TOML.
 ///
-/// Given     text   of the plan
+/// Given     text   in TOML
 ///           file   its name, for messages
 ///
 /// Returned  the tables, with the lines where they stand
@@ -16,4 +16,4 @@ namespace tumble::plan_file {
 /// Throws    Error::bad_input, with line and column, where the text is not TOML
 toml::table document_of(const std::string& text, const std::string& file);
 
-}  // namespace tumble::plan_file
+}  // namespace tumble::tables
