@@ -86,12 +86,26 @@ def test_tdms_is_read_with_the_units_and_the_clock_of_its_waveforms(tmp_path):
 @pytest.mark.parametrize("version", [1, 2])
 def test_bags_are_read_with_the_stamps_of_their_headers(tmp_path, version):
     pytest.importorskip("rosbags")
-    recording = tumble.read(write_bag(tmp_path, version))
+    recording = tumble.read(write_bag(tmp_path, version), format="rosbags")
     assert set(recording) == {f"{kind}.{axis}" for kind in ("accelerometer", "gyro") for axis in "xyz"}
     np.testing.assert_array_equal(recording["gyro.x"].values, samples(1, 50))
     np.testing.assert_allclose(recording["gyro.x"].times, np.arange(50) / RATE, atol=1e-6)  # of seconds since 1970
     assert recording["accelerometer.z"].shown_unit == "m/s^2"
     assert "orientation.x" in recording.meta["skipped"]
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_bags_of_an_imu_are_read_by_the_library_itself(tmp_path, version):
+    pytest.importorskip("rosbags")
+    path = write_bag(tmp_path, version)
+    recording = tumble.read(path)
+    np.testing.assert_array_equal(recording["gyro.x"].values, samples(1, 50))
+    np.testing.assert_array_equal(recording["gyro.x"].times, np.arange(50) / RATE)
+    assert recording.meta["topic /imu/data"] == "sensor_msgs/Imu"
+    again = tumble.read(path, topics="/imu/data")
+    np.testing.assert_array_equal(again["accelerometer.z"].values, recording["accelerometer.z"].values)
+    with pytest.raises(tumble.FileError, match="did you mean '/imu/data'"):
+        tumble.read(path, topics=["/imu/dta"])
 
 
 def write_bag(folder: Path, version: int) -> Path:

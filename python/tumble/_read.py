@@ -35,6 +35,7 @@ def read(
     *,
     format: str | None = None,
     channels: Iterable[str] | None = None,
+    topics: Iterable[str] | None = None,
     rate: float | str | None = None,
     units: Mapping[str, str] | None = None,
     columns: Sequence[str] | None = None,
@@ -46,8 +47,9 @@ def read(
     """Reads a recording.
 
     Given     path            file, or an open binary file
-              format          name in tumble.formats; None: by content
+              format          name in tumble.formats, or of an importer; None: by content
               channels        names of those to read; None: all
+              topics          of a log with several streams, those to read: ["/imu/data_raw"]; None: as the format chooses
               rate            [Hz] where the file has no time
               units           of columns without a unit: {"gyro.x": "deg/h"}
               columns         of a text file without a header: ["time[s]", "x[deg/s]"]; "-" skips one
@@ -61,6 +63,7 @@ def read(
     given: dict[str, Any] = {
         "format": format,
         "channels": None if channels is None else words_of(channels, "channels"),
+        "topics": None if topics is None else [topics] if isinstance(topics, str) else words_of(topics, "topics"),
         "rate": rate,
         "units": None if units is None else units_of(units),
         "columns": None if columns is None else words_of(columns, "columns"),
@@ -81,15 +84,16 @@ def read(
 
 
 def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
-    """The recording of a file that only an importer in Python reads; None for all others."""
+    """The recording of a file that only an importer in Python reads, or that it is to read; None for all others."""
     from tumble._catalogue import formats
 
-    suffix = os.path.splitext(path)[1].lower()
-    if any(suffix in entry["extensions"] for entry in formats.values()) or not os.path.exists(path):
+    suffix, name = os.path.splitext(path)[1].lower(), given["format"]
+    known = any(suffix in entry["extensions"] for entry in formats.values()) if name is None else name in formats
+    if known or not os.path.exists(path):
         return None
-    from tumble.importers import Request, importer_of
+    from tumble.importers import Request, importer_of, importers
 
-    importer = importer_of(path)
+    importer = importer_of(path) if name is None else next((one for one in importers() if one.name == name), None)
     if importer is None:
         return None
     missing = "nan" if (given["missing"] or "").lower() == "nan" else None
@@ -108,6 +112,8 @@ def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:
     sets = []
     if given["columns"] is not None:
         sets.append(("columns", ",".join(given["columns"])))
+    for topic in given["topics"] or ():
+        sets.append(("topic", topic))
     for key in ("rate", "segment_column", "missing", "decimal"):
         if given[key] is not None:
             sets.append((key, text_of(given[key], key)))

@@ -64,6 +64,9 @@ std::uintmax_t recording_memory(const Format& format, const std::string& path, c
 void stream_recording(const Format& format, const std::string& path, const ReadOptions& options, std::size_t samples,
                       const BlockSink& sink, const Progress& progress);
 
+/// The blocks of a recording that is in memory, as stream_recording() hands them out.
+void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink);
+
 /// In the format of the file; with origin (file, checksum). Throws Error::bad_file.
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,
                          const FormatList& formats = format_catalogue());

@@ -24,8 +24,9 @@ struct WalkDensity {
   std::vector<double> walk, weight;
 };
 
-/// Density of the random walk [u/sqrt(s)] of a model from the histories of all its units: the product of their restricted
-/// likelihoods with a flat prior in q. Few visits of one unit alone say almost nothing; `histories` of many units do.
+/// Density of the random walk [u/sqrt(s)] of a model from the histories of all its units: the product of their
+/// restricted likelihoods with a flat prior in q. Few visits of one unit alone say almost nothing; `histories` of many
+/// units do.
 ///
 /// Throws: Error::bad_data where no unit has two visits, for visits out of order or without an uncertainty.
 /// See:    docs/equations (8.23), (8.25).
