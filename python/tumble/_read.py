@@ -49,7 +49,7 @@ def read(
     Given     path            file, or an open binary file
               format          name in tumble.formats, or of an importer; None: by content
               channels        names of those to read; None: all
-              topics          of a log with several streams, those to read: ["/imu/data_raw"]; None: as the format chooses
+              topics          of a log, those to read: ["/imu/data_raw"]; None: as the format chooses
               rate            [Hz] where the file has no time
               units           of columns without a unit: {"gyro.x": "deg/h"}
               columns         of a text file without a header: ["time[s]", "x[deg/s]"]; "-" skips one
