@@ -49,11 +49,11 @@ inline std::string read_hostile(std::string_view bytes, const std::string& path)
     if (!whole.empty()) return std::string(format->name) + ": " + whole;
     const auto streamed = outcome([&] {
       std::string wrong;
-      format->stream(path, options, 64,
-                     [&](const Recording& block) {
-                       if (wrong.empty()) wrong = wrong_with(block);
-                     },
-                     {});
+      stream_recording(*format, path, options, 64,
+                       [&](const Recording& block) {
+                         if (wrong.empty()) wrong = wrong_with(block);
+                       },
+                       {});
       return wrong;
     });
     if (!streamed.empty()) return std::string(format->name) + " stream: " + streamed;
