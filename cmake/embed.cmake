@@ -1,14 +1,17 @@
-# Files that travel inside the program: texts, the style of the report, and the plans. Each file of text and of
+# Files that travel inside the program: texts, the style of the report, the plans, and the
+# declarations of frames. Each file of text and of
 # tumble/report/assets becomes `extern const std::string_view <name with _ for every other character>` through the
 # assembler's .incbin, which costs no compile time.
-# Plans stand in the list `plans` by their file names.
+# Plans stand in the list `plans` by their file names, declarations of frames in the list `instruments`.
 function(tumble_embed result)
   file(GLOB plans CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plans/*.toml)
+  file(GLOB instruments CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/instruments/*.toml)
   file(GLOB assets CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/text/*.toml
        ${PROJECT_SOURCE_DIR}/tumble/report/assets/*)
   set(content "// Generated: files embedded in the program.\n#include <string_view>\n#include <utility>\n#include <vector>\n")
   set(list "")
-  foreach(asset ${assets} ${plans})
+  set(instrument_list "")
+  foreach(asset ${assets} ${plans} ${instruments})
     get_filename_component(name ${asset} NAME)
     string(MAKE_C_IDENTIFIER ${name} id)
     string(APPEND content "
@@ -24,15 +27,20 @@ const std::string_view ${id}{tumble_asset_${id}, static_cast<std::size_t>(tumble
     if(asset IN_LIST plans)
       get_filename_component(stem ${asset} NAME_WE)
       string(APPEND list "{\"${stem}\", ${id}}, ")
+    elseif(asset IN_LIST instruments)
+      get_filename_component(stem ${asset} NAME_WE)
+      string(APPEND instrument_list "{\"${stem}\", ${id}}, ")
     endif()
   endforeach()
   string(APPEND content "namespace tumble::assets {
 extern const std::vector<std::pair<std::string_view, std::string_view>> plans;
 const std::vector<std::pair<std::string_view, std::string_view>> plans{${list}};
+extern const std::vector<std::pair<std::string_view, std::string_view>> instruments;
+const std::vector<std::pair<std::string_view, std::string_view>> instruments{${instrument_list}};
 }
 ")
   set(output ${PROJECT_BINARY_DIR}/generated/tumble/assets.cpp)
   file(CONFIGURE OUTPUT ${output} CONTENT "${content}" @ONLY)
-  set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets};${plans}")
+  set_source_files_properties(${output} PROPERTIES OBJECT_DEPENDS "${assets};${plans};${instruments}")
   set(${result} ${output} PARENT_SCOPE)
 endfunction()

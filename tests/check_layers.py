@@ -3,7 +3,7 @@
 A line of tumble/layers.txt is a module; a room of math/ is a module too. Headers that stand directly in a module are its
 face: they name no heavy library, and what they declare is in namespace tumble. Headers in a folder below a module are in
 namespace tumble::<folder>, and are internal to the module. Two kinds serve all modules to the right: those that help
-with a heavy library (math/eigen/, for .cpp files and folders), and the rooms of reduce/, which several methods share.
+with a heavy library (math/eigen/ and core/tables/, for .cpp files and folders), and the rooms of reduce/, which several methods share.
 Helpers of tests (testing/) serve all tests. No method includes a header of another method. No two headers define a type of one name in one namespace.
 
 The digits of a constant stand in tumble/units alone: code of tumble/ and apps/, but for tests, uses tumble/units/constants.hpp.
@@ -19,7 +19,7 @@ import check_tools
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')
 GENERATED = {"tumble/version.hpp"}
 ALL = "tumble/tumble.hpp"  # names the headers that are promised to users of the library
-EIGEN = "tumble/math/eigen/"  # between our types and a heavy library
+SHARED = ("tumble/math/eigen/", "tumble/core/tables/")  # between our types and a heavy library
 ROOMS = "tumble/reduce/"  # what several methods share
 NAMESPACE = re.compile(r"^(?:inline )?namespace ([a-z][\w:]*) \{")
 DEFINITION = re.compile(r"^(?:struct|class|enum class|enum) (\w+)[^;]*$")
@@ -34,7 +34,7 @@ CONSTANTS = (  # what is not written outside of tumble/units, and the name to us
 )
 # Heavy libraries: a header that names one makes every file that includes it pay, and ties our interface to theirs.
 HEAVY = ("Eigen/", "nlohmann/", "toml++/", "boost/", "hdf5", "H5", "openssl/", "nlopt", "CLI/", "zlib", "bzlib", "lz4", "zstd",
-         "sqlite3")
+         "sqlite3", "pugixml")
 
 
 def module_of(parts, layers):
@@ -65,7 +65,7 @@ def fault_of_include(layer, layers, quoted, target, is_face):
     internal = len(parts) > other.count("/") + 2
     if not internal or "testing" in parts or target.startswith(ROOMS):
         return None
-    if is_face or (other != layer and not target.startswith(EIGEN)):
+    if is_face or (other != layer and not target.startswith(SHARED)):
         return f'includes "{target}": headers in a subfolder are internal to {other}'
     return None
 

@@ -21,6 +21,17 @@ std::vector<std::string> option_names(const CLI::App& app) {
   return names;
 }
 
+/// --rate 100 and other words that are keys of --set.
+std::string set_instead(const CLI::App& app, const std::string& extra) {
+  const auto names = option_names(app);
+  if (std::ranges::find(names, "--set") == names.end()) return "";
+  const auto equals = extra.find('=');
+  const auto key = extra.substr(2, equals == std::string::npos ? equals : equals - 2);
+  const std::vector<std::string> keys{"rate", "missing", "columns", "segment_column", "decimal"};
+  if (std::ranges::find(keys, key) == keys.end()) return "";
+  return fmt::format("; write --set {}={}", key, equals == std::string::npos ? "VALUE" : extra.substr(equals + 1));
+}
+
 /// What was on the command line that no option or argument takes, with the nearest that would.
 int refuse_extras(const CLI::App& program, const Terminal& terminal) {
   const auto used = program.get_subcommands();
@@ -33,7 +44,9 @@ int refuse_extras(const CLI::App& program, const Terminal& terminal) {
     if (extra.starts_with("-")) {
       auto known = option_names(app);
       for (const auto& name : option_names(program)) known.push_back(name);
-      problems.push_back(fmt::format("unknown option '{}'{} ({})", extra, did_you_mean(extra, known), help));
+      problems.push_back(
+          fmt::format("unknown option '{}'{} ({})", extra,
+                      set_instead(app, extra).empty() ? did_you_mean(extra, known) : set_instead(app, extra), help));
     } else if (used.empty()) {
       problems.push_back(
           fmt::format("unknown verb '{}'{} (verbs: {})", extra, did_you_mean(extra, verbs), fmt::join(verbs, ", ")));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
@@ -40,17 +41,19 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   Compensation compensation;
   {
     ProgressLine line(terminal);
-    compensation = tumble::compensate(estimate, read_recording(arguments.recording, options, line.progress()),
-                                      plan ? &*plan : nullptr);
+    const auto recording = arguments.recording == "-" ? read_standard_input(options, line.progress())
+                                                      : read_recording(arguments.recording, options, line.progress());
+    compensation = tumble::compensate(estimate, recording, plan ? &*plan : nullptr);
     write_recording(compensation.recording, arguments.output);
   }
+  if (arguments.output == standard_output) return 0;
   note(terminal, "wrote " + arguments.output);
   Estimate shown;  // no parameters: only what the method says of its work
   shown.method = estimate.method;
   shown.title = arguments.recording + " compensated";
   shown.findings = std::move(compensation.findings);
   shown.tables = std::move(compensation.tables);
-  if (!terminal.quiet) print(to_text(shown));
+  if (!terminal.quiet) print(to_text(shown, terminal.width));
   return 0;
 }
 
@@ -61,8 +64,8 @@ Verb compensate_verb() {
   return {"compensate",
           "Subtract an identified error model from a recording",
           {{"RESULT", &arguments->result, "result (.json) of identify", true},
-           {"RECORDING", &arguments->recording, "recording to compensate", true},
-           {"-o,--output", &arguments->output, "recording to write", true},
+           {"RECORDING", &arguments->recording, "recording to compensate; - reads standard input", true},
+           {"-o,--output", &arguments->output, "recording to write; - writes CSV to standard output", true},
            {"--plan", &arguments->plan, "plan whose rig and schedule say what was felt, where the recording does not"},
            topic_argument(arguments->topics),
            reading_sets(arguments->sets)},

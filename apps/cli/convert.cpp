@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
@@ -15,9 +16,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   const auto options = tumble::read_options(parse_sets(arguments.sets, arguments.topics));
   {
     ProgressLine line(terminal);
-    tumble::convert(arguments.recording, arguments.output, options, line.progress());
+    tumble::convert(readable(arguments.recording), arguments.output, options, line.progress());
   }
-  note(terminal, "wrote " + arguments.output);
+  if (arguments.output != standard_output) note(terminal, "wrote " + arguments.output);
   return 0;
 }
 
@@ -27,8 +28,9 @@ Verb convert_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"convert",
           "Write a recording in another format",
-          {{"RECORDING", &arguments->recording, "recording to read", true},
-           {"-o,--output", &arguments->output, "recording to write; the end of its name selects the format", true},
+          {{"RECORDING", &arguments->recording, "recording to read; - reads standard input", true},
+           {"-o,--output", &arguments->output,
+            "recording to write; the end of its name selects the format; - writes CSV to standard\noutput", true},
            topic_argument(arguments->topics),
            reading_sets(arguments->sets)},
           "Examples:\n"

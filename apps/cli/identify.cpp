@@ -50,6 +50,26 @@ std::vector<std::string> inputs_of(const Arguments& arguments, const Plan& plan)
   return inputs;
 }
 
+/// "-" among the recordings is read into memory, whole.
+Estimate identify(Plan plan, const Arguments& arguments, const Progress& progress) {
+  auto files = arguments.recordings;
+  const auto streams = std::erase(files, "-");
+  if (streams > 1) throw Error(Error::Kind::bad_input, "-: standard input can be read only once");
+  if (streams == 0) return tumble::identify(plan, files, arguments.memory, progress);
+  auto recording = read_standard_input(plan.reading, progress);
+  plan.reading = {};  // it says nothing of other files
+  return tumble::identify(gather(std::move(plan), files, {std::move(recording)}, progress), progress);
+}
+
+void show(const Estimate& estimate, const Arguments& arguments, const Terminal& terminal) {
+  if (!arguments.output.empty()) write_output(terminal, arguments.output, to_json(estimate));
+  if (arguments.output == standard_output) return;
+  if (arguments.json)
+    print(to_json(estimate));
+  else if (arguments.output.empty() || !terminal.quiet)
+    print(to_text(estimate, terminal.width));
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
   const auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
@@ -57,16 +77,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   Estimate estimate;
   {
     ProgressLine line(terminal);
-    estimate = tumble::identify(plan, arguments.recordings, arguments.memory, line.progress());
+    estimate = identify(plan, arguments, line.progress());
   }
-  if (!arguments.output.empty()) {
-    write_file_atomically(arguments.output, to_json(estimate));
-    note(terminal, "wrote " + arguments.output);
-  }
-  if (arguments.json)
-    print(to_json(estimate));
-  else if (arguments.output.empty() || !terminal.quiet)
-    print(to_text(estimate));
+  show(estimate, arguments, terminal);
   const auto not_kept = [&](const Verdict& verdict) {  // what cannot be judged is not kept either
     return verdict.outcome == Verdict::Outcome::fail ||
            (verdict.outcome == Verdict::Outcome::undecided && !find_parameter(estimate, verdict.parameter));
@@ -78,29 +91,32 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 Verb identify_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {"identify",
-          "Identify parameters with their uncertainty, from a plan and recordings",
-          {{"PLAN|METHOD", &arguments->what, "plan file (.toml), or the name of a method that needs none", true},
-           {"RECORDING", &arguments->recordings, "recordings, in addition to those of the plan"},
-           {"-o,--output", &arguments->output, "result to write (.json); the table is printed as well"},
-           {"--json", &arguments->json, "print the result as JSON instead of a table"},
-           {"--strict", &arguments->strict, "exit status 1 if a limit of the plan fails or cannot be decided"},
-           {.name = "--memory-limit",
-            .value = &arguments->memory,
-            .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
-            .type = "SIZE",
-            .bytes = "2 GB"},
-           topic_argument(arguments->topics),
-           reading_sets(arguments->sets,
-                        "a setting of the method (see `tumble list methods NAME`), or\n"
-                        "channels.ROLE=COLUMN, or information that a file")},
-          "Examples:\n"
-          "  tumble identify allan_noise data.csv --set rate=100\n"
-          "  tumble identify static_bias data.csv --set channels.signal=gyro.x --set unit.gyro.x=deg/h\n"
-          "  tumble identify fog.toml fog.h5 -o fog.json\n"
-          "  tumble identify allan_noise long.h5 --memory-limit \"500 MB\"\n"
-          "  tumble identify acceptance.toml --strict --json | jq .verdicts\n",
-          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+  return {
+      "identify",
+      "Identify parameters with their uncertainty, from a plan and recordings",
+      {{"PLAN|METHOD", &arguments->what, "plan file (.toml), or the name of a method that needs none", true},
+       {"RECORDING", &arguments->recordings, "recordings, in addition to those of the plan; - reads standard input"},
+       {"-o,--output", &arguments->output,
+        "result to write (.json); the table is printed as well; - writes to standard output"},
+       {"--json", &arguments->json, "print the result as JSON instead of a table"},
+       {"--strict", &arguments->strict, "exit status 1 if a limit of the plan fails or cannot be decided"},
+       {.name = "--memory-limit",
+        .value = &arguments->memory,
+        .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
+        .type = "SIZE",
+        .bytes = "2 GB"},
+       topic_argument(arguments->topics),
+       reading_sets(arguments->sets,
+                    "a setting of the method (see `tumble list methods NAME`), or\n"
+                    "channels.ROLE=COLUMN, or information that a file")},
+      "Examples:\n"
+      "  tumble identify allan_noise data.csv --set rate=100\n"
+      "  tumble identify static_bias data.csv --set channels.signal=gyro.x --set unit.gyro.x=deg/h\n"
+      "  tumble identify fog.toml fog.h5 -o fog.json\n"
+      "  tumble identify allan_noise long.h5 --memory-limit \"500 MB\"\n"
+      "  gunzip -c day.csv.gz | tumble identify allan_noise -\n"
+      "  tumble identify acceptance.toml --strict --json | jq .verdicts\n",
+      [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
 }
 
 }  // namespace tumble::cli

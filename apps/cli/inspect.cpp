@@ -121,13 +121,13 @@ std::string marks_text(const std::vector<Mark>& marks) {
 }
 
 /// "  separator     semicolon"
-std::string recognised_text(const std::vector<Recognised>& entries) {
+std::string recognised_text(const std::vector<Recognised>& entries, std::size_t width) {
   std::string text = entries.empty() ? "" : "\nrecognised:\n";
-  for (const auto& [what, how] : entries) text += wrapped(fmt::format("  {:<14}", what), how);
+  for (const auto& [what, how] : entries) text += wrapped(fmt::format("  {:<14}", what), how, width);
   return text;
 }
 
-std::string text(const Inspection& inspection) {
+std::string text(const Inspection& inspection, std::size_t width) {
   const auto& header = inspection.header;
   std::string out = header.origin.file + (header.instrument.empty() ? "" : ": " + header.instrument) + "\n";
   if (!inspection.channels.empty()) {
@@ -136,14 +136,14 @@ std::string text(const Inspection& inspection) {
     out += fmt::format("{} channel{}, {} s from {} s to {} s\n", count, count == 1 ? "" : "s",
                        shown(one.last - one.first, 9), shown(one.first, 9), shown(one.last, 9));
   }
-  out += "\n" + text_table(columns(inspection.channels)) + marks_text(header.marks);
-  out += recognised_text(header.recognised);
+  out += "\n" + text_table(columns(inspection.channels), width) + marks_text(header.marks);
+  out += recognised_text(header.recognised, width);
   if (!header.meta.empty()) out += "\nmeta:\n";
   for (const auto& [key, value] : header.meta) out += fmt::format("  {}: {}\n", key, value);
   out += inspection.findings.empty() ? "\nfindings: none\n" : "\nfindings:\n";
   for (const auto& finding : inspection.findings) {
     const auto where = finding.where.empty() ? "" : " (" + finding.where + ")";
-    out += wrapped(fmt::format("  {}: ", word(finding.severity)), finding.message + where);
+    out += wrapped(fmt::format("  {}: ", word(finding.severity)), finding.message + where, width);
   }
   return out;
 }
@@ -159,10 +159,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   Inspection inspection;
   {
     ProgressLine line(terminal);
-    inspection = tumble::inspect(arguments.recording, options, line.progress());
+    inspection = tumble::inspect(readable(arguments.recording), options, line.progress());
+    if (arguments.recording == "-") inspection.header.origin.file = "standard input";
   }
   print(arguments.json ? json(inspection).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"
-                       : text(inspection));
+                       : text(inspection, terminal.width));
   return 0;
 }
 
@@ -172,7 +173,7 @@ Verb inspect_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"inspect",
           "Show the channels of a recording, and its faults",
-          {{"RECORDING", &arguments->recording, "recording to read", true},
+          {{"RECORDING", &arguments->recording, "recording to read; - reads standard input", true},
            {"--json", &arguments->json, "print JSON instead of a table"},
            topic_argument(arguments->topics),
            reading_sets(arguments->sets)},

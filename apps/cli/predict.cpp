@@ -62,7 +62,7 @@ int optimise(const Arguments& arguments, const tumble::OptimiseOptions& options,
     ProgressLine line(terminal);
     return tumble::optimise(plan, options, line.progress());
   }();
-  print(arguments.json ? to_json(found.estimate) : to_text(found.estimate));
+  print(arguments.json ? to_json(found.estimate) : to_text(found.estimate, terminal.width));
   if (arguments.output.empty()) return 0;
   write_file_atomically(arguments.output, heading(arguments) + tumble::plan_with_schedule(plan, found.schedule));
   note(terminal, fmt::format("wrote {}", arguments.output));
@@ -74,8 +74,11 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.output.empty()) check_output(arguments.output, {arguments.plan}, {".toml"});
   const auto plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
   if (arguments.optimise) return optimise(arguments, options, plan, terminal);
-  const auto estimate = arguments.terms.empty() ? tumble::predict(plan) : tumble::predict_model(plan, arguments.terms);
-  print(arguments.json ? to_json(estimate) : to_text(estimate));
+  const auto estimate = [&] {
+    const ProgressLine line(terminal, "predicting");
+    return arguments.terms.empty() ? tumble::predict(plan) : tumble::predict_model(plan, arguments.terms);
+  }();
+  print(arguments.json ? to_json(estimate) : to_text(estimate, terminal.width));
   return 0;
 }
 

@@ -7,6 +7,7 @@
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/figure.hpp"
+#include "tumble/report/image.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 
@@ -14,7 +15,7 @@ namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string result, page, figure;
+  std::string result, page, figure, title, logo;
 };
 
 /// "noise.svg", or "noise-1.svg", "noise-2.svg" where there are several.
@@ -36,6 +37,10 @@ void write_figures(const Estimate& estimate, const Arguments& arguments, const T
   }
 }
 
+PageOptions page_of(const Arguments& arguments) {
+  return {arguments.title, arguments.logo.empty() ? "" : data_uri_of_image_file(arguments.logo)};
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
   if (arguments.page.empty() && arguments.figure.empty())
     throw Error(Error::Kind::bad_input, "report: -o REPORT.html or --figure FIGURE.svg is required");
@@ -43,8 +48,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
   if (!arguments.figure.empty()) check_output(arguments.figure, {arguments.result}, {".svg"});
   const auto estimate = read_result(arguments.result);
   if (!arguments.page.empty()) {
-    write_file_atomically(arguments.page, to_html(estimate));
-    note(terminal, "wrote " + arguments.page);
+    write_output(terminal, arguments.page, to_html(estimate, page_of(arguments)));
   }
   if (!arguments.figure.empty()) write_figures(estimate, arguments, terminal);
   return 0;
@@ -56,8 +60,10 @@ Verb report_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"report",
           "Write a result as one HTML page that needs no network, or its figures as drawings",
-          {{"RESULT", &arguments->result, "result (.json) of identify or predict", true},
-           {"-o,--output", &arguments->page, "page to write (.html)"},
+          {{"RESULT", &arguments->result, "result (.json) of identify or predict; - reads standard input", true},
+           {"-o,--output", &arguments->page, "page to write (.html); - writes to standard output"},
+           {"--title", &arguments->title, "title of the page (default: that of the plan)"},
+           {"--logo", &arguments->logo, "picture at the top of the page (.png, .jpg, .svg)"},
            {"--figure", &arguments->figure,
             "drawing to write (.svg); a result of several figures gives FIGURE-1.svg, FIGURE-2.svg, ..."}},
           "Examples:\n  tumble report fog.json -o fog.html\n  tumble report noise.json --figure noise.svg\n",

@@ -41,7 +41,8 @@ tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector
   for (const auto& text : texts) {
     const auto equals = text.find('=');
     if (equals == 0 || equals == std::string::npos)
-      problems.push_back(fmt::format("--set {}: write --set key=value", text));
+      problems.push_back(equals == 0 ? fmt::format("--set {}: write --set key=value", text)
+                                     : fmt::format("--set {}: write --set {}=VALUE, without a blank", text, text));
     else
       sets.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
@@ -49,10 +50,19 @@ tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector
   return sets;
 }
 
-Estimate read_result(const std::string& path) { return estimate_from_json(read_text_file(path), path); }
+Estimate read_result(const std::string& path) {
+  return estimate_from_json(read_text_file(readable(path)), path == "-" ? "standard input" : path);
+}
+
+void write_output(const Terminal& terminal, const std::string& path, const std::string& content) {
+  if (path == standard_output) return print(content);
+  write_file_atomically(path, content);
+  note(terminal, "wrote " + path);
+}
 
 void check_output(const std::string& output, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& extensions) {
+  if (output == standard_output) return;
   std::vector<std::string> problems;
   const fs::path path(output);
   const auto extension = path.extension().string();

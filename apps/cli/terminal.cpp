@@ -1,6 +1,7 @@
 #include "terminal.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -34,11 +35,23 @@ void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace
 
+namespace {
+
+/// Tables narrower than 60 characters cannot be read, lines of more than 160 neither.
+std::size_t width_of_process() {
+  winsize size{};
+  if (isatty(STDOUT_FILENO) != 1 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 100;
+  return std::clamp<std::size_t>(size.ws_col, 60, 160);
+}
+
+}  // namespace
+
 Terminal terminal_of_process() {
   Terminal terminal;
   const char* kind = std::getenv("TERM");
   const char* no_colour = std::getenv("NO_COLOR");
   terminal.live = isatty(STDERR_FILENO) == 1 && !(kind && std::string_view(kind) == "dumb");
+  terminal.width = width_of_process();
   terminal.colour = terminal.live && !(no_colour && *no_colour);
   return terminal;
 }
@@ -59,24 +72,47 @@ void complain(const Terminal& terminal, const std::vector<std::string>& problems
   say(text);
 }
 
-Progress ProgressLine::progress() {
-  if (!shown_) return {};
-  return [this](double done, std::string_view what) { draw(done, what); };
+ProgressLine::ProgressLine(const Terminal& terminal, std::string_view what)
+    : shown_(terminal.live && !terminal.quiet), what_(what) {
+  if (shown_) ticking_ = std::thread([this] { draw_until_ended(); });
 }
 
-void ProgressLine::draw(double done, std::string_view what) {
-  const auto now = std::chrono::steady_clock::now();
-  if (now - last_ < std::chrono::milliseconds(100)) return;
-  last_ = now;
+Progress ProgressLine::progress() {
+  if (!shown_) return {};
+  return [this](double done, std::string_view what) { note_done(done, what); };
+}
+
+void ProgressLine::note_done(double done, std::string_view what) {
+  const std::lock_guard lock(mutex_);
+  done_ = std::clamp(done, 0.0, 1.0);
+  what_ = what;
+  if (Clock::now() - drawn_at_ > std::chrono::milliseconds(100)) draw();
+}
+
+void ProgressLine::draw_until_ended() {
+  std::unique_lock lock(mutex_);
+  while (!changed_.wait_for(lock, std::chrono::seconds(1), [this] { return ended_; })) draw();
+}
+
+void ProgressLine::draw() {
+  drawn_at_ = Clock::now();
   drawn_ = true;
   constexpr int width = 30;
-  const double part = std::clamp(done, 0.0, 1.0);
-  const auto full = static_cast<int>(part * width);
-  say(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}", "", full, "", width - full, 100.0 * part, what));
+  const auto full = static_cast<int>(done_ * width);
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(drawn_at_ - begin_).count();
+  say(fmt::format("\r\033[K[{:#<{}}{:.<{}}] {:3.0f} % {}{}", "", full, "", width - full, 100.0 * done_, what_,
+                  seconds > 0 ? fmt::format(", {} s", seconds) : ""));
   std::fflush(stderr);
 }
 
 ProgressLine::~ProgressLine() {
+  if (!shown_) return;
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  }
+  changed_.notify_all();
+  ticking_.join();
   if (!drawn_) return;
   say("\r\033[K");
   std::fflush(stderr);

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "tumble/core/progress.hpp"
@@ -11,9 +15,10 @@ namespace tumble::cli {
 
 /// What a run of the program may say and how. Results go to standard output, everything else to standard error.
 struct Terminal {
-  bool quiet = false;   ///< no notes and no progress; errors are always said
-  bool colour = false;  ///< standard error is a terminal and NO_COLOR is not set
-  bool live = false;    ///< standard error is a terminal: progress may be drawn
+  bool quiet = false;       ///< no notes and no progress; errors are always said
+  bool colour = false;      ///< standard error is a terminal and NO_COLOR is not set
+  bool live = false;        ///< standard error is a terminal: progress may be drawn
+  std::size_t width = 100;  ///< characters in a line of results: those of the terminal, within limits
 };
 
 Terminal terminal_of_process();
@@ -28,10 +33,11 @@ void note(const Terminal& terminal, const std::string& message);
 void complain(const Terminal& terminal, const std::vector<std::string>& problems);
 inline void complain(const Terminal& terminal, const std::string& problem) { complain(terminal, std::vector{problem}); }
 
-/// Draws how far the work is, on one line of standard error that it clears when done. Nothing unless live.
+/// Draws how far the work is, on one line of standard error that it clears when done. Work that says nothing for a
+/// while is seen to go on: the seconds count. Nothing unless live.
 class ProgressLine {
  public:
-  explicit ProgressLine(const Terminal& terminal) : shown_(terminal.live && !terminal.quiet) {}
+  explicit ProgressLine(const Terminal& terminal, std::string_view what = "");
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
@@ -40,11 +46,19 @@ class ProgressLine {
   Progress progress();
 
  private:
-  void draw(double done, std::string_view what);
+  using Clock = std::chrono::steady_clock;
+  void note_done(double done, std::string_view what);
+  void draw();
+  void draw_until_ended();
 
   bool shown_;
-  bool drawn_ = false;
-  std::chrono::steady_clock::time_point last_{};
+  bool drawn_ = false, ended_ = false;
+  double done_ = 0.0;
+  std::string what_;
+  Clock::time_point begin_ = Clock::now(), drawn_at_{};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::thread ticking_;
 };
 
 }  // namespace tumble::cli

@@ -39,6 +39,8 @@ Verb identify_verb();
 Verb compensate_verb();
 Verb predict_verb();
 Verb report_verb();
+Verb export_verb();
+Verb certificate_verb();
 Verb convert_verb();
 
 /// Exit status of a wrong command line, plan or option.
@@ -55,8 +57,18 @@ Argument topic_argument(std::vector<std::string>& topics);
 /// `topics` are what --topic names. Throws Error::bad_input for a text without "=".
 tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector<std::string>& topics = {});
 
-/// The text of a file; Error::bad_file. And the result in it.
+/// Where to read what the user wrote as `path`: standard input for "-", which is kept in a temporary file
+/// and can be read once. Throws Error::bad_input for a terminal, Error::bad_file.
+std::string readable(const std::string& path);
+/// A text with the place of that temporary file replaced by "standard input".
+std::string as_written(std::string text);
+/// The recording on standard input, in any format. Throws as read_recording() and readable().
+Recording read_standard_input(const ReadOptions& options, const Progress& progress);
+
+/// A result from its file, or from standard input for "-". Throws Error::bad_file.
 Estimate read_result(const std::string& path);
+/// To the file as a whole, or to standard output for "-"; a file is noted. Throws Error::bad_file.
+void write_output(const Terminal& terminal, const std::string& path, const std::string& content);
 
 /// Throws Error::bad_input when `output` is one of `inputs`, has none of the `extensions`, or lies in a folder that is
 /// not there: before any work is done.

@@ -77,6 +77,12 @@ void synchronise_folder(const fs::path& target) {
 }  // namespace
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolved(path).string()) {
+  if (path == standard_output) {
+    temporary_ = target_;
+    descriptor_ = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
+    if (descriptor_ < 0) fail(errno);
+    return;
+  }
   std::error_code ignored;
   const auto status = fs::status(target_, ignored);
   if (fs::is_directory(status)) throw Error{Error::Kind::bad_file, "cannot write '" + path + "': it is a folder"};

@@ -5,9 +5,12 @@
 
 namespace tumble {
 
+/// The name that means standard output.
+inline constexpr std::string_view standard_output = "-";
+
 /// A file that appears under its name whole or not at all: a temporary file in the same folder, written, synchronised
 /// and renamed by commit(). Destroyed without commit, nothing remains and an earlier file of that name is untouched.
-/// A symbolic link is followed; something that is not a file (/dev/stdout, a pipe) is written directly.
+/// A symbolic link is followed; something that is not a file (a pipe, `standard_output`) is written directly.
 /// Every member throws Error::bad_file that says what could not be done and where.
 class AtomicFile {
  public:

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/unread.hpp"
 #include "tumble/units/constants.hpp"
@@ -91,7 +92,7 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
 }
 
 const Format& format_to_write(const std::string& path, const FormatList& formats) {
-  const Format* format = by_extension(path, formats);
+  const Format* format = by_extension(path == standard_output ? "stream.csv" : path, formats);
   if (!format)
     throw Error{Error::Kind::bad_input, "'" + path + "': the name must say which format to write; known are " +
                                             extensions(formats, can_be_written)};

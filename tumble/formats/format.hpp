@@ -52,8 +52,8 @@ const FormatList& format_catalogue();
 
 /// The format of a file, by content, else by extension. Throws Error::bad_file.
 const Format& format_of(const std::string& path, const FormatList& formats = format_catalogue());
-/// The format that the extension of a target names. Throws Error::bad_input for an unknown extension, and for a format
-/// that is only read; the message names the formats that can be written.
+/// The format that the extension of a target names; CSV for standard output, "-". Throws Error::bad_input for an
+/// unknown extension, and for a format that is only read; the message names the formats that can be written.
 const Format& format_to_write(const std::string& path, const FormatList& formats = format_catalogue());
 
 /// Bytes that the samples wanted take in memory, about. Of a format that does not say, the size of the file: such a
@@ -64,6 +64,9 @@ std::uintmax_t recording_memory(const Format& format, const std::string& path, c
 /// of its own is read whole and handed out in blocks. Throws as read.
 void stream_recording(const Format& format, const std::string& path, const ReadOptions& options, std::size_t samples,
                       const BlockSink& sink, const Progress& progress);
+
+/// The blocks of a recording that is in memory, as stream_recording() hands them out.
+void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink);
 
 /// In the format of the file; with origin (file, checksum). Throws Error::bad_file.
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,

@@ -29,6 +29,8 @@ Timeline part_of(const Timeline& whole, std::size_t first, std::size_t last, std
   return {0.0, 0.0, stamps};
 }
 
+}  // namespace
+
 void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink) {
   Recording block = frame_of(whole);
   std::size_t longest = 1;
@@ -49,8 +51,6 @@ void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink
     sink(block);
   }
 }
-
-}  // namespace
 
 std::uintmax_t recording_memory(const Format& format, const std::string& path, const ReadOptions& options) {
   return format.memory ? format.memory(path, options) : file::InputFile(path).size();

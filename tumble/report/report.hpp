@@ -14,11 +14,18 @@ std::string to_json(const Findings& findings);
 /// A result from its JSON. `file` is for messages. Throws Error::bad_file with what is missing or wrong.
 Estimate estimate_from_json(const std::string& text, const std::string& file);
 
-/// One self-contained page: parameters, budget, figures to zoom, findings, verdicts, provenance. Works offline, prints.
-std::string to_html(const Estimate& estimate);
+/// What a page shows beside the result.
+struct PageOptions {
+  std::string title = {};  ///< in place of that of the result; empty: that one
+  std::string logo = {};   ///< data_uri_of_image(); empty: none
+};
 
-/// Readable terminal text. Values carry their uncertainty to two digits: 6.660(11).
-std::string to_text(const Estimate& estimate);
+/// One self-contained page: parameters, budget, figures, findings, verdicts, provenance. Works offline, prints.
+std::string to_html(const Estimate& estimate, const PageOptions& page = {});
+
+/// Readable terminal text with lines of at most `width` characters where its tables allow it. Values carry their
+/// uncertainty to two digits: 6.660 ± 0.011.
+std::string to_text(const Estimate& estimate, std::size_t width = 100);
 
 /// value and sd [unit shown] rounded together for people: "6.660 ± 0.011".
 std::string with_uncertainty(double value, double sd);

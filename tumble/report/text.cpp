@@ -34,7 +34,7 @@ void line_up_signs(std::vector<std::string>& cells) {
   for (auto& cell : cells) cell.insert(0, most - before(cell), ' ');
 }
 
-std::string parameters_text(const Estimate& estimate) {
+std::string parameters_text(const Estimate& estimate, std::size_t width) {
   if (estimate.parameters.empty()) return {};
   TextColumn name{"parameter", "", {}, Align::left}, value{"value ± sd", "", {}, Align::left};
   TextColumn unit{"unit", "", {}, Align::left}, interval{"95 % interval", "", {}, Align::left};
@@ -47,10 +47,10 @@ std::string parameters_text(const Estimate& estimate) {
     interval.cells.push_back(interval_text(estimate, i));
   }
   line_up_signs(value.cells);
-  return "\nParameters (± standard uncertainty, k = 1)\n" + text_table({name, value, unit, interval});
+  return "\nParameters (± standard uncertainty, k = 1)\n" + text_table({name, value, unit, interval}, width);
 }
 
-std::string budget_text(const Estimate& estimate) {
+std::string budget_text(const Estimate& estimate, std::size_t width) {
   if (estimate.budget.empty() || estimate.parameters.empty()) return {};
   std::vector<TextColumn> columns{{"parameter", "", {}, Align::left}, {"unit", "", {}, Align::left}};
   for (const auto& parameter : estimate.parameters) {
@@ -65,10 +65,10 @@ std::string budget_text(const Estimate& estimate) {
     }
   }
   return "\nUncertainty budget (standard uncertainty from each source, and its share of the variance)\n" +
-         text_table(columns);
+         text_table(columns, width);
 }
 
-std::string fit_text(const Fit& fit) {
+std::string fit_text(const Fit& fit, std::size_t width) {
   if (fit.observations == 0) return {};
   std::string text =
       fmt::format("{} observations, {} degrees of freedom", fit.observations, general(fit.degrees_of_freedom));
@@ -77,7 +77,7 @@ std::string fit_text(const Fit& fit) {
                         fit.chi_square / fit.degrees_of_freedom);
   }
   if (fit.condition > 0.0) text += fmt::format(", condition number {}", general(fit.condition, 3));
-  return "\n" + wrapped("Fit: ", text);
+  return "\n" + wrapped("Fit: ", text, width);
 }
 
 /// The rows that are shown: all of a short table, the first and last of a long one.
@@ -111,14 +111,15 @@ TextColumn table_column(const Table& table, std::size_t index, const std::vector
   return column;
 }
 
-std::string table_text(const Table& table) {
+std::string table_text(const Table& table, std::size_t width) {
   std::size_t left_out = 0;
   const auto rows = shown_rows(table.rows.size(), left_out);
   std::vector<TextColumn> columns;
   for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(table_column(table, i, rows));
   const auto name = "Table " + printable(table.name);
-  std::string text = "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + ": ", printable(table.caption)));
-  text += text_table(columns);
+  std::string text =
+      "\n" + (table.caption.empty() ? name + "\n" : wrapped(name + ": ", printable(table.caption), width));
+  text += text_table(columns, width);
   if (left_out > 0) {
     text += fmt::format("  ({} rows from the middle of {} are not shown; the result file and the report have all)\n",
                         left_out, table.rows.size());
@@ -126,7 +127,7 @@ std::string table_text(const Table& table) {
   return text;
 }
 
-std::string findings_text(const Findings& findings) {
+std::string findings_text(const Findings& findings, std::size_t width) {
   if (findings.empty()) return {};
   constexpr std::array words{"info", "warning", "error"};
   auto sorted = findings;
@@ -135,12 +136,12 @@ std::string findings_text(const Findings& findings) {
   for (const auto& finding : sorted) {
     const auto word = fmt::format("  {:<9}", words[static_cast<std::size_t>(finding.severity)]);
     const auto where = finding.where.empty() ? "" : printable(finding.where) + ": ";
-    text += wrapped(word, where + printable(finding.message));
+    text += wrapped(word, where + printable(finding.message), width);
   }
   return text;
 }
 
-std::string verdicts_text(const Estimate& estimate) {
+std::string verdicts_text(const Estimate& estimate, std::size_t width) {
   if (estimate.verdicts.empty()) return {};
   constexpr std::array words{"PASS", "FAIL", "UNDECIDED"};
   TextColumn outcome{"outcome", "", {}, Align::left}, parameter{"parameter", "", {}, Align::left};
@@ -151,17 +152,18 @@ std::string verdicts_text(const Estimate& estimate) {
     limit.cells.push_back(printable(verdict.limit));
     measured.cells.push_back(measured_text(estimate, verdict.parameter));
   }
-  return "\nVerdicts\n" + text_table({outcome, parameter, limit, measured});
+  return "\nVerdicts\n" + text_table({outcome, parameter, limit, measured}, width);
 }
 
 }  // namespace
 
-std::string to_text(const Estimate& estimate) {
+std::string to_text(const Estimate& estimate, std::size_t width) {
   require_shape(estimate);
-  std::string text = heading(estimate) + parameters_text(estimate) + budget_text(estimate) + fit_text(estimate.fit);
+  std::string text = heading(estimate) + parameters_text(estimate, width) + budget_text(estimate, width) +
+                     fit_text(estimate.fit, width);
   for (const auto& table : estimate.tables)
-    if (!table.for_programs) text += table_text(table);
-  return text + findings_text(estimate.findings) + verdicts_text(estimate);
+    if (!table.for_programs) text += table_text(table, width);
+  return text + findings_text(estimate.findings, width) + verdicts_text(estimate, width);
 }
 
 }  // namespace tumble

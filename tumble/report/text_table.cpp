@@ -1,6 +1,7 @@
 #include "tumble/report/text_table.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "tumble/report/utf8.hpp"
 
@@ -70,6 +71,20 @@ std::string block(const std::vector<Laid>& columns) {
   return text;
 }
 
+/// How many of the first columns distinguish each row from the others; 1 where all together do not, or are too wide.
+std::size_t key_columns(const std::vector<Laid>& columns, std::size_t most_width) {
+  const auto rows = columns.front().column->cells.size();
+  std::vector<std::string> keys(rows);
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    used += gap + columns[i].width;
+    if (i > 0 && used > most_width) return 1;
+    for (std::size_t row = 0; row < rows; ++row) keys[row] += columns[i].column->cells[row] + '\n';
+    if (std::set<std::string>(keys.begin(), keys.end()).size() == rows) return i + 1;
+  }
+  return 1;
+}
+
 }  // namespace
 
 std::string padded(const std::string& text, std::size_t width, TextColumn::Align align) {
@@ -80,19 +95,22 @@ std::string padded(const std::string& text, std::size_t width, TextColumn::Align
 
 std::string text_table(const std::vector<TextColumn>& columns, std::size_t width) {
   if (columns.empty()) return {};
+  std::vector<Laid> all;
+  for (const auto& column : columns) all.push_back(laid(column));
+  const auto keys = key_columns(all, width / 2);
+  const auto width_of = [](const std::vector<Laid>& some) {
+    std::size_t sum = 0;
+    for (const auto& column : some) sum += gap + column.width;
+    return sum;
+  };
   std::string text;
-  std::vector<Laid> side_by_side{laid(columns.front())};
-  const auto first = gap + side_by_side.front().width;
-  std::size_t used = first;
-  for (std::size_t i = 1; i < columns.size(); ++i) {
-    const auto next = laid(columns[i]);
-    if (used + gap + next.width > width && side_by_side.size() > 1) {
+  std::vector<Laid> side_by_side(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(keys));
+  for (std::size_t i = keys; i < all.size(); ++i) {
+    if (width_of(side_by_side) + gap + all[i].width > width && side_by_side.size() > keys) {
       text += block(side_by_side) + "\n";
-      side_by_side.resize(1);
-      used = first;
+      side_by_side.resize(keys);
     }
-    side_by_side.push_back(next);
-    used += gap + next.width;
+    side_by_side.push_back(all[i]);
   }
   return text + block(side_by_side);
 }

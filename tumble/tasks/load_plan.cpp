@@ -5,16 +5,16 @@
 #include <filesystem>
 #include <map>
 
+#include "tumble/core/tables/document.hpp"
+#include "tumble/core/tables/section.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
-#include "tumble/tasks/plan_file/document.hpp"
 #include "tumble/tasks/plan_file/files_like.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
-#include "tumble/tasks/plan_file/section.hpp"
 #include "tumble/tasks/sets.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/constants.hpp"
@@ -24,8 +24,8 @@ namespace tumble {
 namespace {
 
 using plan_file::files_like;
-using plan_file::Problems;
-using plan_file::Section;
+using tables::Problems;
+using tables::Section;
 
 /// Runs `find`, a look-up in a catalogue; what it says when the name is unknown becomes a problem of that key.
 template <class Find>
@@ -303,7 +303,7 @@ std::optional<Quantity> read_bound(Section& section, std::string_view key) {
   const auto* node = section.find(key);
   if (!node) return std::nullopt;
   try {
-    const auto text = plan_file::text_of(*node);
+    const auto text = tables::text_of(*node);
     if (text && !node->is_array()) return parse_quantity(*text);
     section.problem_at(key, "a quantity is expected, for example \"0.02 deg/h\"");
   } catch (const Error& error) {
@@ -431,7 +431,7 @@ Plan load(const std::string& path, const Sets& sets, bool part) {
   reading.part = part;
   reading.plan.file = reading.problems.file = path;
   const auto text = read_text_file(path);
-  const auto document = plan_file::document_of(text, path);
+  const auto document = tables::document_of(text, path);
   note_source(reading.plan, text, sets);
   reading.sets = sorted(sets);
   reading.plan.reading = reading.sets.reading;

@@ -110,7 +110,8 @@ Findings findings_with(const Change& change, std::uint64_t seed) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::size_t in_segment = i % 300;
     const double step = i < 300 ? 0.0 : sound[i] - sound[i - in_segment - 1];
-    values[i] += change(0.1 * static_cast<double>(i), sound[i], step * std::exp(-0.1 * in_segment / 10.0));
+    values[i] +=
+        change(0.1 * static_cast<double>(i), sound[i], step * std::exp(-0.01 * static_cast<double>(in_segment)));
   }
   return method().identify(evidence, {}).findings;
 }

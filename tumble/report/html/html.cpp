@@ -18,7 +18,8 @@ namespace tumble::html {
 namespace {
 
 // The page has no script, and no address outside it can be loaded, whatever a name tries.
-constexpr const char* security = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
+constexpr const char* security =
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
 std::string head(const std::string& title) {
   return fmt::format(
@@ -60,8 +61,9 @@ std::string summary(const Estimate& estimate) {
   return text.empty() ? "" : "<p class=\"summary\">" + text + "</p>\n";
 }
 
-std::string title_block(const Estimate& estimate, const std::string& title) {
-  return "<header>\n<h1>" + title + "</h1>\n<dl>" + entry("Instrument", html::escaped(estimate.instrument_model)) +
+std::string title_block(const Estimate& estimate, const std::string& title, const std::string& logo) {
+  return "<header>\n" + (logo.empty() ? "" : "<img class=\"logo\" alt=\"\" src=\"" + escaped(logo) + "\">\n") + "<h1>" +
+         title + "</h1>\n<dl>" + entry("Instrument", html::escaped(estimate.instrument_model)) +
          entry("Serial", html::escaped(estimate.instrument_serial)) + entry("Method", html::escaped(estimate.method)) +
          entry("Fit", fit_entry(estimate.fit)) + "</dl>\n" + summary(estimate) + "</header>\n";
 }
@@ -92,14 +94,15 @@ namespace tumble {
 
 using namespace html;
 
-std::string to_html(const Estimate& estimate) {
+std::string to_html(const Estimate& estimate, const PageOptions& page) {
   require_shape(estimate);
-  const auto title = html::escaped(estimate.title.empty() ? estimate.method : estimate.title);
+  const auto& own = estimate.title.empty() ? estimate.method : estimate.title;
+  const auto title = html::escaped(page.title.empty() ? own : page.title);
   const auto sections = html::verdicts(estimate) + html::parameters(estimate) + html::findings(estimate) +
                         html::budget(estimate) + html::figures(estimate) + html::tables(estimate) +
                         html::correlation(estimate) + html::provenance(estimate);
-  return head(title) + "<body>\n" + title_block(estimate, title) + navigation(sections) + "<main>\n" + sections +
-         "</main>\n<footer>Made by Tumble " + version + "</footer>\n</body>\n</html>\n";
+  return head(title) + "<body>\n" + title_block(estimate, title, page.logo) + navigation(sections) + "<main>\n" +
+         sections + "</main>\n<footer>Made by Tumble " + version + "</footer>\n</body>\n</html>\n";
 }
 
 }  // namespace tumble

@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "tumble/core/tables/document.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::plan_file {
@@ -142,7 +143,7 @@ std::string schedule_text(const Schedule& schedule, const std::vector<Axis>& axe
 std::string with_schedule(const std::string& plan, const std::string& file, const std::string& schedule) {
   const auto lines = lines_of(plan);
   Headers headers;
-  const auto document = document_of(plan, file);
+  const auto document = tables::document_of(plan, file);
   if (const auto* node = document.get("schedule")) {
     const auto* array = node->as_array();
     if (!array ||

@@ -1,0 +1,41 @@
+#include "tumble/core/tables/document.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::tables {
+namespace {
+
+/// A table lies in a table for each part of a dotted key, and the parser calls itself for each: the stack would end.
+void refuse_deep_keys(const std::string& text, const std::string& file) {
+  constexpr std::ptrdiff_t most = 1000;
+  std::size_t line = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    ++line;
+    const auto key = std::string_view(text).substr(begin, std::min(text.find_first_of("=#", begin), end) - begin);
+    if (std::ranges::count(key, '.') > most)
+      throw Error(Error::Kind::bad_input, fmt::format("{}:{}: a key of more than {} parts", file, line, most));
+    begin = end + 1;
+  }
+}
+
+}  // namespace
+
+toml::table document_of(const std::string& text, const std::string& file) {
+  refuse_deep_keys(text, file);
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    const auto at = error.source().begin;
+    throw Error(Error::Kind::bad_input,
+                fmt::format("{}:{}:{}: not TOML: {}", file, at.line, at.column, error.description()));
+  }
+}
+
+}  // namespace tumble::tables

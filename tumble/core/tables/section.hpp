@@ -1,0 +1,78 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tumble/core/settings.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble::tables {
+
+/// What is wrong with a file of TOML (a plan, a declaration of frames), each problem with the line where it stands.
+struct Problems {
+  std::string file;
+  std::vector<std::string> all;
+
+  /// "plan.toml:12"
+  std::string place(const toml::source_region& at) const;
+  void add(const toml::source_region& at, const std::string& message);
+  /// In the order of their lines; those without a line last.
+  std::vector<std::string> sorted() const;
+};
+
+/// One table of such a file. Hands out its values by key, checked, and remembers which keys were asked for: every other
+/// key is a problem when the section is closed. A value that is not what was asked for is a problem, too, and then
+/// absent.
+class Section {
+ public:
+  /// `name` for messages: "[site]"; empty for the file itself.
+  Section(const toml::table& table, std::string name, Problems& problems);
+
+  /// Null when the key is absent.
+  const toml::node* find(std::string_view key);
+  std::optional<std::string> text(std::string_view key);
+  /// One text or a list of them.
+  std::vector<std::string> texts(std::string_view key);
+  std::optional<int> integer(std::string_view key);
+  /// A quantity, or a list of them [SI], of the dimension of `expected`.
+  std::optional<double> quantity(std::string_view key, const Unit& expected);
+  std::vector<double> quantities(std::string_view key, const Unit& expected);
+  /// One integer or a list of them.
+  std::vector<int> integers(std::string_view key);
+  /// The nested table of that name; null when absent or no table.
+  const toml::table* table(std::string_view key);
+
+  /// All keys not asked for yet, for somebody else to check.
+  std::vector<Given> rest();
+  /// The keys not asked for yet.
+  std::vector<std::string> unread() const;
+  /// Every key not asked for is a problem, with the nearest of those that were.
+  void close();
+
+  void missing(std::string_view key, std::string_view example);
+  void problem(const std::string& message);
+  void problem_at(std::string_view key, const std::string& message);
+  const std::string& name() const { return name_; }
+  const toml::source_region& source() const { return table_.source(); }
+
+ private:
+  std::optional<double> si_of(const toml::node& node, std::string_view key, const Unit& expected);
+  std::optional<int> int_of(const toml::node& node, std::string_view key);
+  void complain(const toml::node& node, std::string_view key, const std::string& message);
+
+  const toml::table& table_;
+  std::string named(std::string_view key) const;
+
+  std::string name_;
+  Problems& problems_;
+  std::vector<std::string> known_;
+};
+
+/// What stands at a node as text: strings as they are, lists of numbers separated by commas.
+std::optional<std::string> text_of(const toml::node& node);
+
+}  // namespace tumble::tables

@@ -1,0 +1,106 @@
+#include "tumble/math/population/spread.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+
+#include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/square.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+void require_units(std::span<const UnitValue> units) {
+  std::vector<std::string> problems;
+  if (units.size() < 3)
+    problems.push_back(fmt::format("a population needs at least three units; here {} given", units.size()));
+  int exact = 0;
+  for (const auto& unit : units) {
+    if (!std::isfinite(unit.value) || !std::isfinite(unit.sd) || unit.sd < 0.0)
+      problems.push_back(
+          fmt::format("a unit with value {} and standard uncertainty {}: both must be numbers, the "
+                      "second not negative",
+                      unit.value, unit.sd));
+    exact += unit.sd == 0.0;
+  }
+  if (exact > 1) problems.push_back(fmt::format("{} units are stated without uncertainty; at most one can be", exact));
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+/// A spread that is larger than any the data allow [u].
+double largest_spread(std::span<const UnitValue> units) {
+  const auto [low, high] = std::ranges::minmax(units, {}, &UnitValue::value);
+  double most = high.value - low.value;
+  for (const auto& unit : units) most = std::max(most, unit.sd);
+  return most;
+}
+
+/// t >= 0 at which Q(t) has fallen to q; 0 where it begins below.
+double spread_at_q(std::span<const UnitValue> units, double q) {
+  if (mean_at_spread(units, 0.0).q <= q) return 0.0;
+  double high = square(largest_spread(units));
+  while (mean_at_spread(units, high).q > q) high *= 4.0;
+  double low = 0.0;
+  for (int step = 0; step < 200 && high - low > 1e-14 * high; ++step) {
+    const double middle = 0.5 * (low + high);
+    (mean_at_spread(units, middle).q > q ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+MeanAtSpread mean_at_spread(std::span<const UnitValue> units, double t) {
+  MeanAtSpread out;
+  double sum = 0.0, logarithms = 0.0;
+  for (const auto& unit : units) {
+    const double weight = 1.0 / std::max(t + square(unit.sd), 1e-300);
+    out.weight += weight;
+    sum += weight * unit.value;
+    logarithms += std::log(weight);
+  }
+  out.mean = sum / out.weight;
+  for (const auto& unit : units) out.q += square(unit.value - out.mean) / std::max(t + square(unit.sd), 1e-300);
+  out.log_likelihood = 0.5 * (logarithms - std::log(out.weight) - out.q);
+  return out;
+}
+
+double most_likely_spread(std::span<const UnitValue> units) {
+  // tau = s x/(1 - x) takes all of [0, inf) to [0, 1); the likelihood may have two maxima, hence the grid.
+  const double scale = largest_spread(units);
+  if (scale == 0.0) return 0.0;
+  const auto t_of = [scale](double x) { return square(scale * x / (1.0 - x)); };
+  const auto cost = [&](double x) { return -mean_at_spread(units, t_of(x)).log_likelihood; };
+  constexpr int cells = 64;
+  int best = 0;
+  double least = cost(0.0);
+  for (int i = 1; i < cells; ++i)
+    if (const double value = cost(static_cast<double>(i) / cells); value < least) least = value, best = i;
+  const double low = std::max(0, best - 1) / static_cast<double>(cells);
+  const double high = std::min(cells - 1, best + 1) / static_cast<double>(cells);
+  const auto [x, value] = boost::math::tools::brent_find_minima(cost, low, high, 40);
+  return cost(0.0) <= value ? 0.0 : t_of(x);
+}
+
+UnitSpread spread_of_units(std::span<const UnitValue> units) {
+  require_units(units);
+  const double freedom = static_cast<double>(units.size()) - 1.0;
+  const double t = most_likely_spread(units);
+  const auto found = mean_at_spread(units, t);
+  UnitSpread out;
+  out.mean = found.mean;
+  out.mean_sd = std::sqrt(std::max(1.0, found.q / freedom) / found.weight);
+  const double half = student_quantile(0.975, freedom) * out.mean_sd;
+  out.mean_lower = out.mean - half, out.mean_upper = out.mean + half;
+  out.sd = std::sqrt(t);
+  out.sd_lower = std::sqrt(spread_at_q(units, chi_square_quantile(0.975, freedom)));
+  out.sd_upper = std::sqrt(spread_at_q(units, chi_square_quantile(0.025, freedom)));
+  out.scatter = mean_at_spread(units, 0.0).q;
+  out.below_stated = out.scatter < chi_square_quantile(0.025, freedom);
+  return out;
+}
+
+}  // namespace tumble

@@ -1,0 +1,101 @@
+#include "tumble/wire/codec/checksum.hpp"
+
+#include "tumble/wire/codec/number.hpp"
+
+namespace tumble::codec {
+
+namespace {
+
+const unsigned char* bytes_of(std::string_view text) { return reinterpret_cast<const unsigned char*>(text.data()); }
+
+std::uint32_t reversed(std::uint32_t bits, int width) {
+  std::uint32_t result = 0;
+  for (int i = 0; i < width; ++i) result |= (bits >> i & 1u) << (width - 1 - i);
+  return result;
+}
+
+std::uint32_t width_mask(const FrameChecksum& check) { return static_cast<std::uint32_t>(mask_of(check.width)); }
+
+std::uint32_t crc_over(const FrameChecksum& check, std::uint32_t crc, const unsigned char* from, std::size_t count) {
+  const std::uint32_t* const table = check.table.data();
+  if (check.reflected) {
+    for (std::size_t i = 0; i < count; ++i) crc = crc >> 8 ^ table[(crc ^ from[i]) & 0xffu];
+    return crc;
+  }
+  const int above = check.width - 8;
+  for (std::size_t i = 0; i < count; ++i) crc = crc << 8 ^ table[(crc >> above ^ from[i]) & 0xffu];
+  return crc & width_mask(check);
+}
+
+std::uint32_t sum_over(const FrameChecksum& check, std::uint32_t sum, std::string_view range) {
+  const auto* const from = bytes_of(range);
+  const auto words = static_cast<std::size_t>(check.words);
+  for (std::size_t i = 0; i + words <= range.size(); i += words)
+    sum += static_cast<std::uint32_t>(word_of(from + i, check.words, check.big));
+  return sum;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> crc_table(const FrameChecksum& check) {
+  if (check.kind != FrameChecksum::Kind::crc) return {};
+  std::vector<std::uint32_t> table(256);
+  const std::uint32_t poly = check.reflected ? reversed(check.poly, check.width) : check.poly;
+  const std::uint32_t top = std::uint32_t{1} << (check.width - 1);
+  for (std::uint32_t byte = 0; byte < 256; ++byte) {
+    std::uint32_t crc = check.reflected ? byte : byte << (check.width - 8);
+    for (int bit = 0; bit < 8; ++bit)
+      crc = check.reflected ? (crc & 1u ? crc >> 1 ^ poly : crc >> 1) : (crc & top ? crc << 1 ^ poly : crc << 1);
+    table[byte] = crc & width_mask(check);
+  }
+  return table;
+}
+
+bool has_room(const FrameChecksum& check, std::size_t length) {
+  const int size = static_cast<int>(length);
+  const int at = place_in(size, check.at, false);
+  if (at < 0 || at + check.width / 8 > size) return false;
+  for (const auto& [from, to] : check.over) {
+    const int begin = place_in(size, from, false), end = place_in(size, to, true);
+    if (begin < 0 || end > size || begin > end) return false;
+  }
+  return true;
+}
+
+std::uint32_t checksum_of(const FrameChecksum& check, std::string_view frame) {
+  const int size = static_cast<int>(frame.size());
+  std::uint32_t sum = check.init, first = 0, second = 0;
+  const bool crc = check.kind == FrameChecksum::Kind::crc;
+  if (crc && check.reflected) sum = reversed(check.init, check.width);
+  for (const auto& [from, to] : check.over) {
+    const int begin = place_in(size, from, false);
+    const auto range =
+        frame.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(place_in(size, to, true) - begin));
+    if (crc)
+      sum = crc_over(check, sum, bytes_of(range), range.size());
+    else if (check.kind == FrameChecksum::Kind::sum)
+      sum = sum_over(check, sum, range);
+    else
+      for (const unsigned char byte : range) {
+        sum ^= byte;
+        first = (first + byte) & 0xffu;
+        second = (second + first) & 0xffu;
+      }
+  }
+  constexpr unsigned char zeros[8] = {};
+  if (crc) return (crc_over(check, sum, zeros, static_cast<std::size_t>(check.pad)) ^ check.xorout) & width_mask(check);
+  if (check.kind == FrameChecksum::Kind::fletcher) return check.big ? first << 8 | second : second << 8 | first;
+  return (check.negated ? 0u - sum : sum) & width_mask(check);
+}
+
+bool holds(const FrameChecksum& check, std::string_view frame) {
+  const auto at = static_cast<std::size_t>(place_in(static_cast<int>(frame.size()), check.at, false));
+  return word_of(bytes_of(frame) + at, check.width / 8, check.big) == checksum_of(check, frame);
+}
+
+void put_checksum(const FrameChecksum& check, std::string& frame) {
+  const auto at = static_cast<std::size_t>(place_in(static_cast<int>(frame.size()), check.at, false));
+  put_word(checksum_of(check, frame), reinterpret_cast<unsigned char*>(frame.data()) + at, check.width / 8, check.big);
+}
+
+}  // namespace tumble::codec

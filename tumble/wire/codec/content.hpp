@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+#include "tumble/wire/frames.hpp"
+
+namespace tumble::codec {
+
+inline constexpr std::size_t most_items = 128;  ///< of a layout
+
+/// Where an item of a frame is.
+struct ItemPlace {
+  int at = -1, size = 0;  ///< [byte]; at -1: the frame has no such item
+};
+using ItemPlaces = std::array<ItemPlace, most_items>;
+
+/// Finds the items of a frame. False where they do not fit into it.
+bool locate(const FrameLayout& layout, std::string_view frame, ItemPlaces& places);
+
+/// [byte] of the frame where a number is; nothing where the frame does not hold it.
+std::optional<std::size_t> place_of(const FrameNumber& number, std::size_t length, const ItemPlaces& places);
+
+/// How long the frame is that begins with these bytes; 0: more bytes are needed; nothing: no such frame.
+std::optional<std::size_t> length_of(const FrameLayout& layout, std::string_view bytes);
+
+/// Whether the first bytes may be those of the layout; `bytes` may be shorter than its sync.
+bool begins(const FrameLayout& layout, std::string_view bytes);
+
+/// Whether end, checksums and items of a frame of the right length are right.
+bool sound(const FrameLayout& layout, std::string_view frame);
+
+/// Reads a sound frame. `content` has room for the channels of the codec.
+void read_content(const FrameCodec& codec, std::size_t frame, std::string_view bytes, FrameContent& content);
+
+}  // namespace tumble::codec

@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tumble/units/error.hpp"
+#include "tumble/wire/declaration/draft.hpp"
+
+namespace tumble::declaration {
+
+namespace {
+
+constexpr int longest_frame = 8192;  ///< [byte]
+
+void read_sync(tables::Section& section, FrameLayout& layout) {
+  try {
+    if (const auto text = section.text("sync")) {
+      layout.sync_mask.clear();
+      layout.sync = parse_hex(*text, &layout.sync_mask);
+    }
+    if (const auto text = section.text("end")) layout.end = parse_hex(*text);
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at("sync", problem);
+  }
+  if (layout.sync.empty()) {
+    section.missing("sync", "\"FE 81 FF 55\"");
+    layout.sync = layout.sync_mask = std::string(1, '\xff');
+  }
+  if (layout.sync_mask.front() == '\0') section.problem_at("sync", "the first byte must not be ..");
+}
+
+void read_length(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  const auto* node = section.find("length");
+  if (!node || node->is_integer()) {
+    const auto length = section.integer("length").value_or(layout.length);
+    if (node) layout.length_number.reset();
+    layout.length = length;
+    return;
+  }
+  const auto* table = section.table("length");
+  if (!table) return;
+  tables::Section length(*table, "length", draft.problems);
+  layout.length = length.integer("least").value_or(static_cast<int>(layout.sync.size()));
+  layout.longest = length.integer("longest").value_or(512);
+  layout.length_add = static_cast<int>(std::clamp<long long>(whole_of(length, "add").value_or(0), -512, 512));
+  layout.length_number = number_of(length, big, "u8");
+  const FrameNumber& number = *layout.length_number;
+  layout.length = std::max({layout.length, number.at + number.bytes, layout.length_add});
+  if (number.at < 0 || number.kind != FrameNumber::Kind::natural)
+    length.problem_at("at", "a natural number counted from the begin of the frame is expected");
+  if (layout.longest > longest_frame) length.problem_at("longest", fmt::format("at most {} bytes", longest_frame));
+  length.close();
+}
+
+void read_list(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  const auto* table = section.table("items");
+  if (!table) return;
+  tables::Section items(*table, "items", draft.problems);
+  FrameItemList list;
+  const auto bytes_of = [&](const char* key) {
+    const auto text = items.text(key).value_or("u8");
+    if (text != "u8" && text != "u16") items.problem_at(key, "\"u8\" or \"u16\" is expected");
+    return text == "u16" ? 2 : 1;
+  };
+  list.from = items.integer("from").value_or(0);
+  list.to = static_cast<int>(std::clamp<long long>(whole_of(items, "to").value_or(0), -512, 0));
+  list.id_bytes = bytes_of("id");
+  list.size_bytes = bytes_of("size");
+  list.big = order_of(items, big);
+  const auto first = items.text("first").value_or("id");
+  if (first != "id" && first != "size") items.problem_at("first", "\"id\" or \"size\" is expected");
+  list.size_first = first == "size";
+  if (const auto* node = items.find("size_counts_head")) list.size_counts_head = node->value_or(false);
+  if (!layout.length_number) items.problem("a frame with items needs length = {at = ..., add = ...}");
+  layout.length = std::max(layout.length, std::min(list.from, longest_frame) - list.to);
+  items.close();
+  layout.list = list;
+}
+
+void read_masks(tables::Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  const auto tables = tables_at(section, "masks");
+  if (tables.empty()) return;
+  layout.masks.clear();
+  for (const auto* table : tables) {
+    tables::Section mask(*table, "masks", draft.problems);
+    FrameMask read{number_of(mask, big, "u16"), mask.integers("sizes")};
+    if (read.number.at < 0 || read.number.kind != FrameNumber::Kind::natural || read.number.bits > 63)
+      mask.problem_at("at", "a natural number of up to 63 bits, counted from the begin of the frame, is expected");
+    if (read.sizes.empty() || read.sizes.size() > static_cast<std::size_t>(std::min(read.number.bits, 63)))
+      mask.problem_at("sizes", "the size of the piece of each bit is expected, from the lowest bit");
+    for (int& size : read.sizes)
+      if (size > 512) mask.problem_at("sizes", "at most 512 bytes"), size = 0;
+    layout.length = std::max(layout.length, read.number.at + read.number.bytes);
+    mask.close();
+    layout.masks.push_back(read);
+  }
+  layout.masks_from = section.integer("from").value_or(layout.length);
+  layout.masks_tail = section.integer("tail").value_or(0);
+  if (!section.find("from")) section.missing("from", "4");
+  if (!section.find("tail")) section.missing("tail", "2");
+  if (layout.length_number || layout.list)
+    section.problem("masks say the length: neither length nor items belong here");
+  if (layout.masks_from > 512 || layout.masks_tail > 64 || layout.masks_from < layout.length)
+    section.problem_at("from", "the pieces begin behind the masks, within 512 bytes, and at most 64 bytes follow them");
+  layout.length = std::clamp(layout.masks_from, 0, 512) + std::clamp(layout.masks_tail, 0, 64);
+  layout.longest = 2048;
+}
+
+/// The frame of that name, of those before, as it is.
+FrameLayout like(tables::Section& section, const Draft& draft) {
+  const auto name = section.text("like");
+  if (!name) return {};
+  for (const FrameLayout& frame : draft.codec.frames)
+    if (frame.name == *name) return frame;
+  section.problem_at("like", fmt::format("there is no frame '{}' before this one", *name));
+  return {};
+}
+
+}  // namespace
+
+void read_layout(const toml::table& table, Draft& draft) {
+  const auto title = table["name"].value_or(std::string());
+  tables::Section section(table, title.empty() ? "[[frame]]" : "[[frame]] '" + title + "'", draft.problems);
+  FrameLayout layout = like(section, draft);
+  section.find("name");
+  layout.name = title.empty() ? std::to_string(draft.codec.frames.size() + 1) : title;
+  const bool big = order_of(section, draft.big);
+  read_sync(section, layout);
+  read_length(section, big, layout, draft);
+  read_list(section, big, layout, draft);
+  read_masks(section, big, layout, draft);
+  if (layout.length < static_cast<int>(layout.sync.size() + layout.end.size()) || layout.length < 1 ||
+      layout.length > longest_frame) {
+    section.problem(
+        fmt::format("length is needed, {} to {} bytes", layout.sync.size() + layout.end.size(), longest_frame));
+    layout.length = std::clamp(layout.length, static_cast<int>(layout.sync.size() + layout.end.size()), longest_frame);
+  }
+  read_checks(section, big, layout, draft);
+  read_channels(section, big, layout, draft);
+  read_counter(section, big, layout, draft);
+  read_time(section, big, layout, draft);
+  read_statuses(section, big, layout, draft);
+  if (layout.sync.size() > 512 || layout.end.size() > 64) section.problem("sync or end is too long");
+  section.close();
+  draft.codec.frames.push_back(layout);
+}
+
+}  // namespace tumble::declaration

@@ -1,0 +1,298 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/units/error.hpp"
+#include "tumble/wire/codec/checksum.hpp"
+#include "tumble/wire/codec/number.hpp"
+#include "tumble/wire/declaration/draft.hpp"
+
+namespace tumble::declaration {
+
+namespace {
+
+using tables::Section;
+
+/// Runs `parse`; what it throws becomes a problem of the key.
+template <class Parse>
+void parse_at(Section& section, std::string_view key, Parse parse) {
+  try {
+    parse();
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at(key, problem);
+  }
+}
+
+std::uint32_t hex_of(Section& section, std::string_view key, int width) {
+  const auto text = section.text(key);
+  if (!text) return 0;
+  std::uint32_t value = 0;
+  parse_at(section, key, [&] {
+    std::string digits(*text);
+    if (digits.size() % 2 != 0) digits.insert(0, 1, '0');
+    const std::string bytes = parse_hex(digits);
+    if (bytes.empty() || bytes.size() > static_cast<std::size_t>(width / 8))
+      throw Error(Error::Kind::bad_input, fmt::format("{} hexadecimal digits are expected", width / 4));
+    for (const unsigned char byte : bytes) value = value << 8 | byte;
+  });
+  return value;
+}
+
+void read_ranges(Section& section, FrameChecksum& check) {
+  const auto end_of = [](const toml::node& node) -> std::optional<int> {
+    if (const auto* integer = node.as_integer(); integer && std::abs(integer->get()) <= 8192)
+      return static_cast<int>(integer->get());
+    if (const auto* text = node.as_string(); text && text->get() == "end") return 0;
+    return std::nullopt;
+  };
+  const auto add = [&](const toml::node& node) {
+    const auto* pair = node.as_array();
+    const bool two = pair && pair->size() == 2;
+    const auto from = two ? end_of((*pair)[0]) : std::nullopt, to = two ? end_of((*pair)[1]) : std::nullopt;
+    if (from && to)
+      check.over.emplace_back(*from, *to);
+    else
+      section.problem_at("over",
+                         "the first byte and the byte after the last are expected, [0, 32], [2, -2] or "
+                         "[6, \"end\"], or a list of these");
+  };
+  const auto* node = section.find("over");
+  if (!node) return section.missing("over", "[0, -4]");
+  const auto* array = node->as_array();
+  if (array && !array->empty() && (*array)[0].is_array())
+    for (const auto& element : *array) add(element);
+  else
+    add(*node);
+}
+
+/// The words of `kind`, and the width that each has where nothing else is said.
+bool set_kind(const std::string& kind, FrameChecksum& check) {
+  using Kind = FrameChecksum::Kind;
+  if (kind == "crc")
+    check.kind = Kind::crc, check.width = 16;
+  else if (kind == "sum")
+    check.kind = Kind::sum, check.width = 8;
+  else if (kind == "xor")
+    check.kind = Kind::exclusive_or, check.width = 8;
+  else if (kind == "fletcher")
+    check.kind = Kind::fletcher, check.width = 16, check.big = true;
+  else
+    return false;
+  return true;
+}
+
+void read_check(const toml::table& table, bool big, FrameLayout& layout, Draft& draft) {
+  Section section(table, "check", draft.problems);
+  FrameChecksum check;
+  if (!set_kind(section.text("kind").value_or("crc"), check))
+    section.problem_at("kind", "\"crc\", \"sum\", \"xor\" or \"fletcher\" is expected");
+  check.big = order_of(section, check.kind == FrameChecksum::Kind::fletcher || big);
+  const auto width = section.integer("width").value_or(check.width);
+  if (width == 8 || width == 16 || width == 24 || width == 32)
+    check.width = width;
+  else
+    section.problem_at("width", "8, 16, 24 or 32 bits are expected");
+  check.init = hex_of(section, "init", check.width);
+  if (check.kind == FrameChecksum::Kind::crc) {
+    check.poly = hex_of(section, "poly", check.width);
+    if (!section.find("poly")) section.missing("poly", "\"1021\"");
+    check.xorout = hex_of(section, "xorout", check.width);
+    if (const auto* node = section.find("reflected")) check.reflected = node->value_or(false);
+    check.pad = section.integer("pad").value_or(0);
+    if (check.pad > 8) section.problem_at("pad", "at most 8 bytes");
+  }
+  if (check.kind == FrameChecksum::Kind::sum) {
+    if (const auto* node = section.find("negated")) check.negated = node->value_or(false);
+    check.words = section.integer("words").value_or(1);
+    if (check.words != 1 && check.words != 2 && check.words != 4)
+      section.problem_at("words", "words of 1, 2 or 4 bytes are expected"), check.words = 1;
+  }
+  read_ranges(section, check);
+  check.at = static_cast<int>(std::clamp(whole_of(section, "at").value_or(0), -9000ll, 9000ll));
+  if (!section.find("at")) section.missing("at", "-4");
+  if (!codec::has_room(check, static_cast<std::size_t>(layout.length)))
+    section.problem(fmt::format("it does not lie in a frame of {} bytes", layout.length));
+  check.pad = std::min(check.pad, 8);
+  check.table = codec::crc_table(check);
+  section.close();
+  layout.checks.push_back(check);
+}
+
+FrameCondition condition_in(Section& section, int item, bool big, FrameLayout& layout) {
+  FrameCondition condition;
+  condition.number = number_of(section, big, "u8");
+  const auto items = items_of(section, layout);
+  condition.number.item = items.front() >= 0 ? items.front() : item;
+  place_number(section, condition.number, layout);
+  condition.equals = static_cast<std::uint64_t>(section.integer("equals").value_or(0));
+  if (!section.find("equals")) section.missing("equals", "1");
+  condition.modulus = static_cast<std::uint64_t>(section.integer("modulo").value_or(0));
+  if (condition.number.kind != FrameNumber::Kind::natural) section.problem_at("type", "a natural number is expected");
+  if (condition.equals > codec::mask_of(condition.number.bits))
+    section.problem_at("equals", fmt::format("does not fit into {} bits", condition.number.bits));
+  return condition;
+}
+
+/// Index of the channel of that name and scale; it is added where it is new.
+std::size_t channel_index(Section& section, const std::string& name, const Scale& scale, const Unit& shown,
+                          Draft& draft) {
+  auto& channels = draft.codec.channels;
+  const auto found = std::ranges::find(channels, name, &FrameChannel::name);
+  if (found == channels.end()) {
+    channels.push_back({name, shown, scale.increment});
+    if (channels.size() > 500) section.problem("more than 500 channels"), channels.pop_back();
+    return channels.size() - 1;
+  }
+  if (found->increment != scale.increment || found->unit.dimension() != shown.dimension())
+    section.problem_at("scale", fmt::format("'{}' is measured in {}{} in another place", name, found->unit.text(),
+                                            found->increment ? ", as an increment" : ""));
+  return static_cast<std::size_t>(found - channels.begin());
+}
+
+/// In which unit people see a channel of that scale.
+Unit shown_unit(Section& section, const Scale& scale) {
+  Unit natural = scale.unit;
+  if (scale.increment) natural = Unit::parse(scale.unit.text() == "1" ? "1/s" : scale.unit.text() + "/s");
+  const auto text = section.text("unit");
+  if (!text) return natural;
+  const Unit unit = Unit::parse(*text);
+  if (unit.dimension() != natural.dimension())
+    section.problem_at("unit", fmt::format("{} does not measure what {} does", unit.text(), natural.text()));
+  return unit;
+}
+
+void read_channel(const toml::table& table, bool big, FrameLayout& layout, Draft& draft) {
+  Section section(table, "channel", draft.problems);
+  const auto names = section.texts("name");
+  if (names.empty()) section.missing("name", "\"gyro.x\"");
+  for (const auto& name : names)
+    if (name.empty() || name.find_first_of(" ,;\t\n\"[]") != std::string::npos)
+      section.problem_at("name", fmt::format("'{}' is no name of a channel; letters, digits, . and _ are", name));
+  FrameField field;
+  field.number = number_of(section, big, "u8");
+  if (!section.find("type")) section.missing("type", "\"f32\"");
+  const auto items = items_of(section, layout);
+  const int step = section.integer("step").value_or(field.number.bytes);
+  Scale scale;
+  Unit shown;
+  parse_at(section, "scale", [&] { scale = parse_scale(section.text("scale").value_or("1"), draft.scales); });
+  parse_at(section, "unit", [&] { shown = shown_unit(section, scale); });
+  const auto* zero = section.find("zero");
+  const auto sign = whole_of(section, "sign").value_or(1);
+  if (sign != 1 && sign != -1) section.problem_at("sign", "1 or -1 is expected");
+  field.factor = scale.factor * scale.unit.factor() * (sign < 0 ? -1.0 : 1.0);
+  field.zero = (zero ? zero->value_or(0.0) : 0.0) * scale.unit.factor() + scale.unit.offset();
+  if (!std::isfinite(field.factor) || !std::isfinite(field.zero)) section.problem_at("scale", "is too large");
+  if (const auto* table_when = section.table("when")) {
+    Section when(*table_when, "when", draft.problems);
+    field.when = condition_in(when, items.front(), big, layout);
+    when.close();
+  }
+  if (names.size() > 64 || step > 512) return section.problem("more than 64 names, or a step above 512");
+  for (const int item : items)
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      FrameField one = field;
+      one.number.item = item;
+      one.number.at += static_cast<int>(i) * step;
+      if (one.when && one.when->number.item >= 0 && item >= 0) one.when->number.item = item;
+      one.channel = channel_index(section, names[i], scale, shown, draft);
+      place_number(section, one.number, layout);
+      layout.fields.push_back(one);
+    }
+  section.close();
+}
+
+}  // namespace
+
+void read_checks(Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  const auto tables = tables_at(section, "check");
+  if (!tables.empty()) layout.checks.clear();
+  for (const auto* table : tables) read_check(*table, big, layout, draft);
+}
+
+void read_channels(Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  for (const auto* table : tables_at(section, "channel")) read_channel(*table, big, layout, draft);
+}
+
+void read_statuses(Section& section, bool big, FrameLayout& layout, Draft& draft) {
+  for (const auto* table : tables_at(section, "status")) {
+    Section status(*table, "status", draft.problems);
+    FrameStatus read;
+    read.good = condition_in(status, -1, big, layout);
+    read.text = status.text("text").value_or("");
+    const auto means = status.text("means").value_or("fail");
+    if (means != "fail" && means != "warning") status.problem_at("means", "\"fail\" or \"warning\" is expected");
+    read.fails = means == "fail";
+    const auto wanted = status.texts("channels");
+    for (const FrameField& field : layout.fields) {
+      const std::string& name = draft.codec.channels[field.channel].name;
+      const auto meant = [&](const std::string& one) { return name == one || name.starts_with(one + "."); };
+      if ((wanted.empty() || std::ranges::any_of(wanted, meant)) &&
+          std::ranges::find(read.channels, field.channel) == read.channels.end())
+        read.channels.push_back(field.channel);
+    }
+    if (!wanted.empty() && read.channels.empty()) status.problem_at("channels", "the frame has no such channel");
+    status.close();
+    layout.statuses.push_back(read);
+  }
+}
+
+void read_counter(Section& around, bool big, FrameLayout& layout, Draft& draft) {
+  const auto* table = around.table("counter");
+  if (!table) return;
+  Section section(*table, "counter", draft.problems);
+  FrameCounter counter;
+  counter.number = number_of(section, big, "u8");
+  counter.number.item = items_of(section, layout).front();
+  place_number(section, counter.number, layout);
+  if (counter.number.kind != FrameNumber::Kind::natural || counter.number.bits > 32)
+    section.problem_at("type", "a natural number of up to 32 bits is expected");
+  const std::uint64_t most = std::uint64_t{1} << std::min(counter.number.bits, 32);
+  counter.modulus = static_cast<std::uint64_t>(whole_of(section, "modulus").value_or(static_cast<long long>(most)));
+  if (counter.modulus < 2 || counter.modulus > most) {
+    section.problem_at("modulus", fmt::format("2 to {} is expected", most));
+    counter.modulus = most;
+  }
+  if (const auto* step = section.find("step"); step && step->is_string() && step->value_or(std::string()) == "any")
+    counter.step = 0;
+  else if (const auto given = section.integer("step"); given && *given > 0)
+    counter.step = static_cast<std::uint64_t>(*given);
+  else if (step)
+    section.problem_at("step", "a whole number above 0, or \"any\", is expected");
+  if (counter.step >= counter.modulus) section.problem_at("step", "must be below the modulus");
+  section.close();
+  layout.counter = counter;
+}
+
+void read_time(Section& around, bool big, FrameLayout& layout, Draft& draft) {
+  const auto tables = tables_at(around, "time");
+  if (!tables.empty()) layout.time.clear();
+  for (const auto* table : tables) {
+    Section section(*table, "time", draft.problems);
+    FrameTime part;
+    part.number = number_of(section, big, "u32");
+    part.number.item = items_of(section, layout).front();
+    place_number(section, part.number, layout);
+    if (!section.find("scale")) section.missing("scale", "\"1 us\"");
+    parse_at(section, "scale", [&] {
+      const Scale scale = parse_scale(section.text("scale").value_or("1 s"), draft.scales);
+      if (scale.unit.dimension() != Unit::parse("s").dimension() || scale.increment || scale.factor < 0.0)
+        throw Error(Error::Kind::bad_input, "a unit of time is expected, for example \"1 us\"");
+      part.factor = scale.factor * scale.unit.factor();
+    });
+    const bool whole = part.number.kind == FrameNumber::Kind::natural;
+    const auto* otherwise = section.find("otherwise");
+    if (!layout.time.empty())
+      part.choice = layout.time.back().choice + (otherwise && otherwise->value_or(false) ? 1 : 0);
+    const bool leads = layout.time.empty() || part.choice != layout.time.back().choice;
+    part.wrap = whole && leads ? std::ldexp(part.factor, part.number.bits) : 0.0;
+    if (const auto wrap = section.quantity("wrap", Unit::parse("s"))) part.wrap = *wrap;
+    if (!(part.wrap >= 0.0)) section.problem_at("wrap", "must be above zero");
+    section.close();
+    layout.time.push_back(part);
+  }
+}
+
+}  // namespace tumble::declaration
