@@ -40,6 +40,7 @@ Verb compensate_verb();
 Verb predict_verb();
 Verb report_verb();
 Verb export_verb();
+Verb certificate_verb();
 Verb convert_verb();
 
 /// Exit status of a wrong command line, plan or option.

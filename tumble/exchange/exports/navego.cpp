@@ -66,7 +66,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
   line("ab_dyn", matlab(force.size / milli_g), "mg; with ab_corr = Inf the density of the walk");
   line("gb_corr", times(gyro.time), "s");
   line("ab_corr", times(force.time), "s");
-  line("freq", real(rate_of(settings, "navego")), "Hz");
+  line("freq", real(rate_of(c, settings, "navego")), "Hz");
   return text;
 }
 

@@ -18,7 +18,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
              "IMU.GyroWalk: {}   # rad/s^2/sqrt(Hz)\nIMU.AccWalk: {}   # m/s^3/sqrt(Hz)\n"
              "IMU.Frequency: {}   # Hz\n",
              real(n.gyro.white), real(n.accelerometer.white), real(n.gyro.walk), real(n.accelerometer.walk),
-             real(rate_of(settings, "orbslam3")));
+             real(rate_of(c, settings, "orbslam3")));
 }
 
 }  // namespace

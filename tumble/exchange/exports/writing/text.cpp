@@ -117,8 +117,9 @@ FourNoises four_noises(const ImuCalibration& calibration, const Settings& settin
 
 Option rate_option(const char* description) { return quantity("rate", "Hz").above(0).bare().says(description); }
 
-double rate_of(const Settings& settings, const char* consumer) {
+double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
   if (settings.has("rate")) return settings.number("rate");
+  if (std::isfinite(calibration.noise_rate)) return calibration.noise_rate;
   throw Error(Error::Kind::bad_input, fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
 }
 

@@ -45,9 +45,10 @@ FourNoises four_noises(const ImuCalibration& calibration, const Settings& settin
 /// N of both triads; K may be missing.
 FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
 
-/// The option `rate` without a default, and its value [Hz]. Throws Error::bad_input where it is not given.
+/// The option `rate` without a default, and the rate [Hz]: its value, else that of the records of the noise. Throws
+/// Error::bad_input where neither is known.
 Option rate_option(const char* description);
-double rate_of(const Settings& settings, const char* consumer);
+double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
 
 /// The setting `rostopic`. Throws Error::bad_input where it is not the name of a topic.
 std::string topic_of(const Settings& settings);
