@@ -40,6 +40,7 @@ Verb compensate_verb();
 Verb predict_verb();
 Verb report_verb();
 Verb certificate_verb();
+Verb compare_verb();
 Verb convert_verb();
 
 /// Exit status of a wrong command line, plan or option.
