@@ -207,7 +207,8 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
       for (auto& name : find_channel(evidence.recordings[r], column) ? std::vector{column}
                                                                      : columns_in(evidence.recordings[r], read_by[r]))
         known.push_back(std::move(name));
-    if (std::ranges::find(known, column) == known.end())
+    const auto meant = [&](const std::string& name) { return name == column || name.starts_with(column + "."); };
+    if (std::ranges::none_of(known, meant))
       problems.push_back(
           fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
   }
