@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._arrays import samples_of, times_of
-from tumble._errors import UsageError, wrong_type
+from tumble._errors import FileError, TumbleError, UsageError, wrong_type
 from tumble._progress import listener
 from tumble._recording import SIGNED, Mark, Recording, _rebuild
 from tumble._text import (
@@ -98,7 +98,12 @@ def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
         return None
     missing = "nan" if (given["missing"] or "").lower() == "nan" else None
     request = Request(given["channels"], given["rate"], given["units"] or {}, missing)
-    recording = importer.read(path, request)
+    try:
+        recording = importer.read(path, request)
+    except (TumbleError, MemoryError):
+        raise
+    except Exception as error:  # of whatever package reads the file
+        raise FileError(f"{path}: {importer.name} cannot read it: {error}") from error
     recording._source = (path, {key: value for key, value in given.items() if value is not None})
     return recording
 
@@ -120,10 +125,17 @@ def _read_open_file(file: Any, given: Mapping[str, Any], progress: object) -> Re
     """Of an open file the bytes are copied to a temporary one: formats are recognised by content and read by name."""
     import tempfile
 
-    content = file.read()
+    try:
+        content = file.read()
+    except (OSError, ValueError) as error:
+        raise FileError(f"argument path: the open file cannot be read: {error}") from error
     if isinstance(content, str):
         content = content.encode()
-    name = os.path.basename(str(getattr(file, "name", ""))) or "recording"
+    if not isinstance(content, (bytes, bytearray, memoryview)):
+        raise wrong_type("path", file, "accepted are a path and an open file, whose read() gives bytes")
+    named = getattr(file, "name", None)  # a number, where the file was opened by one
+    name = os.path.basename(named) if isinstance(named, str) and "\0" not in named else ""
+    name = "recording" if name in ("", ".", "..") else name
     with tempfile.TemporaryDirectory() as folder:
         copy = os.path.join(folder, name)
         with open(copy, "wb") as target:

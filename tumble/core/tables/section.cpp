@@ -12,7 +12,9 @@
 
 namespace tumble::tables {
 
-std::string Problems::place(const toml::source_region& at) const { return fmt::format("{}:{}", file, at.begin.line); }
+std::string Problems::place(const toml::source_region& at) const {
+  return at.begin.line == 0 ? file : fmt::format("{}:{}", file, at.begin.line);  // 0: given on the command line
+}
 
 void Problems::add(const toml::source_region& at, const std::string& message) {
   const auto problem = place(at) + ": " + message;
