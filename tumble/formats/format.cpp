@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <system_error>
 
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/file/input_file.hpp"
@@ -73,6 +75,10 @@ void refuse_impossible_clocks(const Recording& recording, const std::string& pat
 }  // namespace
 
 const Format& format_of(const std::string& path, const FormatList& formats) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(path, unknown))
+    for (const Format* format : formats)
+      if (format->folders && format->recognises(path)) return *format;
   if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
   for (const Format* format : formats)
     if (format->recognises(path)) return *format;

@@ -41,6 +41,7 @@ struct Format {
   /// Whole or not at all. The first block says which channels there are, and carries marks and meta. Null: files of
   /// this format are only read.
   RecordingWriter (*writer)(const std::string& path) = nullptr;
+  bool folders = false;  ///< a folder can be a recording too
 };
 
 /// FormatList to choose among.

@@ -158,6 +158,10 @@ ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOption
   if (options.segment_column.empty()) options.segment_column = entry.segment_column;
   if (options.topics.empty()) options.topics = entry.topics;
   if (options.decimal == '\0') options.decimal = entry.decimal;
+  if (options.time.empty()) options.time = entry.time;
+  if (options.date.empty()) options.date = entry.date;
+  if (options.encoding.empty()) options.encoding = entry.encoding;
+  if (options.skip == 0) options.skip = entry.skip;
   return options;
 }
 

@@ -21,7 +21,9 @@ std::vector<std::string> carries() {
 }
 
 std::vector<Option> options() {
-  return {word("type", {"double", "float"}).otherwise("float").says("type of the numbers"),
+  return {word("type", {"double", "float", "fixed"})
+              .otherwise("float")
+              .says("type of the numbers; fixed: 32-bit integers whose formats follow from the ranges"),
           text("function").otherwise("tumble_compensate").says("name of the function")};
 }
 
@@ -37,14 +39,18 @@ std::string write(const ImuCalibration& calibration, const Settings& settings, c
     throw Error(Error::Kind::bad_input, "c: the results hold noise alone, of which code makes no use");
   check_name(settings.word("function"));
   c_code::Plan plan{.name = settings.word("function")};
-  plan.number = settings.word("type") == "double" ? c_code::Number::double_precision : c_code::Number::single_precision;
+  const std::string& type = settings.word("type");
+  plan.number = type == "double"  ? c_code::Number::double_precision
+                : type == "float" ? c_code::Number::single_precision
+                                  : c_code::Number::fixed;
   const double rounding = plan.number == c_code::Number::double_precision ? 1e-17 : 1e-9;
   plan.force_passes = c_code::passes_of(calibration.accelerometers, "accelerometer", rounding);
   plan.rate_passes = c_code::passes_of(calibration.gyros, "gyro", rounding);
   std::string text = "/*\n";
   for (const auto& line : header) text += " * " + line + "\n";
   text += " *\n * self-test: cc -std=c99 -DTUMBLE_CAL_TEST FILE.c && ./a.out\n */\n";
-  return text + c_code::floating_point(calibration, plan);
+  return text + (plan.number == c_code::Number::fixed ? c_code::fixed_point(calibration, plan)
+                                                      : c_code::floating_point(calibration, plan));
 }
 
 }  // namespace

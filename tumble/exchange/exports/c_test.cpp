@@ -1,8 +1,10 @@
 // The C code, compiled by the compilers that are there and run, gives what the calibration gives.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +13,7 @@
 #include <sstream>
 
 #include "tumble/exchange/exports/export.hpp"
+#include "tumble/exchange/testing/file_numbers.hpp"
 #include "tumble/exchange/testing/random_calibration.hpp"
 #include "tumble/units/error.hpp"
 
@@ -115,16 +118,19 @@ constexpr double double_rounding = 100.0 * 20.0 * 0x1p-53, float_rounding = 100.
 const Parts linear{}, thermal{.thermal_bias = true, .thermal_scale = true},
     everything{.curve = true, .thermal_bias = true, .thermal_scale = true};
 
+constexpr const char* sanitized = "-O1 -fsanitize=undefined -fno-sanitize-recover=all";
+
+/// What is compiled how.
+const std::pair<const char*, Parts> cases[] = {
+    {"-O0", linear}, {"-O2", thermal}, {"-O2", everything}, {sanitized, everything}};
+
 TEST_F(CCode, GivesWhatTheCalibrationGives) {
   const auto all = compilers();
   if (all.empty()) GTEST_SKIP() << "no C compiler";
   std::uint64_t seed = 0;
   for (const auto& compiler : all)
-    for (const char* flags : {"-O0", "-O2", "-O1 -fsanitize=undefined -fno-sanitize-recover=all"})
-      for (const Parts& parts : {linear, thermal, everything}) {
-        const ImuCalibration calibration = random_calibration(seed++, parts);
-        expect_same(calibration, "double", compiler, flags, double_rounding);
-      }
+    for (const auto& [flags, parts] : cases)
+      expect_same(random_calibration(seed++, parts), "double", compiler, flags, double_rounding);
 }
 
 TEST_F(CCode, FloatIsAsGoodAsFloatsAre) {
@@ -133,6 +139,129 @@ TEST_F(CCode, FloatIsAsGoodAsFloatsAre) {
   for (const auto& compiler : all)
     for (const char* flags : {"-O0", "-O2"})
       expect_same(random_calibration(77, everything), "float", compiler, flags, float_rounding);
+}
+
+/// Integers in, integers out: the formats stand in the file as macros.
+constexpr const char* integer_reader = R"(#include <stdio.h>
+#include "calibration.c"
+int main(void)
+{
+  int32_t raw[6];
+  int32_t out[6];
+  int32_t t;
+  printf("%d %d %d %d\n", ACCELEROMETER_RAW_BITS, ACCELEROMETER_COMPENSATED_BITS, GYRO_RAW_BITS, GYRO_COMPENSATED_BITS);
+  while (scanf("%d %d %d %d %d %d %d", &raw[0], &raw[1], &raw[2], &raw[3], &raw[4], &raw[5], &t) == 7)
+  {
+    tumble_compensate(raw, t, out);
+    printf("%d %d %d %d %d %d\n", out[0], out[1], out[2], out[3], out[4], out[5]);
+  }
+  return 0;
+}
+)";
+
+struct FixedCase {
+  double force_error = 0.0, rate_error = 0.0;  ///< as the file states them
+  double force_found = 0.0, rate_found = 0.0;  ///< as the code shows them
+};
+
+FixedCase fixed_case(const std::string& text, const std::string& formats, const ImuCalibration& calibration,
+                     std::istream& out, const std::vector<std::array<int, 7>>& raws) {
+  int a = 0, ac = 0, g = 0, gc = 0;
+  EXPECT_EQ(std::sscanf(formats.c_str(), "%d %d %d %d", &a, &ac, &g, &gc), 4);
+  FixedCase found{testing::number_after(text, "rounding error below"),
+                  testing::number_after(text.substr(text.find("gyros raw")), "rounding error below")};
+  for (const auto& raw : raws) {
+    ImuSample sample{{}, {}, std::ldexp(raw[6], -16) + 273.15, {}};
+    Vector3 force, rate;
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample.force[i] = std::ldexp(raw[i], -a), sample.rate[i] = std::ldexp(raw[i + 3], -g);
+      double value = 0.0;
+      EXPECT_TRUE(out >> value);
+      force[i] = std::ldexp(value, -ac);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      double value = 0.0;
+      EXPECT_TRUE(out >> value);
+      rate[i] = std::ldexp(value, -gc);
+    }
+    const ImuSample wanted = compensated(calibration, sample);
+    for (std::size_t i = 0; i < 3; ++i) {
+      found.force_found = std::max(found.force_found, std::abs(force[i] - wanted.force[i]));
+      found.rate_found = std::max(found.rate_found, std::abs(rate[i] - wanted.rate[i]));
+    }
+  }
+  return found;
+}
+
+/// 2000 outputs of a unit as integers: six outputs and a temperature.
+std::vector<std::array<int, 7>> integers_of(const ImuCalibration& calibration, const std::string& text) {
+  const double a = std::exp2(testing::number_after(text, "ACCELEROMETER_RAW_BITS (")),
+               g = std::exp2(testing::number_after(text, "GYRO_RAW_BITS ("));
+  std::vector<std::array<int, 7>> raws;
+  for (std::uint64_t k = 0; k < 2000; ++k) {
+    const ImuSample raw = outputs_of(calibration, random_truth(k));
+    raws.push_back({});
+    for (std::size_t i = 0; i < 3; ++i) {
+      raws.back()[i] = static_cast<int>(std::lround(a * raw.force[i]));
+      raws.back()[i + 3] = static_cast<int>(std::lround(g * raw.rate[i]));
+    }
+    raws.back()[6] = static_cast<int>(std::lround(65536.0 * (raw.temperature - 273.15)));
+  }
+  return raws;
+}
+
+TEST_F(CCode, FixedPointStaysWithinTheErrorThatItStates) {
+  const auto all = compilers();
+  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  std::uint64_t seed = 100;
+  for (const auto& compiler : all)
+    for (const auto& [flags, parts] : cases) {
+      const ImuCalibration calibration = random_calibration(seed++, parts);
+      ExportRequest asked;
+      asked.settings.push_back({"type", "fixed", "--set", true, true});
+      const std::string text = export_calibration(find_export("c"), calibration, asked);
+      write("calibration.c", text);
+      write("main.c", integer_reader);
+      const auto compile = [&](const char* more, const char* program, const char* source) {
+        return run(fmt::format("{} {} {} {} -o {} {}", compiler, warnings, flags, more, path(program), path(source)));
+      };
+      ASSERT_EQ(compile("", "program", "main.c"), 0) << compiler << " " << flags;
+      ASSERT_EQ(compile("-DTUMBLE_CAL_TEST", "self_test", "calibration.c"), 0) << compiler << " " << flags;
+      EXPECT_EQ(run(fmt::format("{} > {}", path("self_test"), path("self_test.txt"))), 0);
+      const auto raws = integers_of(calibration, text);
+      std::string lines;
+      for (const auto& raw : raws) lines += fmt::format("{}\n", fmt::join(raw, " "));
+      write("in.txt", lines);
+      ASSERT_EQ(run(fmt::format("{} < {} > {}", path("program"), path("in.txt"), path("out.txt"))), 0);
+      std::ifstream out(path("out.txt"));
+      std::string formats;
+      std::getline(out, formats);
+      const FixedCase found = fixed_case(text, formats, calibration, out, raws);
+      EXPECT_LE(found.force_found, found.force_error) << compiler << " " << flags;
+      EXPECT_LE(found.rate_found, found.rate_error) << compiler << " " << flags;
+      EXPECT_GT(found.force_found, 0.05 * found.force_error) << "the stated error is far too large";
+      EXPECT_LT(found.force_error, 1e-6);  // 2^-24 of 20 m/s^2 is 1.2e-6: better than float
+    }
+}
+
+/// Outputs far beyond the range give limited numbers, without an overflow.
+TEST_F(CCode, FixedPointTakesAnyInteger) {
+  const auto all = compilers();
+  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  ExportRequest asked;
+  asked.settings.push_back({"type", "fixed", "--set", true, true});
+  write("calibration.c", export_calibration(find_export("c"), random_calibration(7, everything), asked));
+  write("main.c", integer_reader);
+  ASSERT_EQ(run(fmt::format("{} {} -fsanitize=undefined -fno-sanitize-recover=all -o {} {}", all[0], warnings,
+                            path("program"), path("main.c"))),
+            0);
+  std::string lines;
+  for (int k = 0; k < 128; ++k) {
+    for (int i = 0; i < 7; ++i) lines += (k >> i) & 1 ? "2147483647 " : "-2147483648 ";
+    lines += "\n";
+  }
+  write("in.txt", lines);
+  EXPECT_EQ(run(fmt::format("{} < {} > {}", path("program"), path("in.txt"), path("out.txt"))), 0);
 }
 
 TEST_F(CCode, SelfTestFindsAWrongNumber) {

@@ -172,6 +172,7 @@ std::vector<Option> options_of(const Export& entry) {
 std::string one_line(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  while (text.ends_with('\\')) text.back() = ' ';  // it would join the next line of C to the comment
   for (auto at = text.find("*/"); at != std::string::npos; at = text.find("*/")) text.replace(at, 2, "* ");
   for (auto at = text.find("--"); at != std::string::npos; at = text.find("--")) text.replace(at, 2, "- ");
   return text;

@@ -155,12 +155,35 @@ TEST(Export, OneNumberForThreeAxesIsRmsOrGreatest) {
   EXPECT_EQ(white("max"), 3.0);
 }
 
+TEST(Export, AxesThatWereNotMeasuredDoNotCount) {
+  ImuCalibration calibration = random_calibration(5, {});
+  calibration.gyros.noise = {};
+  calibration.gyros.noise[2] = {.white = 3.0, .walk = 2.0};
+  const std::string one = export_calibration(find_export("kalibr"), calibration, request({{"rate", "200"}}));
+  EXPECT_EQ(testing::number_after(one, "gyroscope_noise_density:"), 3.0);
+  EXPECT_EQ(testing::number_after(one, "gyroscope_random_walk:"), 2.0);
+  calibration.gyros.noise[0] = {.white = 3.0};  // measured, without a walk
+  const std::string two = export_calibration(find_export("kalibr"), calibration, request({{"rate", "200"}}));
+  EXPECT_DOUBLE_EQ(testing::number_after(two, "gyroscope_random_walk:"), std::sqrt(2.0));
+}
+
+TEST(Export, TopicCannotLeaveItsLine) {
+  EXPECT_NE(refusal("kalibr", random_calibration(5, {}), request({{"rate", "200"}, {"rostopic", "/imu: [1"}}))
+                .find("name of a topic"),
+            std::string::npos);
+}
+
 TEST(Export, TitleCannotLeaveItsComment) {
   ImuCalibration calibration = random_calibration(5, {});
   calibration.title = "two\nlines: [1] */ -->";
   const std::string file = export_calibration(find_export("kalibr"), calibration, request({{"rate", "200"}}));
   EXPECT_NE(file.find("# title: two lines: [1] *"), std::string::npos);
   EXPECT_EQ(file.find("\nlines"), std::string::npos);
+  ImuCalibration noise = random_calibration(5, {.scale = false, .misalignment = false, .by_force = false});
+  noise.title = "ends in \\";
+  const std::string code = export_calibration(find_export("gtsam"), noise, request({{"language", "cpp"}}));
+  EXPECT_NE(code.find("ends in "), std::string::npos);
+  EXPECT_EQ(code.find("\\\n"), std::string::npos);
 }
 
 /// What PX4 and ArduPilot carry: no misalignment, gyros without scale factors.

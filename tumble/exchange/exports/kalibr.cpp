@@ -31,7 +31,7 @@ std::string noises(const ImuCalibration& calibration, const Settings& settings, 
       "{0}rostopic: {5}\n"
       "{0}update_rate: {6}   # Hz\n",
       indent, real(n.accelerometer.white), real(n.accelerometer.walk), real(n.gyro.white), real(n.gyro.walk),
-      settings.word("rostopic"), real(rate_of(calibration, settings, "kalibr")));
+      topic_of(settings), real(rate_of(calibration, settings, "kalibr")));
 }
 
 /// K_a = M_a Q defines the frame i = Q body; K_g Q' = M_g C, and A C = G Q'.

@@ -19,7 +19,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
                                       "lio_sam:\n  imuTopic: \"{}\"\n  imuAccNoise: {}   # m/s^2/sqrt(Hz)\n"
                                       "  imuGyrNoise: {}   # rad/s/sqrt(Hz)\n  imuAccBiasN: {}   # m/s^3/sqrt(Hz)\n"
                                       "  imuGyrBiasN: {}   # rad/s^2/sqrt(Hz)\n  imuGravity: {}   # m/s^2\n",
-                                      settings.word("rostopic"), real(n.accelerometer.white), real(n.gyro.white),
+                                      topic_of(settings), real(n.accelerometer.white), real(n.gyro.white),
                                       real(n.accelerometer.walk), real(n.gyro.walk), real(settings.number("gravity")));
 }
 

@@ -60,7 +60,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
              "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n  gyroscope_noise_density: {}\n"
              "  gyroscope_random_walk: {}\n  rostopic: {}\n  time_offset: 0.0\n  update_rate: {}\n  model: \"{}\"\n",
              real(n.accelerometer.white), real(n.accelerometer.walk), real(n.gyro.white), real(n.gyro.walk),
-             settings.word("rostopic"), real(rate_of(c, settings, "openvins")), settings.word("model")) +
+             topic_of(settings), real(rate_of(c, settings, "openvins")), settings.word("model")) +
          "  Tw:\n" + yaml_rows(m.tw, "    ") + "  R_IMUtoGYRO:\n" + yaml_rows(m.gyro_rotation, "    ") + "  Ta:\n" +
          yaml_rows(m.ta, "    ") + "  R_IMUtoACC:\n" + yaml_rows(m.accelerometer_rotation, "    ") + "  Tg:\n" +
          yaml_rows(m.tg, "    ");

@@ -25,7 +25,7 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
          fmt::format(
              "imu_topic: \"{}\"\nacc_n: {}   # m/s^2\ngyr_n: {}   # rad/s\nacc_w: {}   # m/s^3\n"
              "gyr_w: {}   # rad/s^2\ng_norm: {}   # m/s^2\n",
-             settings.word("rostopic"), real(white * n.accelerometer.white), real(white * n.gyro.white),
+             topic_of(settings), real(white * n.accelerometer.white), real(white * n.gyro.white),
              real(walk * n.accelerometer.walk), real(walk * n.gyro.walk), real(settings.number("gravity")));
 }
 

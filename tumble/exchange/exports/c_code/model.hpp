@@ -9,7 +9,7 @@
 /// A calibration as C99 without libm and malloc.
 namespace tumble::c_code {
 
-enum class Number { double_precision, single_precision };
+enum class Number { double_precision, single_precision, fixed };
 
 /// What both kinds of code need.
 struct Plan {
@@ -38,5 +38,7 @@ std::vector<TestVector> test_vectors(const ImuCalibration& calibration);
 
 /// The file for floating point: declarations, function and, under TUMBLE_CAL_TEST, a main that compares test vectors.
 std::string floating_point(const ImuCalibration& calibration, const Plan& plan);
+/// The file for 32-bit integers, whose formats follow from the ranges; it states its greatest rounding error.
+std::string fixed_point(const ImuCalibration& calibration, const Plan& plan);
 
 }  // namespace tumble::c_code

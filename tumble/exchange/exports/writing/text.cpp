@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "tumble/units/error.hpp"
@@ -16,18 +17,20 @@ std::string with_point(std::string text) {
   return exponent == std::string::npos ? text + ".0" : text.insert(exponent, ".0");
 }
 
+/// Of the axes whose noise was measured; NaN: none states this value.
 double of_axes(const TriadCalibration& triad, double AxisNoise::*value, bool greatest) {
-  double squares = 0.0, most = 0.0;
+  double squares = 0.0, most = 0.0, measured = 0.0;
   bool stated = false;
   for (const AxisNoise& axis : triad.noise) {
     const double one = axis.*value;
+    if (!std::isnan(one) || !std::isnan(axis.white)) measured += 1.0;
     if (std::isnan(one)) continue;
     stated = true;
     squares += one * one;
     most = std::max(most, one);
   }
   if (!stated) return AxisNoise::none;
-  return greatest ? most : std::sqrt(squares / 3.0);
+  return greatest ? most : std::sqrt(squares / measured);
 }
 
 /// What to do about a noise that is missing.
@@ -118,6 +121,17 @@ double rate_of(const ImuCalibration& calibration, const Settings& settings, cons
   if (settings.has("rate")) return settings.number("rate");
   if (std::isfinite(calibration.noise_rate)) return calibration.noise_rate;
   throw Error(Error::Kind::bad_input, fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
+}
+
+std::string topic_of(const Settings& settings) {
+  const std::string& topic = settings.word("rostopic");
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '/' || c == '_' || c == '~';
+  };
+  if (topic.empty() || !std::ranges::all_of(topic, plain))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("rostopic = '{}': the name of a topic has letters, digits, / and _", topic));
+  return topic;
 }
 
 std::vector<std::string> terms_ending(const std::vector<std::string>& endings) {

@@ -32,8 +32,8 @@ struct OneNoise {
   double white = AxisNoise::none;  ///< N [u sqrt(s)]
   double walk = AxisNoise::none;   ///< K [u/sqrt(s)]
 };
-/// Root mean square or greatest of the axes, as the setting `axes` says. NaN where no axis has it. Axes that do not
-/// state a walk count as 0 where another one does.
+/// Root mean square or greatest of the axes that were measured, as the setting `axes` says. NaN where no axis has it.
+/// Axes whose white noise is known but no walk count as 0 where another one has a walk.
 OneNoise one_noise(const TriadCalibration& triad, const Settings& settings);
 
 /// N and K of both triads, all of which must be there and above 0. Throws Error::bad_input with what is missing and how
@@ -49,6 +49,9 @@ FourNoises two_noises(const ImuCalibration& calibration, const Settings& setting
 /// Error::bad_input where neither is known.
 Option rate_option(const char* description);
 double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
+
+/// The setting `rostopic`. Throws Error::bad_input where it is not the name of a topic.
+std::string topic_of(const Settings& settings);
 
 /// Names of terms: those of both triads with these endings.
 std::vector<std::string> terms_ending(const std::vector<std::string>& endings);
