@@ -19,7 +19,9 @@ struct ReadOptions {
   std::vector<std::string> columns = {};
   std::string segment_column = {};  ///< of a text table: holds the label of the segment that each sample belongs to
   std::vector<std::string> topics = {};  ///< of a log with several streams: those wanted; empty: as the format chooses
-  char decimal = '\0';                   ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
+  /// Of a file of raw bytes: the declaration of its frames, by name or file, and its variants: "kvh_1775:gyro_rate"
+  std::string frames = {};
+  char decimal = '\0';  ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
 };
 
 }  // namespace tumble

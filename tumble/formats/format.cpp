@@ -85,6 +85,14 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
                                          extensions(formats, [](const Format&) { return true; })};
 }
 
+const Format& format_of(const std::string& path, const ReadOptions& options, const FormatList& formats) {
+  if (options.frames.empty()) return format_of(path, formats);
+  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  const auto raw = std::ranges::find(formats, std::string_view("frames"), &Format::name);
+  if (raw == formats.end()) throw Error{Error::Kind::unsupported, "files of raw bytes are not read here"};
+  return **raw;
+}
+
 const Format& format_to_write(const std::string& path, const FormatList& formats) {
   const Format* format = by_extension(path == standard_output ? "stream.csv" : path, formats);
   if (!format)
@@ -99,7 +107,7 @@ const Format& format_to_write(const std::string& path, const FormatList& formats
 
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,
                          const FormatList& formats) {
-  Recording recording = format_of(path, formats).read(path, options, progress);
+  Recording recording = format_of(path, options, formats).read(path, options, progress);
   refuse_impossible_clocks(recording, path);
   return recording;
 }
@@ -116,7 +124,7 @@ void write_recording(const Recording& recording, const std::string& path, const 
 
 void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress,
              const FormatList& formats) {
-  const Format& source = format_of(from, formats);
+  const Format& source = format_of(from, options, formats);
   const RecordingWriter writer = recording_writer(to, formats);
   stream_recording(source, from, options, block_samples, writer.append, progress);
   writer.commit();

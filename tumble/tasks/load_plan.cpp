@@ -262,6 +262,9 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.columns = section.texts("columns");
     entry.segment_column = section.text("segment_column").value_or("");
     entry.topics = section.texts("topics");
+    entry.frames = section.text("frames").value_or("");
+    if (entry.frames.find(".toml") != std::string::npos)
+      entry.frames = (folder / entry.frames).lexically_normal().string();
     entry.decimal = read_decimal(section);
     if (const auto plan = section.text("plan")) {
       const auto [part, unread] = reading.parts.try_emplace((folder / *plan).lexically_normal().string());

@@ -39,8 +39,8 @@ std::vector<std::string> separate(const std::string& text) {
 }
 
 bool for_reading(const std::string& key) {
-  return key == "rate" || key == "topic" || key == "missing" || key == "columns" || key == "segment_column" ||
-         key == "decimal" || !after(key, "unit.").empty();
+  return key == "rate" || key == "topic" || key == "frames" || key == "missing" || key == "columns" ||
+         key == "segment_column" || key == "decimal" || !after(key, "unit.").empty();
 }
 
 void sort_in(SortedSets& sorted, const std::string& key, const std::string& value) {
@@ -59,6 +59,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.reading.columns = separate(value);
   else if (key == "topic")
     sorted.reading.topics.push_back(value);
+  else if (key == "frames")
+    sorted.reading.frames = value;
   else if (key == "segment_column")
     sorted.reading.segment_column = value;
   else if (key == "decimal")
@@ -99,9 +101,10 @@ ReadOptions read_options(const Sets& sets) {
     if (for_reading(set.first))
       known.push_back(set);
     else
-      problems.push_back(fmt::format(
-          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal, topic and unit.<column>",
-          set.first));
+      problems.push_back(
+          fmt::format("--set {}: reading a file takes rate, missing, columns, segment_column, decimal, topic, frames "
+                      "and unit.<column>",
+                      set.first));
   try {
     const auto reading = sorted(known).reading;
     if (problems.empty()) return reading;

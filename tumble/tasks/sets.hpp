@@ -12,7 +12,7 @@ namespace tumble {
 
 /// The --set values by what they speak of.
 struct SortedSets {
-  ReadOptions reading;  ///< rate, missing, columns, segment_column, decimal, topic, unit.<column>
+  ReadOptions reading;  ///< rate, missing, columns, segment_column, decimal, topic, frames, unit.<column>
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
   std::vector<Given> settings, truth, rig, beside;
   std::optional<std::string> calibration;
