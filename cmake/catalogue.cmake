@@ -4,8 +4,10 @@
 #
 # Further arguments are entries that stand elsewhere, each as `<space>::<name>`. The list with them is written to a file
 # of its own: a program that compiles it together with these entries finds them in its catalogue, and nobody else does.
+# A folder below a module, exchange/exports, is a catalogue like any other: its last part names type and namespace.
 function(tumble_catalogue folder result)
-  string(REGEX REPLACE "s$" "" noun ${folder})
+  get_filename_component(space_of_folder ${folder} NAME)
+  string(REGEX REPLACE "s$" "" noun ${space_of_folder})
   string(SUBSTRING ${noun} 0 1 first)
   string(TOUPPER ${first} first)
   string(SUBSTRING ${noun} 1 -1 rest)
@@ -22,7 +24,7 @@ function(tumble_catalogue folder result)
     if(definition STREQUAL "")
       continue()
     endif()
-    set(space ${folder})
+    set(space ${space_of_folder})
     if(candidate MATCHES "/")
       set(space ${stem})
     endif()

@@ -1,4 +1,4 @@
-# tumble::containers: what unpacks and opens the files that others write: zlib, bzip2, LZ4, Zstandard and SQLite. This file
+# tumble::containers: what unpacks, opens and writes the files of others: zlib, bzip2, LZ4, Zstandard, SQLite and pugixml. This file
 # is also part of the installed package.
 if(TARGET tumble::containers)
   return()
@@ -21,3 +21,4 @@ tumble_container(bzip2 bzlib.h bz2)
 tumble_container(LZ4 lz4frame.h lz4)
 tumble_container(Zstandard zstd.h zstd)
 tumble_container(SQLite sqlite3.h sqlite3)
+tumble_container(pugixml pugixml.hpp pugixml)

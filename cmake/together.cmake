@@ -17,7 +17,7 @@ function(tumble_together name result)
     get_filename_component(folder ${path} DIRECTORY)
     cmake_path(IS_PREFIX PROJECT_BINARY_DIR ${source} generated)
     if(NOT TUMBLE_TOGETHER OR generated OR definitions OR plain
-       OR folder MATCHES "^tumble/(models|rigs|checks|methods|formats)$")
+       OR folder MATCHES "^tumble/(models|rigs|checks|methods|formats|exchange/exports)$")
       list(APPEND units ${source})
     else()
       list(APPEND folders ${folder})

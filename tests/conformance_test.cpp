@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
@@ -40,7 +41,9 @@ struct Entry {
 void PrintTo(const Entry& entry, std::ostream* out) { *out << entry.folder << "/" << entry.name; }
 
 std::string page_of(const std::string& folder, const std::string& name) {
-  return folder == "checks" ? "docs/checks.md" : "docs/" + folder + "/" + name + ".md";
+  if (folder == "checks" || folder == "exchange/exports")
+    return folder == "checks" ? "docs/checks.md" : "docs/exports.md";
+  return "docs/" + folder + "/" + name + ".md";
 }
 
 template <typename Descriptor, typename Options>
@@ -58,6 +61,11 @@ std::vector<Entry> all_entries() {
   append(entries, "models", model_catalogue(), [](const Model& m) { return truth_options(m); });
   append(entries, "checks", check_catalogue(), none);
   append(entries, "formats", format_catalogue(), none);
+  append(entries, "exchange/exports", export_catalogue(), [](const Export& e) {
+    auto options = common_export_options();
+    for (auto& option : e.options()) options.push_back(std::move(option));
+    return options;
+  });
   return entries;
 }
 
@@ -151,8 +159,11 @@ TEST_P(Catalogue, BareNumberIsRefusedInAPlanWhereAUnitIsNeeded) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Catalogue, testing::ValuesIn(all_entries()),
-                         [](const auto& entry) { return entry.param.folder + "_" + entry.param.name; });
+INSTANTIATE_TEST_SUITE_P(All, Catalogue, testing::ValuesIn(all_entries()), [](const auto& entry) {
+  std::string name = entry.param.folder + "_" + entry.param.name;
+  std::ranges::replace(name, '/', '_');
+  return name;
+});
 
 TEST(CatalogueFolders, NamesAreUniqueInEachFolder) {
   std::set<std::string> seen;

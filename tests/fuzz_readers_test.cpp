@@ -116,5 +116,12 @@ TEST(Fuzz, Hdf5EverySecondByteOfTheFirstPage) {
   }
 }
 
+TEST(Fuzz, LogsOfRos) {
+  std::uint64_t seed = 20;
+  for (const char* name : {"lz4.bag", "bz2.bag", "plain.db3", "zstd.mcap", "no_index.mcap", "unchunked.mcap"})
+    attack(read_text_file(std::string(TUMBLE_SOURCE_DIR "/tests/reference/ros/") + name), seed++, 150,
+           std::string_view("\0\1\2\7\xff\x7f\x80", 7));
+}
+
 }  // namespace
 }  // namespace tumble

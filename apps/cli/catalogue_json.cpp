@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/models/model.hpp"
@@ -127,6 +128,22 @@ Json json(const Format& format) {
 
 Json json(const Check& check) { return {{"name", check.name}, {"summary", check.summary}}; }
 
+Json json(const Export& entry) {
+  std::vector<Option> options = common_export_options();
+  for (auto& option : entry.options()) options.push_back(std::move(option));
+  return {{"name", entry.name},
+          {"summary", entry.summary},
+          {"source", entry.source},
+          {"formula", entry.formula},
+          {"units", entry.units},
+          {"frame", entry.frame},
+          {"extension", entry.extension},
+          {"carries", entry.carries()},
+          {"estimates", entry.estimates()},
+          {"takes_counts", entry.takes_counts},
+          {"options", json(options)}};
+}
+
 Json json(const ReadyPlan& plan) {
   return {{"name", plan.name}, {"summary", plan.title}, {"method", plan.method.empty() ? Json() : Json(plan.method)}};
 }
@@ -174,8 +191,8 @@ Json each(const std::vector<Entry>& entries) {
 }  // namespace
 
 const std::vector<std::string>& catalogue_kinds() {
-  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats",
-                                              "checks",  "plans",  "instruments", "units"};
+  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats", "checks",
+                                              "exports", "plans",  "instruments", "units"};
   return kinds;
 }
 
@@ -184,6 +201,7 @@ Json catalogue_json(const std::string& kind) {
   if (kind == "models") return all(model_catalogue());
   if (kind == "rigs") return all(rig_catalogue());
   if (kind == "formats") return all(format_catalogue());
+  if (kind == "exports") return all(export_catalogue());
   if (kind == "plans") return each(ready_plans());
   if (kind == "instruments") return each(shipped_instruments());
   if (kind == "units") return each(unit_words());

@@ -80,6 +80,12 @@ std::string page(const Json& entry) {
   if (entry.contains("extensions"))
     text += fmt::format("file names end in {}{}\n",
                         fmt::join(entry["extensions"].get<std::vector<std::string>>(), ", "), directions(entry));
+  for (const char* key : {"formula", "units", "frame"})
+    if (entry.contains(key)) text += wrapped(fmt::format("{}: ", key), entry[key]);
+  for (const char* key : {"carries", "estimates"})
+    if (entry.contains(key) && !entry[key].empty())
+      text += wrapped(fmt::format("{}: ", key),
+                      fmt::format("{}", fmt::join(entry[key].get<std::vector<std::string>>(), ", ")));
   if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += "needs a plan\n";
   text += items(entry, "roles", "channels", [](const Json& role) {
     return fmt::format("[{}]{}", role["unit"].get<std::string>(), role["required"].get<bool>() ? "" : ", optional");
@@ -134,18 +140,18 @@ int run(const Arguments& arguments) {
 
 Verb list_verb() {
   auto arguments = std::make_shared<Arguments>();
-  return {
-      "list",
-      "List methods, models, rigs, formats, checks, plans, instruments, units",
-      {{"KIND", &arguments->kind, "methods, models, rigs, formats, checks, plans, instruments or units (default: all)"},
-       {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
-       {"--json", &arguments->json, "print JSON, including the options"}},
-      "Examples:\n"
-      "  tumble list\n"
-      "  tumble list methods allan_noise\n"
-      "  tumble list units\n"
-      "  tumble list methods --json | jq '.[].options[].name'\n",
-      [arguments](const Terminal&) { return run(*arguments); }};
+  return {"list",
+          "List methods, models, rigs, formats, checks, exports, plans, instruments, units",
+          {{"KIND", &arguments->kind,
+            "methods, models, rigs, formats, checks, exports, plans, instruments or units (default: all)"},
+           {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
+           {"--json", &arguments->json, "print JSON, including the options"}},
+          "Examples:\n"
+          "  tumble list\n"
+          "  tumble list methods allan_noise\n"
+          "  tumble list units\n"
+          "  tumble list methods --json | jq '.[].options[].name'\n",
+          [arguments](const Terminal&) { return run(*arguments); }};
 }
 
 }  // namespace tumble::cli

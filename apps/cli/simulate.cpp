@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "tumble/formats/atomic_file.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
@@ -30,7 +31,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     ProgressLine line(terminal);
     tumble::simulate_to(output, plan, arguments.seed, free_memory() / 2, line.progress());
   }
-  note(terminal, fmt::format("wrote {} (seed {})", output, arguments.seed));
+  if (output != standard_output) note(terminal, fmt::format("wrote {} (seed {})", output, arguments.seed));
   return 0;
 }
 
@@ -41,7 +42,7 @@ Verb simulate_verb() {
   return {"simulate",
           "Simulate the test of a plan, with rig and instrument",
           {{"PLAN", &arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]", true},
-           {"-o,--output", &arguments->output, "recording to write (default: <plan>.h5 in this folder)"},
+           {"-o,--output", &arguments->output, "recording to write (default: <plan>.h5 in this folder); - writes CSV to standard output"},
            {"--seed", &arguments->seed, "seed of the random numbers; the same seed gives the same bytes"},
            sets_argument(arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable")},
           "Examples:\n"

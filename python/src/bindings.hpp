@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "tumble/core/progress.hpp"
+#include "tumble/math/interruption.hpp"
 
 /// The parts of the module `_tumble`: values and calls of the library, without logic of their own. What users see is
 /// the Python package beside it, which calls these.
@@ -24,6 +25,26 @@ void bind_figures(nb::module_& module);
 void bind_compat_allantools(nb::module_& module);
 void bind_compat_imucal(nb::module_& module);
 
+/// Looks for Ctrl+C, at most 20 times a second. Called without the interpreter's lock, which it takes.
+class CtrlC {
+ public:
+  /// Whether it is time to look.
+  bool is_due();
+  void look();
+
+ private:
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// A call without the interpreter's lock, which Ctrl+C ends: nb::call_guard<Unlocked>.
+class Unlocked {
+  CtrlC ctrl_c_;
+  Interruption interruption_{[this] {
+    if (ctrl_c_.is_due()) ctrl_c_.look();
+  }};
+  nb::gil_scoped_release released_;
+};
+
 /// Progress of a long call, made without the interpreter's lock: 20 times a second it takes the lock, looks for Ctrl+C,
 /// and calls a Python function (done from 0 to 1, what) unless that is None. It must outlive the call.
 class Listener {
@@ -38,7 +59,7 @@ class Listener {
   void hear(double done, std::string_view what);
 
   nb::object call_;
-  std::chrono::steady_clock::time_point last_{};
+  CtrlC ctrl_c_;
 };
 
 }  // namespace tumble::python

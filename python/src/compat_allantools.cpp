@@ -39,7 +39,7 @@ Columns deviations_at(const Samples& samples, Stability measure, double rate, bo
   const Taus wanted = taus_of(taus);
   Deviations found;
   {
-    const nb::gil_scoped_release unlocked;
+    Unlocked unlocked;
     found = deviations(measure, span_of(samples), rate, of_phase, wanted);
   }
   return columns_of(std::move(found));
@@ -49,7 +49,12 @@ Columns deviations_at(const Samples& samples, Stability measure, double rate, bo
 template <class Given>
 std::pair<Columns, Numbers> gap_robust_at(const Samples& samples, double rate, bool of_phase, const Given& taus,
                                           double ci, int alpha) {
-  auto found = gap_robust(span_of(samples), rate, of_phase, taus_of(taus), ci, alpha);
+  const Taus wanted = taus_of(taus);
+  Deviations found;
+  {
+    Unlocked unlocked;
+    found = gap_robust(span_of(samples), rate, of_phase, wanted, ci, alpha);
+  }
   auto* const kept = new std::vector<double>(std::move(found.upper));
   const nb::capsule owner = owner_of(kept);
   const Numbers upper(kept->data(), {kept->size()}, owner);
@@ -58,7 +63,13 @@ std::pair<Columns, Numbers> gap_robust_at(const Samples& samples, double rate, b
 
 template <class Given>
 Columns codeviation_at(const Samples& one, const Samples& two, double rate, bool of_phase, const Given& taus) {
-  return columns_of(codeviation(span_of(one), span_of(two), rate, of_phase, taus_of(taus)));
+  const Taus wanted = taus_of(taus);
+  Deviations found;
+  {
+    Unlocked unlocked;
+    found = codeviation(span_of(one), span_of(two), rate, of_phase, wanted);
+  }
+  return columns_of(std::move(found));
 }
 
 template <class Given>

@@ -1,6 +1,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <exception>
+#include <new>
+
 #include "bindings.hpp"
 #include "tumble/units/error.hpp"
 
@@ -30,18 +33,34 @@ void translate(const std::exception_ptr& failure, void*) {
   } catch (const Error& error) {
     const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")(word(error.kind), error.problems);
     PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+  } catch (const std::bad_alloc&) {
+    throw;  // MemoryError
+  } catch (const std::exception& error) {
+    const std::vector<std::string> problems{error.what()};
+    const nb::object made = nb::module_::import_("tumble._errors").attr("error_of")("internal", problems);
+    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
   }
 }
 
 }  // namespace
 
-void Listener::hear(double done, std::string_view what) {
+bool CtrlC::is_due() {
   using namespace std::chrono_literals;
   const auto now = std::chrono::steady_clock::now();
-  if (now - last_ < 50ms && done < 1.0) return;
+  if (now - last_ < 50ms) return false;
   last_ = now;
+  return true;
+}
+
+void CtrlC::look() {
   const nb::gil_scoped_acquire lock;
   if (PyErr_CheckSignals() != 0) throw nb::python_error();
+}
+
+void Listener::hear(double done, std::string_view what) {
+  if (!ctrl_c_.is_due() && done < 1.0) return;
+  ctrl_c_.look();
+  const nb::gil_scoped_acquire lock;
   if (!call_.is_none()) call_(done, nb::str(what.data(), what.size()));
 }
 

@@ -61,7 +61,7 @@ void bind_figures(nb::module_& module) {
   nb::class_<SeriesStyle>(module, "SeriesStyle")
       .def_ro("colour", &SeriesStyle::colour)
       .def_ro("dashes", &SeriesStyle::dashes);
-  module.def("figures_of", &figures_of, "estimate"_a, nb::call_guard<nb::gil_scoped_release>());
+  module.def("figures_of", &figures_of, "estimate"_a, nb::call_guard<Unlocked>());
   module.def("budget_shares", &budget_shares, "estimate"_a);
   module.def("style_of_series", &style_of_series, "index"_a);
 }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "clock_intervals.hpp"
+#include "tumble/math/interruption.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/math/stability/allan_differences.hpp"
@@ -189,7 +190,10 @@ std::vector<MeanSquare> all(Stability measure, std::span<const double> x, std::s
   std::vector<MeanSquare> found(factors.size());
   const auto one = [&](std::size_t i) { found[i] = measured(measure, x, frequency, factors[i]); };
   if (shares_work(measure) || factors.size() * x.size() < 200'000)
-    for (std::size_t i = 0; i < factors.size(); ++i) one(i);
+    for (std::size_t i = 0; i < factors.size(); ++i) {
+      stop_if_asked();
+      one(i);
+    }
   else
     parallel_for(factors.size(), one);
   return found;
@@ -275,6 +279,7 @@ Deviations gap_robust(std::span<const double> values, double rate, bool of_phase
   const double present = static_cast<double>(x.size()) - static_cast<double>(absent);
   Deviations out;
   for (const std::size_t m : factors) {
+    stop_if_asked();
     double sum = 0.0;
     std::size_t terms = 0;
     for (std::size_t n = 0; n + 2 * m < x.size(); ++n) {
@@ -302,6 +307,7 @@ Deviations codeviation(std::span<const double> one, std::span<const double> two,
   Deviations out;
   for (const std::size_t m : factors_of(taus, rate, x.size(), static_cast<double>(x.size()), false)) {
     if (x.size() <= 2 * m) continue;
+    stop_if_asked();
     const std::size_t terms = x.size() - 2 * m;
     double sum = 0.0;
     for (std::size_t n = 0; n < terms; ++n)

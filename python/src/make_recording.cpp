@@ -51,7 +51,7 @@ Channel channel_of(const ChannelParts& parts) {
 Recording make_recording(const std::vector<ChannelParts>& channels,
                          const std::vector<std::tuple<std::string, double, int, double>>& marks,
                          const std::string& file, const std::string& instrument,
-                         const std::map<std::string, std::string>& meta, bool of_file) {
+                         const std::map<std::string, std::string>& meta, const std::string& checksum) {
   Recording recording;
   std::vector<std::string> problems;
   for (const auto& parts : channels) try {
@@ -64,10 +64,8 @@ Recording make_recording(const std::vector<ChannelParts>& channels,
   recording.instrument = instrument;
   recording.meta = meta;
   recording.origin.file = file;
-  if (of_file)
-    recording.origin.checksum = sha256_in_background(file);
-  else
-    sign(recording);
+  if (checksum == "file") recording.origin.checksum = sha256_in_background(file);
+  if (checksum == "samples") sign(recording);
   return recording;
 }
 

@@ -82,22 +82,21 @@ void bind_recordings(nb::module_& module) {
       .def_ro("meta", &Recording::meta)
       .def_prop_ro("file", [](const Recording& recording) { return recording.origin.file; })
       .def(
-          "sha256", [](const Recording& recording) { return sha256_of(recording.origin); },
-          nb::call_guard<nb::gil_scoped_release>())
+          "sha256", [](const Recording& recording) { return sha256_of(recording.origin); }, nb::call_guard<Unlocked>())
       .def_prop_ro("marks", &marks)
       .def_prop_ro("findings", [](const Recording& recording) { return to_json(recording.findings); })
-      .def("check", &check, nb::call_guard<nb::gil_scoped_release>())
+      .def("check", &check, nb::call_guard<Unlocked>())
       .def("__len__", [](const Recording& recording) { return recording.channels.size(); })
       .def(
           "channel",
           [](const Recording& recording, std::size_t i) -> const Channel& { return recording.channels.at(i); },
           "index"_a, nb::rv_policy::reference_internal)
-      .def("between", &between, "begin"_a, "end"_a, nb::call_guard<nb::gil_scoped_release>());
+      .def("between", &between, "begin"_a, "end"_a, nb::call_guard<Unlocked>());
   nb::class_<ChannelParts>(module, "ChannelParts")
       .def(nb::init<std::string, std::string, Samples, double, double, std::optional<Samples>, bool>(), "name"_a,
            "unit"_a, "values"_a.noconvert(), "start"_a, "rate"_a, "stamps"_a.noconvert().none(), "si"_a);
   module.def("make_recording", &make_recording, "channels"_a, "marks"_a, "file"_a, "instrument"_a, "meta"_a,
-             "of_file"_a, nb::call_guard<nb::gil_scoped_release>());
+             "checksum"_a, nb::call_guard<Unlocked>());
 }
 
 }  // namespace tumble::python

@@ -34,12 +34,12 @@ struct ChannelParts {
         si(is_si) {}
 };
 
-/// A recording of samples in memory. Its checksum is that of the file they were read from, or of the samples.
+/// A recording of samples in memory. Its checksum is that of the "file" they were read from, of the "samples", or none.
 /// Given: channels; marks as label, begin [s], run, end [s]; the name that messages use. Throws Error::bad_input.
 Recording make_recording(const std::vector<ChannelParts>& channels,
                          const std::vector<std::tuple<std::string, double, int, double>>& marks,
                          const std::string& file, const std::string& instrument,
-                         const std::map<std::string, std::string>& meta, bool of_file);
+                         const std::map<std::string, std::string>& meta, const std::string& checksum);
 
 /// The samples from `begin` (inclusive) to `end` (exclusive) [s].
 Recording between(const Recording& recording, double begin, double end);

@@ -9,13 +9,12 @@ void bind_results(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<Estimate>(module, "Estimate")
       .def(
-          "to_json", [](const Estimate& estimate) { return to_json(estimate); },
-          nb::call_guard<nb::gil_scoped_release>())
+          "to_json", [](const Estimate& estimate) { return to_json(estimate); }, nb::call_guard<Unlocked>())
       .def(
-          "to_html", [](const Estimate& e) { return to_html(e); }, nb::call_guard<nb::gil_scoped_release>())
+          "to_html", [](const Estimate& e) { return to_html(e); }, nb::call_guard<Unlocked>())
       .def(
-          "to_text", [](const Estimate& e) { return to_text(e); }, nb::call_guard<nb::gil_scoped_release>())
-      .def_static("from_json", &estimate_from_json, "text"_a, "file"_a, nb::call_guard<nb::gil_scoped_release>());
+          "to_text", [](const Estimate& e) { return to_text(e); }, nb::call_guard<Unlocked>())
+      .def_static("from_json", &estimate_from_json, "text"_a, "file"_a, nb::call_guard<Unlocked>());
   module.def("with_uncertainty", &with_uncertainty, "value"_a, "sd"_a);
 }
 

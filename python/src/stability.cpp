@@ -72,7 +72,7 @@ std::vector<DeviationPoint> points_of(std::span<const double> values, const Requ
 Columns deviations(const Samples& samples, const Request& request) {
   std::vector<DeviationPoint> points;
   {
-    const nb::gil_scoped_release unlocked;
+    Unlocked unlocked;
     points = points_of({samples.data(), samples.shape(0)}, request);
   }
   return columns_of(points);
@@ -82,7 +82,7 @@ Columns deviations(const Samples& samples, const Request& request) {
 std::pair<Numbers, Counts> every(const Samples& samples, const std::string& kind) {
   EveryTau all;
   {
-    const nb::gil_scoped_release unlocked;
+    Unlocked unlocked;
     const std::span<const double> rate(samples.data(), samples.shape(0));
     all = kind == "ohdev" ? every_overlapping_hadamard(rate) : every_overlapping_allan(rate);
   }

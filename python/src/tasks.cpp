@@ -35,7 +35,7 @@ const Format* format_named(const std::optional<std::string>& wanted) {
 Recording read(const std::string& path, const Sets& sets, const std::vector<std::string>& only,
                const std::optional<std::string>& format, const Call& call) {
   Listener listener(call);
-  const nb::gil_scoped_release unlocked;
+  Unlocked unlocked;
   ReadOptions options = read_options(sets);
   options.only = only;
   const FormatList formats = format ? FormatList{format_named(format)} : format_catalogue();
@@ -45,7 +45,7 @@ Recording read(const std::string& path, const Sets& sets, const std::vector<std:
 Estimate identify_from(const Plan& plan, const std::vector<std::string>& files,
                        const std::vector<const Recording*>& in_memory, std::uintmax_t memory, const Call& call) {
   Listener listener(call);
-  const nb::gil_scoped_release unlocked;
+  Unlocked unlocked;
   if (in_memory.empty()) return identify(plan, files, memory, listener.progress());
   std::vector<Recording> copies;
   for (const auto* recording : in_memory) copies.push_back(*recording);
@@ -54,20 +54,20 @@ Estimate identify_from(const Plan& plan, const std::vector<std::string>& files,
 
 Recording simulate_plan(const Plan& plan, std::uint64_t seed, const Call& call) {
   Listener listener(call);
-  const nb::gil_scoped_release unlocked;
+  Unlocked unlocked;
   return simulate(plan, seed, listener.progress());
 }
 
 void simulate_file(const std::string& path, const Plan& plan, std::uint64_t seed, std::size_t memory,
                    const Call& call) {
   Listener listener(call);
-  const nb::gil_scoped_release unlocked;
+  Unlocked unlocked;
   simulate_to(path, plan, seed, memory, listener.progress());
 }
 
 void convert_file(const std::string& from, const std::string& to, const Sets& sets, const Call& call) {
   Listener listener(call);
-  const nb::gil_scoped_release unlocked;
+  Unlocked unlocked;
   convert(from, to, read_options(sets), listener.progress());
 }
 
@@ -89,7 +89,7 @@ std::pair<Estimate, std::string> optimise_plan(const Plan& plan, const std::stri
                                                std::optional<double> time, std::optional<double> step,
                                                const std::vector<std::string>& terms, const Call& call) {
   Listener listener(call);
-  const nb::gil_scoped_release unlocked;
+  Unlocked unlocked;
   OptimiseOptions options;
   options.criterion = criterion == "D" ? DesignCriterion::D : DesignCriterion::A;
   options.total_time = time;
@@ -107,7 +107,7 @@ Estimate predict_terms(const Plan& plan, const std::vector<std::string>& terms) 
 
 void bind_tasks(nb::module_& module) {
   using namespace nb::literals;
-  const nb::call_guard<nb::gil_scoped_release> unlocked;
+  const nb::call_guard<Unlocked> unlocked;
   module.def("read", &read, "path"_a, "sets"_a, "only"_a, "format"_a.none(), "progress"_a.none());
   module.def(
       "write", [](const Recording& recording, const std::string& path) { write_recording(recording, path); },

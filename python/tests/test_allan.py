@@ -82,7 +82,7 @@ def test_missing_samples_are_bridged_on_request():
         ({"taus": [1e-6]}, "argument taus: 1e-06 s was given; accepted are averaging times of 0.01 s"),
         ({"taus": [None]}, "argument taus: None of type NoneType"),
         ({"taus": ["1 m"]}, "'1 m'"),
-        ({"sample_rate": 0}, "argument rate: 0 was given"),
+        ({"sample_rate": 0}, "argument sample_rate: 0 was given"),
         ({"sample_rate": None}, "argument sample_rate: nothing was given"),
         ({"confidence": 2.0}, "confidence must lie between 0 and 1"),
         ({"mean_rate": "no"}, "argument mean_rate: 'no'"),

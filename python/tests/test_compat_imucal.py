@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 
 import numpy as np
@@ -163,3 +164,37 @@ def test_bad_input(session):
     for text in ("{", "[]", '{"cal_type": "Ferraris", "_format_version": "2.0"}', '{"cal_type": "New"}'):
         with pytest.raises(tumble.DataError):
             ours.CalibrationInfo.from_json(text)
+
+
+def test_folders_of_calibrations(theirs, session, tmp_path):
+    management = pytest.importorskip("imucal.management")
+    begin = datetime.datetime(2024, 1, 2, 3, 4)
+    dates = [begin, begin + datetime.timedelta(days=60), begin + datetime.timedelta(days=90)]
+    for module, folder, source in ((ours, "ours", ours), (management, "theirs", theirs)):
+        for date in dates:
+            module.save_calibration_info(calibrated(source, session), "Abc1", date, tmp_path / folder)
+    names = [sorted(str(p.relative_to(tmp_path / f)) for p in (tmp_path / f).rglob("*")) for f in ("ours", "theirs")]
+    assert names[0] == names[1]
+    folder = tmp_path / "ours"
+    for options in ({}, {"filter_cal_type": "ferraris"}, {"custom_validator": lambda info: True}):
+        expected = management.find_calibration_info_for_sensor("abc1", folder, **options)
+        assert ours.find_calibration_info_for_sensor("abc1", folder, **options) == sorted(expected)
+    for days in (-5, 0, 20, 40, 75, 100):
+        for side in (None, "before", "after"):
+            date = begin + datetime.timedelta(days=days)
+            if (side, days) in (("before", -5), ("after", 100)):
+                with pytest.raises(tumble.DataError, match="no calibration of 'abc1'"):
+                    ours.find_closest_calibration_info_to_date("abc1", date, folder, before_after=side)
+                continue
+            arguments = ("abc1", date, folder, True, None, None, side, datetime.timedelta(days=1000))
+            expected = management.find_closest_calibration_info_to_date(*arguments)
+            assert ours.find_closest_calibration_info_to_date(*arguments) == expected
+    with pytest.warns(ours.CalibrationWarning, match="40 days"):
+        ours.find_closest_calibration_info_to_date("abc1", dates[2] + datetime.timedelta(days=40), folder)
+    found = ours.find_closest_calibration_info_to_date("abc1", begin, folder)
+    assert ours.load_calibration_info(found) == calibrated(ours, session)
+    with pytest.raises(tumble.DataError, match="no calibration of the sensor 'none'"):
+        ours.find_calibration_info_for_sensor("none", folder)
+    assert ours.find_closest_calibration_info_to_date("none", begin, folder, ignore_file_not_found=True) is None
+    with pytest.raises(tumble.UsageError, match="argument sensor_id"):
+        ours.save_calibration_info(calibrated(ours, session), "a_b", begin, folder)

@@ -103,3 +103,86 @@ def test_uncertainties_are_correlated(tree):
     first, second = list(numbers)[:2]
     variance = sum(result.covariance[a, b] for a in (first, second) for b in (first, second))
     assert (numbers[first] + numbers[second]).std_dev ** 2 == pytest.approx(variance, rel=1e-6)
+
+
+U = {"a": "deg/s"}
+
+
+def test_an_index_may_be_dates_with_a_zone_durations_or_a_column_of_either():
+    dates = pandas.date_range("2024-03-31 01:59:55", periods=1000, freq="10ms", tz="Europe/Berlin")  # over the change
+    df = pandas.DataFrame({"a": np.arange(1000.0)})
+    for index in (dates, dates - dates[0], pandas.Index(list(dates), dtype=object)):
+        assert tumble.from_pandas(df.set_axis(index), units=U)["a"].times[-1] == pytest.approx(9.99)
+        assert tumble.from_pandas(df.assign(t=index), units=U, time="t")["a"].times[-1] == pytest.approx(9.99)
+
+
+def test_dates_that_are_absent_are_refused():
+    dates = pandas.DatetimeIndex([pandas.NaT, *pandas.date_range("2024", periods=9, freq="10ms")])
+    df = pandas.DataFrame({"a": np.arange(10.0)}, index=dates)
+    for options in ({}, {"rate": 100}):
+        with pytest.raises(tumble.DataError, match="the date of row 0 is absent"):
+            tumble.from_pandas(df, units=U, **options)
+
+
+@pytest.mark.parametrize(
+    ("index", "says"),
+    [
+        (np.r_[0:40, 47:107], "rows are missing"),  # of dropna()
+        (pandas.date_range("2024", periods=100, freq="1s"), "the stamps are 1 s apart"),
+        (pandas.date_range("2024", periods=100, freq="20ms")[::-1], "the stamps are -0.02 s apart"),
+    ],
+)
+def test_an_index_that_contradicts_the_rate_is_refused(index, says):
+    df = pandas.DataFrame({"a": np.arange(100.0)}, index=index)
+    with pytest.raises(tumble.DataError, match=says):
+        tumble.from_pandas(df, units=U, rate=RATE)
+    assert len(tumble.from_pandas(df.reset_index(drop=True), units=U, rate=RATE)["a"]) == 100
+
+
+def test_every_second_row_is_no_gap():
+    df = pandas.DataFrame({"a": np.arange(100.0)})[::2]
+    assert len(tumble.from_pandas(df, units=U, rate=RATE)["a"]) == 50
+
+
+def test_columns_of_one_name_and_of_several_levels():
+    twice = pandas.DataFrame(np.ones((4, 2)), columns=["a", "a"])
+    with pytest.raises(tumble.UsageError, match="two columns are called 'a'"):
+        tumble.from_pandas(twice, units=U, rate=1)
+    levels = pandas.DataFrame(np.ones((4, 2)), columns=pandas.MultiIndex.from_product([["gyro"], ["x", "y"]]))
+    units = {"gyro.x": "deg/s", ("gyro", "y"): "deg/h"}
+    assert list(tumble.from_pandas(levels, units=units, rate=1)) == ["gyro.x", "gyro.y"]
+
+
+@pytest.mark.parametrize("rows", [0, 4])
+def test_frames_without_samples(rows):
+    df = pandas.DataFrame({"a": np.ones(4)}, index=pandas.date_range("2024", periods=4, freq="1s"))
+    with pytest.raises(tumble.DataError, match="argument df"):
+        tumble.from_pandas(df.iloc[:rows][["a"] if not rows else []], units=U)
+    with pytest.raises(tumble.ArgumentTypeError, match="argument units: 'deg/s'"):
+        tumble.from_pandas(df, units="deg/s")
+
+
+def test_quantities_of_pint_keep_their_meaning():
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    x = np.arange(1.0, 101.0)
+    stamps = np.arange(100) * 10.0 * unit.ms
+    recording = tumble.from_arrays({"a": x * unit("deg/hour")}, time=stamps, start=0 * unit.s)
+    assert recording["a"].times[-1] == pytest.approx(0.99)
+    assert recording["a"].shown_unit == "deg/h"
+    assert recording["a"].in_(unit("rad/s").units)[0] == recording["a"].values[0]
+    for quantity, si in ((unit.Quantity(x, "delta_degC"), 1.0), (unit.Quantity(x, "g"), 1e-3), (x * unit.g_0, 9.80665)):
+        assert tumble.from_arrays({"a": quantity}, rate=1)["a"].values[0] == pytest.approx(si, rel=1e-12)
+    curve = tumble.allan_deviation(x * unit("deg/s"), 100.0, taus=np.array([20.0, 40.0]) * unit.ms)
+    assert curve.taus == pytest.approx([0.02, 0.04])
+    assert curve.unit == "deg/s"
+    assert tumble.allan_deviation(x, 0.1 * unit.kHz, taus=[20 * unit.ms]).taus == pytest.approx([0.02])
+
+
+def test_tables_of_texts_and_numbers_go_to_polars(imu_file):
+    polars = pytest.importorskip("polars")
+    random = np.random.default_rng(0).normal(size=20000)
+    result = tumble.identify("allan_noise", tumble.from_arrays({"gyro.x": (random, "deg/s")}, rate=100))
+    for table in result.tables.values():
+        assert table.to_polars().shape == (len(table), len(table.columns))
+        assert isinstance(table.to_polars(), polars.DataFrame)

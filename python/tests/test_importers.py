@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 from pathlib import Path
@@ -85,12 +86,26 @@ def test_tdms_is_read_with_the_units_and_the_clock_of_its_waveforms(tmp_path):
 @pytest.mark.parametrize("version", [1, 2])
 def test_bags_are_read_with_the_stamps_of_their_headers(tmp_path, version):
     pytest.importorskip("rosbags")
-    recording = tumble.read(write_bag(tmp_path, version))
+    recording = tumble.read(write_bag(tmp_path, version), format="rosbags")
     assert set(recording) == {f"{kind}.{axis}" for kind in ("accelerometer", "gyro") for axis in "xyz"}
     np.testing.assert_array_equal(recording["gyro.x"].values, samples(1, 50))
     np.testing.assert_allclose(recording["gyro.x"].times, np.arange(50) / RATE, atol=1e-6)  # of seconds since 1970
     assert recording["accelerometer.z"].shown_unit == "m/s^2"
     assert "orientation.x" in recording.meta["skipped"]
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_bags_of_an_imu_are_read_by_the_library_itself(tmp_path, version):
+    pytest.importorskip("rosbags")
+    path = write_bag(tmp_path, version)
+    recording = tumble.read(path)
+    np.testing.assert_array_equal(recording["gyro.x"].values, samples(1, 50))
+    np.testing.assert_array_equal(recording["gyro.x"].times, np.arange(50) / RATE)
+    assert recording.meta["topic /imu/data"] == "sensor_msgs/Imu"
+    again = tumble.read(path, topics="/imu/data")
+    np.testing.assert_array_equal(again["accelerometer.z"].values, recording["accelerometer.z"].values)
+    with pytest.raises(tumble.FileError, match="did you mean '/imu/data'"):
+        tumble.read(path, topics=["/imu/dta"])
 
 
 def write_bag(folder: Path, version: int) -> Path:
@@ -148,3 +163,79 @@ def test_every_importer_names_itself():
     names = [one.name for one in importers()]
     assert names == sorted(set(names), key=names.index)
     assert all(one.suffixes and one.summary for one in importers())
+
+
+@pytest.mark.parametrize("name", ["a.parquet", "a.feather", "a.xlsx", "a.bag", "a.mcap", "a.db3"])
+def test_broken_files_are_file_errors_that_name_them(tmp_path, name):
+    for package in ("pyarrow", "openpyxl", "rosbags"):
+        pytest.importorskip(package)
+    (tmp_path / name).write_bytes(b"PK and nothing more")
+    with pytest.raises(tumble.FileError, match=name):
+        tumble.read(tmp_path / name)
+
+
+def test_tables_with_dates_that_are_absent_and_durations(tmp_path):
+    pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    steps = np.arange(10) * np.timedelta64(10, "ms")
+    parquet.write_table(pa.table({"t": steps, "g[1]": np.arange(10.0)}), tmp_path / "a.parquet")
+    assert tumble.read(tmp_path / "a.parquet")["g"].rate == pytest.approx(100.0)
+    dates = pa.array([None, *(np.datetime64("2024-01-01", "ms") + steps[1:])], pa.timestamp("ms"))
+    parquet.write_table(pa.table({"t": dates, "g[1]": np.arange(10.0)}), tmp_path / "b.parquet")
+    with pytest.raises(tumble.DataError, match="the date of row 0 is absent"):
+        tumble.read(tmp_path / "b.parquet")
+
+
+def test_two_columns_of_one_name_are_refused(tmp_path):
+    pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    parquet.write_table(pa.table({"g[1]": np.arange(10.0), "g[deg/s]": np.arange(10.0)}), tmp_path / "a.parquet")
+    with pytest.raises(tumble.DataError, match="several columns are called g"):
+        tumble.read(tmp_path / "a.parquet", rate=1)
+
+
+def test_blank_rows_at_the_end_of_a_sheet(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [["time[s]", "g[1]"], *([k / 10, 1.0] for k in range(5))]:
+        book.active.append(row)
+    book.active["A9"] = 0.0
+    book.active["A9"] = None
+    book.save(tmp_path / "a.xlsx")
+    assert len(tumble.read(tmp_path / "a.xlsx")["g"]) == 5
+
+
+def test_a_broken_importer_of_another_package_warns(tmp_path, monkeypatch):
+    folder = tmp_path / "broken-1.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1\n")
+    (folder / "entry_points.txt").write_text("[tumble.importers]\nabsent = no_such_module:importer\nwrong = math:pi\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.warns(tumble.TumbleWarning) as caught:
+        names = [one.name for one in importers()]
+    assert "parquet" in names
+    assert len(caught) == 2
+
+
+@pytest.mark.parametrize("name", [3, "", ".", "..", "a\0.csv", None])
+def test_open_files_may_have_odd_names(imu_file, name):
+    class Open(io.BytesIO):
+        pass
+
+    file = Open(Path(imu_file).read_bytes())
+    file.name = name
+    assert len(tumble.read(file)) == 4
+
+
+def test_open_files_that_cannot_be_read(tmp_path):
+    closed = io.BytesIO(b"")
+    closed.close()
+    with pytest.raises(tumble.FileError, match="argument path: the open file cannot be read"):
+        tumble.read(closed)
+    with open(tmp_path / "a.csv", "w") as writing, pytest.raises(tumble.FileError, match="not readable"):
+        tumble.read(writing)
+
+    class Nothing:
+        def read(self):
+            return None
+
+    with pytest.raises(tumble.ArgumentTypeError, match="argument path"):
+        tumble.read(Nothing())

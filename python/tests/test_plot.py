@@ -54,7 +54,7 @@ def test_figures_are_those_of_the_report(noise, command, tmp_path):
 
 def test_description(noise):
     figure = noise.figures[0]
-    text = json.loads(figure._core.to_json())[0]
+    text = json.loads(figure._drawing.__self__.to_json())[0]
     assert (figure.name, figure.x.unit, figure.y.unit) == (text["name"], text["x"]["unit"], text["y"]["unit"])
     for series, other in zip(figure.series, text["series"], strict=True):
         assert (series.name, series.colour, series.dashes) == (other["name"], other["colour"], other["dashes"])
@@ -151,3 +151,32 @@ def test_what_is_not_there(head):
 def test_matplotlib_is_imported_when_used():
     script = "import sys, tumble, tumble.plot; assert 'matplotlib' not in sys.modules"
     subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_bad_arguments_are_refused_by_name(noise, tmp_path):
+    axes = tumble.plot.allan(noise, channel="gyro.x")
+    x = np.arange(1e5)
+    test = tumble.from_arrays({"g": (x, "deg/h"), "temperature": (20 + 10 * np.sin(x / 1e4), "degC")}, rate=10)
+    for says, call in {
+        "argument ax: 5": lambda: tumble.plot.allan(noise, 5),
+        "argument figure: 5": lambda: tumble.plot.figure(5),
+        "argument name: 5": lambda: tumble.plot.figures(noise, 5),
+        "argument axes": lambda: tumble.plot.save((), tmp_path / "a.svg"),
+        "argument path: .*a.zz": lambda: tumble.plot.save(axes, tmp_path / "a.zz"),
+        "argument cells: 0": lambda: tumble.plot.thermal(test, cells=0),
+        "argument block: 'x'": lambda: tumble.plot.thermal(test, block="x"),
+        "argument recording: 5": lambda: tumble.plot.thermal(test, 5),
+        "argument compensated: 'g'": lambda: tumble.plot.thermal(test, tumble.from_arrays({"q": (x, "1")}, rate=10)),
+    }.items():
+        with pytest.raises(tumble.UsageError, match=says):
+            call()
+    with pytest.raises(tumble.FileError, match="nowhere"):
+        tumble.plot.save(axes, tmp_path / "nowhere" / "a.svg")
+
+
+def test_a_thermal_map_of_a_channel_with_missing_samples_has_colours():
+    x = np.arange(1e5)
+    values = np.where((x > 500) & (x < 30000), np.nan, x)
+    channels = {"g": (values, "deg/h"), "temperature": (20 + 10 * np.sin(x / 1e4), "degC")}
+    (ax,) = tumble.plot.thermal(tumble.from_arrays(channels, rate=10, missing="nan"))
+    assert np.isfinite(ax.collections[0].get_clim()).all()

@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="rate=100, missing=nan, unit.COLUMN=deg/h; repeatable",
+        help="rate=100, topic=/imu/data, missing=nan, unit.COLUMN=deg/h; repeatable",
     )
     verbs.add_parser("importers", help="list the formats that Python reads")
     given = parser.parse_args(arguments)
@@ -59,9 +59,11 @@ def _arguments(sets: list[str]) -> dict[str, Any]:
             made[key] = value
         elif key == "columns":
             made[key] = value.split(",")
+        elif key == "topic":
+            made.setdefault("topics", []).append(value)
         else:
             raise tumble.UsageError(
-                f"--set {key}: accepted are rate, missing, decimal, columns, segment_column, unit.COLUMN"
+                f"--set {key}: accepted are rate, topic, missing, decimal, columns, segment_column, unit.COLUMN"
             )
     return made
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
-from tumble._arrays import refuse_what_is_not_finite, samples_of
+from tumble._arrays import refuse_what_is_not_finite, samples_of, times_of
 from tumble._errors import DataError, UsageError, wrong_type
 from tumble._read import _rate_of
 from tumble._recording import Channel
-from tumble._text import text_of
+from tumble._text import is_quantity, number_of, quantity_of, seconds_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -90,7 +90,7 @@ def allan_deviation(
               remove_bias        of the total deviations
               mean_rate          of mtie and tierms: "subtract" the mean rate, or "keep" it
               missing            "nan": NaN means a missing sample; None: NaN is refused
-    Returned  AllanDeviation in the unit of the array
+    Returned  AllanDeviation in the unit of the array, which is "1" but for channels and pint quantities
     Raises    ArgumentTypeError, UsageError, DataError that name the argument
     Accuracy  1e-10 relative, also beside a large mean or drift
     Example   tumble.allan_deviation(rate, 100.0, taus="log").deviation
@@ -103,7 +103,17 @@ def allan_deviation(
     phase = data in ("phase", "angle")
     quick = word == "oadev" and not phase  # its sums show whether samples are missing, without a pass of their own
     values, rate, unit = _samples(x, sample_rate, missing, look=not quick)
-    options = (points_per_decade, longest_fraction, confidence, alpha, remove_bias, mean_rate == "subtract")
+    longest_fraction = number_of(longest_fraction, "longest_fraction")
+    points_per_decade = number_of(points_per_decade, "points_per_decade")
+    confidence = number_of(confidence, "confidence", "accepted are numbers between 0 and 1")
+    options = (
+        points_per_decade,
+        longest_fraction,
+        confidence,
+        _noise_type(alpha),
+        bool(remove_bias),
+        mean_rate == "subtract",
+    )
     if data == "increment":
         values = values * rate
     if isinstance(taus, str) and taus == "all" and word in ("oadev", "ohdev") and not phase:
@@ -135,10 +145,13 @@ def _kind_of(kind: object) -> str:
 
 def _samples(x: Any, sample_rate: object, missing: str | None, look: bool) -> tuple[NDArray[np.float64], float, str]:
     if isinstance(x, Channel):
-        return x.values, x.rate if sample_rate is None else _rate_of(sample_rate), x.unit
+        return x.values, x.rate if sample_rate is None else _rate_of(sample_rate, "sample_rate"), x.unit
     if sample_rate is None:
         raise UsageError("argument sample_rate: nothing was given; accepted is the sampling rate [Hz] of the array")
-    return samples_of(x, "x", missing, look=look), _rate_of(sample_rate), "1"
+    unit = "1"
+    if is_quantity(x):
+        x, unit = quantity_of(x)
+    return samples_of(x, "x", missing, look=look), _rate_of(sample_rate, "sample_rate"), unit
 
 
 def _factors(taus: Any, rate: float, samples: int, points_per_decade: float, longest_fraction: float) -> list[int]:
@@ -155,16 +168,19 @@ def _factors(taus: Any, rate: float, samples: int, points_per_decade: float, lon
         if taus == "all":
             return list(range(1, longest + 1))
         raise UsageError(f"argument taus: {taus!r} was given; accepted are octave, log, decade, all, and times [s]")
-    times = [_seconds(one) for one in taus] if isinstance(taus, (list, tuple)) else samples_of(taus, "taus").tolist()
+    listed = isinstance(taus, (list, tuple))
+    times = [seconds_of(one, "taus") for one in taus] if listed else times_of(taus, "taus").tolist()
+    if not times:
+        raise UsageError("argument taus: an empty list was given; accepted are averaging times [s], and taus='log'")
     return sorted({_factor(time, rate) for time in times})
 
 
-def _seconds(time: object) -> float:
-    if isinstance(time, str):
-        return _tumble.parse_si(time, "s")
-    if not hasattr(time, "__float__"):
-        raise wrong_type("taus", time, 'accepted are numbers [s] and text such as "10 s"')
-    return float(text_of(time, "taus"))
+def _noise_type(alpha: object) -> int | None:
+    if alpha is None:
+        return None
+    if isinstance(alpha, bool) or not hasattr(alpha, "__index__") or not -4 <= alpha.__index__() <= 2:
+        raise wrong_type("alpha", alpha, "accepted are None and the whole numbers from -4 to 2")
+    return int(alpha.__index__())
 
 
 def _factor(time: float, rate: float) -> int:
@@ -173,7 +189,7 @@ def _factor(time: float, rate: float) -> int:
             f"argument taus: {time:g} s was given; accepted are averaging times of {1 / rate:g} s, the sampling "
             "interval, and more"
         )
-    return round(time * rate)
+    return max(1, round(time * rate))
 
 
 def _are_whole(columns: tuple[Any, ...], samples: int) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tumble._errors import DataError, UsageError, wrong_type
+from tumble._text import is_quantity
 
 if TYPE_CHECKING:
     import numpy as np
@@ -13,13 +14,19 @@ if TYPE_CHECKING:
 ACCEPTED = "accepted is a one-dimensional array of real numbers"
 
 
-def samples_of(values: Any, argument: str, missing: str | None = None, *, look: bool = True) -> NDArray[np.float64]:
+NAN_HINT = ", or missing='nan' where NaN means a missing sample"
+
+
+def samples_of(
+    values: Any, argument: str, missing: str | None = None, *, look: bool = True, hint: str = NAN_HINT
+) -> NDArray[np.float64]:
     """A contiguous float64 array: the array given itself, without a copy, where it is one.
 
     Given     values    one-dimensional: array, list, pandas or polars series; integers and other floats are converted
               argument  its name for messages
               missing   "nan": NaN means a missing sample
               look      look for what is not finite: one pass over the samples
+              hint      what the message for NaN says in addition
     Raises    ArgumentTypeError (not numbers), UsageError (shape), DataError (empty, infinite; NaN unless missing="nan")
     """
     import numpy as np
@@ -36,8 +43,50 @@ def samples_of(values: Any, argument: str, missing: str | None = None, *, look: 
         raise DataError(f"argument {argument}: the array is empty; {ACCEPTED} with one sample or more")
     numbers = np.ascontiguousarray(array, dtype=np.float64)
     if look:
-        refuse_what_is_not_finite(numbers, argument, missing)
+        refuse_what_is_not_finite(numbers, argument, missing, hint)
     return numbers
+
+
+def times_of(values: Any, argument: str) -> NDArray[np.float64]:
+    """Times [s], contiguous: numbers [s], a pint quantity, or dates and durations of NumPy, pandas and polars.
+
+    Dates count from the first of them. Raises as samples_of; DataError for a date that is absent.
+    """
+    import numpy as np
+
+    if is_quantity(values):
+        try:
+            values = values.to("s").magnitude
+        except Exception as error:
+            raise wrong_type(argument, values, "accepted are times") from error
+    array = _dated(values)
+    if array is None:
+        return samples_of(values, argument, hint="")
+    if np.isnat(array).any():
+        first = int(np.flatnonzero(np.isnat(array))[0])
+        raise DataError(f"argument {argument}: the date of row {first} is absent; accepted is a date for each sample")
+    if array.dtype.kind == "M":
+        array = array - array[0]
+    return np.asarray(array.astype("timedelta64[ns]").astype(np.float64) * 1e-9)
+
+
+def _dated(values: Any) -> Any:
+    """Dates or durations, shape (n,), n > 0, as NumPy has them; None for anything else."""
+    import numpy as np
+
+    if not hasattr(values, "__array__") and not isinstance(values, (list, tuple)):
+        return None
+    dates = getattr(getattr(values, "dtype", None), "kind", None) == "M"  # of pandas: with a time zone, too
+    try:
+        array = np.asarray(values, dtype="datetime64[ns]") if dates else np.asarray(values)
+    except (ValueError, TypeError):
+        return None
+    if array.ndim != 1 or array.size == 0:
+        return None
+    if array.dtype == object and all(hasattr(one, "tzinfo") and hasattr(one, "year") for one in array):
+        first = array[0]
+        return np.array([one - first for one in array], dtype="timedelta64[ns]")
+    return array if array.dtype.kind in "mM" else None
 
 
 def _array_of(values: Any, argument: str) -> NDArray[Any]:
@@ -46,19 +95,23 @@ def _array_of(values: Any, argument: str) -> NDArray[Any]:
     if isinstance(values, (str, bytes)) or values is None or isinstance(values, dict):
         raise wrong_type(argument, values, ACCEPTED)
     if isinstance(values, np.ma.MaskedArray):
+        if values.dtype.kind not in "iuf" or values.dtype.itemsize > 8:
+            raise wrong_type(argument, values, f"{ACCEPTED}, not of {values.dtype}")
         return np.ma.filled(values.astype(np.float64), np.nan)
     try:
         array = np.asarray(values)
         if array.dtype == object and hasattr(values, "to_numpy"):  # numbers of pandas that may be absent
             array = values.to_numpy(dtype=np.float64, na_value=np.nan)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, NotImplementedError) as error:
         raise wrong_type(argument, values, f"{ACCEPTED} ({error})") from error
     if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
         raise wrong_type(argument, values, f"{ACCEPTED}, not of {array.dtype}")
     return array
 
 
-def refuse_what_is_not_finite(numbers: NDArray[np.float64], argument: str, missing: str | None) -> None:
+def refuse_what_is_not_finite(
+    numbers: NDArray[np.float64], argument: str, missing: str | None, hint: str = NAN_HINT
+) -> None:
     """Raises DataError for infinite values, for NaN unless missing="nan", and where all are NaN."""
     import numpy as np
 
@@ -77,5 +130,5 @@ def refuse_what_is_not_finite(numbers: NDArray[np.float64], argument: str, missi
     if absent.size and missing is None:
         raise DataError(
             f"argument {argument}: {absent.size} of {numbers.size} values are NaN, the first is sample {absent[0]}; "
-            "accepted are finite numbers, or missing='nan' where NaN means a missing sample"
+            f"accepted are finite numbers{hint}"
         )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
 from tumble._errors import UsageError
@@ -47,26 +48,37 @@ class Figure:
     `notes` are sentences on what the plot does not show. tumble.plot draws it with matplotlib.
     """
 
-    __slots__ = ("_core", "name", "notes", "series", "x", "y")
+    __slots__ = ("_drawing", "name", "notes", "series", "x", "y")
 
-    def __init__(self, core: _tumble.Figure) -> None:
-        self._core = core
-        self.name: str = core.name
-        self.x = _axis(core.x)
-        self.y = _axis(core.y)
-        self.series = tuple(_series(one, i) for i, one in enumerate(core.series))
-        self.notes: tuple[str, ...] = tuple(core.notes)
+    def __init__(
+        self,
+        name: str,
+        x: FigureAxis,
+        y: FigureAxis,
+        series: tuple[Series, ...],
+        notes: tuple[str, ...],
+        drawing: Callable[[], str] | str,
+    ) -> None:
+        self.name = name
+        self.x = x
+        self.y = y
+        self.series = series
+        self.notes = notes
+        self._drawing = drawing
 
     def to_svg(self) -> str:
         """The drawing of the report: an SVG that needs no style sheet, no script and no network."""
-        return self._core.to_svg()
+        return self._drawing if isinstance(self._drawing, str) else self._drawing()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Figure, (self.name, self.x, self.y, self.series, self.notes, self.to_svg())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the drawing of the report; the name ends in .svg. For PDF: tumble.plot.save."""
         from tumble._result import write_whole
 
         text = path_text(path, "path")
-        if not text.endswith(".svg"):
+        if not text.lower().endswith(".svg"):
             raise UsageError(f"argument path: {text!r} was given; the name must end in .svg")
         write_whole(text, self.to_svg())
 
@@ -90,4 +102,9 @@ def _series(core: _tumble.Figure.Series, index: int) -> Series:
 
 def figures_of(core: _tumble.Estimate) -> tuple[Figure, ...]:
     """The figures of a result, in the order of the report."""
-    return tuple(Figure(one) for one in _tumble.figures_of(core))
+    return tuple(_figure(one) for one in _tumble.figures_of(core))
+
+
+def _figure(core: _tumble.Figure) -> Figure:
+    series = tuple(_series(one, i) for i, one in enumerate(core.series))
+    return Figure(core.name, _axis(core.x), _axis(core.y), series, tuple(core.notes), core.to_svg)

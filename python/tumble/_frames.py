@@ -6,8 +6,9 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from tumble._arrays import samples_of, times_of
 from tumble._errors import DataError, UsageError, wrong_type
-from tumble._text import need
+from tumble._text import need, units_of
 
 if TYPE_CHECKING:
     from tumble._recording import Recording
@@ -60,7 +61,7 @@ def table_to_pandas(table: Table) -> Any:
 
 
 def table_to_polars(table: Table) -> Any:
-    return need("polars", "polars").DataFrame({one.name: table[one.name] for one in table.columns})
+    return need("polars", "polars").DataFrame({one.name: _plain(table[one.name]) for one in table.columns})
 
 
 def table_to_arrow(table: Table) -> Any:
@@ -74,7 +75,7 @@ def table_to_arrow(table: Table) -> Any:
 
 
 def _plain(column: Any) -> Any:
-    """Columns of texts may hold numbers too: Arrow wants one type."""
+    """Columns of texts may hold numbers too: Arrow and polars want one type."""
     return [None if cell is None else str(cell) for cell in column] if isinstance(column, list) else column
 
 
@@ -91,7 +92,7 @@ def from_pandas(
     """A recording of a pandas DataFrame.
 
     Given     df       columns named "gyro.x[deg/s]", or "gyro.x" with a unit in `units` or df.attrs["units"]
-              units    by column; columns without a unit are refused
+              units    by column; columns without a unit are refused. Columns of a MultiIndex are called "gyro.x"
               rate     [Hz] of even samples; else the times come from
               time     the name of a column with stamps; None: the index (seconds, or date and time)
               missing  "nan": NaN means a missing sample; None: NaN is refused
@@ -102,58 +103,80 @@ def from_pandas(
 
     if not hasattr(df, "columns") or not hasattr(df, "index"):
         raise wrong_type("df", df, "accepted is a pandas DataFrame")
-    known = {**df.attrs.get("units", {}), **(units or {})}
-    channels = {}
+    known = {**units_of(df.attrs.get("units"), 'df.attrs["units"]'), **units_of(units)}
+    channels: dict[str, Any] = {}
     without = []
     for position, column in enumerate(df.columns):
-        if column == time:
+        if time is not None and column == time:
             continue
-        named = _NAMED.match(str(column))
-        unit = known.get(column, named["unit"] if named else None)
+        plain = ".".join(map(str, column)) if isinstance(column, tuple) else str(column)
+        named = _NAMED.match(plain)
+        unit = known.get(column) or known.get(plain) or (named["unit"] if named else None)
+        channel = named["name"] if named and column not in known and plain not in known else plain
         if unit is None:
-            without.append(str(column))
+            without.append(plain)
+        elif channel in channels:
+            raise UsageError(f"argument df: two columns are called {channel!r}; accepted are different names")
         else:
-            channels[named["name"] if named and column not in known else str(column)] = (df.iloc[:, position], unit)
+            channels[channel] = (df.iloc[:, position], unit)
     if without:
         raise UsageError(
             f"argument units: columns {', '.join(without)} have no unit; accepted are "
             f"units={{'{without[0]}': 'deg/s'}} and columns named '{without[0]}[deg/s]'"
         )
+    if not channels or not len(df):
+        raise DataError(
+            f"argument df: {len(channels)} columns and {len(df)} rows of samples were given; accepted are more"
+        )
     stamps = _stamps(df, time, rate)
     return from_arrays(channels, rate=rate, time=stamps, missing=missing, instrument=instrument, name=name)
 
 
-def _stamps(df: Any, time: str | None, rate: object) -> Any:
+def _stamps(df: Any, time: str | None, rate: float | str | None) -> Any:
     """Stamps [s]; None with a rate, which the index must not contradict."""
-    import numpy as np
-
     if time is not None and time not in df.columns:
         raise UsageError(f"argument time: there is no column {time!r}; columns are {', '.join(map(str, df.columns))}")
     index = df.index if time is None else df[time]
-    dated = np.issubdtype(np.asarray(index).dtype, np.datetime64) or hasattr(index, "tz")
-    values = np.asarray(index)
-    if dated:
-        values = (values.astype("datetime64[ns]") - values.astype("datetime64[ns]")[0]).astype(np.float64) * 1e-9
+    numbers = getattr(index.dtype, "kind", "O") in "iuf" if hasattr(index, "dtype") else False
+    counts = time is None and numbers and index.name is None and index.dtype.kind in "iu"
     if rate is None:
-        if time is None and not dated and index.name is None and values.dtype.kind in "iu":
+        if counts:
             raise UsageError(
                 "argument rate: the index only counts rows; accepted are rate, time, and an index of times"
             )
-        return values
-    if (dated or time is not None) and len(values) > 2:
-        _refuse_gap(values, rate)
+        return times_of(index, "time")
+    if counts:
+        _refuse_gap(samples_of(index, "df.index"), None)
+    elif time is not None or getattr(index.dtype, "kind", "O") in "mM":
+        _refuse_gap(times_of(index, "time"), rate)
     return None
 
 
-def _refuse_gap(stamps: Any, rate: object) -> None:
+def _refuse_gap(stamps: Any, rate: float | str | None) -> None:
+    """Raises DataError where rows are missing; with a rate, also where the stamps say another one or run backwards."""
     import numpy as np
 
     from tumble._read import _rate_of
 
+    if len(stamps) < 3:
+        return
     steps = np.diff(stamps)
-    longest = int(np.argmax(steps))
-    if steps[longest] > 1.5 / _rate_of(rate) and steps[longest] > 1.5 * np.median(steps):
+    longest, usual = int(np.argmax(steps)), float(np.median(steps))
+    if rate is None:
+        if steps.min() > 0 and steps[longest] > 1.5 * usual:
+            raise DataError(
+                f"argument df: the index goes from {stamps[longest]:g} to {stamps[longest + 1]:g} after row {longest}: "
+                "rows are missing; accepted are all rows (missing='nan' for NaN), or df.reset_index(drop=True) where "
+                "the samples are even all the same"
+            )
+        return
+    expected = 1.0 / _rate_of(rate)
+    if steps[longest] > 1.5 * expected and steps[longest] > 1.5 * usual:
         raise DataError(
             f"argument rate: {rate} was given, but the stamps have a gap of {steps[longest]:.6g} s after row {longest};"
             " without rate the stamps are used and the gap becomes a finding"
+        )
+    if not 0.5 * expected < usual < 2.0 * expected:
+        raise DataError(
+            f"argument rate: {rate} was given, but the stamps are {usual:.6g} s apart; without rate the stamps are used"
         )

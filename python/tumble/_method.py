@@ -11,6 +11,7 @@ from tumble import _tumble
 from tumble._errors import UsageError, wrong_type
 from tumble._recording import Recording
 from tumble._result import Result
+from tumble._text import count_of, number_of, whole_text
 
 Answer = tuple[Mapping[str, tuple[float, str]], Any]
 
@@ -47,6 +48,13 @@ class Coverage(NamedTuple):
 def run(method: Method, recordings: Iterable[Recording], settings: Mapping[str, Any] | None) -> Result:
     """Runs a method and makes a result of its answer, checked as a result file is."""
     given = list(recordings)
+    for name, function in (("identify", method.identify), ("trial", method.trial)):
+        if not callable(function) and (name == "identify" or function is not None):
+            raise wrong_type(f"{name} of method {method.name}", function, "accepted is a function")
+    for one in (settings, method.options):
+        if one is not None and not isinstance(one, Mapping):
+            raise wrong_type("settings", one, 'accepted is a dict such as {"settling": "5 s"}')
+    method = method._replace(name=whole_text(method.name, "name"), options=method.options or {})
     unknown = set(settings or {}) - set(method.options)
     if unknown:
         raise UsageError(
@@ -66,7 +74,12 @@ def _document(
 ) -> dict[str, Any]:
     import numpy as np
 
-    matrix = np.asarray(covariance, dtype=np.float64)
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise wrong_type(f"parameters of method {method.name}", parameters, 'accepted is {"bias": (value, "deg/h")}')
+    try:
+        matrix = np.asarray(covariance, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise wrong_type(f"covariance of method {method.name}", covariance, "accepted is a matrix (p, p)") from error
     if matrix.shape != (len(parameters), len(parameters)):
         raise UsageError(
             f"method {method.name}: the covariance of {len(parameters)} parameters has the shape {matrix.shape}; "
@@ -79,8 +92,8 @@ def _document(
         "title": method.name,
         "instrument": {"model": "", "serial": ""},
         "parameters": [
-            _parameter(name, value, unit, math.sqrt(matrix[i, i]))
-            for i, (name, (value, unit)) in enumerate(parameters.items())
+            _parameter(method.name, name, given, math.sqrt(matrix[i, i]))
+            for i, (name, given) in enumerate(parameters.items())
         ],
         "covariance": matrix.tolist(),
         "budget": [
@@ -115,17 +128,21 @@ def _factor(matrix: Any, method: str) -> Any:
     return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def _parameter(name: str, value: float, unit: str, sd: float) -> dict[str, Any]:
+def _parameter(method: str, name: object, given: Any, sd: float) -> dict[str, Any]:
+    where = f"parameter {name!r} of method {method}"
+    if not isinstance(name, str) or not name or not isinstance(given, (tuple, list)) or len(given) != 2:
+        raise wrong_type(where, given, 'accepted are a name and (value, unit), such as {"bias": (0.1, "deg/h")}')
+    value = number_of(given[0], where, "accepted is a finite number")
     half = 1.959963984540054 * sd  # of the normal distribution, 95 %
     return {
-        "name": name,
+        "name": whole_text(name, where),
         "symbol": name,
-        "value": float(value),
+        "value": value,
         "sd": sd,
-        "unit": unit,
+        "unit": whole_text(given[1], where),
         "description": "",
         "degrees_of_freedom": None,
-        "interval95": [float(value) - half, float(value) + half],
+        "interval95": [value - half, value + half],
     }
 
 
@@ -136,15 +153,24 @@ def coverage(method: Method, *, seeds: int = 100, settings: Mapping[str, Any] | 
     Returned  one line a parameter; `allowed` is 0.95 -+ 4 sqrt(0.95 0.05/seeds)
     Raises    UsageError where the method has no trial
     """
+    if not isinstance(method, Method):
+        raise wrong_type("method", method, "accepted is a tumble.Method")
     if method.trial is None:
         raise UsageError(f"method {method.name} has no trial: coverage needs recordings whose truth is known")
-    if seeds < 20:
+    if count_of(seeds, "seeds") < 20:
         raise UsageError(f"argument seeds: {seeds} was given; accepted are 20 or more")
     held: dict[str, int] = {}
     for seed in range(1, seeds + 1):
-        recordings, truth = method.trial(seed)
+        drawn = method.trial(seed)
+        if not isinstance(drawn, tuple) or len(drawn) != 2 or not isinstance(drawn[1], Mapping):
+            raise wrong_type(f"trial of method {method.name}", drawn, "accepted is (recordings, {name: truth})")
+        recordings, truth = drawn
+        if isinstance(recordings, Recording):
+            recordings = [recordings]
         result = run(method, recordings, settings)
         for name, value in truth.items():
+            if name not in result.parameters:
+                raise UsageError(f"method {method.name}: the trial names {name!r}, which identify does not return")
             low, high = result.parameters[name].interval
             held[name] = held.get(name, 0) + (low <= value <= high)
     width = 4.0 * math.sqrt(0.95 * 0.05 / seeds)

@@ -29,6 +29,8 @@ class Plan:
         Raises    UsageError with every unknown key, wrong unit and bare number
         Example   plan.with_(confidence=0.9), plan.with_({"rig.radius": "2.5 m"})
         """
+        if settings is not None and not isinstance(settings, Mapping):
+            raise wrong_type("settings", settings, 'accepted is a dict such as {"confidence": 0.9}')
         added = sets_of({**(settings or {}), **more})
         keys = {key for key, _ in added}
         sets = [one for one in self._sets if one[0] not in keys] + added
@@ -124,7 +126,7 @@ def plan_of(what: object, settings: Mapping[str, object] | None) -> Plan:
     """A plan from a plan, the path of one, or the name of a method that needs none."""
     if isinstance(what, Plan):
         return what.with_(settings) if settings else what
-    if not isinstance(what, (str, os.PathLike)):
+    if not isinstance(what, (str, bytes, os.PathLike)):
         raise wrong_type("plan", what, "accepted are a Plan, the path of a plan, and the name of a method")
     text = path_text(what, "plan")
     if text.endswith(".toml") or os.path.dirname(text) or os.path.exists(text):

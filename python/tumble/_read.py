@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import IO, TYPE_CHECKING, Any
 
 from tumble import _tumble
-from tumble._arrays import samples_of
-from tumble._errors import UsageError, wrong_type
+from tumble._arrays import samples_of, times_of
+from tumble._errors import FileError, TumbleError, UsageError, wrong_type
 from tumble._progress import listener
-from tumble._recording import Recording, _rebuild
-from tumble._text import path_text, text_of, unit_text
+from tumble._recording import SIGNED, Mark, Recording, _rebuild
+from tumble._text import (
+    count_of,
+    is_quantity,
+    number_of,
+    path_text,
+    quantity_of,
+    seconds_of,
+    si_of,
+    text_of,
+    units_of,
+    whole_text,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -22,6 +35,7 @@ def read(
     *,
     format: str | None = None,
     channels: Iterable[str] | None = None,
+    topics: Iterable[str] | None = None,
     rate: float | str | None = None,
     units: Mapping[str, str] | None = None,
     columns: Sequence[str] | None = None,
@@ -33,8 +47,9 @@ def read(
     """Reads a recording.
 
     Given     path            file, or an open binary file
-              format          name in tumble.formats; None: by content
+              format          name in tumble.formats, or of an importer; None: by content
               channels        names of those to read; None: all
+              topics          of a log with several streams, those to read: ["/imu/data_raw"]; None: as the format chooses
               rate            [Hz] where the file has no time
               units           of columns without a unit: {"gyro.x": "deg/h"}
               columns         of a text file without a header: ["time[s]", "x[deg/s]"]; "-" skips one
@@ -47,10 +62,11 @@ def read(
     """
     given: dict[str, Any] = {
         "format": format,
-        "channels": None if channels is None else list(channels),
+        "channels": None if channels is None else words_of(channels, "channels"),
+        "topics": None if topics is None else [topics] if isinstance(topics, str) else words_of(topics, "topics"),
         "rate": rate,
-        "units": None if units is None else dict(units),
-        "columns": None if columns is None else list(columns),
+        "units": None if units is None else units_of(units),
+        "columns": None if columns is None else words_of(columns, "columns"),
         "segment_column": segment_column,
         "missing": missing,
         "decimal": decimal,
@@ -58,7 +74,9 @@ def read(
     if hasattr(path, "read"):
         return _read_open_file(path, given, progress)
     text = path_text(path, "path")
-    if format is None and (imported := _imported(text, given)) is not None:
+    if format is not None:
+        whole_text(format, "format")
+    elif (imported := _imported(text, given)) is not None:
         return imported
     with listener(progress) as call:
         core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)
@@ -66,20 +84,26 @@ def read(
 
 
 def _imported(path: str, given: Mapping[str, Any]) -> Recording | None:
-    """The recording of a file that only an importer in Python reads; None for all others."""
+    """The recording of a file that only an importer in Python reads, or that it is to read; None for all others."""
     from tumble._catalogue import formats
 
-    suffix = os.path.splitext(path)[1].lower()
-    if any(suffix in entry["extensions"] for entry in formats.values()) or not os.path.exists(path):
+    suffix, name = os.path.splitext(path)[1].lower(), given["format"]
+    known = any(suffix in entry["extensions"] for entry in formats.values()) if name is None else name in formats
+    if known or not os.path.exists(path):
         return None
-    from tumble.importers import Request, importer_of
+    from tumble.importers import Request, importer_of, importers
 
-    importer = importer_of(path)
+    importer = importer_of(path) if name is None else next((one for one in importers() if one.name == name), None)
     if importer is None:
         return None
     missing = "nan" if (given["missing"] or "").lower() == "nan" else None
     request = Request(given["channels"], given["rate"], given["units"] or {}, missing)
-    recording = importer.read(path, request)
+    try:
+        recording = importer.read(path, request)
+    except (TumbleError, MemoryError):
+        raise
+    except Exception as error:  # of whatever package reads the file
+        raise FileError(f"{path}: {importer.name} cannot read it: {error}") from error
     recording._source = (path, {key: value for key, value in given.items() if value is not None})
     return recording
 
@@ -88,11 +112,12 @@ def _sets(given: Mapping[str, Any]) -> list[tuple[str, str]]:
     sets = []
     if given["columns"] is not None:
         sets.append(("columns", ",".join(given["columns"])))
+    for topic in given["topics"] or ():
+        sets.append(("topic", topic))
     for key in ("rate", "segment_column", "missing", "decimal"):
         if given[key] is not None:
             sets.append((key, text_of(given[key], key)))
-    for column, unit in (given["units"] or {}).items():
-        sets.append((f"unit.{column}", unit if isinstance(unit, str) else unit_text(unit)))
+    sets += [(f"unit.{column}", unit) for column, unit in (given["units"] or {}).items()]
     return sets
 
 
@@ -100,14 +125,25 @@ def _read_open_file(file: Any, given: Mapping[str, Any], progress: object) -> Re
     """Of an open file the bytes are copied to a temporary one: formats are recognised by content and read by name."""
     import tempfile
 
-    content = file.read()
+    try:
+        content = file.read()
+    except (OSError, ValueError) as error:
+        raise FileError(f"argument path: the open file cannot be read: {error}") from error
     if isinstance(content, str):
         content = content.encode()
-    name = os.path.basename(str(getattr(file, "name", ""))) or "recording"
+    if not isinstance(content, (bytes, bytearray, memoryview)):
+        raise wrong_type("path", file, "accepted are a path and an open file, whose read() gives bytes")
+    named = getattr(file, "name", None)  # a number, where the file was opened by one
+    name = os.path.basename(named) if isinstance(named, str) and "\0" not in named else ""
+    name = "recording" if name in ("", ".", "..") else name
     with tempfile.TemporaryDirectory() as folder:
         copy = os.path.join(folder, name)
         with open(copy, "wb") as target:
             target.write(content)
+        if given["format"] is None and (imported := _imported(copy, given)) is not None:
+            imported.sha256  # noqa: B018 - while the file is there
+            imported._source = None
+            return imported
         with listener(progress) as call:
             core = _tumble.read(copy, _sets(given), given["channels"] or [], given["format"], call)
         core.sha256()
@@ -119,7 +155,7 @@ def from_arrays(
     *,
     rate: float | str | None = None,
     time: ArrayLike | None = None,
-    start: float = 0.0,
+    start: float | str = 0.0,
     marks: Sequence[tuple[Any, ...]] = (),
     missing: str | None = None,
     instrument: str = "",
@@ -130,8 +166,8 @@ def from_arrays(
     Given     channels    by name: (array, unit), or a pint quantity; by "name[unit]": array; each array
                           one-dimensional, shape (n,)
               rate        [Hz] of even samples, or text such as "100 Hz"; else
-              time        [s] stamp of each sample, shape (n,)
-              start       [s] time of the first sample, with rate
+              time        [s] stamp of each sample, shape (n,); or dates, which count from the first
+              start       [s] time of the first sample, with rate; also "2 min"
               marks       (label, begin [s]) or (label, begin [s], power-up) of each segment
               missing     "nan": NaN means a missing sample; None: NaN is refused
               instrument  model and serial number
@@ -144,29 +180,51 @@ def from_arrays(
     if (rate is None) == (time is None):
         raise UsageError("arguments rate and time: give one of them: the sampling rate [Hz], or a stamp [s] a sample")
     hertz = 0.0 if rate is None else _rate_of(rate)
-    stamps = None if time is None else samples_of(time, "time")
-    parts = []
+    begin = seconds_of(start, "start")
+    stamps = None if time is None else times_of(time, "time")
+    parts: list[tuple[str, str, Any, float, float, Any]] = []
     for key, given in channels.items():
         channel, values, unit = _with_unit(key, given)
+        if any(channel == before[0] for before in parts):
+            raise UsageError(f"argument channels: the name {channel!r} is given twice; accepted are different names")
         numbers = samples_of(values, f"channels[{key!r}]", missing)
         if stamps is not None and len(stamps) != len(numbers):
             raise UsageError(
                 f"argument time: {len(stamps)} stamps were given for the {len(numbers)} samples of {key!r}; accepted "
                 "is one stamp a sample"
             )
-        parts.append((channel, unit, numbers, float(start), hertz, stamps))
-    return _rebuild(parts, marks, name, instrument, {}, si=False)
+        parts.append((channel, unit, numbers, begin, hertz, stamps))
+    texts = whole_text(name, "name"), whole_text(instrument, "instrument")
+    return _rebuild(parts, _marks_of(marks), *texts, {}, SIGNED, si=False)
 
 
-def _rate_of(rate: object) -> float:
+def _marks_of(marks: object) -> list[Mark]:
+    """Marks in order of time. Raises ArgumentTypeError."""
+    accepted = "accepted is a list of (label, begin [s]), (label, begin, power-up) or tumble.Mark"
+    if isinstance(marks, (str, bytes, Mapping)) or not isinstance(marks, Iterable):
+        raise wrong_type("marks", marks, accepted)
+    made = []
+    for one in marks:
+        if not isinstance(one, (tuple, list)) or not 2 <= len(one) <= 4 or not isinstance(one[0], str):
+            raise wrong_type("marks", one, accepted)
+        label, begin = one[0], one[1]
+        run, end = one[2] if len(one) > 2 else 1, one[3] if len(one) > 3 else math.inf
+        until = math.inf if end == math.inf else seconds_of(end, "marks")
+        made.append(Mark(whole_text(label, "marks"), seconds_of(begin, "marks"), count_of(run, "marks", 1), until))
+    return sorted(made, key=lambda mark: mark.begin)
+
+
+def _rate_of(rate: object, argument: str = "rate") -> float:
     """Sampling rate [Hz]. Raises ArgumentTypeError, UsageError."""
-    if isinstance(rate, (list, tuple, bool)):
-        raise wrong_type("rate", rate, "accepted are a number [Hz], text such as '100 Hz', and a pint quantity")
-    text = text_of(rate, "rate")
-    bare = text.strip().lstrip("+-").replace(".", "", 1).replace("e", "", 1).replace("-", "").isdigit()
-    hertz = _tumble.parse_si(f"{text} Hz" if bare else text, "Hz")
+    accepted = "accepted are a number [Hz], text such as '100 Hz', and a pint quantity"
+    if isinstance(rate, str) or is_quantity(rate):
+        text = text_of(rate, argument)
+        bare = text.strip().lstrip("+-").replace(".", "", 1).replace("e", "", 1).replace("-", "").isdigit()
+        hertz = si_of(f"{text} Hz" if bare else text, "Hz", argument)
+    else:
+        hertz = number_of(rate, argument, accepted)
     if not 0.0 < hertz <= 1e10:
-        raise UsageError(f"argument rate: {rate!r} was given; accepted are rates above 0 Hz and at most 1e10 Hz")
+        raise UsageError(f"argument {argument}: {rate!r} was given; accepted are rates above 0 Hz and at most 1e10 Hz")
     return hertz
 
 
@@ -174,10 +232,13 @@ def _with_unit(key: object, given: Any) -> tuple[str, Any, str]:
     """Name, samples and unit of a channel: {"gyro": (x, "deg/s")}, {"gyro[deg/s]": x}, or a pint quantity."""
     if not isinstance(key, str):
         raise wrong_type("channels", key, "accepted are names of channels as text")
-    if hasattr(given, "magnitude") and hasattr(given, "units"):
-        return key, given.magnitude, unit_text(given.units)
+    whole_text(key, "channels")
+    if is_quantity(given):
+        return key, *quantity_of(given)
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
-        return key, given[0], given[1]
+        return key, given[0], whole_text(given[1], f"channels[{key!r}]")
+    if isinstance(given, tuple) and len(given) == 2 and hasattr(given[1], "dimensionality"):
+        return key, *quantity_of(given[0] * given[1])
     name, bracket, unit = key.partition("[")
     if name and bracket and unit.endswith("]"):
         return name, given, unit[:-1]

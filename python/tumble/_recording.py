@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 from tumble import _tumble
-from tumble._errors import DataError, UsageError, wrong_type
+from tumble._errors import DataError, UsageError
 from tumble._finding import Finding, findings_of
-from tumble._text import path_text
+from tumble._text import path_text, seconds_of, unit_of
 
 if TYPE_CHECKING:
     import os
@@ -88,12 +89,12 @@ class Channel:
         """Number of missing samples."""
         return self._core.missing
 
-    def in_(self, unit: str | None = None) -> NDArray[np.float64]:
-        """A copy of the samples in `unit`, by default in `shown_unit`.
+    def in_(self, unit: str | object | None = None) -> NDArray[np.float64]:
+        """A copy of the samples in `unit`, text or a unit of pint, by default in `shown_unit`.
 
         Raises UsageError where the unit has another dimension. Example: `recording["gyro.x"].in_("deg/h")`
         """
-        target = self._core.unit if unit is None else _tumble.Unit.parse(unit)
+        target = self._core.unit if unit is None else unit_of(unit, "unit")
         if target.dimension != self._core.unit.dimension:
             raise UsageError(
                 f"argument unit: {unit!r} has the dimension [{target.dimension}]; channel '{self.name}' is in "
@@ -107,7 +108,14 @@ class Channel:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         import numpy as np
 
-        return np.array(self.values, dtype=dtype, copy=True) if copy else np.asarray(self.values, dtype=dtype)
+        return np.asarray(self.values, dtype=dtype) if copy is None else np.array(self.values, dtype=dtype, copy=copy)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _channel_of, (self._parts(),)
+
+    def _parts(self) -> tuple[Any, ...]:
+        times = None if self.uniform else self.times
+        return self.name, self.shown_unit, self.values, self.start, self.rate, times
 
     def __repr__(self) -> str:
         return f"<Channel {self.name} [{self.shown_unit}], {len(self)} samples at {self.rate:.6g} Hz>"
@@ -193,12 +201,15 @@ class Recording(Mapping[str, Channel]):
         """Findings of the reader and of all checks: gaps, outliers, stuck outputs ... (docs/checks.md)"""
         return findings_of(json.loads(self._core.check()))
 
-    def between(self, begin: float | None, end: float | None) -> Recording:
-        """The samples from `begin` (included) to `end` (not included) [s]; None: from the first, to the last."""
-        bounds = (float("-inf") if begin is None else begin, float("inf") if end is None else end)
-        for name, bound in zip(("begin", "end"), bounds, strict=True):
-            if not isinstance(bound, (int, float)):
-                raise wrong_type(name, bound, "accepted are a number of seconds and None")
+    def between(self, begin: float | str | None, end: float | str | None) -> Recording:
+        """The samples from `begin` (included) to `end` (not included) [s]; None: from the first, to the last.
+
+        Text such as "2 min" and quantities of pint are accepted, too; and so is `recording["1 min":"2 min"]`.
+        """
+        bounds = (
+            -math.inf if begin is None or begin == -math.inf else seconds_of(begin, "begin"),
+            math.inf if end is None or end == math.inf else seconds_of(end, "end"),
+        )
         part = Recording(self._core.between(*bounds))
         if not any(len(channel) for channel in part.values()):
             raise DataError(f"there is no sample from {bounds[0]:g} s to {bounds[1]:g} s in {self!r}")
@@ -232,10 +243,9 @@ class Recording(Mapping[str, Channel]):
     def __reduce__(self) -> tuple[Any, ...]:
         if self._source is not None:
             return _read_again, (*self._source, self.sha256)
-        parts = [
-            (c.name, c.shown_unit, c.values, c.start, c.rate, None if c.uniform else c.times) for c in self.values()
-        ]
-        return _rebuild, (parts, [tuple(mark) for mark in self.marks], self.file, self.instrument, self.meta)
+        parts = [channel._parts() for channel in self.values()]
+        marks = [tuple(mark) for mark in self.marks]
+        return _rebuild, (parts, marks, self.file, self.instrument, self.meta, SIGNED if self.sha256 else UNSIGNED)
 
     def __repr__(self) -> str:
         names = ", ".join(self._channels)
@@ -250,19 +260,34 @@ class Recording(Mapping[str, Channel]):
 Parts = Sequence[tuple[str, str, Any, float, float, Any]]
 
 
+SIGNED, UNSIGNED, OF_FILE = "samples", "", "file"
+"""What the checksum of a recording is of."""
+
+
 def _rebuild(
-    parts: Parts, marks: Sequence[tuple[Any, ...]], file: str, instrument: str, meta: dict[str, str], si: bool = True
+    parts: Parts,
+    marks: Sequence[tuple[Any, ...]],
+    file: str,
+    instrument: str,
+    meta: dict[str, str],
+    checksum: str,
+    si: bool = True,
 ) -> Recording:
     """A recording from name, unit, values, start, rate and stamps of each channel; values in SI where `si`."""
     channels = [_tumble.ChannelParts(*part, si) for part in parts]
     full = [(mark.label, mark.begin, mark.run, mark.end) for mark in (Mark(*one) for one in marks)]
-    return Recording(_tumble.make_recording(channels, full, file, instrument, meta, False))
+    return Recording(_tumble.make_recording(channels, full, file, instrument, meta, checksum))
+
+
+def _channel_of(part: tuple[Any, ...]) -> Channel:
+    """What a pickled channel becomes."""
+    made: Channel = _rebuild([part], [], "", "", {}, UNSIGNED)[str(part[0])]
+    return made
 
 
 def rebuilt(parts: Parts, path: str, meta: dict[str, str]) -> Recording:
     """A recording that an importer read from a file, of name, unit, values [unit], start, rate and stamps."""
-    channels = [_tumble.ChannelParts(*part, False) for part in parts]
-    return Recording(_tumble.make_recording(channels, [], path, "", meta, True))
+    return _rebuild(parts, [], path, "", meta, OF_FILE, si=False)
 
 
 def _read_again(path: str, arguments: dict[str, Any], sha256: str) -> Recording:

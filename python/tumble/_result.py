@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
+from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from tumble import _tumble
 from tumble._errors import LimitError, UsageError, wrong_type
 from tumble._figure import Figure, figures_of
 from tumble._finding import Finding, findings_of
+from tumble._named import Named
 from tumble._result_parts import (
     Budget,
     Covariance,
@@ -31,59 +33,47 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class Named(Mapping[str, Any]):
-    """Things by name, in their order."""
-
-    __slots__ = ("_items", "_what")
-
-    def __init__(self, what: str, items: Mapping[str, Any]) -> None:
-        self._what = what
-        self._items = items
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._items:
-            raise KeyError(f"no {self._what} {name!r}; there are {', '.join(self._items) or 'none'}")
-        return self._items[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._items)
-
-    def __len__(self) -> int:
-        return len(self._items)
-
-    def __repr__(self) -> str:
-        return "\n".join(str(item) for item in self._items.values())
-
-
 class Result:
     """The result of identify, predict or optimise. It cannot be changed.
 
     Every number has the unit that stands beside it, as in the result file; `in_` gives another unit.
     """
 
-    def __init__(self, core: _tumble.Estimate) -> None:
-        self._core = core
+    _core: _tumble.Estimate
 
-    @cached_property
+    def __init__(self, core: _tumble.Estimate) -> None:
+        self.__dict__["_core"] = core
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Result cannot be changed: {name!r}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a Result cannot be changed: {name!r}")
+
+    @property
     def document(self) -> dict[str, Any]:
-        """The result file (docs/report.md) as Python values."""
+        """The result file (docs/report.md) as Python values: a copy, which is yours."""
         document: dict[str, Any] = json.loads(self._core.to_json())
         return document
+
+    @cached_property
+    def _document(self) -> dict[str, Any]:
+        return self.document
 
     @property
     def method(self) -> str:
         """Name of the method."""
-        return str(self.document["method"])
+        return str(self._document["method"])
 
     @property
     def title(self) -> str:
         """Title of the test."""
-        return str(self.document["title"])
+        return str(self._document["title"])
 
     @cached_property
     def parameters(self) -> Mapping[str, Parameter]:
         """Parameters by name: `result.parameters["K_1"].value`, `.sd`, `.interval`, `.in_("ug/g^2")`."""
-        return Named("parameter", {one["name"]: parameter_of(one) for one in self.document["parameters"]})
+        return Named("parameter", {one["name"]: parameter_of(one) for one in self._document["parameters"]})
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -95,27 +85,27 @@ class Result:
     @cached_property
     def covariance(self) -> Covariance:
         """Covariance of the parameters, all contributions together, with names: `result.covariance["K_0", "K_1"]`."""
-        return Covariance(tuple(self.parameters), self.document["covariance"])
+        return Covariance(tuple(self.parameters), self._document["covariance"])
 
     @cached_property
     def budget(self) -> Budget:
         """What each source of uncertainty gives each parameter: `result.budget["rig: level"]["K_0"]`."""
-        return Budget(tuple(self.parameters), self.document["budget"])
+        return Budget(tuple(self.parameters), self._document["budget"])
 
     @cached_property
     def fit(self) -> Fit:
         """Observations, degrees of freedom, chi-square and condition of the fit."""
-        return Fit(**self.document["fit"])
+        return Fit(**self._document["fit"])
 
     @cached_property
     def tables(self) -> Mapping[str, Table]:
         """Tables by name."""
-        return Named("table", {one["name"]: Table(one) for one in self.document["tables"]})
+        return Named("table", {one["name"]: Table(one) for one in self._document["tables"]})
 
     @cached_property
     def curves(self) -> tuple[Curve, ...]:
         """The curves of the report; those with the same `figure` are drawn in one figure."""
-        return tuple(curve_of(one) for one in self.document["curves"])
+        return tuple(curve_of(one) for one in self._document["curves"])
 
     @cached_property
     def figures(self) -> tuple[Figure, ...]:
@@ -125,17 +115,17 @@ class Result:
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
         """What is suspicious in the data or weak in the answer."""
-        return findings_of(self.document["findings"])
+        return findings_of(self._document["findings"])
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
         """Pass, fail or undecided for each limit of the plan."""
-        return tuple(Verdict(one["parameter"], one["outcome"], one["limit"]) for one in self.document["verdicts"])
+        return tuple(Verdict(one["parameter"], one["outcome"], one["limit"]) for one in self._document["verdicts"])
 
     @cached_property
     def provenance(self) -> Provenance:
         """All that the answer depends on: files with SHA-256, plans, settings, seed."""
-        return Provenance(self.document["provenance"])
+        return Provenance(self._document["provenance"])
 
     def require_limits(self) -> None:
         """Raises LimitError where a limit failed or could not be decided, as `tumble identify --strict` does."""
@@ -158,9 +148,9 @@ class Result:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the result: .json for the result file, .html for the report; whole or not at all."""
         text = path_text(path, "path")
-        if text.endswith(".json"):
+        if text.lower().endswith(".json"):
             write_whole(text, self.to_json())
-        elif text.endswith((".html", ".htm")):
+        elif text.lower().endswith((".html", ".htm")):
             write_whole(text, self.to_html())
         else:
             raise UsageError(f"argument path: {text!r} was given; the name must end in .json or .html")
@@ -219,7 +209,7 @@ def write_whole(path: str, text: str) -> None:
     """Writes beside the target, then renames: nobody finds half a file."""
     from tumble._errors import FileError
 
-    unfinished = f"{path}.{os.getpid()}.tmp"
+    unfinished = f"{path}.{os.getpid()}.{get_ident()}.tmp"
     try:
         with open(unfinished, "w", encoding="utf-8", newline="") as file:
             file.write(text)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tumble import _tumble
 from tumble._errors import UsageError
+from tumble._named import Document, Named
+from tumble._text import unit_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,9 +33,9 @@ class Parameter(NamedTuple):
     degrees_of_freedom: float
     description: str
 
-    def in_(self, unit: str) -> Parameter:
-        """The parameter in another unit. Raises UsageError where the unit has another dimension."""
-        own, other = _tumble.Unit.parse(self.unit), _tumble.Unit.parse(unit)
+    def in_(self, unit: str | object) -> Parameter:
+        """The parameter in another unit, text or of pint. Raises UsageError where the unit has another dimension."""
+        own, other = _tumble.Unit.parse(self.unit), unit_of(unit, "unit")
         if own.dimension != other.dimension:
             raise UsageError(
                 f"argument unit: {unit!r} has the dimension [{other.dimension}]; parameter '{self.name}' is in "
@@ -46,7 +48,7 @@ class Parameter(NamedTuple):
             value=other.from_si(own.to_si(self.value)),
             sd=other.difference_from_si(own.difference_to_si(self.sd)),
             interval=(low, high),
-            unit=unit,
+            unit=other.text,
         )
 
     @property
@@ -106,6 +108,9 @@ class Covariance:
         self.values.flags.writeable = False
 
     def __getitem__(self, pair: tuple[str, str]) -> float:
+        known = isinstance(pair, tuple) and len(pair) == 2 and all(name in self.names for name in pair)
+        if not known:
+            raise KeyError(f"no element {pair!r}: write covariance[name, name] with two of {', '.join(self.names)}")
         row, column = pair
         return float(self.values[self.names.index(row), self.names.index(column)])
 
@@ -121,69 +126,52 @@ class Covariance:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         import numpy as np
 
-        return np.array(self.values, dtype=dtype) if copy else np.asarray(self.values, dtype=dtype)
+        return np.asarray(self.values, dtype=dtype) if copy is None else np.array(self.values, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:
         return f"<Covariance of {', '.join(self.names)}>"
 
 
-class Contribution(Mapping[str, float]):
+class Contribution(Named[float]):
     """One line of the budget: the standard uncertainty that its source gives each parameter, in the parameter's unit.
 
     `factor`, shape (p, q), holds with sign what one standard deviation of each of its q independent errors does.
     Results whose lines have one `key` share these errors.
     """
 
-    __slots__ = ("_sd", "factor", "key", "source")
+    __slots__ = ("factor", "key", "source")
 
     def __init__(self, names: tuple[str, ...], document: Mapping[str, Any]) -> None:
         import numpy as np
 
+        super().__init__("parameter", dict(zip(names, map(number, document["sd"]), strict=True)))
         self.source: str = document["source"]
         self.key: str | None = document["key"]
         self.factor: NDArray[np.float64] = np.array(document["factor"], dtype=np.float64)
         self.factor.flags.writeable = False
-        self._sd = dict(zip(names, map(number, document["sd"]), strict=True))
-
-    def __getitem__(self, name: str) -> float:
-        return self._sd[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._sd)
-
-    def __len__(self) -> int:
-        return len(self._sd)
 
     def __repr__(self) -> str:
         return f"<Contribution {self.source}>"
 
 
-class Budget(Mapping[str, Contribution]):
+class Budget(Named[Contribution]):
     """The budget of uncertainty, by source. The squares of a parameter's lines add up to its variance.
 
     Recordings of different sites or rigs give several lines of one source: "gravity", "gravity (2)" and so on.
     """
 
-    __slots__ = ("_lines",)
+    __slots__ = ()
 
     def __init__(self, names: tuple[str, ...], documents: Sequence[Mapping[str, Any]]) -> None:
-        self._lines: dict[str, Contribution] = {}
+        lines: dict[str, Contribution] = {}
         for one in documents:
             line = Contribution(names, one)
-            alike = sum(other.source == line.source for other in self._lines.values())
-            self._lines[f"{line.source} ({alike + 1})" if alike else line.source] = line
-
-    def __getitem__(self, source: str) -> Contribution:
-        return self._lines[source]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._lines)
-
-    def __len__(self) -> int:
-        return len(self._lines)
+            alike = sum(other.source == line.source for other in lines.values())
+            lines[f"{line.source} ({alike + 1})" if alike else line.source] = line
+        super().__init__("source", lines)
 
     def __repr__(self) -> str:
-        return f"<Budget: {', '.join(self._lines)}>"
+        return f"<Budget: {', '.join(self)}>"
 
 
 class Fit(NamedTuple):
@@ -203,22 +191,13 @@ class Verdict(NamedTuple):
     limit: str
 
 
-class Provenance(Mapping[str, Any]):
+class Provenance(Document):
     """All that an answer depends on, as the result file has it: inputs, plans, settings, command_line, seed."""
 
-    __slots__ = ("_document",)
+    __slots__ = ()
 
     def __init__(self, document: Mapping[str, Any]) -> None:
-        self._document = document
-
-    def __getitem__(self, key: str) -> Any:
-        return self._document[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._document)
-
-    def __len__(self) -> int:
-        return len(self._document)
+        super().__init__("part", document)
 
     def __repr__(self) -> str:
         return f"<Provenance: {', '.join(one['file'] for one in self['inputs'])}>"

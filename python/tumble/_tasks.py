@@ -13,7 +13,7 @@ from tumble._plan import Plan, plan_of
 from tumble._progress import listener
 from tumble._recording import Recording
 from tumble._result import Result, result_of
-from tumble._text import path_text, sets_of, text_of
+from tumble._text import count_of, number_of, path_text, sets_of, si_of, text_of, words_of
 
 MEMORY = 2_000_000_000
 
@@ -23,7 +23,7 @@ def identify(
     *recordings: Recording | str | os.PathLike[str],
     settings: Mapping[str, object] | None = None,
     strict: bool = False,
-    memory_limit: int = MEMORY,
+    memory_limit: float = MEMORY,
     progress: object = None,
 ) -> Result:
     """Identifies parameters with their uncertainty.
@@ -49,8 +49,9 @@ def identify(
             files.append(path_text(recording, "recordings"))
         else:
             raise wrong_type("recordings", recording, _accepted_recordings(recording))
+    memory = count_of(int(number_of(memory_limit, "memory_limit")), "memory_limit")
     with listener(progress) as call:
-        result = Result(_tumble.identify(made._core, files, in_memory, memory_limit, call))
+        result = Result(_tumble.identify(made._core, files, in_memory, memory, call))
     _finding.warn(result.findings, stacklevel=2)
     if strict:
         result.require_limits()
@@ -117,7 +118,7 @@ def predict(
               terms  only these terms of the model, the others are assumed to be known; empty: all
     Raises    UsageError with all that the plan lacks
     """
-    return Result(_tumble.predict(plan_of(plan, settings)._core, list(terms)))
+    return Result(_tumble.predict(plan_of(plan, settings)._core, words_of(terms, "terms")))
 
 
 def optimise(
@@ -141,10 +142,10 @@ def optimise(
     if criterion not in ("A", "D"):
         raise UsageError(f"argument criterion: {criterion!r} was given; accepted are 'A' and 'D'")
     made = plan_of(plan, settings)
-    time = None if total_time is None else _tumble.parse_si(text_of(total_time, "total_time"), "h")
-    angle = None if step is None else _tumble.parse_si(text_of(step, "step"), "deg")
+    time = None if total_time is None else si_of(text_of(total_time, "total_time"), "h", "total_time")
+    angle = None if step is None else si_of(text_of(step, "step"), "deg", "step")
     with listener(progress) as call:
-        estimate, text = _tumble.optimise(made._core, criterion, time, angle, list(terms), call)
+        estimate, text = _tumble.optimise(made._core, criterion, time, angle, words_of(terms, "terms"), call)
     return Result(estimate), text
 
 
@@ -176,8 +177,8 @@ def report(result: Result | str | os.PathLike[str], path: str | os.PathLike[str]
 
     Example   tumble.report(result, "fog.html")
     """
-    if not path_text(path, "path").endswith((".html", ".htm")):
-        raise UsageError(f"argument path: {os.fspath(path)!r} was given; the name must end in .html")
+    if not path_text(path, "path").lower().endswith((".html", ".htm")):
+        raise UsageError(f"argument path: {path!r} was given; the name must end in .html")
     result_of(result).save(path)
 
 

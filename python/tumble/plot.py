@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from tumble import _tumble
 from tumble._allan import AllanDeviation
-from tumble._errors import DataError, UsageError, wrong_type
+from tumble._errors import DataError, FileError, UsageError, wrong_type
 from tumble._figure import Figure, Series
 from tumble._recording import Channel, Recording
 from tumble._result import Result, result_of
-from tumble._text import need, path_text
+from tumble._text import count_of, need, path_text, seconds_of, whole_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -74,11 +74,14 @@ def figures(result: Result | str | os.PathLike[str], name: str = "", ax: Axes | 
 
     Example   tumble.plot.figures(result, "power spectral density")
     """
+    whole_text(name, "name")
     return _draw(_some([one for one in _figures(result) if name in one.name], repr(name), result), ax)
 
 
 def figure(figure: Figure, ax: Axes | None = None) -> Axes:
     """One figure of `result.figures`."""
+    if not isinstance(figure, Figure):
+        raise wrong_type("figure", figure, "accepted is one of result.figures")
     return _draw([figure], ax)[0]
 
 
@@ -156,12 +159,15 @@ def thermal(
     )
     degrees = _channel(recording, temperature, True, "temperature")
     signal = _channel(recording, channel, False, "channel")
-    heat, signals = degrees.in_("degC"), [one[signal.name].in_(signal.shown_unit) for _, one in maps]
-    blocks = max(1, round(block * degrees.rate))
+    count_of(cells, "cells", 1)
+    both = [_channel(one, signal.name, False, "channel" if one is recording else "compensated") for _, one in maps]
+    heat, signals = degrees.in_("degC"), [one.in_(signal.shown_unit) for one in both]
+    blocks = max(1, round(seconds_of(block, "block") * degrees.rate))
     over, times = _means(heat, blocks), _means(degrees.times, blocks)
     rate = np.gradient(over, times) * 60.0
-    kept = _within_runs(recording, times)
-    values = [_means(one, blocks)[: len(over)][kept] for one in signals]
+    means = [_means(one, blocks)[: len(over)] for one in signals]
+    kept = _within_runs(recording, times) & np.isfinite(rate) & np.isfinite(means).all(axis=0)
+    values = [one[kept] for one in means]
     if not kept.any():
         raise DataError(f"argument block: no power-up is longer than three blocks of {block:g} s")
     limits = min(float(one.min()) for one in values), max(float(one.max()) for one in values)
@@ -189,12 +195,17 @@ def save(axes: Axes | Sequence[Axes], path: str | os.PathLike[str], **options: A
     """
     matplotlib = need("matplotlib", "plot")
     text = path_text(path, "path")
-    whole: Any = axes[0] if isinstance(axes, Sequence) else axes
+    whole: Any = axes[0] if isinstance(axes, Sequence) and len(axes) else axes
     if not hasattr(whole, "figure"):
         raise wrong_type("axes", axes, "accepted are axes of matplotlib, as the functions of tumble.plot return them")
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with matplotlib.rc_context(FILES):
-        whole.figure.savefig(text, metadata=dates.get(os.path.splitext(text)[1].lower()), **options)
+    try:
+        with matplotlib.rc_context(FILES):
+            whole.figure.savefig(text, metadata=dates.get(os.path.splitext(text)[1].lower()), **options)
+    except OSError as error:
+        raise FileError(f"{text}: {error}") from error
+    except ValueError as error:
+        raise UsageError(f"argument path: {text!r} was given; {error}") from error
 
 
 def _figures(result: Result | str | os.PathLike[str]) -> tuple[Figure, ...]:
@@ -216,6 +227,8 @@ def _residuals(result: Any) -> list[Figure]:
 def _axes(count: int, ax: Axes | None, projection: str | None = None, height: float | None = None) -> tuple[Axes, ...]:
     """The axes to draw into: `ax` as often as it is needed, or those of a new figure, one under the other."""
     if ax is not None:
+        if not hasattr(ax, "set_xscale"):
+            raise wrong_type("ax", ax, "accepted are axes of matplotlib")
         return (ax,) * count
     pyplot = need("matplotlib.pyplot", "plot")
     width, usual = STYLE["figure.figsize"]

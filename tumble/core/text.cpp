@@ -8,14 +8,46 @@ namespace tumble {
 
 namespace assets {
 extern const std::string_view en_toml;
+extern const std::string_view zh_toml;
+}  // namespace assets
+
+namespace {
+
+const toml::table& english_table() {
+  static const toml::table table = toml::parse(assets::en_toml, std::string_view("text/en.toml"));
+  return table;
 }
 
+const toml::table& chinese_table() {
+  static const toml::table table = toml::parse(assets::zh_toml, std::string_view("text/zh.toml"));
+  return table;
+}
+
+[[noreturn]] void refuse_key(std::string_view language, std::string_view section, std::string_view key) {
+  throw Error(Error::Kind::internal,
+              "text/" + std::string(language) + ".toml has no " + std::string(section) + "." + std::string(key));
+}
+
+}  // namespace
+
+const std::vector<std::string>& language_codes() {
+  static const std::vector<std::string> codes{"en", "zh"};
+  return codes;
+}
+
+std::string code_of(Language language) { return language_codes()[static_cast<std::size_t>(language)]; }
+
 std::string text_of(std::string_view section, std::string_view key, std::size_t count) {
-  static const toml::table english = toml::parse(assets::en_toml, std::string_view("text/en.toml"));
-  const auto entry = english[section][key];
+  const auto entry = english_table()[section][key];
   const auto chosen = entry.is_table() ? entry[count == 1 ? "one" : "other"] : entry;
   if (const auto found = chosen.value<std::string>()) return *found;
-  throw Error(Error::Kind::internal, "text/en.toml has no " + std::string(section) + "." + std::string(key));
+  refuse_key("en", section, key);
+}
+
+std::string text_of(Language language, std::string_view section, std::string_view key) {
+  if (language == Language::english) return text_of(section, key);
+  if (const auto found = chinese_table()[section][key].value<std::string>()) return *found;
+  refuse_key(code_of(language), section, key);
 }
 
 }  // namespace tumble

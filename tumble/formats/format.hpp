@@ -41,6 +41,9 @@ struct Format {
   /// Whole or not at all. The first block says which channels there are, and carries marks and meta. Null: files of
   /// this format are only read.
   RecordingWriter (*writer)(const std::string& path) = nullptr;
+  bool folders = false;  ///< a folder can be a recording too
+  /// Whether the formats without this are asked first: what it recognises may lie inside of their files.
+  bool asked_last = false;
 };
 
 /// FormatList to choose among.
@@ -67,6 +70,9 @@ std::uintmax_t recording_memory(const Format& format, const std::string& path, c
 /// of its own is read whole and handed out in blocks. Throws as read.
 void stream_recording(const Format& format, const std::string& path, const ReadOptions& options, std::size_t samples,
                       const BlockSink& sink, const Progress& progress);
+
+/// The blocks of a recording that is in memory, as stream_recording() hands them out.
+void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink);
 
 /// In the format of the file; with origin (file, checksum). Throws Error::bad_file.
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,

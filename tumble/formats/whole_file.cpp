@@ -13,7 +13,7 @@ using Stamps = std::shared_ptr<const std::vector<double>>;
 
 /// Everything but the samples and the checksum, as a stream hands it out.
 Recording frame_of(const Recording& whole) {
-  Recording frame{whole.instrument, {}, whole.marks, {whole.origin.file}, whole.meta, whole.findings};
+  Recording frame{whole.instrument, {}, whole.marks, {whole.origin.file}, whole.meta, whole.findings, whole.recognised};
   for (const Channel& channel : whole.channels)
     frame.channels.push_back({channel.name, channel.kind, channel.unit, channel.timeline, {}});
   return frame;
@@ -28,6 +28,8 @@ Timeline part_of(const Timeline& whole, std::size_t first, std::size_t last, std
                                                          whole.stamps->begin() + static_cast<std::ptrdiff_t>(last));
   return {0.0, 0.0, stamps};
 }
+
+}  // namespace
 
 void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink) {
   Recording block = frame_of(whole);
@@ -49,8 +51,6 @@ void hand_out(const Recording& whole, std::size_t samples, const BlockSink& sink
     sink(block);
   }
 }
-
-}  // namespace
 
 std::uintmax_t recording_memory(const Format& format, const std::string& path, const ReadOptions& options) {
   return format.memory ? format.memory(path, options) : file::InputFile(path).size();

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "tumble/math/interruption.hpp"
+
 namespace tumble {
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -17,6 +19,7 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
   const auto work = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
       try {
+        stop_if_asked();
         body(i);
       } catch (...) {
         const std::lock_guard lock(guard);
@@ -26,9 +29,13 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t)>& bod
     }
   };
   const std::size_t helpers = std::min<std::size_t>(count, std::max(1u, std::thread::hardware_concurrency()));
+  const auto help = [&work, interruption = interruption_of_this_thread()] {
+    share_interruption(interruption);
+    work();
+  };
   std::vector<std::thread> threads;
   try {
-    for (std::size_t t = 1; t < helpers; ++t) threads.emplace_back(work);
+    for (std::size_t t = 1; t < helpers; ++t) threads.emplace_back(help);
   } catch (const std::system_error&) {  // no more threads to be had: those there are do it all
   }
   work();

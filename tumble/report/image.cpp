@@ -1,8 +1,7 @@
 #include "tumble/report/image.hpp"
 
-#include <openssl/evp.h>
-
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/base64.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -19,20 +18,11 @@ const char* kind_of_image(std::string_view bytes) {
   return nullptr;
 }
 
-std::string base64(std::string_view bytes) {
-  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-  const int written =
-      EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                      reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
-  text.resize(static_cast<std::size_t>(written));
-  return text;
-}
-
 }  // namespace
 
 std::string data_uri_of_image(std::string_view bytes) {
   const char* kind = bytes.size() <= largest_image ? kind_of_image(bytes) : nullptr;
-  return kind ? std::string("data:") + kind + ";base64," + base64(bytes) : "";
+  return kind ? std::string("data:") + kind + ";base64," + base64_of(bytes) : "";
 }
 
 std::string data_uri_of_image_file(const std::string& path) {

@@ -216,6 +216,14 @@ TEST(ResultJson, ValuesOfEverySizeAndUnitKeepTheirPlace) {
   RecordProperty("exact", static_cast<int>(exact));
 }
 
+TEST(ResultJson, ZeroHasNoSign) {
+  Estimate before;
+  before.tables = {{"values", "", {{"fall", Unit::parse("1")}}, {{-0.0}}}};
+  const auto text = to_json(before);
+  EXPECT_EQ(text.find("-0.0"), std::string::npos);
+  EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);
+}
+
 TEST(ResultJson, ShowsTheDisplayedUnits) {
   const auto json = nlohmann::json::parse(to_json(testing::estimate()));
   EXPECT_EQ(json["tumble"], version);

@@ -47,7 +47,7 @@ Json displayed(double si, const ToSi& to_si, const FromSi& from_si) {
   if (!std::isfinite(start)) return nullptr;
   double shown_value = exact_near(start, si, to_si);
   if (std::isnan(shown_value)) shown_value = exact_near(from_si(to_si(start)), to_si(start), to_si);
-  return std::isnan(shown_value) ? start : shown_value;
+  return (std::isnan(shown_value) ? start : shown_value) + 0.0;  // no minus before zero: reading it would lose that
 }
 
 Json value_in(double si, const Unit& unit) {

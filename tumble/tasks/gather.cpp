@@ -159,6 +159,10 @@ ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOption
   if (options.topics.empty()) options.topics = entry.topics;
   if (options.frames.empty()) options.frames = entry.frames;
   if (options.decimal == '\0') options.decimal = entry.decimal;
+  if (options.time.empty()) options.time = entry.time;
+  if (options.date.empty()) options.date = entry.date;
+  if (options.encoding.empty()) options.encoding = entry.encoding;
+  if (options.skip == 0) options.skip = entry.skip;
   return options;
 }
 
@@ -208,7 +212,8 @@ void check_reading(const ReadOptions& said, const Evidence& evidence, const std:
       for (auto& name : find_channel(evidence.recordings[r], column) ? std::vector{column}
                                                                      : columns_in(evidence.recordings[r], read_by[r]))
         known.push_back(std::move(name));
-    if (std::ranges::find(known, column) == known.end())
+    const auto meant = [&](const std::string& name) { return name == column || name.starts_with(column + "."); };
+    if (std::ranges::none_of(known, meant))
       problems.push_back(
           fmt::format("--set unit.{}: no file has a column '{}'{}", column, column, did_you_mean(column, known)));
   }

@@ -60,7 +60,7 @@ void finish(ChannelSummary& summary) {
 
 void add(const Recording& block, Inspection& inspection) {
   if (inspection.channels.empty()) {
-    inspection.header = {block.instrument, {}, block.marks, block.origin, block.meta, {}};
+    inspection.header = {block.instrument, {}, block.marks, block.origin, block.meta, {}, block.recognised};
     for (const auto& channel : block.channels) inspection.channels.push_back(begin(channel));
   }
   for (std::size_t i = 0; i < block.channels.size(); ++i) add(block.channels[i], inspection.channels[i]);

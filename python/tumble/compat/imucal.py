@@ -17,6 +17,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from tumble import _tumble
 from tumble._arrays import _array_of
 from tumble._errors import DataError, UsageError, wrong_type
+from tumble.compat._calibration_folder import (
+    CalibrationWarning,
+    find_calibration_info_for_sensor,
+    find_closest_calibration_info_to_date,
+    load_calibration_info,
+    save_calibration_info,
+)
 from tumble.compat._calibration_info import CalibrationInfo, FerrarisCalibrationInfo, TurntableCalibrationInfo
 
 if TYPE_CHECKING:
@@ -27,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CalibrationInfo",
+    "CalibrationWarning",
     "FerrarisCalibration",
     "FerrarisCalibrationInfo",
     "FerrarisSignalRegions",
@@ -34,6 +42,10 @@ __all__ = [
     "TurntableCalibrationInfo",
     "ferraris_regions_from_df",
     "ferraris_regions_from_section_list",
+    "find_calibration_info_for_sensor",
+    "find_closest_calibration_info_to_date",
+    "load_calibration_info",
+    "save_calibration_info",
 ]
 
 ACC = ("acc_x", "acc_y", "acc_z")

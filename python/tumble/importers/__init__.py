@@ -7,10 +7,11 @@ one by an entry point of the group `tumble.importers` that leads to an `Importer
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tumble._errors import DataError, UsageError
+from tumble._errors import DataError, TumbleWarning, UsageError
 
 if TYPE_CHECKING:
     from tumble._recording import Recording
@@ -60,7 +61,18 @@ def importers() -> Iterator[Importer]:
     for name in BUILT_IN:
         yield import_module(f"{__name__}.{name}").importer
     for entry in entry_points(group=GROUP):
-        yield entry.load()
+        try:
+            one = entry.load()
+        except Exception as error:  # another package is broken: what others read goes on
+            warnings.warn(f"importer {entry.name} ({entry.value}): {error}", TumbleWarning, stacklevel=2)
+            continue
+        if isinstance(one, Importer):
+            yield one
+        else:
+            text = (
+                f"importer {entry.name} ({entry.value}): {one!r} was found, where a tumble.importers.Importer is wanted"
+            )
+            warnings.warn(text, TumbleWarning, stacklevel=2)
 
 
 def importer_of(path: str) -> Importer | None:
@@ -78,16 +90,20 @@ def recording_of(
               skipped  names of what the importer cannot use
     Raises    UsageError for columns without a unit, and names that the file does not have; DataError without columns
     """
-    from tumble._arrays import samples_of
+    from tumble._arrays import samples_of, times_of
     from tumble._read import _rate_of
     from tumble._recording import rebuilt
 
     wanted = _selected(path, columns, request)
     _refuse_without_unit(path, wanted, request)
+    names = [column.name for column in wanted]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise DataError(f"{path}: several columns are called {', '.join(twice)}; accepted are different names")
     rate = None if request.rate is None else _rate_of(request.rate)
     parts = []
     for column in wanted:
-        times = None if column.times is None else samples_of(column.times, f"times of {column.source!r}")
+        times = None if column.times is None else times_of(column.times, f"times of {column.source!r}")
         hertz = column.rate or rate
         if times is None and hertz is None:
             raise UsageError(f"{path}: column {column.source!r} has no times; accepted is rate=...")

@@ -26,8 +26,8 @@ def columns_of(named: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> tu
         name = match["name"] if match else header
         unit = match["unit"] if match else units.get(header)
         array = np.asarray(values)
-        if array.dtype.kind == "M":
-            times = (array - array[0]).astype("timedelta64[ns]").astype(np.float64) * 1e-9
+        if array.dtype.kind in "mM" and times is None:
+            times = array
         elif array.dtype.kind not in "iuf":
             skipped.append(header)
         elif name.lower() in ("time", "t", "timestamp") and times is None and unit:

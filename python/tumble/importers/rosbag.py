@@ -1,4 +1,7 @@
-"""ROS 1 and ROS 2 bags with any message, with rosbags."""
+"""ROS 1 and ROS 2 bags with any message, with rosbags: tumble.read(path, format="rosbags").
+
+IMUs, magnetometers, thermometers and barometers are read by the library itself, many times faster.
+"""
 
 from __future__ import annotations
 
@@ -80,4 +83,4 @@ def _named(topic: str, field: str, kind: str, several: bool) -> tuple[str, str |
     return (f"{place}.{name}" if several else name), unit
 
 
-importer = Importer("rosbag", "ROS 1 and ROS 2 bags with any message, with rosbags", (".bag", ".db3", ".mcap"), read)
+importer = Importer("rosbags", "ROS 1 and ROS 2 bags with any message, with rosbags", (".bag", ".db3", ".mcap"), read)

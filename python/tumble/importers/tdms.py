@@ -29,7 +29,7 @@ def read(path: str, request: Request) -> Recording:
 
 def _column(name: str, channel: Any) -> Column:
     step = channel.properties.get("wf_increment")
-    rate = 1.0 / step if step else None
+    rate = 1.0 / step if isinstance(step, (int, float)) and step > 0 else None
     unit = channel.properties.get("unit_string") or None
     start = float(channel.properties.get("wf_start_offset", 0.0))
     return Column(name, unit, channel.path, channel[:], None, rate, start)

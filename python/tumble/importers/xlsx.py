@@ -20,6 +20,8 @@ def read(path: str, request: Request) -> Recording:
         rows = list(sheet.iter_rows(values_only=True))
     finally:
         book.close()
+    while rows and all(cell is None for cell in rows[-1]):
+        rows.pop()
     if len(rows) < 2:
         raise DataError(f"{path}: the sheet {sheet.title!r} holds no rows below a header")
     columns, skipped = columns_of(_named(rows), {})

@@ -12,7 +12,9 @@
 
 namespace tumble::tables {
 
-std::string Problems::place(const toml::source_region& at) const { return fmt::format("{}:{}", file, at.begin.line); }
+std::string Problems::place(const toml::source_region& at) const {
+  return at.begin.line == 0 ? file : fmt::format("{}:{}", file, at.begin.line);  // 0: given on the command line
+}
 
 void Problems::add(const toml::source_region& at, const std::string& message) {
   const auto problem = place(at) + ": " + message;
@@ -181,7 +183,9 @@ void Section::missing(std::string_view key, std::string_view example) {
   problem(fmt::format("{0} is missing, for example {0} = {1}", key, example));
 }
 
-void Section::problem(const std::string& message) { problems_.add(table_.source(), name_.empty() ? message : name_ + ": " + message); }
+void Section::problem(const std::string& message) {
+  problems_.add(table_.source(), name_.empty() ? message : name_ + ": " + message);
+}
 
 void Section::problem_at(std::string_view key, const std::string& message) {
   const auto* node = table_.get(key);

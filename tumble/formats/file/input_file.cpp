@@ -44,4 +44,15 @@ std::size_t InputFile::read(char* to, std::size_t count) {
   }
 }
 
+std::size_t InputFile::read_at(std::uint64_t offset, char* to, std::size_t count) const {
+  std::size_t done = 0;
+  while (done < count && offset + done < size_) {
+    const auto got = pread(descriptor_, to + done, count - done, static_cast<off_t>(offset + done));
+    if (got == 0) break;
+    if (got < 0 && errno != EINTR) refuse(path_, errno);
+    if (got > 0) done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
 }  // namespace tumble::file

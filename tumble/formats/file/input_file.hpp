@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace tumble::file {
@@ -16,6 +17,9 @@ class InputFile {
 
   /// Bytes read, 0 at the end. Throws Error::bad_file.
   std::size_t read(char* to, std::size_t count);
+  /// Bytes read from `offset` on, fewer than `count` only at the end; the place of read() stays. Several threads may
+  /// read at once. Throws Error::bad_file.
+  std::size_t read_at(std::uint64_t offset, char* to, std::size_t count) const;
   std::size_t size() const { return size_; }  ///< [bytes] when it was opened
 
  private:

@@ -22,6 +22,7 @@ extern const Format frames{
     .recognises = recognises,
     .read = tumble::frames::read,
     .memory = tumble::frames::memory,
-    .stream = tumble::frames::stream};
+    .stream = tumble::frames::stream,
+    .asked_last = true};
 
 }  // namespace tumble::frames

@@ -51,7 +51,8 @@ double rate_of(const Group& group) {
   if (group.stamps.size() < 2) return 0.0;
   const std::size_t count = std::min(group.stamps.size(), stamps_for_rate);
   Channel channel;
-  channel.timeline.stamps = std::make_shared<const std::vector<double>>(group.stamps.begin(), group.stamps.begin() + static_cast<std::ptrdiff_t>(count));
+  channel.timeline.stamps = std::make_shared<const std::vector<double>>(
+      group.stamps.begin(), group.stamps.begin() + static_cast<std::ptrdiff_t>(count));
   channel.values.resize(count);
   return clock_of(channel).rate;
 }

@@ -112,6 +112,7 @@ Recording frame_of(const std::string& path, const Chosen& chosen, const std::vec
   recording.instrument = chosen.codec.title;
   recording.origin.file = path;
   recording.meta["frames"] = chosen.codec.name;
+  recording.recognised = {{"frames", chosen.codec.name}, {"device", chosen.codec.title}};
   for (const Group& group : groups)
     for (const std::size_t i : group.channels) {
       const FrameChannel& channel = chosen.codec.channels[i];

@@ -14,34 +14,6 @@ namespace {
 constexpr std::size_t longest_text = std::size_t{1} << 24;
 constexpr hsize_t largest_readable_chunk = hsize_t{1} << 30;  // bytes
 
-/// deflate packs at most 1032 to 1; a file that claims more is corrupt, and memory is not asked for.
-bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
-
-/// Whole chunks a read, and a cache that holds one while neighbouring pieces are read.
-void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent,
-                     std::size_t file_size) {
-  const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
-  if (!plist.valid()) fail(last_reason());
-  const auto layout = H5Pget_layout(plist);
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(plist) > 0) fail("its samples are in another file");
-  if (layout != H5D_CHUNKED) return;
-  std::vector<hsize_t> chunk(extent.size());
-  if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
-  hsize_t bytes = 8;
-  for (const hsize_t length : chunk) {
-    bytes *= length;
-    if (bytes == 0 || bytes > largest_readable_chunk) fail("its chunks are larger than 1 GB");
-  }
-  if (!plausible(bytes / 8, file_size)) fail("its chunks are larger than a file of this size can hold");
-  const hsize_t along = chunk[numbers.axis];
-  numbers.piece = std::max(along, numbers.piece / along * along);
-  if (bytes <= hsize_t{1} << 20) return;
-  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  H5Pset_chunk_cache(access, 521, 2 * bytes, 1.0);
-  numbers.dataset = Handle(H5Dopen2(file, path.c_str(), access), H5Dclose);
-  if (!numbers.dataset.valid()) fail(last_reason());
-}
-
 std::optional<std::string> text_of(hid_t type, hid_t space, const std::function<herr_t(hid_t, void*)>& read) {
   if (H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) return std::nullopt;
   if (H5Tis_variable_str(type) > 0) {
@@ -67,6 +39,32 @@ Handle attribute_named(hid_t object, const char* name) {
 }  // namespace
 
 void fail(std::string reason) { throw Error{Error::Kind::bad_file, std::move(reason)}; }
+
+bool plausible(hsize_t count, std::size_t file_size) { return count / 1100 <= file_size; }
+
+void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent,
+                     std::size_t file_size) {
+  const Handle plist(H5Dget_create_plist(numbers.dataset), H5Pclose);
+  if (!plist.valid()) fail(last_reason());
+  const auto layout = H5Pget_layout(plist);
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(plist) > 0) fail("its samples are in another file");
+  if (layout != H5D_CHUNKED) return;
+  std::vector<hsize_t> chunk(extent.size());
+  if (H5Pget_chunk(plist, numbers.rank, chunk.data()) < 0) fail(last_reason());
+  hsize_t bytes = 8;
+  for (const hsize_t length : chunk) {
+    bytes *= length;
+    if (bytes == 0 || bytes > largest_readable_chunk) fail("its chunks are larger than 1 GB");
+  }
+  if (!plausible(bytes / 8, file_size)) fail("its chunks are larger than a file of this size can hold");
+  const hsize_t along = chunk[numbers.axis];
+  numbers.piece = std::max(along, numbers.piece / along * along);
+  if (bytes <= hsize_t{1} << 20) return;
+  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(access, 521, 2 * bytes, 1.0);
+  numbers.dataset = Handle(H5Dopen2(file, path.c_str(), access), H5Dclose);
+  if (!numbers.dataset.valid()) fail(last_reason());
+}
 
 bool exists(hid_t file, const std::string& path) {
   for (auto end = path.find('/', 1);; end = path.find('/', end + 1)) {

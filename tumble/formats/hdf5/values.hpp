@@ -21,6 +21,15 @@ struct Numbers {
 /// Throws Error::bad_file; the caller says where.
 [[noreturn]] void fail(std::string reason);
 
+/// Whether a file of `file_size` bytes can hold `count` numbers: deflate packs at most 1032 to 1.
+bool plausible(hsize_t count, std::size_t file_size);
+
+/// Sets the piece to whole chunks, and a cache that holds one while neighbouring pieces are read. `extent`: of the
+/// dataset `path`, whose rank, axis and count are set. Throws Error::bad_file, the bare reason, where its samples are
+/// not in this file or its chunks are implausible.
+void look_at_storage(Numbers& numbers, hid_t file, const std::string& path, const std::vector<hsize_t>& extent,
+                     std::size_t file_size);
+
 /// Whether each group on the way and the last link exist.
 bool exists(hid_t file, const std::string& path);
 

@@ -4,7 +4,9 @@
 
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "tumble/math/linear_algebra.hpp"
@@ -55,13 +57,14 @@ double limit_for(const RunLength& run_length, double wanted) {
   if (!(wanted >= 2.0) || !std::isfinite(wanted))
     throw Error(Error::Kind::bad_input,
                 fmt::format("an average run length of at least 2 points is expected, not {:g}", wanted));
+  // the logarithm is almost a straight line
+  const auto excess = [&](double limit) { return std::log(run_length(limit) / wanted); };
   double low = 0.0, high = 1.0;
-  while (run_length(high) < wanted) low = high, high *= 1.5;
-  for (int step = 0; step < 50; ++step) {
-    const double middle = 0.5 * (low + high);
-    (run_length(middle) < wanted ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  while (excess(high) < 0.0) low = high, high *= 1.5;
+  std::uintmax_t most = 60;
+  const auto [from, to] =
+      boost::math::tools::toms748_solve(excess, low, high, boost::math::tools::eps_tolerance<double>(40), most);
+  return 0.5 * (from + to);
 }
 
 }  // namespace

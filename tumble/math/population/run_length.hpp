@@ -4,7 +4,7 @@ namespace tumble {
 
 /// Average number of points to the first alarm of an EWMA chart of independent standard normal points: weight `lambda`
 /// [1] in (0, 1] of the newest, limits +-L sqrt(lambda/(2 - lambda)) [sd], mean shifted by `shift` [sd].
-/// Accuracy: integral equation by 80 Gauss-Legendre nodes, five digits. See: docs/equations (8.20).
+/// Accuracy: integral equation by 80 Gauss-Legendre nodes, five digits. See: docs/equations (8.32).
 double run_length_of_ewma(double lambda, double limit, double shift = 0.0);
 
 /// Average number of points to the first alarm of a two-sided CUSUM with reference `k` [sd] and decision limit `h`

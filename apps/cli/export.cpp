@@ -1,0 +1,77 @@
+#include "tumble/tasks/export.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <filesystem>
+#include <memory>
+
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> results, sets, drop;
+  std::string to, output, inflate;
+};
+
+double factor_of(const std::string& text) {
+  if (text.empty()) return 1.0;
+  double value = 0.0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc{} || end != text.data() + text.size())
+    throw Error(Error::Kind::bad_input, fmt::format("--inflate {}: write a number, such as --inflate 10", text));
+  return value;
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const ExportWish wish{arguments.to, parse_sets(arguments.sets), arguments.drop, factor_of(arguments.inflate)};
+  find_export(wish.to);
+  std::vector<ExportSource> sources;
+  std::vector<std::string> files;
+  for (const auto& argument : arguments.results) {
+    sources.push_back(export_source(argument));
+    files.push_back(sources.back().file);
+  }
+  const bool to_file = !arguments.output.empty() && arguments.output != "-";
+  if (to_file)  // any name: the consumer decides what its files are called
+    check_output(arguments.output, files, {std::filesystem::path(arguments.output).extension().string()});
+  write_output(terminal, to_file ? arguments.output : "-", export_results(sources, wish));
+  return 0;
+}
+
+}  // namespace
+
+Verb export_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"export",
+          "Write a calibration and its noise for the software that uses them next",
+          {{"RESULT", &arguments->results,
+            "results (.json) of identify: a calibration, noise, or both; of a single sensor its axis may be named: "
+            "gyro_y=RESULT",
+            true},
+           {.name = "--to",
+            .value = &arguments->to,
+            .description = "consumer; `tumble list exports` names them",
+            .required = true,
+            .type = "NAME"},
+           {"-o,--output", &arguments->output, "file to write (default: standard output)"},
+           sets_argument(arguments->sets, "setting of the consumer (`tumble list exports NAME`); repeatable"),
+           {.name = "--drop",
+            .value = &arguments->drop,
+            .description = "term that the consumer cannot carry and that may be lost; repeatable",
+            .type = "TERM"},
+           {.name = "--inflate",
+            .value = &arguments->inflate,
+            .description = "factor on the noise, for filters that need it larger than it is (default: 1)",
+            .type = "FACTOR"}},
+          "Examples:\n"
+          "  tumble export calibration.json noise.json --to kalibr --set rate=200 -o imu.yaml\n"
+          "  tumble export calibration.json --to px4 --set accelerometer_id=1310988 --set gyro_id=1310988 \\\n"
+          "      --drop accelerometer_misalignment -o imu.params\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

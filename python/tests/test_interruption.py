@@ -1,0 +1,78 @@
+"""Ctrl+C, and exceptions of progress callbacks, end long calls soon, and leave nothing behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from tumble.compat import allantools
+
+import tumble
+
+X = np.random.default_rng(1).normal(size=100_000)
+LONG = {
+    "mtotdev of compat": lambda: allantools.mtotdev(X[:3000], taus="all"),
+    "mdev of compat": lambda: allantools.mdev(X, taus="all"),
+    "gradev of compat": lambda: allantools.gradev(X, taus="all"),
+    "gcodev of compat": lambda: allantools.gcodev(X, X, taus="all"),
+    "mtotdev": lambda: tumble.allan_deviation(X[:3000], 1.0, kind="modified_total", taus="all"),
+    "theo1": lambda: tumble.allan_deviation(X[:30000], 1.0, kind="theo1", taus="all"),
+}
+
+
+@pytest.fixture
+def keyboard():
+    """Ctrl+C raises KeyboardInterrupt: a process that was started in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("keyboard")
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_ends_a_long_call(name):
+    sent = []
+
+    def press():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.2, press)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        LONG[name]()
+    assert time.monotonic() - sent[0] < 5.0  # some ms; the machine may be busy. All of it takes longer than 5 s alone
+    timer.join()
+
+
+def test_other_threads_go_on_meanwhile():
+    done = threading.Event()
+    ticks = []
+
+    def tick():
+        while not done.wait(0.01):
+            ticks.append(1)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begin = time.monotonic()
+    allantools.gradev(X, taus=np.arange(1.0, 2000.0))
+    passed = time.monotonic() - begin
+    done.set()
+    thread.join()
+    assert len(ticks) > 5 or passed < 0.2
+
+
+def test_an_exception_of_a_callback_comes_out(tree):
+    class StopError(Exception):
+        pass
+
+    def refuse(done, what):
+        raise StopError
+
+    with pytest.raises(StopError):
+        tumble.simulate(tree / "plans/fog_thermal_bias.toml", progress=refuse)

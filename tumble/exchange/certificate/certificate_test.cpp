@@ -1,0 +1,159 @@
+#include "tumble/exchange/certificate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/exchange/certificate/testing/example_certificate.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+using testing::day;
+using testing::example_details;
+
+/// A measured result with two limits: of bias (uncertain) and of the angle random walk (well known).
+Estimate measured_estimate() {
+  Estimate estimate = testing::estimate();
+  estimate.provenance.seed.reset();
+  estimate.findings.clear();
+  estimate.verdicts = {{"bias", Verdict::Outcome::undecided, "-0.5 deg/h to 0.5 deg/h"},
+                       {"angle_random_walk", Verdict::Outcome::pass, "<= 0.02 deg/sqrt(h)"}};
+  return estimate;
+}
+
+std::vector<std::string> problems_of(const Estimate& estimate, const CertificateDetails& details) {
+  try {
+    certify(estimate, details, {});
+  } catch (const Error& error) {
+    return error.problems;
+  }
+  return {};
+}
+
+bool speaks_of(const std::vector<std::string>& problems, const std::string& words) {
+  return std::ranges::any_of(problems, [&](const auto& problem) { return problem.find(words) != std::string::npos; });
+}
+
+TEST(Certificate, AppliesItsRuleToTheLimitsOfThePlan) {
+  auto details = example_details();
+  details.rule = parse_decision_rule("simple");
+  const Certificate certificate = certify(measured_estimate(), details, {});
+  ASSERT_EQ(certificate.statements.size(), 2u);
+  EXPECT_EQ(certificate.statements[0].outcome, Decision::Outcome::pass);
+  EXPECT_NEAR(certificate.statements[0].tolerance.upper, si(0.5, "deg/h"), 1e-20);
+  EXPECT_EQ(certificate.statements[1].tolerance.lower, -INFINITY);
+  details.rule = parse_decision_rule("guarded:1");
+  EXPECT_EQ(certify(measured_estimate(), details, {}).statements[0].outcome, Decision::Outcome::fail);
+}
+
+TEST(Certificate, JointProbabilityIsBelowEachSingleOne) {
+  const Certificate certificate = certify(measured_estimate(), example_details(), {});
+  ASSERT_TRUE(certificate.joint);
+  for (const auto& statement : certificate.statements)
+    EXPECT_LE(*certificate.joint, statement.decision->conformance + 2e-4);
+}
+
+TEST(Certificate, WithoutLimitsNeedsNoRuleAndMakesNoStatement) {
+  auto estimate = measured_estimate();
+  estimate.verdicts.clear();
+  auto details = example_details();
+  details.rule.reset();
+  const Certificate certificate = certify(estimate, details, {});
+  EXPECT_TRUE(certificate.statements.empty());
+  EXPECT_NE(certificate_html(certificate).find("makes no statement of conformity"), std::string::npos);
+}
+
+TEST(Certificate, NamesAllThatIsMissingAtOnce) {
+  auto estimate = measured_estimate();
+  estimate.instrument_model.clear(), estimate.instrument_serial.clear();
+  const auto problems = problems_of(estimate, {});
+  EXPECT_EQ(problems.size(), 17u);
+  for (const char* key :
+       {"[laboratory] name", "[laboratory] city", "[laboratory] country", "[customer] name", "[customer] city",
+        "[[person]] name", "[[person]] signs", "[item] model", "[item] serial", "[[condition]]", "[certificate] number",
+        "[certificate] begun", "[certificate] ended", "[certificate] issued", "[certificate] place",
+        "[certificate] traceability", "[certificate] rule"})
+    EXPECT_TRUE(speaks_of(problems, std::string(key) + " is missing") || speaks_of(problems, key)) << key;
+}
+
+TEST(Certificate, ComparesDueDatesWithTheEndOfTheTest) {
+  auto details = example_details();
+  details.equipment[0].due = details.ended;
+  EXPECT_TRUE(problems_of(measured_estimate(), details).empty());
+  details.equipment[0].due = day(2026, 11, 2);
+  EXPECT_TRUE(
+      speaks_of(problems_of(measured_estimate(), details), "valid to 2026-11-02, but the test ended on 2026-11-03"));
+  details.equipment[0].accepted_out_of_date = "checked against <C-78>";
+  const auto page = certificate_html(certify(measured_estimate(), details, {}));
+  EXPECT_NE(page.find("It was accepted: checked against &#60;C-78&#62;"), std::string::npos);
+}
+
+TEST(Certificate, RefusesDatesOutOfOrderAndUnknownCountries) {
+  auto details = example_details();
+  details.ended = day(2026, 11, 1);
+  details.laboratory.contact.country = "XX";
+  details.replaces = details.number;
+  const auto problems = problems_of(measured_estimate(), details);
+  EXPECT_TRUE(speaks_of(problems, "begun, ended: 2026-11-02 is after 2026-11-01"));
+  EXPECT_TRUE(speaks_of(problems, "'XX' is no country code"));
+  EXPECT_TRUE(speaks_of(problems, "a number of its own"));
+  EXPECT_EQ(problems.size(), 3u);
+}
+
+TEST(Certificate, RefusesAPredictionAndAValueWithoutUncertainty) {
+  auto estimate = measured_estimate();
+  estimate.provenance.inputs.clear();
+  EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "needs measured data"));
+  estimate = measured_estimate();
+  estimate.covariance(2, 2) = 0.0;
+  EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "A2_0 has no uncertainty"));
+}
+
+TEST(Certificate, OfSimulatedDataIsASpecimen) {
+  auto estimate = measured_estimate();
+  EXPECT_EQ(certificate_html(certify(estimate, example_details(), {})).find("Specimen"), std::string::npos);
+  estimate.provenance.seed = 7;
+  EXPECT_NE(certificate_html(certify(estimate, example_details(), {})).find("Specimen"), std::string::npos);
+}
+
+TEST(Certificate, MakesNoStatementOnAParameterThatAnErrorConcerns) {
+  const Certificate certificate = certify(measured_estimate(), example_details(), {"bias"});
+  EXPECT_EQ(certificate.statements[0].outcome, Decision::Outcome::undecided);
+  EXPECT_FALSE(certificate.statements[0].decision);
+  EXPECT_NE(certificate_html(certificate).find("concerns bias"), std::string::npos);
+}
+
+TEST(Certificate, SaysGlobalRisksWhereTheProductionIsKnown) {
+  auto details = example_details();
+  details.populations = {{"bias", {0.0, si(0.2, "deg/h")}, Unit::parse("deg/h")}};
+  const auto& risk = certify(measured_estimate(), details, {}).statements[0].global_risk;
+  ASSERT_TRUE(risk);
+  EXPECT_GT(risk->producer, risk->consumer);
+  details.populations[0].unit = Unit::parse("m/s");
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "[m/s] is given"));
+  details.populations[0].parameter = "bais";
+  EXPECT_TRUE(speaks_of(problems_of(measured_estimate(), details), "no 'bais'"));
+}
+
+TEST(Certificate, NumberCannotEndTheStyleOrOpenAnElement) {
+  auto details = example_details();
+  details.number = "1\"; } </style><script>alert(1)</script>\\";
+  const auto page = certificate_html(certify(measured_estimate(), details, {}));
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("</style>"), page.rfind("</style>"));
+}
+
+TEST(Certificate, WritesChineseUnitsAsTheNationalStandardDoes) {
+  auto details = example_details();
+  details.language = Language::chinese;
+  const auto page = certificate_html(certify(measured_estimate(), details, {}));
+  for (const char* text :
+       {"lang=\"zh-CN\"", "校准证书", "2026年11月2日", "(°)/(h·K)", "(°)/h<sup>1/2</sup>", "10<sup>−6</sup>", "″"})
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace tumble

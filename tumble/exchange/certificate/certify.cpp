@@ -1,0 +1,152 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/exchange/certificate.hpp"
+#include "tumble/exchange/certificate/work.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace certificate {
+
+Measured measured_of(const Estimate& estimate, std::size_t index) {
+  const Parameter& parameter = estimate.parameters[index];
+  return {parameter.value, standard_uncertainty(estimate, index), parameter.degrees_of_freedom, parameter.lower,
+          parameter.upper};
+}
+
+std::vector<std::size_t> determined(const Estimate& estimate) {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i)
+    if (std::isfinite(estimate.parameters[i].value)) indices.push_back(i);
+  return indices;
+}
+
+}  // namespace certificate
+
+namespace {
+
+using certificate::measured_of;
+
+double bound_of(std::string_view text) {
+  const Quantity quantity = parse_quantity(text);
+  return quantity.unit.to_si(quantity.value);
+}
+
+/// [SI] The limits that a verdict was judged by: "<= 0.02 deg/h", ">= 1 g", "1 g to 2 g".
+Tolerance tolerance_of(const std::string& limit) {
+  if (limit.starts_with("<=")) return {-INFINITY, bound_of(limit.substr(2))};
+  if (limit.starts_with(">=")) return {bound_of(limit.substr(2)), INFINITY};
+  const auto to = limit.find(" to ");
+  if (to == std::string::npos) throw Error(Error::Kind::bad_file, "the limit '" + limit + "' cannot be read");
+  return {bound_of(limit.substr(0, to)), bound_of(limit.substr(to + 4))};
+}
+
+/// A parameter that the data do not show is judged from its upper limit, as in the result.
+Decision::Outcome outcome_of_hidden(Verdict::Outcome outcome) {
+  if (outcome == Verdict::Outcome::undecided) return Decision::Outcome::undecided;
+  return outcome == Verdict::Outcome::pass ? Decision::Outcome::pass : Decision::Outcome::fail;
+}
+
+Statement statement_on(const Verdict& verdict, const Estimate& estimate, const CertificateDetails& details,
+                       const std::vector<std::string>& undermined) {
+  Statement statement{.parameter = verdict.parameter, .limit = verdict.limit};
+  statement.tolerance = tolerance_of(verdict.limit);
+  statement.undermined = std::ranges::find(undermined, verdict.parameter) != undermined.end();
+  const auto* parameter = find_parameter(estimate, verdict.parameter);
+  if (!parameter) {
+    statement.outcome = outcome_of_hidden(verdict.outcome);
+    return statement;
+  }
+  statement.index = static_cast<std::size_t>(parameter - estimate.parameters.data());
+  if (statement.undermined || !std::isfinite(parameter->value)) return statement;
+  const Measured measured = measured_of(estimate, *statement.index);
+  statement.decision = decide(measured, statement.tolerance, *details.rule);
+  statement.outcome = statement.decision->outcome;
+  for (const auto& known : details.populations)
+    if (known.parameter == verdict.parameter)
+      statement.global_risk =
+          global_risk(known.population, measured.sd, statement.tolerance, statement.decision->acceptance);
+  return statement;
+}
+
+/// Of all statements with a decision; absent with fewer than two.
+std::optional<double> joint_of(const Certificate& certificate) {
+  std::vector<Measured> measured;
+  std::vector<Tolerance> tolerances;
+  std::vector<std::size_t> indices;
+  for (const auto& statement : certificate.statements)
+    if (statement.decision) {
+      indices.push_back(*statement.index);
+      measured.push_back(measured_of(certificate.estimate, indices.back()));
+      tolerances.push_back(statement.tolerance);
+    }
+  if (indices.size() < 2) return std::nullopt;
+  const Matrix& covariance = certificate.estimate.covariance;
+  Matrix correlation(indices.size(), indices.size(), 1.0);
+  for (std::size_t i = 0; i < indices.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      correlation(i, j) = correlation(j, i) =
+          indices[i] == indices[j] ? 1.0
+                                   : covariance(indices[i], indices[j]) / std::sqrt(covariance(indices[i], indices[i]) *
+                                                                                    covariance(indices[j], indices[j]));
+  return joint_conformance(measured, tolerances, correlation);
+}
+
+/// A certificate states what was measured, and how well.
+void refuse_unmeasured(const Estimate& estimate) {
+  std::vector<std::string> problems;
+  if (estimate.provenance.inputs.empty())
+    problems.emplace_back("the result is a prediction or names no recording: a certificate needs measured data");
+  if (certificate::determined(estimate).empty()) problems.emplace_back("the result has no parameter with a value");
+  for (const std::size_t i : certificate::determined(estimate))
+    if (const double sd = standard_uncertainty(estimate, i);
+        !(sd > 0.0 && std::isfinite(sd) && estimate.parameters[i].degrees_of_freedom > 0.0))
+      problems.push_back(
+          fmt::format("{} has no uncertainty: a certificate cannot state it", estimate.parameters[i].name));
+  if (!problems.empty()) throw Error(Error::Kind::bad_data, problems);
+}
+
+void refuse_details(const Estimate& estimate, const CertificateDetails& details) {
+  auto problems = missing_details(details, estimate);
+  for (auto& wrong : wrong_details(details)) problems.push_back(std::move(wrong));
+  std::vector<std::string> names;
+  for (const auto& parameter : estimate.parameters) names.push_back(parameter.name);
+  for (const auto& known : details.populations) {
+    const auto* parameter = find_parameter(estimate, known.parameter);
+    if (!parameter)
+      problems.push_back(fmt::format("{}: [[population]] parameter: the result has no '{}' (parameters: {})",
+                                     details.file, known.parameter, fmt::join(names, ", ")));
+    else if (parameter->unit.dimension() != known.unit.dimension())
+      problems.push_back(fmt::format("{}: [[population]] '{}': {} [{}] is given, {} [{}] is expected", details.file,
+                                     known.parameter, known.unit.text(), name(known.unit.dimension()),
+                                     parameter->unit.text(), name(parameter->unit.dimension())));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+}  // namespace
+
+Certificate certify(const Estimate& estimate, const CertificateDetails& details,
+                    const std::vector<std::string>& undermined) {
+  refuse_unmeasured(estimate);
+  refuse_details(estimate, details);
+  Certificate certificate{.estimate = estimate, .details = details};
+  CertifiedItem& item = certificate.details.item;
+  if (item.model.empty()) item.model = estimate.instrument_model;
+  if (item.serial.empty()) item.serial = estimate.instrument_serial;
+  std::vector<std::string> problems;
+  if (details.rule)
+    for (const auto& verdict : estimate.verdicts) try {
+        certificate.statements.push_back(statement_on(verdict, estimate, details, undermined));
+      } catch (const Error& error) {
+        for (const auto& problem : error.problems) problems.push_back(verdict.parameter + ": " + problem);
+      }
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  certificate.joint = joint_of(certificate);
+  return certificate;
+}
+
+}  // namespace tumble

@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tumble/exchange/certificate.hpp"
+#include "tumble/exchange/certificate/countries.hpp"
+
+namespace tumble {
+namespace {
+
+/// A detail that a certificate must have, and what it is.
+struct Needed {
+  const char* key;
+  bool given;
+  const char* what;
+};
+
+std::string place_in(const CertificateDetails& details, const std::string& message) {
+  return details.file.empty() ? message : details.file + ": " + message;
+}
+
+/// Two dates in order, if both are given.
+void expect_order(const std::optional<Date>& first, const std::optional<Date>& second, const char* names,
+                  const CertificateDetails& details, std::vector<std::string>& problems) {
+  if (first && second && *second < *first)
+    problems.push_back(
+        place_in(details, fmt::format("[certificate] {}: {} is after {}", names, iso_date(*first), iso_date(*second))));
+}
+
+void check_equipment(const CertificateDetails& details, std::vector<std::string>& problems) {
+  for (const auto& one : details.equipment) {
+    const auto complain = [&](const std::string& what) {
+      problems.push_back(place_in(details, fmt::format("[[equipment]] '{}': {}", one.name, what)));
+    };
+    if (!one.certificate.empty() && !one.due) complain("due is missing: the last day on which its certificate counts");
+    if (one.due && details.ended && *one.due < *details.ended && one.accepted_out_of_date.empty())
+      complain(
+          fmt::format("its calibration was valid to {}, but the test ended on {}; calibrate it, or state why it was "
+                      "used: accepted_out_of_date = \"...\" or --accept-out-of-date REASON, which is printed",
+                      iso_date(*one.due), iso_date(*details.ended)));
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& certificate_places() {
+  static const std::vector<std::string> places{"laboratory", "customer", "laboratoryBranch", "customerBranch", "other"};
+  return places;
+}
+
+std::string iso_date(const Date& date) {
+  return fmt::format("{:04d}-{:02d}-{:02d}", static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
+                     static_cast<unsigned>(date.day()));
+}
+
+std::vector<std::string> missing_details(const CertificateDetails& details, const Estimate& estimate) {
+  const bool signer = std::ranges::any_of(details.persons, &Person::signs);
+  const bool names = std::ranges::none_of(details.persons, [](const Person& p) { return p.name.empty(); });
+  std::vector<std::string> problems;
+  for (const auto& [key, given, what] : std::initializer_list<Needed>{
+           {"[laboratory] name", !details.laboratory.contact.name.empty(), "name of the laboratory"},
+           {"[laboratory] city", !details.laboratory.contact.city.empty(), "where it is"},
+           {"[laboratory] country", !details.laboratory.contact.country.empty(), "two letters, such as \"DE\""},
+           {"[customer] name", !details.customer.name.empty(), "who ordered the calibration"},
+           {"[customer] city", !details.customer.city.empty(), "where the customer is"},
+           {"[[person]] name", !details.persons.empty() && names, "who is responsible for the certificate"},
+           {"[[person]] signs = true", signer, "one person must authorise the certificate"},
+           {"[item] model", !details.item.model.empty() || !estimate.instrument_model.empty(),
+            "what the instrument is; the plan may say it as [instrument] model"},
+           {"[item] serial", !details.item.serial.empty() || !estimate.instrument_serial.empty(),
+            "its serial number; the plan may say it as [instrument] serial"},
+           {"[[condition]]", !details.conditions.empty(), "the conditions of the test, such as the temperature"},
+           {"[certificate] number", !details.number.empty(), "number of this certificate"},
+           {"[certificate] begun", details.begun.has_value(), "first day of the test, such as 2026-11-02"},
+           {"[certificate] ended", details.ended.has_value(), "last day of the test"},
+           {"[certificate] issued", details.issued.has_value(), "day of issue"},
+           {"[certificate] place", !details.place.empty(),
+            "laboratory, customer, laboratoryBranch, customerBranch or other"},
+           {"[certificate] traceability", !details.traceability.empty(),
+            "a sentence on how the results are traceable to the SI"},
+           {"[certificate] rule", details.rule.has_value() || estimate.verdicts.empty(),
+            "the plan has limits; the decision rule (or --rule): simple, guarded:1, risk:0.025, method6 or "
+            "non-binary"}})
+    if (!given) problems.push_back(place_in(details, fmt::format("{} is missing: {}", key, what)));
+  return problems;
+}
+
+std::vector<std::string> wrong_details(const CertificateDetails& details) {
+  std::vector<std::string> problems;
+  for (const auto& [section, country] : {std::pair{"[laboratory]", &details.laboratory.contact.country},
+                                         std::pair{"[customer]", &details.customer.country}})
+    if (!country->empty() && !certificate::is_country(*country))
+      problems.push_back(place_in(details, fmt::format("{} country: '{}' is no country code of ISO 3166-1, such as DE, "
+                                                       "CN or US",
+                                                       section, *country)));
+  if (!details.place.empty() && std::ranges::find(certificate_places(), details.place) == certificate_places().end())
+    problems.push_back(place_in(details, fmt::format("[certificate] place: '{}' is not known: laboratory, customer, "
+                                                     "laboratoryBranch, customerBranch or other is expected",
+                                                     details.place)));
+  expect_order(details.received, details.begun, "received, begun", details, problems);
+  expect_order(details.begun, details.ended, "begun, ended", details, problems);
+  expect_order(details.ended, details.issued, "ended, issued", details, problems);
+  if (!details.replaces.empty() && details.replaces == details.number)
+    problems.push_back(place_in(details, "[certificate] replaces: an amended certificate has a number of its own"));
+  check_equipment(details, problems);
+  return problems;
+}
+
+}  // namespace tumble

@@ -1,0 +1,75 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "tumble/exchange/exports/c_code/model.hpp"
+#include "tumble/exchange/exports/export.hpp"
+#include "tumble/exchange/exports/writing/text.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::exports {
+namespace {
+
+using namespace writing;
+
+std::vector<std::string> carries() {
+  auto names =
+      terms_ending({"bias", "scale_factor", "misalignment", "nonlinearity", "thermal_bias", "thermal_scale_factor"});
+  names.emplace_back("gyro_acceleration_sensitivity");
+  return names;
+}
+
+std::vector<Option> options() {
+  return {word("type", {"double", "float", "fixed"})
+              .otherwise("float")
+              .says("type of the numbers; fixed: 32-bit integers whose formats follow from the ranges"),
+          text("function").otherwise("tumble_compensate").says("name of the function")};
+}
+
+/// A name of C.
+void check_name(const std::string& name) {
+  const auto letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, letter))
+    throw Error(Error::Kind::bad_input, fmt::format("function = '{}': a name of C has letters, digits and _", name));
+}
+
+std::string write(const ImuCalibration& calibration, const Settings& settings, const std::vector<std::string>& header) {
+  if (!calibration.accelerometers.calibrated && !calibration.gyros.calibrated)
+    throw Error(Error::Kind::bad_input, "c: the results hold noise alone, of which code makes no use");
+  check_name(settings.word("function"));
+  c_code::Plan plan{.name = settings.word("function")};
+  const std::string& type = settings.word("type");
+  plan.number = type == "double"  ? c_code::Number::double_precision
+                : type == "float" ? c_code::Number::single_precision
+                                  : c_code::Number::fixed;
+  const double rounding = plan.number == c_code::Number::double_precision ? 1e-17 : 1e-9;
+  plan.force_passes = c_code::passes_of(calibration.accelerometers, "accelerometer", rounding);
+  plan.rate_passes = c_code::passes_of(calibration.gyros, "gyro", rounding);
+  std::string text = "/*\n";
+  for (const auto& line : header) text += " * " + line + "\n";
+  text += " *\n * self-test: cc -std=c99 -DTUMBLE_CAL_TEST FILE.c && ./a.out\n */\n";
+  return text + (plan.number == c_code::Number::fixed ? c_code::fixed_point(calibration, plan)
+                                                      : c_code::floating_point(calibration, plan));
+}
+
+}  // namespace
+
+extern const Export c{
+    .name = "c",
+    .summary = "C99 source without libm and malloc, with test vectors and a self-test",
+    .formula =
+        "u = (1 + c(T)) u_r - e(T) with u_r = inv(K) (y - t(T) - b - G f - q(u_r)), solved by a fixed number of "
+        "passes where q is not zero",
+    .units = "outputs as calibrated; m/s^2, rad/s, degC",
+    .frame = "axes of the calibration",
+    .source = "this program; compared with tumble compensate by its tests",
+    .comment = "*",
+    .extension = ".c",
+    .carries = carries,
+    .estimates = no_terms,
+    .takes_counts = true,
+    .options = options,
+    .write = write};
+
+}  // namespace tumble::exports

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tumble/exchange/calibration.hpp"
+
+/// A calibration as C99 without libm and malloc.
+namespace tumble::c_code {
+
+enum class Number { double_precision, single_precision, fixed };
+
+/// What both kinds of code need.
+struct Plan {
+  std::string name;  ///< of the function, "tumble_compensate"
+  Number number = Number::double_precision;
+  int force_passes = 0, rate_passes = 0;  ///< of the iteration that inverts the curves; 0: there are none
+};
+
+/// Passes after which u = inv(K)(y - q(u)) has converged to `rounding` [1] over the range of a triad.
+/// Throws    Error::bad_input where the curves are so steep that it does not converge
+int passes_of(const TriadCalibration& triad, const char* what, double rounding);
+
+/// Whether a part is in the calibration.
+bool has_curve(const TriadCalibration& triad);
+bool has_temperature(const TriadCalibration& triad);
+bool has_temperature(const ImuCalibration& calibration);
+
+/// `text` with every key replaced by its value.
+std::string filled(std::string text, const std::vector<std::pair<std::string, std::string>>& values);
+
+/// 32 outputs over the range and the temperatures of a calibration, and the inputs that belong to them.
+struct TestVector {
+  ImuSample outputs, inputs;
+};
+std::vector<TestVector> test_vectors(const ImuCalibration& calibration);
+
+/// The file for floating point: declarations, function and, under TUMBLE_CAL_TEST, a main that compares test vectors.
+std::string floating_point(const ImuCalibration& calibration, const Plan& plan);
+/// The file for 32-bit integers, whose formats follow from the ranges; it states its greatest rounding error.
+std::string fixed_point(const ImuCalibration& calibration, const Plan& plan);
+
+}  // namespace tumble::c_code

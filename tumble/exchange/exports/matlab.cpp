@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/exchange/exports/export.hpp"
+#include "tumble/exchange/exports/writing/text.hpp"
+
+namespace tumble::exports {
+namespace {
+
+using namespace writing;
+
+std::vector<std::string> carries() {
+  auto names = terms_ending({"bias", "scale_factor", "misalignment"});
+  names.emplace_back("gyro_acceleration_sensitivity");
+  return names;
+}
+
+std::vector<Option> options() {
+  return {rate_option("rate of the samples of the simulated imuSensor; default: no imuSensor is made")};
+}
+
+/// The values of one noise; an axis that does not state it has none.
+Vector3 stated(const TriadCalibration& t, double AxisNoise::*value) {
+  Vector3 out;
+  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(t.noise[i].*value) ? 0.0 : t.noise[i].*value;
+  return out;
+}
+
+std::string parameters(const TriadCalibration& t, const char* variable, const char* function) {
+  return fmt::format(
+      "{} = {}('NoiseType', 'double-sided', ...\n    'ConstantBias', {}, ...\n    'NoiseDensity', {}, "
+      "...\n    'RandomWalk', {}, ...\n    'BiasInstability', {});\n",
+      variable, function, matlab(t.bias), matlab(stated(t, &AxisNoise::white)), matlab(stated(t, &AxisNoise::walk)),
+      matlab(stated(t, &AxisNoise::instability)));
+}
+
+std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
+  std::string text = commented(header, "%");
+  text += fmt::format(
+      "calibration.K_a = {};\ncalibration.b_a = {};\ncalibration.K_g = {};\ncalibration.b_g = {};\n"
+      "calibration.G = {};\n",
+      matlab(c.accelerometers.response), matlab(c.accelerometers.bias), matlab(c.gyros.response), matlab(c.gyros.bias),
+      matlab(c.gyros.by_force));
+  text +=
+      "% acc and gyr: one row for each sample\n"
+      "calibration.force = @(acc) (acc - calibration.b_a)/calibration.K_a';\n"
+      "calibration.rate = @(acc, gyr) (gyr - calibration.b_g - "
+      "calibration.force(acc)*calibration.G')/calibration.K_g';\n";
+  if (!settings.has("rate")) return text;
+  text += "% simulated sensor: bias and noise; its scale factors and misalignments are those of calibration.K\n";
+  return text + parameters(c.accelerometers, "accelerometer", "accelparams") +
+         parameters(c.gyros, "gyro", "gyroparams") +
+         fmt::format(
+             "imu = imuSensor('accel-gyro', 'SampleRate', {}, 'Accelerometer', accelerometer, 'Gyroscope', "
+             "gyro);\n",
+             real(settings.number("rate")));
+}
+
+}  // namespace
+
+extern const Export matlab{
+    .name = "matlab",
+    .summary = "MATLAB: matrices with functions that compensate, and an imuSensor with bias and noise",
+    .formula =
+        "force = inv(K_a) (acc - b_a), rate = inv(K_g) (gyr - b_g - G force); NoiseDensity = N (double-sided), "
+        "RandomWalk = K, BiasInstability = B",
+    .units = "rad/s, m/s^2; densities per sqrt(Hz), two-sided",
+    .frame = "axes of the calibration; specific force is +1 g upwards at rest, while imuSensor takes accelerations",
+    .source = "mathworks.com/help/nav/ref/gyroparams.html, mathworks.com/help/nav/ref/accelparams.html",
+    .comment = "%",
+    .extension = ".m",
+    .carries = carries,
+    .estimates = no_terms,
+    .takes_counts = true,
+    .options = options,
+    .write = write};
+
+}  // namespace tumble::exports

@@ -1,0 +1,152 @@
+#include "tumble/exchange/exports/writing/text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::writing {
+namespace {
+
+std::string with_point(std::string text) {
+  if (text.find('.') != std::string::npos || text.find("inf") != std::string::npos) return text;
+  const auto exponent = text.find('e');
+  return exponent == std::string::npos ? text + ".0" : text.insert(exponent, ".0");
+}
+
+/// Of the axes whose noise was measured; NaN: none states this value.
+double of_axes(const TriadCalibration& triad, double AxisNoise::*value, bool greatest) {
+  double squares = 0.0, most = 0.0, measured = 0.0;
+  bool stated = false;
+  for (const AxisNoise& axis : triad.noise) {
+    const double one = axis.*value;
+    if (!std::isnan(one) || !std::isnan(axis.white)) measured += 1.0;
+    if (std::isnan(one)) continue;
+    stated = true;
+    squares += one * one;
+    most = std::max(most, one);
+  }
+  if (!stated) return AxisNoise::none;
+  return greatest ? most : std::sqrt(squares / measured);
+}
+
+/// What to do about a noise that is missing.
+void add_missing(const TriadCalibration& triad, double found, double AxisNoise::*value, const char* option,
+                 const char* unit, const char* consumer, std::vector<std::string>& problems) {
+  if (found > 0.0) return;
+  const bool walk = value == &AxisNoise::walk;
+  std::string text = fmt::format("{} needs {}: add a result of allan_noise, or --set {}=\"... {}\"", consumer,
+                                 walk ? "a random walk K of the bias" : "a white noise N", option, unit);
+  double limit = 0.0;
+  for (const auto& axis : triad.noise)
+    if (!std::isnan(axis.walk_limit)) limit = std::max(limit, axis.walk_limit);
+  if (walk && limit > 0.0)
+    text += fmt::format("; the result shows none and says that it is below {:.3g} {} (95 %)",
+                        Unit::parse(unit).difference_from_si(limit), unit);
+  problems.push_back(text);
+}
+
+}  // namespace
+
+std::string real(double value) { return with_point(fmt::format("{}", value)); }
+
+std::string real_of_float(double value) { return with_point(fmt::format("{}", static_cast<float>(value))); }
+
+std::string commented(const std::vector<std::string>& lines, const std::string& comment) {
+  std::string text;
+  for (const auto& line : lines) text += comment + " " + line + "\n";
+  return text;
+}
+
+std::string row(Vector3 v) { return fmt::format("[{}, {}, {}]", real(v.x), real(v.y), real(v.z)); }
+
+std::string matlab(Vector3 v) { return row(v); }
+
+std::string matlab(const Matrix3& m) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < 3; ++i)
+    text += fmt::format("{}{}, {}, {}", i == 0 ? "" : "; ", real(m(i, 0)), real(m(i, 1)), real(m(i, 2)));
+  return text + "]";
+}
+
+std::string yaml_rows(const Matrix3& m, const std::string& indent) {
+  std::string text;
+  for (std::size_t i = 0; i < 3; ++i)
+    text += fmt::format("{}- [ {}, {}, {} ]\n", indent, real(m(i, 0)), real(m(i, 1)), real(m(i, 2)));
+  return text;
+}
+
+std::string yaml_transform(const Matrix3& rotation, const std::string& indent) {
+  std::string text;
+  for (std::size_t i = 0; i < 3; ++i)
+    text += fmt::format("{}- [ {}, {}, {}, 0.0 ]\n", indent, real(rotation(i, 0)), real(rotation(i, 1)),
+                        real(rotation(i, 2)));
+  return text + indent + "- [ 0.0, 0.0, 0.0, 1.0 ]\n";
+}
+
+OneNoise one_noise(const TriadCalibration& triad, const Settings& settings) {
+  const bool greatest = settings.word("axes") == "max";
+  return {of_axes(triad, &AxisNoise::white, greatest), of_axes(triad, &AxisNoise::walk, greatest)};
+}
+
+FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
+  const FourNoises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
+  std::vector<std::string> problems;
+  add_missing(calibration.gyros, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)", consumer, problems);
+  add_missing(calibration.accelerometers, all.accelerometer.white, &AxisNoise::white, "accelerometer_white",
+              "(m/s)/sqrt(h)", consumer, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return all;
+}
+
+FourNoises four_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
+  const FourNoises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
+  std::vector<std::string> problems;
+  add_missing(calibration.gyros, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)", consumer, problems);
+  add_missing(calibration.accelerometers, all.accelerometer.white, &AxisNoise::white, "accelerometer_white",
+              "(m/s)/sqrt(h)", consumer, problems);
+  add_missing(calibration.gyros, all.gyro.walk, &AxisNoise::walk, "gyro_walk", "deg/h/sqrt(h)", consumer, problems);
+  add_missing(calibration.accelerometers, all.accelerometer.walk, &AxisNoise::walk, "accelerometer_walk", "ug/sqrt(h)",
+              consumer, problems);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return all;
+}
+
+Option rate_option(const char* description) { return quantity("rate", "Hz").above(0).bare().says(description); }
+
+double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
+  if (settings.has("rate")) return settings.number("rate");
+  if (std::isfinite(calibration.noise_rate)) return calibration.noise_rate;
+  throw Error(Error::Kind::bad_input, fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
+}
+
+std::string topic_of(const Settings& settings) {
+  const std::string& topic = settings.word("rostopic");
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '/' || c == '_' || c == '~';
+  };
+  if (topic.empty() || !std::ranges::all_of(topic, plain))
+    throw Error(Error::Kind::bad_input,
+                fmt::format("rostopic = '{}': the name of a topic has letters, digits, / and _", topic));
+  return topic;
+}
+
+std::vector<std::string> terms_ending(const std::vector<std::string>& endings) {
+  std::vector<std::string> names;
+  for (const auto& term : calibration_terms())
+    if (std::ranges::any_of(endings, [&](const std::string& ending) {
+          return std::string_view(term.name) == "gyro_" + ending ||
+                 std::string_view(term.name) == "accelerometer_" + ending;
+        }))
+      names.emplace_back(term.name);
+  return names;
+}
+
+std::vector<std::string> estimated_biases() { return terms_ending({"bias", "thermal_bias", "thermal_transient"}); }
+
+std::vector<std::string> no_terms() { return {}; }
+
+}  // namespace tumble::writing

@@ -1,0 +1,102 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/exchange/results/reader.hpp"
+
+namespace tumble::results {
+namespace {
+
+/// The channels of a result, in their order, and whether each is a gyro.
+std::vector<std::pair<std::string, bool>> channels_of(const Estimate& estimate) {
+  std::vector<std::pair<std::string, bool>> channels;
+  for (const auto& parameter : estimate.parameters) {
+    const auto dot = parameter.name.rfind('.');
+    if (dot == std::string::npos) continue;
+    const std::string label = parameter.name.substr(0, dot), term = parameter.name.substr(dot + 1);
+    const bool gyro = term == "angle_random_walk", force = term == "velocity_random_walk";
+    const bool known = std::ranges::any_of(channels, [&](const auto& channel) { return channel.first == label; });
+    if ((gyro || force) && !known) channels.emplace_back(label, gyro);
+  }
+  return channels;
+}
+
+/// x, y or z at the end of a label, of either case; 3: another letter.
+std::size_t axis_of(const std::string& label) {
+  const char last = label.empty() ? ' ' : label.back();
+  const std::string letters = "xyzXYZ";
+  const auto at = letters.find(last);
+  return at == std::string::npos ? 3 : at % 3;
+}
+
+/// The axes that each channel is: one, by the last letter of its label; all three where there is one channel of a kind.
+std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
+                                                        const std::vector<std::pair<std::string, bool>>& channels) {
+  std::map<std::string, std::vector<std::size_t>> axes;
+  for (const bool gyro : {false, true}) {
+    std::vector<std::string> labels;
+    for (const auto& [label, is_gyro] : channels)
+      if (is_gyro == gyro) labels.push_back(label);
+    for (const auto& label : labels) {
+      const std::size_t axis = axis_of(label);
+      if (axis < 3) axes[label] = {axis};
+      if (axis == 3 && labels.size() == 1) {
+        axes[label] = {0, 1, 2};
+        reader.note(fmt::format("noise of {} is used for all three {}", label, gyro ? "gyros" : "accelerometers"));
+      }
+      if (axis == 3 && labels.size() > 1)
+        reader.problem(fmt::format("of the channels {} the axis is not known: let their names end in x, y, z",
+                                   fmt::join(labels, ", ")));
+    }
+  }
+  return axes;
+}
+
+AxisNoise noise_of(Reader& reader, const std::string& label, bool gyro) {
+  const std::string walk = label + (gyro ? ".rate_random_walk" : ".acceleration_random_walk");
+  AxisNoise noise;
+  noise.white = reader.value_or(label + (gyro ? ".angle_random_walk" : ".velocity_random_walk"), AxisNoise::none);
+  noise.walk = reader.value_or(walk, AxisNoise::none);
+  noise.instability = reader.value_or(label + ".bias_instability", AxisNoise::none);
+  noise.markov_sd = reader.value_or(label + ".markov_sd", AxisNoise::none);
+  noise.markov_time = reader.value_or(label + ".markov_time", AxisNoise::none);
+  if (const auto limit = find_upper_limit(reader.estimate(), walk)) noise.walk_limit = limit->value;
+  return noise;
+}
+
+/// [Hz]: the curve of a channel begins at one sampling interval. NaN where there is no curve.
+double rate_of(const Estimate& estimate, const std::string& label) {
+  const auto curve = std::ranges::find(estimate.curves, label + " allan_deviation", &Curve::name);
+  if (curve == estimate.curves.end() || curve->x.values.empty()) return std::nan("");
+  return std::round(1e9 / curve->x.values.front()) / 1e9;
+}
+
+/// The rate of all channels [Hz]; where they differ, the user has to say one.
+double common_rate(const Estimate& estimate, const std::vector<std::pair<std::string, bool>>& channels) {
+  std::vector<double> rates;
+  for (const auto& [label, gyro] : channels) rates.push_back(rate_of(estimate, label));
+  const auto [low, high] = std::ranges::minmax(rates);
+  return high < 1.01 * low ? rates.front() : AxisNoise::none;
+}
+
+}  // namespace
+
+void read_noise(Reader& reader, std::set<std::string>& claimed) {
+  const auto channels = channels_of(reader.estimate());
+  if (channels.empty()) return reader.problem("it states no white noise of a gyro or an accelerometer");
+  const auto axes = axes_of(reader, channels);
+  reader.calibration().noise_rate = common_rate(reader.estimate(), channels);
+  for (const auto& [label, gyro] : channels) {
+    const auto own = axes.find(label);
+    if (own == axes.end()) continue;
+    for (const std::size_t axis : own->second) {
+      reader.claim(role(gyro, axis) + " noise", claimed);
+      triad(reader.calibration(), gyro).noise[axis] = noise_of(reader, label, gyro);
+    }
+  }
+}
+
+}  // namespace tumble::results

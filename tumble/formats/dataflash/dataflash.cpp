@@ -1,0 +1,243 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/formats/checksum.hpp"
+#include "tumble/formats/dataflash/known.hpp"
+#include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/formats/topics/choose.hpp"
+#include "tumble/formats/topics/read.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::dataflash {
+
+namespace {
+
+using topics::Log;
+
+bool recognises(const std::string& path) {
+  char bytes[magic.size()];
+  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
+  return std::string_view(bytes, count) == magic;
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& what) {
+  throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
+}
+
+/// The stamp of a message: when the sample was taken, where the message says it.
+const Field* time_field(const Description& description) {
+  for (const char* label : {"SampleUS", "TimeUS", "TimeMS"}) {
+    const Field* const field = find_field(description, label);
+    const auto number = field ? number_of(field->type) : std::nullopt;
+    if (number && topics::is_integer(*number)) return field;
+  }
+  return nullptr;
+}
+
+/// A unit of FMTU that is one of ours.
+std::optional<Unit> unit_of(const Scan& scan, char character) {
+  const auto found = scan.units.find(character);
+  if (found == scan.units.end() || character == '?') return std::nullopt;
+  const std::string& label = found->second;
+  try {
+    return label.empty() ? Unit() : Unit::parse(label == "m/s/s" ? "m/s^2" : label);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// What one count of a field is worth: by the multiplier of FMTU, which replaces the one that the type implies.
+double scale_of(const Scan& scan, const FieldUnits& units, std::size_t index, char type) {
+  if (index < units.multipliers.size()) {
+    const auto found = scan.multipliers.find(units.multipliers[index]);
+    if (found != scan.multipliers.end() && found->second > 0.0 && std::isfinite(found->second)) return found->second;
+  }
+  if (type == 'c' || type == 'C' || type == 'e' || type == 'E') return 0.01;
+  return type == 'L' ? 1e-7 : 1.0;
+}
+
+/// The fields of a stream that become channels: of known messages the samples, of others every number.
+topics::Topic topic_of(const Scan& scan, const Stream& stream) {
+  const Description& description = scan.descriptions[stream.id];
+  const FieldUnits& units = scan.field_units[stream.id];
+  const Field* const time = time_field(description);
+  const Field* const instance = scan.instance_field(stream.id);
+  topics::Topic topic{.name = stream.name, .messages = stream.messages};
+  topic.time = time->offset;
+  topic.time_number = *number_of(time->type);
+  topic.ticks = time->label == "TimeMS" ? 1e3 : 1e6;
+  for (std::size_t i = 0; i < description.fields.size(); ++i) {
+    const Field& field = description.fields[i];
+    const auto number = number_of(field.type);
+    if (!number || &field == instance || field.label == "TimeUS" || field.label == "TimeMS" || &field == time) continue;
+    topics::Column column{.field = field.label, .names = {}, .unit = {}, .offset = field.offset, .number = *number};
+    column.scale = scale_of(scan, units, i, field.type);
+    if (i < units.units.size()) column.unit = unit_of(scan, units.units[i]);
+    if (known_message(description.name) && !describe(instance_of(stream, description.name), column)) continue;
+    topic.columns.push_back(std::move(column));
+  }
+  return topic;
+}
+
+/// Streams with a time and a number, whose description is clear.
+std::vector<std::size_t> readable(const Scan& scan) {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < scan.streams.size(); ++i) {
+    const Description& description = scan.descriptions[scan.streams[i].id];
+    if (!description.ambiguous && time_field(description) && !topic_of(scan, scan.streams[i]).columns.empty())
+      indices.push_back(i);
+  }
+  return indices;
+}
+
+void take_meta(const Scan& scan, Recording& frame) {
+  frame.instrument = scan.firmware;
+  for (const auto& [name, value] : scan.parameters)
+    if (name.starts_with("INS_GYR") || name.starts_with("INS_ACC") || name == "AHRS_ORIENTATION" ||
+        name == "INS_RAW_LOG_OPT" || (name.starts_with("INS_TCAL") && value != 0.0))
+      frame.meta[name] = fmt::format("{}", static_cast<float>(value));
+}
+
+/// Names of messages that cannot be read, for people.
+std::string unreadable(const Scan& scan) {
+  std::vector<std::string> names;
+  for (const Description& description : scan.descriptions)
+    if (description.ambiguous || (!description.name.empty() && description.fields.empty()))
+      names.push_back(description.name);
+  return names.empty() ? "?" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+void take_damage(const Scan& scan, Findings& findings) {
+  const Damage& damage = scan.damage;
+  if (damage.stretches > 0)
+    findings.push_back({Finding::Severity::warning,
+                        "log_damaged",
+                        {{"size", damage.bytes}, {"at", damage.first}},
+                        "",
+                        {damage.stretches, {}, {}}});
+  if (damage.cut_off > 0) findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", damage.cut_off}}});
+  if (damage.undescribed > 0 || unreadable(scan) != "?")
+    findings.push_back({Finding::Severity::info,
+                        "messages_not_described",
+                        {{"what", unreadable(scan)}},
+                        "",
+                        {damage.undescribed, {}, {}}});
+  if (scan.rejected > 0.0)
+    findings.push_back({Finding::Severity::warning, "log_rejected", {{"number", scan.rejected}}});
+}
+
+void say_corrected(const Scan& scan, const std::vector<std::size_t>& streams, Findings& findings) {
+  std::vector<std::string> all;
+  for (const std::size_t i : streams) {
+    const Stream& stream = scan.streams[i];
+    const std::string& name = scan.descriptions[stream.id].name;
+    const KnownMessage* const known = known_message(name);
+    if (!known) continue;
+    for (auto& parameter : corrections(scan, *known, instance_of(stream, name)))
+      if (std::ranges::find(all, parameter) == all.end()) all.push_back(std::move(parameter));
+  }
+  if (!all.empty())
+    findings.push_back({Finding::Severity::warning,
+                        "corrected_by_parameters",
+                        {{"parameters", fmt::format("{}", fmt::join(all, ", "))}}});
+}
+
+/// Topics of the messages: by id, and by instance where there is a field for it.
+struct Route {
+  const Field* instance = nullptr;
+  std::vector<int> topics = std::vector<int>(256, -1);
+};
+
+std::function<void(const topics::Take&, const Progress&)> player(const std::string& path,
+                                                                 const std::shared_ptr<const Scan>& scan,
+                                                                 const std::vector<std::size_t>& streams) {
+  auto routes = std::make_shared<std::vector<std::optional<Route>>>(256);
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    const Stream& stream = scan->streams[streams[i]];
+    auto& route = (*routes)[stream.id];
+    if (!route) route = Route{stream.instance < 0 ? nullptr : scan->instance_field(stream.id)};
+    route->topics[stream.instance < 0 ? 0 : static_cast<std::size_t>(stream.instance)] = static_cast<int>(i);
+  }
+  return [path, scan, routes](const topics::Take& take, const Progress& progress) {
+    Descriptions descriptions;
+    walk(path, descriptions, progress, [&](std::uint8_t id, const char* message) {
+      const auto& route = (*routes)[id];
+      if (!route) return;
+      const int topic =
+          route->topics[route->instance ? static_cast<unsigned char>(message[route->instance->offset]) : 0];
+      if (topic >= 0) take(static_cast<std::size_t>(topic), message);
+    });
+  };
+}
+
+/// Reads everything but the samples.
+Log open(const std::string& path, const ReadOptions& options) {
+  if (!recognises(path)) refuse(path, "is no DataFlash log: it does not begin with the bytes A3 95");
+  const auto found = std::make_shared<const Scan>(scan(path));
+  const auto streams = readable(*found);
+  std::vector<std::string> names;
+  for (const std::size_t i : streams) names.push_back(found->streams[i].name);
+  if (names.empty())
+    refuse(path,
+           "holds no samples: no message that FMT describes has a time and numbers (is it cut off, or its beginning "
+           "missing?)");
+  const auto chosen =
+      options.topics.empty() ? preferred(*found, streams) : topics::asked_for(names, options.topics, path);
+  if (chosen.empty())
+    refuse(path,
+           fmt::format("has no messages of a gyro or an accelerometer: IMU, GYR, ACC{}; name others with --topic: {}",
+                       found->damage.undescribed > 0 ? " (it holds messages without FMT: is its beginning missing?)"
+                                                     : " (is it cut off?)",
+                       fmt::join(names, ", ")));
+  Log log;
+  log.frame.origin.file = path;
+  std::vector<std::size_t> of_scan;
+  for (const std::size_t i : chosen) {
+    log.topics.push_back(topic_of(*found, found->streams[streams[i]]));
+    of_scan.push_back(streams[i]);
+  }
+  take_meta(*found, log.frame);
+  take_damage(*found, log.frame.findings);
+  say_corrected(*found, of_scan, log.frame.findings);
+  topics::name_the_others(names, chosen, log.frame.findings);
+  topics::name_channels(options, log);
+  std::vector<std::size_t> remaining;  // name_channels() may have removed topics
+  for (const topics::Topic& topic : log.topics)
+    for (const std::size_t i : of_scan)
+      if (found->streams[i].name == topic.name) remaining.push_back(i);
+  log.play = player(path, found, remaining);
+  return log;
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  const Log log = open(path, options);
+  auto checksum = sha256_in_background(path);
+  Recording recording = topics::read(log, progress);
+  recording.origin.checksum = std::move(checksum);
+  return recording;
+}
+
+std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
+  return topics::memory(open(path, options));
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  topics::stream(open(path, options), samples, sink, progress);
+}
+
+}  // namespace
+
+extern const Format dataflash{.name = "dataflash",
+                              .summary = "log of the autopilot ArduPilot: messages such as IMU:0",
+                              .extensions = {".bin"},
+                              .recognises = recognises,
+                              .read = read,
+                              .memory = memory,
+                              .stream = stream};
+
+}  // namespace tumble::dataflash

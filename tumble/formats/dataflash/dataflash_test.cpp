@@ -1,0 +1,126 @@
+// The logs of tests/reference/dataflash, whose values follow from the number of the message (SOURCE.md), and damaged
+// ones.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tumble/formats/testing/log_files.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble {
+namespace {
+
+std::string reference(const char* name) { return std::string(TUMBLE_SOURCE_DIR "/tests/reference/dataflash/") + name; }
+
+Recording read(const char* name, const ReadOptions& options = {}) {
+  return read_recording(reference(name), options, {});
+}
+
+TEST(DataFlash, ReadsTheFirstImu) {
+  const Recording log = read("copter.bin");
+  ASSERT_EQ(log.channels.size(), 7u);
+  EXPECT_EQ(log.channels[0].name, "gyro.x");
+  EXPECT_EQ(log.channels[3].name, "accelerometer.x");
+  EXPECT_EQ(log.channels[3].unit.text(), "m/s^2");
+  EXPECT_EQ(log.channels[6].name, "temperature");
+  for (std::size_t k = 0; k < 30; ++k) {
+    const auto i = static_cast<double>(k);
+    EXPECT_EQ(log.channels[0].values.at(k), static_cast<float>(0.001 * i));
+    EXPECT_EQ(log.channels[3].values.at(k), static_cast<float>(1 + 0.25 * i));
+    EXPECT_EQ(log.channels[6].values.at(k), 30 + 0.5 * i + 273.15);
+    EXPECT_EQ(log.channels[0].time(k), (5e6 + 2500 * i + static_cast<double>(k * 53 % 300)) / 1e6);
+  }
+  EXPECT_EQ(log.instrument, "ArduCopter V4.5.1 (abcdef01)");
+  EXPECT_EQ(log.meta.at("INS_ACCSCAL_Y"), "1.5");
+  EXPECT_FALSE(log.meta.contains("ATC_RAT_RLL_P"));
+  EXPECT_NE(said(log.findings, "corrected_by_parameters").find("INS_GYROFFS_X, INS_ACCSCAL_Y:"), std::string::npos);
+  EXPECT_NE(said(log.findings, "topics_not_read").find("IMU:1, ATT;"), std::string::npos);
+  EXPECT_EQ(log.findings.size(), 2u);
+}
+
+TEST(DataFlash, AnInstanceIsPickedByName) {
+  EXPECT_EQ(read("copter.bin", {.topics = {"IMU:1"}}).channels[3].values.at(2), 2.5);
+  EXPECT_EQ(read("copter.bin", {.topics = {"IMU:1"}}).channels[3].name, "accelerometer.x");
+  EXPECT_EQ(read("copter.bin", {.topics = {"IMU"}}).channels[10].name, "accelerometer1.x");
+  EXPECT_NE(refusal_of(reference("copter.bin"), {.topics = {"IMU:2"}}).find("topics with samples: IMU:0, IMU:1, ATT"),
+            std::string::npos);
+}
+
+TEST(DataFlash, TheMultiplierReplacesTheFactorOfTheType) {
+  for (const char* name : {"copter.bin", "old.bin"}) {  // with and without FMTU
+    const Recording log = read(name, {.topics = {"ATT"}});
+    const bool described = std::string(name) == "copter.bin";
+    EXPECT_EQ(log.channels.at(1).name, "ATT.Pitch");
+    EXPECT_EQ(log.channels.at(1).unit.text(), described ? "deg" : "1");
+    EXPECT_NEAR(log.channels[1].values.at(2), -50 * 6 * 0.01 * (described ? degree : 1.0), 1e-15);
+    EXPECT_NEAR(log.channels.at(3).values.at(2), 7 * 6 * (described ? 0.001 : 0.01), 1e-15) << name;
+    EXPECT_NEAR(log.channels.at(4).values.at(2), (-353632610 + 6) * 1e-7, 1e-13);
+  }
+}
+
+TEST(DataFlash, OldLogsHaveTheUnitsOfTheNames) {
+  const Recording log = read("old.bin");
+  EXPECT_EQ(log.channels.at(5).unit.text(), "m/s^2");
+  EXPECT_EQ(log.channels[5].values.size(), 12u);
+  EXPECT_EQ(said(log.findings, "log_damaged") + said(log.findings, "log_cut_off"), "");  // erased memory is no damage
+}
+
+TEST(DataFlash, RawSamplesComeFirst) {
+  const Recording log = read("raw.bin");
+  ASSERT_EQ(log.channels.size(), 6u);
+  EXPECT_EQ(log.channels[0].timeline.rate, 1000.0);
+  EXPECT_EQ(log.channels[2].values.at(7), -3.5);
+  EXPECT_NEAR(log.channels[3].time(7), 6.00702, 1e-12);
+}
+
+TEST(DataFlash, MessagesWithoutADescriptionAreSkipped) {
+  EXPECT_NE(refusal_of(reference("no_fmt.bin")).find("without FMT"), std::string::npos);
+  const Recording log = read("no_fmt.bin", {.topics = {"ATT"}});
+  EXPECT_EQ(log.channels.at(0).values.size(), 4u);
+  EXPECT_NE(said(log.findings, "messages_not_described").find("24"), std::string::npos);
+}
+
+TEST(DataFlash, BlocksHoldWhatReadingGives) {
+  expect_streams_the_same(reference("copter.bin"), {}, 7);
+  expect_streams_the_same(reference("copter.bin"), {.topics = {"IMU", "ATT"}}, 7);
+  expect_streams_the_same(reference("raw.bin"), {}, 7);
+}
+
+TEST(DataFlash, CutAnywhereTheSamplesBeforeRemain) {
+  const std::string bytes = read_text_file(reference("copter.bin"));
+  expect_prefixes(bytes.substr(0, bytes.size() - 2500));
+  const ScratchFolder folder;
+  write_bytes(folder.file("a.bin"), bytes.substr(0, bytes.size() - 20));
+  EXPECT_NE(said(read_recording(folder.file("a.bin"), {}, {}).findings, "log_cut_off"), "");
+}
+
+TEST(DataFlash, AfterDamageReadingGoesOn) {
+  const ScratchFolder folder;
+  const std::string good = read_text_file(reference("copter.bin"));
+  const Recording whole = read("copter.bin");
+  for (std::size_t back = 2200; back > 1000; back -= 31) {
+    std::string bytes = good;
+    bytes.erase(bytes.size() - back, 23);
+    write_bytes(folder.file("a.bin"), bytes);
+    const Recording log = read_recording(folder.file("a.bin"), {}, {});
+    EXPECT_GE(log.channels[0].values.size(), 28u) << back;
+    EXPECT_NE(said(log.findings, "log_damaged") + said(log.findings, "messages_not_described"), "") << back;
+    for (const double value : log.channels[3].values)  // no sample from a message that lacks bytes
+      EXPECT_NE(std::ranges::find(whole.channels[3].values, value), whole.channels[3].values.end()) << back;
+  }
+}
+
+TEST(DataFlash, ADescriptionThatContradictsAnotherIsNotUsed) {
+  const ScratchFolder folder;
+  std::string bytes = read_text_file(reference("copter.bin"));
+  const auto imu = bytes.find("QBffffffIIfBBHH");
+  std::string second = bytes.substr(imu - 9, 89);
+  second[9] = 'q';
+  bytes.insert(bytes.find("\xa3\x95\x8c"), second);
+  write_bytes(folder.file("a.bin"), bytes);
+  EXPECT_NE(refusal_of(folder.file("a.bin")).find("no messages of a gyro"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tumble

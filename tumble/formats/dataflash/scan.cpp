@@ -1,0 +1,101 @@
+#include "tumble/formats/dataflash/scan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace tumble::dataflash {
+namespace {
+
+/// Multipliers are written as binary32 widened to binary64: to seven digits they are what was meant.
+double seven_digits(double value) { return std::strtod(fmt::format("{:.6e}", value).c_str(), nullptr); }
+
+/// Counts messages, and takes those that describe the log.
+class Taker {
+ public:
+  explicit Taker(Scan& scan) : scan_(scan), counts_(256) {}
+
+  void take(std::uint8_t id, const char* message) {
+    const Description& description = scan_.descriptions[id];
+    auto& counts = counts_[id];
+    if (counts.all++ == 0) counts.special = is_special(description.name);
+    if (counts.special) take_special(description, message);
+    if (counts.all == 1) counts.instance = scan_.instance_field(id);
+    if (!counts.instance) return;
+    if (counts.by_instance.empty()) counts.by_instance.resize(256);
+    ++counts.by_instance[static_cast<unsigned char>(message[counts.instance->offset])];
+  }
+
+  void finish() {
+    for (std::size_t id = 0; id < counts_.size(); ++id) {
+      const auto& counts = counts_[id];
+      const Description& description = scan_.descriptions[id];
+      if (counts.all == 0 || counts.special || description.name == "FMT") continue;
+      if (counts.by_instance.empty())
+        scan_.streams.push_back({description.name, static_cast<std::uint8_t>(id), -1, counts.all});
+      for (std::size_t i = 0; i < counts.by_instance.size(); ++i)
+        if (counts.by_instance[i] > 0)
+          scan_.streams.push_back({fmt::format("{}:{}", description.name, i), static_cast<std::uint8_t>(id),
+                                   static_cast<int>(i), counts.by_instance[i]});
+    }
+  }
+
+ private:
+  struct Counts {
+    std::size_t all = 0;
+    std::vector<std::size_t> by_instance;
+    const Field* instance = nullptr;
+    bool special = false;
+  };
+
+  static bool is_special(const std::string& name) {
+    static constexpr const char* names[] = {"FMTU", "UNIT", "MULT", "PARM", "MSG", "DSF"};
+    return std::ranges::find(names, name) != std::end(names);
+  }
+
+  void take_special(const Description& description, const char* message) {
+    const auto value = [&](const char* label) { return value_of(description, message, label); };
+    const auto text = [&](const char* label) { return text_of(description, message, label); };
+    const std::string& name = description.name;
+    if (name == "FMTU") {
+      if (const auto type = value("FmtType"); type && *type >= 0.0 && *type < 256.0)
+        scan_.field_units[static_cast<std::size_t>(*type)] = {text("UnitIds"), text("MultIds")};
+    } else if (name == "UNIT" && value("Id")) {
+      scan_.units[static_cast<char>(static_cast<int>(*value("Id")))] = text("Label");
+    } else if (name == "MULT" && value("Id") && value("Mult")) {
+      scan_.multipliers[static_cast<char>(static_cast<int>(*value("Id")))] = seven_digits(*value("Mult"));
+    } else if (name == "PARM" && value("Value")) {
+      scan_.parameters.try_emplace(text("Name"), *value("Value"));
+    } else if (name == "MSG" && scan_.firmware.empty()) {
+      scan_.firmware = text("Message");
+    } else if (name == "DSF" && value("Dp")) {
+      scan_.rejected = std::max(scan_.rejected, *value("Dp"));
+    }
+  }
+
+  Scan& scan_;
+  std::vector<Counts> counts_;
+};
+
+}  // namespace
+
+const Field* Scan::instance_field(std::uint8_t id) const {
+  const auto usable = [](const Field* field) { return field && size_of(field->type) == 1 ? field : nullptr; };
+  const Description& description = descriptions[id];
+  if (const auto at = field_units[id].units.find('#'); at < description.fields.size())
+    return usable(&description.fields[at]);
+  return usable(find_field(description, "I"));
+}
+
+Scan scan(const std::string& path) {
+  Scan result;
+  Taker taker(result);
+  result.damage =
+      walk(path, result.descriptions, {}, [&](std::uint8_t id, const char* message) { taker.take(id, message); });
+  taker.finish();
+  return result;
+}
+
+}  // namespace tumble::dataflash

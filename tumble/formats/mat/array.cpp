@@ -1,0 +1,45 @@
+#include "tumble/formats/mat/array.hpp"
+
+#include <algorithm>
+
+#include "tumble/math/room.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::mat {
+
+namespace {
+
+constexpr std::size_t always = std::size_t{1} << 27;  ///< values [1 GB] that any file may unpack to
+constexpr std::size_t per_byte = 16;                  ///< values that a byte of the file may unpack to, above that
+
+}  // namespace
+
+Budget::Budget(std::size_t file_size) : left_(std::max(always, per_byte * file_size)) {}
+
+void Budget::take(std::size_t rows, std::size_t columns) {
+  if (columns != 0 && rows > left_ / columns)
+    throw Error(Error::Kind::bad_file, "it claims " + std::to_string(rows) + " x " + std::to_string(columns) +
+                                           " numbers, more than a file of this size can hold");
+  left_ -= rows * columns;
+}
+
+Filler::Filler(Array& to, std::size_t rows, std::size_t columns) : to_(to), rows_(rows), by_column_(rows >= columns) {
+  to_.vectors.resize(std::min(rows, columns));
+}
+
+void Filler::add(const double* values, std::size_t count) {
+  if (!by_column_) {
+    for (std::size_t k = 0; k < count; ++k) to_.vectors[next_++ % rows_].push_back(values[k]);
+    return;
+  }
+  while (count > 0) {
+    auto& vector = to_.vectors[next_ / rows_];
+    const std::size_t now = std::min(count, rows_ - next_ % rows_);
+    vector.insert(vector.end(), values, values + now);
+    next_ += now;
+    values += now;
+    count -= now;
+  }
+}
+
+}  // namespace tumble::mat

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace tumble::mat {
+
+/// A numeric variable or field with its values [as written], by the longer side: of 1000 x 3 and of 3 x 1000 there are
+/// three vectors of 1000.
+struct Array {
+  std::string name;  ///< "gyro", "imu.gyro"
+  std::vector<std::vector<double>> vectors;
+
+  std::size_t length() const { return vectors.empty() ? 0 : vectors.front().size(); }
+};
+
+/// What a MATLAB file holds.
+struct Contents {
+  std::vector<Array> arrays;
+  std::vector<std::pair<std::string, std::string>> texts;  ///< by the name of the variable
+  std::vector<std::string> skipped;                        ///< variables that hold no plain numbers
+  std::string head;                                        ///< what the file says of itself
+  bool cut_off = false;                                    ///< it ends within a variable; what is whole is here
+};
+
+/// Fills an array of rows x columns with values that come column by column.
+class Filler {
+ public:
+  /// Room for rows x columns values, which must be plausible.
+  Filler(Array& to, std::size_t rows, std::size_t columns);
+  /// The next `count` values [any], at most as many as there is room for.
+  void add(const double* values, std::size_t count);
+
+ private:
+  Array& to_;
+  std::size_t rows_;
+  bool by_column_;  ///< a vector is a column, not a row
+  std::size_t next_ = 0;
+};
+
+/// Counts the values that are kept, and refuses what no file of this size holds: a few bytes can unpack to very many.
+class Budget {
+ public:
+  explicit Budget(std::size_t file_size);
+  /// Throws Error::bad_file, the bare reason.
+  void take(std::size_t rows, std::size_t columns);
+
+ private:
+  std::size_t left_;
+};
+
+/// MATLAB's binary files of version 5 (6, 7) and 4. Throws Error::bad_file.
+Contents read_level5(const std::string& path);
+Contents read_level4(const std::string& path);
+/// Version 7.3: HDF5. Throws Error::bad_file.
+Contents read_hdf5(const std::string& path);
+
+/// Whether the file begins as one of version 4, which has no signature.
+bool is_level4(const std::string& path);
+
+}  // namespace tumble::mat

@@ -1,0 +1,60 @@
+#include <cstring>
+
+#include "tumble/formats/checksum.hpp"
+#include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/formats/mat/recording.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::mat {
+
+namespace {
+
+enum class Level { none, four, five, seven };
+
+Level level_of(const std::string& path) {
+  char bytes[10];
+  const std::string_view head(bytes, file::InputFile(path).read(bytes, sizeof bytes));
+  if (head == "MATLAB 5.0") return Level::five;
+  if (head == "MATLAB 7.3") return Level::seven;
+  return is_level4(path) ? Level::four : Level::none;
+}
+
+bool recognises(const std::string& path) { return level_of(path) != Level::none; }
+
+Contents contents_of(const std::string& path) {
+  switch (level_of(path)) {
+    case Level::four:
+      return read_level4(path);
+    case Level::five:
+      return read_level5(path);
+    case Level::seven:
+      return read_hdf5(path);
+    case Level::none:
+      break;
+  }
+  throw Error(Error::Kind::bad_file,
+              "'" + path +
+                  "' is no binary file of MATLAB: it begins neither with 'MATLAB 5.0' or 'MATLAB 7.3' nor with a "
+                  "variable of version 4");
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  if (!options.segment_column.empty())
+    throw Error(Error::Kind::bad_file, "'" + path + "' is a file of MATLAB: segment_column is for text tables");
+  auto checksum = sha256_in_background(path);
+  report(progress, 0.0, "reading");
+  Recording recording = recording_of(contents_of(path), path, options);
+  recording.origin.checksum = std::move(checksum);
+  return recording;
+}
+
+}  // namespace
+
+extern const Format mat{.name = "mat",
+                        .summary = "binary file of MATLAB, versions 4, 5 (6, 7) and 7.3: arrays, also in structures",
+                        .extensions = {".mat"},
+                        .recognises = recognises,
+                        .read = read};
+
+}  // namespace tumble::mat

@@ -1,0 +1,175 @@
+// The files of tests/reference/mat, whose samples follow from their number (SOURCE.md), and damaged ones.
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <string>
+
+#include "tumble/formats/testing/log_files.hpp"
+
+namespace tumble {
+namespace {
+
+std::string reference(const std::string& name) { return TUMBLE_SOURCE_DIR "/tests/reference/mat/" + name; }
+
+double value(double of_array, std::size_t k, double column) {
+  return of_array + 0.001 * static_cast<double>(k + 1) * column;
+}
+
+ReadOptions units(std::initializer_list<const char*> names) {
+  ReadOptions options;
+  for (const char* name : names) options.units[name] = Unit::parse("1");
+  return options;
+}
+
+Recording read(const std::string& name, const ReadOptions& options) {
+  return read_recording(reference(name), options, {});
+}
+
+TEST(Mat, AllVersionsHoldTheSame) {
+  for (const char* name : {"plain.mat", "packed.mat", "old.mat", "hdf5.mat"}) {
+    ReadOptions options = units({"gyro", "acc", "temperature"});
+    options.topics = {"gyro", "acc", "temperature"};
+    const Recording log = read(name, options);
+    ASSERT_EQ(log.channels.size(), 7u) << name;
+    for (std::size_t k = 0; k < 60; ++k) {
+      EXPECT_EQ(find_channel(log, "gyro.x")->values.at(k), value(1, k, 1)) << name;
+      EXPECT_EQ(find_channel(log, "gyro.z")->values.at(k), value(1, k, 3)) << name;
+      EXPECT_EQ(find_channel(log, "acc.y")->values.at(k), value(2, k, 2)) << name;
+      EXPECT_EQ(find_channel(log, "temperature")->values.at(k), value(3, k, 1)) << name;
+    }
+    EXPECT_EQ(log.channels[0].timeline.rate, 200.0) << name;
+    EXPECT_EQ(log.meta.at("note"), "unit 0117") << name;
+    EXPECT_NE(said(log.findings, "topics_not_read").find("bias"), std::string::npos) << name;
+  }
+}
+
+TEST(Mat, ShortArraysAreNotReadUnasked) {
+  const Recording log = read("plain.mat", units({"gyro", "acc", "temperature"}));
+  EXPECT_EQ(log.channels.size(), 7u);
+}
+
+TEST(Mat, FieldsOfStructuresHaveTheirOwnTime) {
+  ReadOptions options = units({"imu.gyro", "imu.raw"});
+  options.topics = {"imu"};
+  for (const char* name : {"structure.mat", "hdf5.mat"}) {
+    const Recording log = read(name, options);
+    ASSERT_EQ(log.channels.size(), 6u) << name;
+    EXPECT_EQ(find_channel(log, "imu.gyro.y")->values.at(5), value(1, 5, 2));
+    EXPECT_EQ(find_channel(log, "imu.raw.z")->values.at(9), static_cast<int>(100 * value(2, 9, 3))) << name;
+    EXPECT_EQ(log.channels[0].timeline.rate, 200.0);
+  }
+}
+
+TEST(Mat, ArraysOfStructuresAndANumberForTheRate) {
+  ReadOptions options = units({"trial.1.gyro", "trial.2.gyro"});
+  options.topics = {"trial"};
+  const Recording log = read("structure.mat", options);
+  ASSERT_EQ(log.channels.size(), 2u);
+  EXPECT_EQ(log.channels[1].name, "trial.2.gyro");
+  EXPECT_EQ(log.channels[1].values.at(3), value(6, 3, 1));
+  EXPECT_EQ(log.channels[1].timeline.rate, 100.0);  // there is a time in imu, but not in trial
+  EXPECT_NE(said(log.findings, "variables_not_read").find("wave"), std::string::npos);
+}
+
+TEST(Mat, ColumnsOfATableAreNamed) {
+  ReadOptions options;
+  options.columns = {"time[s]", "gyro.x[deg/s]", "-", "spare[1]"};
+  const Recording log = read("table.mat", options);
+  ASSERT_EQ(log.channels.size(), 2u);
+  EXPECT_EQ(log.channels[0].unit.text(), "deg/s");
+  EXPECT_EQ(log.channels[1].values.at(7), value(1, 7, 3));
+  EXPECT_EQ(log.channels[1].timeline.rate, 200.0);
+  options.columns.pop_back();
+  EXPECT_NE(refusal_of(reference("table.mat"), options).find("has 4 columns in data, and 3 were named"),
+            std::string::npos);
+}
+
+TEST(Mat, WhatIsMissingIsSaidAtOnce) {
+  const std::string message = refusal_of(reference("table.mat"));
+  EXPECT_NE(message.find("no unit: data.1, data.2, data.3, data.4"), std::string::npos) << message;
+  EXPECT_NE(message.find("--set unit.data=deg/s"), std::string::npos) << message;
+  EXPECT_NE(message.find("no time: data"), std::string::npos) << message;
+  EXPECT_NE(message.find("--set rate=100"), std::string::npos) << message;
+}
+
+TEST(Mat, CutAnywhereWholeVariablesRemain) {
+  const ScratchFolder folder;
+  ReadOptions options = units({"gyro", "acc", "temperature", "t"});
+  options.rate = 200.0;
+  for (const char* name : {"plain.mat", "packed.mat", "old.mat", "hdf5.mat"}) {
+    const std::string bytes = read_text_file(reference(name));
+    const Recording whole = read(name, units({"gyro", "acc", "temperature", "imu.gyro", "imu.raw"}));
+    for (std::size_t size = 1; size < bytes.size(); size += 1 + bytes.size() / 300) {
+      write_bytes(folder.file("a.mat"), std::string_view(bytes).substr(0, size));
+      try {
+        const Recording cut = read_recording(folder.file("a.mat"), options, {});
+        for (const Channel& channel : cut.channels)
+          EXPECT_EQ(channel.values, find_channel(whole, channel.name)->values);
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind, Error::Kind::bad_file) << error.what();
+      }
+    }
+  }
+}
+
+/// A variable of version 5, packed.
+std::string packed(const std::string& content) {
+  std::string bytes(compressBound(content.size()), '\0');
+  uLongf size = bytes.size();
+  compress2(reinterpret_cast<Bytef*>(bytes.data()), &size, reinterpret_cast<const Bytef*>(content.data()),
+            content.size(), 9);
+  bytes.resize(size);
+  const std::uint32_t tag[2] = {15, static_cast<std::uint32_t>(size)};
+  return std::string(reinterpret_cast<const char*>(tag), 8) + bytes;
+}
+
+std::string words(std::initializer_list<std::uint32_t> values) {
+  return {reinterpret_cast<const char*>(std::data(values)), 4 * values.size()};
+}
+
+const std::string head5 = "MATLAB 5.0 MAT-file" + std::string(105, ' ') + std::string("\0\1IM", 4);
+
+std::string variable(std::uint32_t rows, std::uint32_t columns, std::uint32_t type, std::uint32_t size) {
+  return words({6, 8, 6, 0, 5, 8, rows, columns, 0x10001, 'x', type, size});
+}
+
+TEST(Mat, SizesThatLieAreRefused) {
+  const ScratchFolder folder;
+  const std::pair<std::uint32_t, std::uint32_t> extents[] = {
+      {0xffffffff, 0xffffffff}, {0x80000000, 2}, {0x20000000, 1}, {4, 0x10000000}};
+  for (const auto& [rows, columns] : extents)
+    for (const std::uint32_t size : {0u, 16u, 0x40000000u, 0xfffffff8u}) {
+      const std::string element = variable(rows, columns, 9, size);
+      const std::string matrix =
+          words({14, static_cast<std::uint32_t>(element.size() + 16)}) + element + std::string(16, '\1');
+      for (const std::string& body : {matrix, packed(matrix)}) {
+        write_bytes(folder.file("a.mat"), head5 + body);
+        EXPECT_NE(refusal_of(folder.file("a.mat")), "");
+      }
+    }
+}
+
+TEST(Mat, WhatUnpacksToTooMuchIsRefused) {
+  const ScratchFolder folder;
+  const std::uint32_t count = 140000000;  // bytes that would take 1.1 GB as numbers, from 140 kB
+  const std::string element = variable(count, 1, 2, count);
+  write_bytes(folder.file("a.mat"), head5 + packed(words({14, static_cast<std::uint32_t>(element.size() + count)}) +
+                                                   element + std::string(count, '\0')));
+  EXPECT_NE(refusal_of(folder.file("a.mat")).find("more than a file of this size can hold"), std::string::npos);
+}
+
+TEST(Mat, StructuresWithoutEndAreRefused) {
+  const ScratchFolder folder;
+  std::string inner;
+  for (int depth = 0; depth < 40; ++depth) {
+    const std::string element =
+        words({6, 8, 2, 0, 5, 8, 1, 1, 0x10001, 'x', 0x40005, 4, 1, 4}) + std::string("a\0\0\0\0\0\0\0", 8);
+    inner = words({14, static_cast<std::uint32_t>(element.size() + inner.size())}) + element + inner;
+  }
+  write_bytes(folder.file("a.mat"), head5 + inner);
+  EXPECT_NE(refusal_of(folder.file("a.mat")), "");
+}
+
+}  // namespace
+}  // namespace tumble

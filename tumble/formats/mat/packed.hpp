@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "tumble/formats/topics/window.hpp"
+
+namespace tumble::mat {
+
+/// The bytes of one variable, plain or packed by zlib.
+class Bytes {
+ public:
+  /// `size` bytes of the file from the place of `window` on; `packed`: they unpack to what is read.
+  Bytes(topics::Window& window, std::size_t size, bool packed);
+  Bytes(const Bytes&) = delete;
+  Bytes& operator=(const Bytes&) = delete;
+  ~Bytes();
+
+  /// Throws Error::bad_file, the bare reason, where fewer remain.
+  void read(char* to, std::size_t count);
+  void skip(std::size_t count);
+  std::size_t position() const { return position_; }  ///< [bytes] that were read or skipped
+  /// [bytes] that can follow at most.
+  std::size_t most() const;
+
+ private:
+  struct Inflater;
+  void unpack(char* to, std::size_t count);
+
+  topics::Window& window_;
+  std::size_t rest_;  ///< [bytes] in the file
+  std::size_t position_ = 0;
+  std::unique_ptr<Inflater> inflater_;
+};
+
+}  // namespace tumble::mat

@@ -1,0 +1,281 @@
+// The readers of rosbag, rosbag2 and mcap on files that the reference libraries wrote (tests/reference/ros).
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "tumble/formats/format.hpp"
+#include "tumble/formats/ros/clock.hpp"
+#include "tumble/formats/ros/message.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const std::string folder = TUMBLE_SOURCE_DIR "/tests/reference/ros/";
+const char* const all_files[] = {"plain.bag",      "lz4.bag",       "bz2.bag",         "plain.db3",
+                                 "plain.mcap",     "lz4.mcap",      "zstd.mcap",       "ros1.mcap",
+                                 "unchunked.mcap", "no_index.mcap", "ros2_writer.mcap"};
+const char* const all_channels[] = {"gyro.x",          "gyro.y",          "gyro.z",
+                                    "accelerometer.x", "accelerometer.y", "accelerometer.z"};
+
+/// The columns of expected.csv.
+std::vector<std::vector<double>> expected() {
+  std::ifstream file(folder + "expected.csv");
+  std::vector<std::vector<double>> columns(6);
+  std::string line, cell;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    std::istringstream cells(line);
+    for (auto& column : columns) {
+      std::getline(cells, cell, ',');
+      column.push_back(std::stod(cell));
+    }
+  }
+  return columns;
+}
+
+Recording read(const std::string& path, std::vector<std::string> topics = {}) {
+  ReadOptions options;
+  options.topics = std::move(topics);
+  return read_recording(path, options, {});
+}
+
+const Finding* find(const Recording& recording, const std::string& code) {
+  for (const auto& finding : recording.findings)
+    if (finding.code == code) return &finding;
+  return nullptr;
+}
+
+std::string message_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_file);
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void put(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+
+class RosLogs : public testing::TestWithParam<const char*> {
+ protected:
+  std::string path() const { return folder + GetParam(); }
+};
+
+TEST_P(RosLogs, ImuIsReadBitByBit) {
+  const Recording recording = read(path());
+  const auto columns = expected();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Channel* channel = find_channel(recording, all_channels[i]);
+    ASSERT_NE(channel, nullptr) << all_channels[i];
+    EXPECT_EQ(channel->values, columns[i]) << all_channels[i];
+    ASSERT_TRUE(channel->timeline.uniform());
+    EXPECT_EQ(channel->timeline.rate, 200.0);
+    EXPECT_EQ(channel->timeline.start, 0.0);
+  }
+  EXPECT_EQ(find_channel(recording, "gyro.x")->kind, QuantityKind::angular_rate);
+  EXPECT_EQ(find_channel(recording, "accelerometer.x")->kind, QuantityKind::specific_force);
+  EXPECT_EQ(recording.meta.at("epoch"), "1403636579.758555392 s (2014-06-24 19:02:59.758555392 UTC)");
+  EXPECT_EQ(recording.meta.at("topic /imu/data"), "sensor_msgs/Imu");
+  EXPECT_EQ(recording.meta.at("frame_id /imu/data"), "imu_link");
+  EXPECT_NE(find(recording, "orientation_not_read"), nullptr);
+  EXPECT_EQ(sha256_of(recording.origin).size(), 64u);
+}
+
+TEST_P(RosLogs, NoSoundFileIsAccused) {
+  for (const Finding& finding : read(path()).findings)
+    EXPECT_EQ(finding.severity, Finding::Severity::info) << finding.message;
+}
+
+TEST_P(RosLogs, BlocksHoldWhatTheWholeHolds) {
+  const Recording whole = read(path());
+  std::map<std::string, std::vector<double>> values, times;
+  std::size_t findings = 0, blocks = 0;
+  stream_recording(format_of(path()), path(), {}, 7,
+                   [&](const Recording& block) {
+                     ++blocks;
+                     findings += block.findings.size();
+                     ASSERT_EQ(block.channels.size(), whole.channels.size());
+                     for (const Channel& channel : block.channels)
+                       for (std::size_t i = 0; i < channel.values.size(); ++i) {
+                         values[channel.name].push_back(channel.values[i]);
+                         times[channel.name].push_back(channel.time(i));
+                       }
+                   },
+                   {});
+  EXPECT_EQ(findings, whole.findings.size());
+  for (const Channel& channel : whole.channels) {
+    EXPECT_EQ(values[channel.name], channel.values) << channel.name;
+    for (std::size_t i = 0; i < channel.values.size(); ++i)
+      EXPECT_NEAR(times[channel.name].at(i), channel.time(i), 1e-12);  // rounding of the start of a block
+  }
+}
+
+TEST_P(RosLogs, OnlyTheChannelsWanted) {
+  ReadOptions options;
+  options.only = {"accelerometer.y"};
+  const Recording recording = read_recording(path(), options, {});
+  ASSERT_EQ(recording.channels.size(), 1u);
+  EXPECT_EQ(recording.channels[0].values, expected()[4]);
+  options.only = {"gyros"};
+  EXPECT_NE(message_of([&] { read_recording(path(), options, {}); }).find("gyro.x"), std::string::npos);
+}
+
+TEST_P(RosLogs, MemoryIsThatOfTheSamples) {
+  const std::uintmax_t bytes = recording_memory(format_of(path()), path(), {});
+  EXPECT_GE(bytes, 6u * 60u * sizeof(double));
+  EXPECT_LE(bytes, 60000u);
+}
+
+/// Cut at any byte, a file gives what stands before, or an Error that names it.
+TEST_P(RosLogs, CutAnywhereGivesWhatIsThere) {
+  const std::string whole = bytes_of(path());
+  const std::vector<double> column = expected()[0];
+  const ScratchFolder scratch;
+  const std::string cut = scratch.file("cut" + std::string(GetParam()));
+  std::size_t with_samples = 0;
+  for (std::size_t size = 0; size < whole.size(); size += 131) {
+    put(cut, whole.substr(0, size));
+    try {
+      const Recording recording = read(cut);
+      const Channel* channel = find_channel(recording, "gyro.x");
+      if (!channel) continue;  // the magnetometer alone
+      ASSERT_LE(channel->values.size(), column.size());
+      for (std::size_t i = 0; i < channel->values.size(); ++i) ASSERT_EQ(channel->values[i], column[i]) << size;
+      EXPECT_FALSE(recording.findings.empty());
+      ++with_samples;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("cut"), std::string::npos) << error.what();
+    }
+  }
+  if (whole.starts_with("SQLite") || std::string(GetParam()) == "ros2_writer.mcap") return;  // all or nothing
+  EXPECT_GT(with_samples, 10u);
+}
+
+TEST_P(RosLogs, TheCutIsReported) {
+  const std::string whole = bytes_of(path());
+  if (whole.starts_with("SQLite") || std::string(GetParam()) == "ros2_writer.mcap") return;  // one page, one frame
+  const ScratchFolder scratch;
+  const std::string cut = scratch.file("cut" + std::string(GetParam()));
+  put(cut, whole.substr(0, whole.size() * 6 / 10));
+  const Recording recording = read(cut);
+  EXPECT_NE(find(recording, "log_ends_in_record"), nullptr);
+  EXPECT_LT(find_channel(recording, "gyro.x")->values.size(), 60u);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RosLogs, testing::ValuesIn(all_files), [](const auto& entry) {
+  std::string name = entry.param;
+  std::ranges::replace(name, '.', '_');
+  return name;
+});
+
+TEST(RosCompanions, ComeWithTheImu) {
+  for (const char* file : {"plain.bag", "plain.db3", "zstd.mcap", "unchunked.mcap"}) {
+    const Recording recording = read(folder + file);
+    ASSERT_EQ(recording.channels.size(), 10u);
+    const Channel* const magnetometer = find_channel(recording, "magnetometer.x");
+    const Channel* const temperature = find_channel(recording, "temperature");
+    ASSERT_EQ(magnetometer->values.size(), 30u);
+    EXPECT_EQ(magnetometer->timeline.rate, 100.0);
+    EXPECT_EQ(magnetometer->values[3], 1e-6 * 6);
+    ASSERT_EQ(temperature->values.size(), 3u);
+    EXPECT_EQ(temperature->values[1], 35.0 + 273.15);
+    EXPECT_EQ(temperature->kind, QuantityKind::temperature);
+    ASSERT_NE(find(recording, "topics_not_read"), nullptr);
+    EXPECT_NE(find(recording, "topics_not_read")->message.find("/status (std_msgs/String"), std::string::npos);
+  }
+}
+
+TEST(RosTopics, ANamedOneIsReadAlone) {
+  const Recording recording = read(folder + "lz4.bag", {"imu/mag"});
+  ASSERT_EQ(recording.channels.size(), 3u);
+  EXPECT_EQ(recording.channels[0].name, "magnetometer.x");
+  EXPECT_NE(find(recording, "topics_not_read")->message.find("/imu/data (sensor_msgs/Imu, 200 Hz, 60 messages)"),
+            std::string::npos);
+}
+
+TEST(RosTopics, UnknownAndUnreadableOnesAreRefusedTogether) {
+  const auto text = message_of([] { read(folder + "plain.mcap", {"/imu/dta", "/status"}); });
+  EXPECT_NE(text.find("did you mean '/imu/data'"), std::string::npos) << text;
+  EXPECT_NE(text.find("/status (std_msgs/String"), std::string::npos) << text;
+}
+
+TEST(RosClock, ChoosesTheHeaderUnlessItIsWrong) {
+  constexpr std::int64_t second = 1'000'000'000, begin = 1'400'000'000 * second;
+  const auto choose = [&](std::int64_t first, double rate, std::string& code) {
+    ros::ClockSummary clocks;
+    for (int i = 0; i < 10'000; ++i)
+      clocks.add(first + static_cast<std::int64_t>(rate * static_cast<double>(i * (second / 100))),
+                 begin + i * (second / 100));
+    Findings findings;
+    const auto choice = ros::choose_clock(clocks, "/imu", findings);
+    code = findings.empty() ? "" : findings.front().code;
+    return choice;
+  };
+  std::string code;
+  EXPECT_TRUE(choose(begin, 1.0, code).header);
+  EXPECT_EQ(code, "");
+  EXPECT_FALSE(choose(0, 0.0, code).header);
+  EXPECT_EQ(code, "header_stamps_zero");
+  EXPECT_FALSE(choose(begin, 0.0, code).header);
+  EXPECT_EQ(code, "header_stamps_stand_still");
+  EXPECT_FALSE(choose(begin, 1.02, code).header);
+  EXPECT_EQ(code, "header_stamps_at_another_rate");
+  EXPECT_TRUE(choose(begin, 5.0, code).header);
+  EXPECT_EQ(code, "recorder_at_another_speed");
+  const auto choice = choose(7 * second, 1.0, code);  // since the instrument was switched on
+  EXPECT_TRUE(choice.header);
+  EXPECT_EQ(code, "header_stamps_of_another_clock");
+  EXPECT_EQ(choice.time(8 * second, 0), begin + second);
+}
+
+TEST(RosMessages, BothVersionsOfCdrAndBothByteOrders) {
+  for (const char kind : {'\0', '\1', '\6', '\7'}) {
+    std::string bytes{'\0', kind, '\0', '\0'};
+    const bool reversed = kind % 2 == 0;
+    const auto number = [&](auto value) {
+      char raw[sizeof value];
+      std::memcpy(raw, &value, sizeof value);
+      if (reversed) std::reverse(raw, raw + sizeof value);
+      bytes.append(raw, sizeof value);
+    };
+    number(std::int32_t{1});
+    number(std::uint32_t{500});
+    number(std::uint32_t{3});
+    bytes += std::string("ab\0", 3);
+    bytes.append(kind < 2 ? 1 : 1, '\0');  // 15 -> 16 in both
+    number(21.5);
+    number(0.25);
+    ros::Body body;
+    ASSERT_TRUE(ros::decode(bytes, ros::Encoding::cdr, 2, body)) << static_cast<int>(kind);
+    EXPECT_EQ(body.stamp, 1'000'000'500);
+    EXPECT_EQ(body.frame, "ab");
+    EXPECT_EQ(body.number(0), 21.5);
+    EXPECT_EQ(body.number(1), 0.25);
+    for (std::size_t size = 0; size < bytes.size(); ++size)
+      EXPECT_FALSE(ros::decode(std::string_view(bytes).substr(0, size), ros::Encoding::cdr, 2, body));
+  }
+}
+
+TEST(RosDatabase, AnotherDatabaseIsRefusedByItsTables) {
+  std::string bytes = bytes_of(folder + "plain.db3");
+  for (std::size_t at = 0; (at = bytes.find("messages", at)) != std::string::npos; ++at)
+    bytes.replace(at, 8, "massages");
+  const ScratchFolder scratch;
+  put(scratch.file("other.db"), bytes);
+  const auto text = message_of([&] { read(scratch.file("other.db")); });
+  EXPECT_NE(text.find("massages"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace tumble

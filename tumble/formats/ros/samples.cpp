@@ -1,0 +1,153 @@
+#include "tumble/formats/ros/samples.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "tumble/math/parallel.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::ros {
+namespace {
+
+constexpr std::uint64_t large = std::uint64_t{64} << 20;  ///< [bytes] of a piece that is handed out in parts
+constexpr std::size_t part_samples = 65536;
+
+/// Which stream a connection belongs to.
+class Directory {
+ public:
+  explicit Directory(const std::vector<Stream>& streams) {
+    for (std::size_t i = 0; i < streams.size(); ++i)
+      for (const std::uint32_t id : streams[i].topic.connections) streams_[id] = static_cast<int>(i);
+  }
+  /// -1: none.
+  int stream_of(std::uint32_t connection) const {
+    const auto found = streams_.find(connection);
+    return found == streams_.end() ? -1 : found->second;
+  }
+
+ private:
+  std::map<std::uint32_t, int> streams_;
+};
+
+/// What one thread works with, piece after piece.
+struct Slot {
+  Window window;
+  Stretch stretch;
+  std::map<std::uint32_t, Count> counts;
+  std::optional<std::string> damage;
+
+  explicit Slot(const std::vector<Stream>& streams) {
+    for (const Stream& stream : streams) stretch.emplace_back(stream);
+  }
+};
+
+/// Reads one piece into a slot. `full` is called where a stream has `part_samples`, unless it is empty.
+void read_piece(const Log& log, const Piece& piece, const std::vector<Stream>& streams, const Directory& directory,
+                Slot& slot, const std::function<void()>& full) {
+  for (Samples& samples : slot.stretch) samples.clear();
+  slot.damage.reset();
+  std::uint32_t last = 0;
+  int stream = directory.stream_of(last);
+  Count* count = nullptr;
+  const auto turn_to = [&](std::uint32_t connection) {
+    if (connection == last && count) return;
+    last = connection;
+    stream = directory.stream_of(connection);
+    count = &slot.counts[connection];
+  };
+  Visitor visitor;
+  visitor.wants = [&](std::uint32_t connection) {
+    turn_to(connection);
+    return stream >= 0;
+  };
+  visitor.message = [&](const Message& message) {
+    turn_to(message.connection);
+    count->add(message.time);
+    if (stream < 0) return;
+    Samples& samples = slot.stretch[static_cast<std::size_t>(stream)];
+    samples.add(streams[static_cast<std::size_t>(stream)], message);
+    if (samples.count < part_samples || !full) return;
+    full();
+    for (Samples& each : slot.stretch) each.clear();
+  };
+  try {
+    log.visit(log, piece, slot.window, visitor);
+  } catch (const Error& error) {
+    slot.damage = error.what();
+  }
+}
+
+bool is_large(const Piece& piece) { return std::max(piece.size, piece.unpacked) > large; }
+
+}  // namespace
+
+Samples::Samples(const Stream& stream) : values(stream.columns.size()), measured(stream.columns.size(), 0) {}
+
+void Samples::clear() { count = unreadable = 0; }
+
+void Samples::add(const Stream& stream, const Message& message) {
+  Body body;
+  if (!decode(message.bytes, stream.topic.encoding, stream.type->numbers, body)) {
+    ++unreadable;
+    return;
+  }
+  if (count == stamps.size()) {
+    const std::size_t size = std::max<std::size_t>(1024, 2 * count);
+    stamps.resize(size);
+    received.resize(size);
+    for (auto& column : values) column.resize(size);
+    if (frame.empty()) frame = printable(body.frame);
+  }
+  stamps[count] = body.stamp;
+  received[count] = message.time;
+  for (std::size_t i = 0; i < stream.columns.size(); ++i) {
+    const Column& column = stream.columns[i];
+    values[i][count] = body.number(column.number);
+    if (!measured[i])
+      measured[i] = column.covariance < 0 || body.number(static_cast<std::size_t>(column.covariance)) != -1.0;
+  }
+  ++count;
+}
+
+ScanReport scan(const Log& log, const std::vector<Stream>& streams,
+                const std::function<void(std::span<const Stretch* const>)>& take, const Progress& progress) {
+  const Directory directory(streams);
+  const std::size_t slots_at_once = 4 * std::max(1u, std::thread::hardware_concurrency());
+  std::vector<Slot> slots;
+  for (std::size_t i = 0; i < std::min(slots_at_once, std::max<std::size_t>(1, log.pieces.size())); ++i)
+    slots.emplace_back(streams);
+  ScanReport result;
+  const auto note = [&](const Slot& slot, const Piece& piece) {
+    if (!slot.damage || piece.cut) return;
+    if (result.damaged++ > 0) return;
+    result.first_place = piece.begin;
+    result.first_reason = *slot.damage;
+  };
+  for (std::size_t next = 0; next < log.pieces.size();) {
+    report(progress, static_cast<double>(next) / static_cast<double>(log.pieces.size()), "reading");
+    if (is_large(log.pieces[next])) {
+      const Stretch* const stretch = &slots[0].stretch;
+      read_piece(log, log.pieces[next], streams, directory, slots[0], [&] { take({&stretch, 1}); });
+      take({&stretch, 1});
+      note(slots[0], log.pieces[next++]);
+      continue;
+    }
+    std::size_t end = next;
+    while (end < log.pieces.size() && end - next < slots.size() && !is_large(log.pieces[end])) ++end;
+    parallel_for(end - next,
+                 [&](std::size_t i) { read_piece(log, log.pieces[next + i], streams, directory, slots[i], {}); });
+    std::vector<const Stretch*> stretches;
+    for (std::size_t i = 0; i < end - next; ++i) {
+      stretches.push_back(&slots[i].stretch);
+      note(slots[i], log.pieces[next + i]);
+    }
+    take(stretches);
+    next = end;
+  }
+  for (const Slot& slot : slots)
+    for (const auto& [id, count] : slot.counts) result.counts[id].add(count);
+  return result;
+}
+
+}  // namespace tumble::ros

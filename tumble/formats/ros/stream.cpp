@@ -1,0 +1,207 @@
+#include "tumble/formats/ros/stream.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "tumble/core/settings.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::ros {
+namespace {
+
+using Topics = std::vector<Topic>;
+
+constexpr std::string_view imu = "sensor_msgs/Imu", vector = "geometry_msgs/Vector3Stamped";
+
+std::string_view without_slash(std::string_view name) { return name.starts_with('/') ? name.substr(1) : name; }
+
+bool readable(const Topic& topic) { return topic.encoding != Encoding::other && find_message_type(topic.type); }
+
+/// "/imu/" for "/imu/data".
+std::string_view room_of(std::string_view name) { return name.substr(0, name.rfind('/') + 1); }
+
+[[noreturn]] void refuse(const Log& log, const std::string& what) {
+  throw Error{Error::Kind::bad_file, "'" + log.path + "' " + what};
+}
+
+[[noreturn]] void refuse_to_guess(const Log& log, const Topics& candidates) {
+  const auto raw =
+      std::ranges::find_if(candidates, [](const Topic& topic) { return topic.name.find("raw") != std::string::npos; });
+  const Topic& example = raw == candidates.end() ? candidates.front() : *raw;
+  refuse(log, fmt::format("holds {} topics that can be read: {}; name the one to read: --topic {}, or in the plan, "
+                          "[[recording]] topics = [\"{}\"]",
+                          candidates.size(), described(candidates), example.name, example.name));
+}
+
+[[noreturn]] void refuse_all(const Log& log, const Topics& topics) {
+  if (topics.empty()) refuse(log, "holds no message");
+  refuse(log, fmt::format("holds no topic of a type that is read ({}): its topics are {}", known_message_types(),
+                          described(topics)));
+}
+
+Topics of_type(const Topics& topics, std::string_view type) {
+  Topics found;
+  for (const Topic& topic : topics)
+    if (topic.type == type) found.push_back(topic);
+  return found;
+}
+
+/// Of the topics of one type, the one that belongs to the IMU.
+const Topic* companion(const Topics& of_one_type, std::string_view imu_name) {
+  if (of_one_type.size() == 1) return &of_one_type.front();
+  const Topic* found = nullptr;
+  for (const Topic& topic : of_one_type) {
+    if (room_of(topic.name) != room_of(imu_name)) continue;
+    if (found) return nullptr;
+    found = &topic;
+  }
+  return found;
+}
+
+Topics read_by_default(Log& log) {
+  Topics topics = topics_of(log), candidates;
+  const auto find = [&] {
+    candidates.clear();
+    for (const Topic& topic : topics)
+      if (readable(topic) && topic.type != vector && (topic.count.messages > 0 || log.messages_at_most > 0))
+        candidates.push_back(topic);
+  };
+  find();
+  if (log.messages_at_most > 0 && candidates.size() != 1) {  // some may be empty
+    count_messages(log);
+    topics = topics_of(log);
+    find();
+  }
+  if (candidates.empty()) refuse_all(log, topics);
+  const Topics imus = of_type(candidates, imu);
+  if (imus.size() > 1) refuse_to_guess(log, imus);
+  Topics chosen = imus;
+  std::vector<std::string> done{std::string(imu)};
+  for (const Topic& topic : candidates) {
+    if (std::ranges::find(done, topic.type) != done.end()) continue;
+    done.push_back(topic.type);
+    const Topics alike = of_type(candidates, topic.type);
+    if (imus.empty() && alike.size() > 1) refuse_to_guess(log, candidates);
+    if (const Topic* one = companion(alike, imus.empty() ? topic.name : imus.front().name)) chosen.push_back(*one);
+  }
+  return chosen;
+}
+
+Topics named(Log& log, const std::vector<std::string>& names) {
+  const Topics topics = topics_of(log);
+  std::vector<std::string> known, problems;
+  for (const Topic& topic : topics) known.push_back(topic.name);
+  Topics chosen;
+  for (const std::string& name : names) {
+    const auto alike = [&](const Topic& topic) { return without_slash(topic.name) == without_slash(name); };
+    const auto present = std::ranges::find_if(topics, alike);
+    const auto found =
+        std::ranges::find_if(topics, [&](const Topic& topic) { return alike(topic) && readable(topic); });
+    if (present == topics.end())
+      problems.push_back(fmt::format("'{}' has no topic '{}'{}; its topics are {}", log.path, name,
+                                     did_you_mean(name, known), described(topics)));
+    else if (found == topics.end())
+      problems.push_back(fmt::format("'{}': topic {} is of a type that is not read; those that are read are {}",
+                                     log.path, described(*present), known_message_types()));
+    else if (std::ranges::none_of(chosen, [&](const Topic& topic) { return topic.name == found->name; }))
+      chosen.push_back(*found);
+  }
+  if (!problems.empty()) throw Error{Error::Kind::bad_file, problems};
+  return chosen;
+}
+
+/// "imu.data" for "/imu/data".
+std::string as_prefix(std::string_view topic) {
+  std::string text(without_slash(topic));
+  std::ranges::replace(text, '/', '.');
+  return text;
+}
+
+std::vector<Column> columns_of(const Topic& topic, bool several) {
+  std::vector<Column> columns;
+  for (const Part& part : find_message_type(topic.type)->parts) {
+    const std::string own = part.name;
+    const std::string name =
+        own.empty() ? as_prefix(topic.name) : (several ? as_prefix(topic.name) + "." : std::string()) + own;
+    const Unit unit = *part.unit == '\0' ? Unit() : Unit::parse(part.unit);
+    for (std::size_t i = 0; i < part.count; ++i)
+      columns.push_back({part.count == 1 ? name : name + '.' + "xyz"[i], unit, part.first + i, part.covariance});
+  }
+  return columns;
+}
+
+/// Numbers whose message says no unit.
+void give_units(const Log& log, const ReadOptions& options, Stream& stream) {
+  if (*stream.type->parts.front().unit != '\0') return;
+  std::string without;
+  for (Column& column : stream.columns) {
+    const auto given = options.units.find(column.name);
+    if (given != options.units.end())
+      column.unit = given->second;
+    else
+      without += (without.empty() ? "'" : ", '") + column.name + "'";
+  }
+  if (without.empty()) return;
+  refuse(log, fmt::format("states no unit for {} of topic {}; give it: --set unit.{}=rad/s", without, stream.topic.name,
+                          stream.columns.front().name));
+}
+
+}  // namespace
+
+std::vector<Topic> topics_of(const Log& log) {
+  Topics topics;
+  for (const auto& [id, connection] : log.connections) {
+    const auto same = std::ranges::find_if(topics, [&, &c = connection](const Topic& topic) {
+      return topic.name == c.topic && topic.type == c.type && topic.encoding == c.encoding;
+    });
+    Topic& topic = same == topics.end()
+                       ? topics.emplace_back(Topic{connection.topic, connection.type, connection.encoding, {}, {}})
+                       : *same;
+    topic.connections.push_back(id);
+    if (const auto count = log.counts.find(id); count != log.counts.end()) topic.count.add(count->second);
+  }
+  std::ranges::stable_sort(topics, {}, &Topic::name);
+  return topics;
+}
+
+std::string described(const Topic& topic) {
+  std::string text = topic.name + " (" + (topic.type.empty() ? "no type" : topic.type);
+  if (topic.encoding == Encoding::other && find_message_type(topic.type)) text += ", neither ROS 1 nor CDR";
+  if (const double rate = topic.count.rate(); rate > 0.0) text += fmt::format(", {:.4g} Hz", rate);
+  const std::size_t count = topic.count.messages;
+  if (count > 0) text += fmt::format(", {} message{}", count, count == 1 ? "" : "s");
+  return text + ")";
+}
+
+std::string described(const std::vector<Topic>& topics) {
+  constexpr std::size_t most = 24;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(most, topics.size()); ++i) text += (i ? ", " : "") + described(topics[i]);
+  if (topics.size() > most) text += fmt::format(" and {} more", topics.size() - most);
+  return text;
+}
+
+std::vector<Stream> choose_streams(Log& log, const ReadOptions& options) {
+  const Topics chosen = options.topics.empty() ? read_by_default(log) : named(log, options.topics);
+  std::vector<Stream> streams;
+  std::string channels;
+  for (const Topic& topic : chosen) {
+    const auto alike = std::ranges::count_if(chosen, [&](const Topic& other) { return other.type == topic.type; });
+    Stream stream{topic, find_message_type(topic.type), columns_of(topic, alike > 1)};
+    for (const Column& column : stream.columns) channels += (channels.empty() ? "" : ", ") + column.name;
+    if (!options.only.empty())
+      std::erase_if(stream.columns, [&](const Column& column) {
+        return std::ranges::find(options.only, column.name) == options.only.end();
+      });
+    if (stream.columns.empty()) continue;
+    give_units(log, options, stream);
+    streams.push_back(std::move(stream));
+  }
+  if (streams.empty())
+    refuse(log, fmt::format("has no channel '{}'; its channels are {}", fmt::join(options.only, "', '"), channels));
+  return streams;
+}
+
+}  // namespace tumble::ros

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "tumble/formats/file/input_file.hpp"
+
+namespace tumble::ros {
+
+enum class Packing { none, bzip2, lz4, zstandard };
+
+/// A stretch of a file, and how its bytes are packed.
+struct Piece {
+  std::uint64_t begin = 0, size = 0;  ///< [bytes] in the file; of a database the first row and the number of rows
+  std::uint64_t unpacked = 0;         ///< [bytes] as the file says
+  Packing packing = Packing::none;
+  bool counted = false;  ///< an index says which messages are in it
+  bool cut = false;      ///< the file ends within it
+};
+
+/// The bytes of a piece, unpacked, seen through a window of bounded size: sizes that a file states wrongly cost no
+/// memory. It is used again for one piece after the other.
+class Window {
+ public:
+  static constexpr std::size_t longest = 65536;  ///< [bytes] that may be taken at once
+
+  Window();
+  ~Window();
+  Window(Window&&) noexcept;
+
+  /// Given: ahead [bytes], how many are read at once from a piece that is not packed.
+  void open(const file::InputFile& file, const Piece& piece, std::size_t ahead = 262144);
+  /// The next `count` bytes, at most `longest`, which stay until the next call; null where fewer remain. Throws
+  /// Error::bad_file, the bare reason, where the piece cannot be unpacked.
+  const char* take(std::size_t count);
+  /// Passes over `count` bytes; false where fewer remain. Throws as take().
+  bool skip(std::uint64_t count);
+  bool at_end() { return next_ == end_ && !refill(1); }
+  /// [bytes] taken or skipped.
+  std::uint64_t position() const;
+  /// Bytes read at once from now on.
+  void read_ahead(std::size_t bytes);
+
+ private:
+  struct State;
+  bool refill(std::size_t count);
+  std::unique_ptr<State> state_;
+  const char* next_ = nullptr;
+  const char* end_ = nullptr;
+};
+
+inline const char* Window::take(std::size_t count) {
+  if (static_cast<std::size_t>(end_ - next_) < count && !refill(count)) return nullptr;
+  const char* const bytes = next_;
+  next_ += count;
+  return bytes;
+}
+
+}  // namespace tumble::ros

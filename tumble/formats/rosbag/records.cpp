@@ -1,0 +1,83 @@
+#include "tumble/formats/rosbag/records.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "tumble/formats/ros/little_endian.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::rosbag {
+namespace {
+
+using ros::number_at;
+
+[[noreturn]] void no_record(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
+
+/// Bytes that the record says it has.
+const char* take(ros::Window& window, std::size_t count) {
+  const char* const bytes = window.take(count);
+  if (!bytes) throw Cut{};
+  return bytes;
+}
+
+/// Calls use(name, value) for each field of a header: length, name=value.
+template <class Use>
+void each_field(std::string_view header, Use use) {
+  while (!header.empty()) {
+    if (header.size() < 4) no_record("the header of a record is damaged");
+    const std::size_t length = number_at<std::uint32_t>(header.data());
+    if (length > header.size() - 4) no_record("the header of a record is damaged");
+    const std::string_view field = header.substr(4, length);
+    const std::size_t equals = field.find('=');
+    if (equals == std::string_view::npos) no_record("the header of a record is damaged");
+    use(field.substr(0, equals), field.substr(equals + 1));
+    header.remove_prefix(4 + length);
+  }
+}
+
+std::int64_t time_at(const char* bytes) {
+  return std::int64_t{1'000'000'000} * number_at<std::uint32_t>(bytes) + number_at<std::uint32_t>(bytes + 4);
+}
+
+void take_field(Record& record, std::string_view name, std::string_view value) {
+  const char* const bytes = value.data();
+  if (name == "op" && value.size() == 1) record.op = static_cast<Op>(*bytes);
+  if (name == "conn" && value.size() == 4) record.connection = number_at<std::uint32_t>(bytes);
+  if (name == "time" && value.size() == 8) record.time = time_at(bytes);
+  if (name == "size" && value.size() == 4) record.size = number_at<std::uint32_t>(bytes);
+  if (name == "index_pos" && value.size() == 8) record.index_pos = number_at<std::uint64_t>(bytes);
+  if (name == "chunk_pos" && value.size() == 8) record.chunk_pos = number_at<std::uint64_t>(bytes);
+  if (name == "compression") record.compression = value;
+  if (name == "topic") record.topic = value;
+}
+
+}  // namespace
+
+bool next_record(ros::Window& window, Record& record) {
+  if (window.at_end()) return false;
+  const std::size_t length = number_at<std::uint32_t>(take(window, 4));
+  if (length == 0 || length > ros::Window::longest)
+    no_record(
+        fmt::format("{} bytes for the header of a record, where 1 to {} are expected", length, ros::Window::longest));
+  record.op = Op::none;
+  each_field({take(window, length), length},
+             [&](std::string_view name, std::string_view value) { take_field(record, name, value); });
+  record.data = number_at<std::uint32_t>(take(window, 4));
+  if (record.op < Op::message || record.op > Op::connection)
+    no_record(fmt::format("a record of the unknown kind {}", static_cast<int>(record.op)));
+  return true;
+}
+
+ros::Connection take_connection(ros::Window& window, const Record& record) {
+  ros::Connection connection{ros::printable(record.topic), "", ros::Encoding::ros1};
+  // The definition of the message may be long: only the fields before it count, and they are short.
+  if (record.data > ros::Window::longest) no_record("a connection with a definition that is too long");
+  each_field({take(window, record.data), record.data}, [&](std::string_view name, std::string_view value) {
+    if (name == "type") connection.type = ros::plain_type(ros::printable(value));
+    if (name == "topic" && connection.topic.empty()) connection.topic = ros::printable(value);
+  });
+  return connection;
+}
+
+}  // namespace tumble::rosbag

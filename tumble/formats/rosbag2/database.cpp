@@ -1,0 +1,77 @@
+#include "tumble/formats/rosbag2/database.hpp"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include "tumble/formats/ros/message.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::rosbag2 {
+namespace {
+
+[[noreturn]] void refuse(const std::string& reason) { throw Error{Error::Kind::bad_file, reason}; }
+
+/// A file that was cut off or damaged may claim anything: nothing of it is run, and no cell is larger than a message.
+void be_careful(sqlite3* handle) {
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, 64 << 20);
+}
+
+}  // namespace
+
+void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
+
+Database::Database(const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
+  handle_.reset(handle);
+  if (code != SQLITE_OK) refuse(handle ? sqlite3_errmsg(handle) : "SQLite has no memory");
+  be_careful(handle);
+}
+
+void Query::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+
+Query::Query(const Database& database, const std::string& sql) : database_(database) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v2(database.get(), sql.c_str(), -1, &statement, nullptr);
+  statement_.reset(statement);
+  if (code != SQLITE_OK) refuse(fmt::format("SQLite says: {}", sqlite3_errmsg(database.get())));
+}
+
+void Query::bind(int parameter, std::int64_t value) { sqlite3_bind_int64(statement_.get(), parameter, value); }
+
+bool Query::next() {
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code != SQLITE_DONE) refuse(fmt::format("SQLite says: {}", sqlite3_errmsg(database_.get())));
+  return false;
+}
+
+std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
+
+std::string_view Query::bytes(int column) const {
+  const void* const data = sqlite3_column_blob(statement_.get(), column);
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  return data ? std::string_view(static_cast<const char*>(data), static_cast<std::size_t>(size)) : std::string_view();
+}
+
+bool Query::is_null(int column) const { return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL; }
+
+void require_tables(const Database& database) {
+  Query query(database, "SELECT name, sql FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'");
+  std::string names;
+  int needed = 0;
+  while (query.next()) {
+    const std::string name = ros::printable(query.bytes(0));
+    const bool plain = query.bytes(1).starts_with("CREATE TABLE");
+    needed += plain && (name == "topics" || name == "messages");
+    if (names.size() < 200) names += (names.empty() ? "" : ", ") + name;
+  }
+  if (needed != 2)
+    refuse("the tables 'topics' and 'messages' are not both there; its tables are " + (names.empty() ? "none" : names));
+}
+
+}  // namespace tumble::rosbag2

@@ -1,0 +1,96 @@
+#include "tumble/formats/topics/choose.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
+
+namespace tumble::topics {
+namespace {
+
+bool meets(const std::string& name, const std::string& asked) {
+  return name == asked || name.starts_with(asked + ":") || name + ":0" == asked;
+}
+
+/// The first of the names that no channel has yet.
+std::string free_name(const Topic& topic, const Column& column, std::set<std::string>& taken) {
+  for (const std::string& name : column.names)
+    if (taken.insert(name).second) return name;
+  std::string name = topic.name + "." + column.field;
+  while (!taken.insert(name).second) name += "_";
+  return name;
+}
+
+/// Removes the columns that are not wanted, then the topics without columns.
+void keep(const std::vector<std::string>& only, Log& log) {
+  if (!only.empty())
+    for (Topic& topic : log.topics)
+      std::erase_if(topic.columns,
+                    [&](const Column& column) { return std::ranges::find(only, column.names.front()) == only.end(); });
+}
+
+}  // namespace
+
+std::vector<std::size_t> asked_for(const std::vector<std::string>& names, const std::vector<std::string>& topics,
+                                   const std::string& path) {
+  std::vector<std::size_t> chosen;
+  std::vector<std::string> problems;
+  for (const std::string& asked : topics) {
+    bool met = false;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!meets(names[i], asked)) continue;
+      met = true;
+      if (std::ranges::find(chosen, i) == chosen.end()) chosen.push_back(i);
+    }
+    if (!met)
+      problems.push_back(fmt::format("'{}': no topic '{}'{} (topics with samples: {})", path, asked,
+                                     did_you_mean(asked, names),
+                                     names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  }
+  if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
+  return chosen;
+}
+
+void name_the_others(const std::vector<std::string>& names, const std::vector<std::size_t>& chosen,
+                     Findings& findings) {
+  std::vector<std::string> others;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::ranges::find(chosen, i) == chosen.end()) others.push_back(names[i]);
+  if (others.empty()) return;
+  findings.push_back({Finding::Severity::info,
+                      "topics_not_read",
+                      {{"topics", fmt::format("{}", fmt::join(others, ", "))}, {"number", others.size()}}});
+}
+
+void name_channels(const ReadOptions& options, Log& log) {
+  std::set<std::string> taken;
+  for (Topic& topic : log.topics)
+    for (Column& column : topic.columns) column.names = {free_name(topic, column, taken)};
+  keep(options.only, log);
+  std::vector<std::string> without_unit;
+  for (Topic& topic : log.topics) {
+    std::string sources;
+    for (Column& column : topic.columns) {
+      const std::string& name = column.names.front();
+      if (name != topic.name + "." + column.field)
+        sources += fmt::format("{}{} = {}", sources.empty() ? "" : ", ", name, column.field);
+      if (column.unit) continue;
+      const auto given = options.units.find(name);
+      if (given == options.units.end()) without_unit.push_back(name);
+      column.unit = given == options.units.end() ? Unit() : given->second;
+    }
+    if (!sources.empty()) log.frame.meta[topic.name] = sources;
+  }
+  std::erase_if(log.topics, [](const Topic& topic) { return topic.columns.empty(); });
+  if (log.topics.empty())
+    throw Error(Error::Kind::bad_file, "'" + log.frame.origin.file + "' has no channel of that name to read");
+  if (!without_unit.empty())
+    log.frame.findings.push_back(
+        {Finding::Severity::info, "unit_unknown", {{"channels", fmt::format("{}", fmt::join(without_unit, ", "))}}});
+}
+
+}  // namespace tumble::topics

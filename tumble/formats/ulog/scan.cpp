@@ -1,0 +1,121 @@
+#include "tumble/formats/ulog/scan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace tumble::ulog {
+namespace {
+
+/// Text for people: without the zeros at the end, control characters replaced.
+std::string printable(std::string_view bytes) {
+  std::string text(bytes.substr(0, bytes.find('\0')));
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+  return text;
+}
+
+template <class T>
+T value_at(const char* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+/// Takes the messages that come before the samples, and counts the samples.
+class Taker {
+ public:
+  explicit Taker(Scan& scan) : scan_(scan) {}
+
+  void take(const Message& message) {
+    switch (message.type) {
+      case 'D':
+        return take_data(message);
+      case 'F':
+        define({message.body, message.size}, scan_.definitions);
+        return;
+      case 'A':
+        return subscribe(message);
+      case 'I':
+        return note({message.body, message.size}, scan_.information);
+      case 'P':
+        return note({message.body, message.size}, scan_.parameters);
+      case 'O':
+        return drop(1e-3 * value_at<std::uint16_t>(message.body));
+      default:
+        return;
+    }
+  }
+
+ private:
+  void take_data(const Message& message) {
+    const auto id = value_at<std::uint16_t>(message.body);
+    ++scan_.topics[static_cast<std::size_t>(scan_.subscriptions.of(id).topic)].messages;
+    if (message.size >= 10) time_ = value_at<std::uint64_t>(message.body + 2);
+  }
+
+  void subscribe(const Message& message) {
+    const std::string format = printable({message.body + 3, message.size - 3});
+    const auto instance = static_cast<unsigned char>(message.body[0]);
+    const auto id = value_at<std::uint16_t>(message.body + 1);
+    const auto size = size_of(scan_.definitions, format);
+    if (!size || !has_time(format)) {
+      if (std::ranges::find(scan_.unreadable, format) == scan_.unreadable.end()) scan_.unreadable.push_back(format);
+      scan_.subscriptions.at(id) = {};
+      return;
+    }
+    const std::string name = fmt::format("{}:{}", format, instance);
+    const auto [at, is_new] = index_.try_emplace(name, scan_.topics.size());
+    if (is_new) scan_.topics.push_back({name, format, 0});
+    scan_.subscriptions.at(id) = {static_cast<int>(at->second), *size};
+  }
+
+  bool has_time(const std::string& format) const {
+    const auto& fields = scan_.definitions.find(format)->second;
+    return std::ranges::any_of(fields, [](const Field& field) {
+      return field.name == "timestamp" && field.type == "uint64_t" && field.length == 1;
+    });
+  }
+
+  /// "int32_t CAL_GYRO0_ID" and its value.
+  static void note(std::string_view body, std::map<std::string, std::string>& to) {
+    const std::size_t length = static_cast<unsigned char>(body[0]);
+    if (body.size() < 1 + length) return;
+    const std::string key = printable(body.substr(1, length));
+    const std::string_view value = body.substr(1 + length);
+    const auto space = key.find(' ');
+    if (space == key.npos) return;
+    const std::string type = key.substr(0, space), name = key.substr(space + 1);
+    if (type.starts_with("char")) to.try_emplace(name, printable(value));
+    if (const auto number = number_of(type); number && value.size() >= topics::size_of(*number))
+      to.try_emplace(name, *number == topics::Number::f32
+                               ? fmt::format("{}", value_at<float>(value.data()))
+                               : fmt::format("{}", topics::number_at(value.data(), *number)));
+  }
+
+  void drop(double seconds) {
+    auto& dropouts = scan_.dropouts;
+    const double at = static_cast<double>(time_) / 1e6;
+    if (dropouts.count++ == 0) dropouts.first_at = at;
+    dropouts.total += seconds;
+    if (seconds < dropouts.longest) return;
+    dropouts.longest = seconds;
+    dropouts.longest_at = at;
+  }
+
+  Scan& scan_;
+  std::map<std::string, std::size_t> index_;
+  std::uint64_t time_ = 0;
+};
+
+}  // namespace
+
+Scan scan(const std::string& path) {
+  Scan result;
+  Taker taker(result);
+  result.damage = walk(path, result.subscriptions, {}, [&](const Message& message) { taker.take(message); });
+  return result;
+}
+
+}  // namespace tumble::ulog

@@ -1,0 +1,192 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "tumble/formats/checksum.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/formats/topics/choose.hpp"
+#include "tumble/formats/topics/read.hpp"
+#include "tumble/formats/ulog/known.hpp"
+#include "tumble/formats/ulog/scan.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::ulog {
+
+namespace {
+
+using topics::Log;
+
+bool recognises(const std::string& path) {
+  char bytes[magic.size()];
+  const std::size_t count = file::InputFile(path).read(bytes, sizeof bytes);
+  return std::string_view(bytes, count) == magic;
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& what) {
+  throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
+}
+
+/// The fields of a topic that become channels: of a known topic its samples, of another every number.
+topics::Topic topic_of(const Scan& scan, const Scan::Topic& from) {
+  topics::Topic topic{.name = from.name, .messages = from.messages};
+  const KnownTopic* const known = known_topic(from.format);
+  topics::Burst burst;
+  bool sampled = false;
+  for (const Place& place : places_in(scan.definitions, from.format)) {
+    if (place.field == "timestamp" || place.field == "timestamp_sample") {
+      // The time of the sample, where the topic has one, rather than that of the message.
+      if (place.number == topics::Number::u64 && place.length == 1 && !sampled) topic.time = place.offset;
+      sampled = sampled || place.field == "timestamp_sample";
+      continue;
+    }
+    if (known && known->burst) {
+      if (place.field == "samples") burst.count = place.offset;
+      if (place.field == "dt") burst.interval = place.offset;
+      if (place.field == "scale") burst.scale = place.offset;
+    }
+    topics::Column column{
+        .field = place.field, .names = {}, .unit = {}, .offset = place.offset, .number = place.number};
+    if (known && !describe(*known, instance_of(from.name), column)) continue;
+    if (place.length > 1 && !(known && known->burst)) continue;
+    if (known && known->burst) burst.capacity = place.length;
+    topic.columns.push_back(std::move(column));
+  }
+  if (burst.count > 0 && burst.interval > 0 && burst.scale > 0) topic.burst = burst;
+  if (known && known->burst && !topic.burst) topic.columns.clear();
+  return topic;
+}
+
+/// What the log says of the vehicle, and the calibration that it had.
+void take_meta(const Scan& scan, Recording& frame) {
+  for (const char* key : {"sys_name", "ver_hw", "ver_sw", "ver_sw_branch", "sys_uuid"})
+    if (const auto found = scan.information.find(key); found != scan.information.end()) frame.meta.insert(*found);
+  for (const char* key : {"sys_name", "ver_hw"})
+    if (const auto found = frame.meta.find(key); found != frame.meta.end())
+      frame.instrument += (frame.instrument.empty() ? "" : " ") + found->second;
+  for (const auto& [name, value] : scan.parameters)
+    if (name.starts_with("CAL_") || (name.starts_with("TC_") && value != "0" && value != "-0"))
+      frame.meta[name] = value;
+}
+
+void take_damage(const Scan& scan, Findings& findings) {
+  const Damage& damage = scan.damage;
+  if (damage.stretches > 0)
+    findings.push_back({Finding::Severity::warning,
+                        "log_damaged",
+                        {{"size", damage.bytes}, {"at", damage.first}},
+                        "",
+                        {damage.stretches, {}, {}}});
+  if (damage.cut_off > 0) findings.push_back({Finding::Severity::warning, "log_cut_off", {{"size", damage.cut_off}}});
+  if (damage.undescribed > 0 || !scan.unreadable.empty())
+    findings.push_back({Finding::Severity::info,
+                        "messages_not_described",
+                        {{"what", scan.unreadable.empty() ? "?" : fmt::format("{}", fmt::join(scan.unreadable, ", "))}},
+                        "",
+                        {damage.undescribed, {}, {}}});
+  const auto& lost = scan.dropouts;
+  if (lost.count > 0)
+    findings.push_back({Finding::Severity::warning,
+                        "log_dropouts",
+                        {{"total", lost.total, "s"}, {"longest", lost.longest, "s"}},
+                        "",
+                        {lost.count, lost.first_at, lost.longest_at}});
+}
+
+void say_corrected(const Log& log, Findings& findings) {
+  for (const topics::Topic& topic : log.topics)
+    if (const KnownTopic* known = known_topic(base_of(topic.name)); known && known->corrected)
+      findings.push_back({Finding::Severity::warning, "corrected_topic", {{"topic", topic.name}}, topic.name});
+}
+
+std::function<void(const topics::Take&, const Progress&)> player(const std::string& path, const Scan& scan,
+                                                                 const std::vector<std::size_t>& chosen) {
+  std::vector<int> index(scan.subscriptions.size(), -1);  // in Log::topics, by id
+  for (std::size_t id = 0; id < index.size(); ++id) {
+    const int topic = scan.subscriptions.of(id).topic;
+    const auto at = std::ranges::find(chosen, static_cast<std::size_t>(topic));
+    if (topic >= 0 && at != chosen.end()) index[id] = static_cast<int>(at - chosen.begin());
+  }
+  return [path, index, subscriptions = scan.subscriptions](const topics::Take& take, const Progress& progress) {
+    walk(path, subscriptions, progress, [&](const Message& message) {
+      if (message.type != 'D') return;
+      const auto id = static_cast<unsigned char>(message.body[0]) | static_cast<unsigned char>(message.body[1]) << 8;
+      if (index[static_cast<std::size_t>(id)] >= 0)
+        take(static_cast<std::size_t>(index[static_cast<std::size_t>(id)]), message.body + 2);
+    });
+  };
+}
+
+/// Topics with samples.
+std::vector<std::size_t> sampled(const Scan& scan) {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < scan.topics.size(); ++i)
+    if (scan.topics[i].messages > 0) indices.push_back(i);
+  return indices;
+}
+
+/// Reads everything but the samples.
+Log open(const std::string& path, const ReadOptions& options) {
+  if (!recognises(path)) refuse(path, "is no ULog: it does not begin with ULog and the version");
+  const Scan found = scan(path);
+  std::vector<std::string> names;
+  std::vector<std::size_t> messages, indices = sampled(found);
+  for (const std::size_t i : indices) {
+    names.push_back(found.topics[i].name);
+    messages.push_back(found.topics[i].messages);
+  }
+  if (names.empty()) refuse(path, "holds no samples: no message of a described topic (is it cut off?)");
+  const auto chosen =
+      options.topics.empty() ? preferred(names, messages) : topics::asked_for(names, options.topics, path);
+  if (chosen.empty())
+    refuse(path, fmt::format("has no topic of a gyro or an accelerometer; name one with --topic: {}",
+                             fmt::join(names, ", ")));
+  Log log;
+  log.frame.origin.file = path;
+  std::vector<std::size_t> of_scan;
+  for (const std::size_t i : chosen) {
+    auto topic = topic_of(found, found.topics[indices[i]]);
+    log.topics.push_back(std::move(topic));
+    of_scan.push_back(indices[i]);
+  }
+  take_meta(found, log.frame);
+  take_damage(found, log.frame.findings);
+  say_corrected(log, log.frame.findings);
+  topics::name_the_others(names, chosen, log.frame.findings);
+  topics::name_channels(options, log);
+  std::vector<std::size_t> remaining;  // name_channels() may have removed topics
+  for (const topics::Topic& topic : log.topics)
+    for (const std::size_t i : of_scan)
+      if (found.topics[i].name == topic.name) remaining.push_back(i);
+  log.play = player(path, found, remaining);
+  return log;
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  const Log log = open(path, options);
+  auto checksum = sha256_in_background(path);
+  Recording recording = topics::read(log, progress);
+  recording.origin.checksum = std::move(checksum);
+  return recording;
+}
+
+std::uintmax_t memory(const std::string& path, const ReadOptions& options) {
+  return topics::memory(open(path, options));
+}
+
+void stream(const std::string& path, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  topics::stream(open(path, options), samples, sink, progress);
+}
+
+}  // namespace
+
+extern const Format ulog{.name = "ulog",
+                         .summary = "log of the autopilot PX4: topics such as sensor_gyro:0",
+                         .extensions = {".ulg"},
+                         .recognises = recognises,
+                         .read = read,
+                         .memory = memory,
+                         .stream = stream};
+
+}  // namespace tumble::ulog

@@ -1,0 +1,161 @@
+// The logs of tests/reference/ulog, whose values follow from the number of the message (SOURCE.md), and damaged ones.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+
+#include "tumble/formats/testing/log_files.hpp"
+
+namespace tumble {
+namespace {
+
+std::string reference(const char* name) { return std::string(TUMBLE_SOURCE_DIR "/tests/reference/ulog/") + name; }
+
+std::vector<std::string> names_of(const Recording& recording) {
+  std::vector<std::string> names;
+  for (const Channel& channel : recording.channels) names.push_back(channel.name + "[" + channel.unit.text() + "]");
+  return names;
+}
+
+std::string message(char type, const std::string& body) {
+  const std::uint16_t size = static_cast<std::uint16_t>(body.size());
+  std::string bytes(reinterpret_cast<const char*>(&size), 2);
+  return bytes + type + body;
+}
+
+const std::string head = std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0');
+
+TEST(ULog, ReadsTheRawSensorsWithTheTimesOfTheirSamples) {
+  const Recording read = read_recording(reference("flight.ulg"), {}, {});
+  EXPECT_EQ(names_of(read),
+            (std::vector<std::string>{"gyro.x[rad/s]", "gyro.y[rad/s]", "gyro.z[rad/s]", "temperature[degC]",
+                                      "accelerometer.x[m/s^2]", "accelerometer.y[m/s^2]", "accelerometer.z[m/s^2]",
+                                      "temperature.accelerometer[degC]"}));
+  ASSERT_EQ(read.channels[0].values.size(), 40u);
+  for (std::size_t k = 0; k < 40; ++k) {
+    const auto i = static_cast<double>(k);
+    EXPECT_EQ(read.channels[0].values[k], static_cast<float>(0.001 * i));
+    EXPECT_EQ(read.channels[1].values[k], static_cast<float>(-0.002 * i));
+    EXPECT_EQ(read.channels[2].values[k], static_cast<float>(0.5 + i));
+    EXPECT_EQ(read.channels[3].values[k], static_cast<float>(25 + 0.01 * i) + 273.15);
+    EXPECT_EQ(read.channels[4].values[k], static_cast<float>(-0.001 * i));
+    EXPECT_NEAR(read.channels[0].time(k), 1.0 + 0.001 * i - 0.00025, 1e-12);
+  }
+  EXPECT_EQ(read.channels[0].timeline.rate, 1000.0);
+  EXPECT_EQ(read.instrument, "PX4 PX4_FMU_V6");
+  EXPECT_EQ(read.meta.at("CAL_GYRO0_XOFF"), "0.25");
+  EXPECT_EQ(read.meta.at("sensor_gyro:0"), "gyro.x = x, gyro.y = y, gyro.z = z, temperature = temperature");
+  EXPECT_FALSE(read.meta.contains("TC_G0_X1_0"));
+  EXPECT_FALSE(read.meta.contains("SYS_AUTOSTART"));
+  EXPECT_NE(said(read.findings, "topics_not_read").find("sensor_gyro:1, sensor_combined:0, esc_status:0"),
+            std::string::npos);
+  EXPECT_NE(said(read.findings, "log_dropouts").find("for 12 ms"), std::string::npos);
+  EXPECT_EQ(read.findings.size(), 2u);
+}
+
+TEST(ULog, ATopicIsPickedByName) {
+  const Recording second = read_recording(reference("flight.ulg"), {.topics = {"sensor_gyro:1"}}, {});
+  EXPECT_EQ(names_of(second).front(), "gyro.x[rad/s]");
+  EXPECT_EQ(second.channels[0].values.at(3), static_cast<float>(0.002 * 6));
+  const Recording both = read_recording(reference("flight.ulg"), {.topics = {"sensor_gyro"}}, {});
+  EXPECT_EQ(names_of(both).at(4), "gyro1.x[rad/s]");
+  EXPECT_EQ(names_of(both).at(7), "temperature.gyro[degC]");
+  const Recording nested = read_recording(reference("flight.ulg"), {.topics = {"esc_status"}}, {});
+  const Channel* current = find_channel(nested, "esc_status:0.esc.1.current.0");
+  ASSERT_NE(current, nullptr);
+  EXPECT_EQ(current->values.at(2), 16.0);
+  EXPECT_NE(said(nested.findings, "unit_unknown").find("esc_status:0.count"), std::string::npos);
+  EXPECT_NE(refusal_of(reference("flight.ulg"), {.topics = {"sensor_giro"}}).find("did you mean 'sensor_gyro:0'"),
+            std::string::npos);
+}
+
+TEST(ULog, CorrectedSamplesAreReadOnlyWithAWarning) {
+  const Recording read = read_recording(reference("flight.ulg"), {.topics = {"sensor_combined"}}, {});
+  EXPECT_EQ(names_of(read).at(5), "accelerometer.z[m/s^2]");
+  EXPECT_EQ(read.channels[5].values.at(9), 9.5);
+  EXPECT_NE(said(read.findings, "corrected_topic"), "");
+}
+
+TEST(ULog, BurstsAreSpreadOut) {
+  const Recording read = read_recording(reference("bursts.ulg"), {}, {});
+  ASSERT_EQ(read.channels.size(), 3u);
+  ASSERT_EQ(read.channels[2].values.size(), 65u);  // five times 8 and five times 5
+  EXPECT_EQ(read.channels[2].values[8], 2 * 100 * 0.0009765625);
+  EXPECT_EQ(read.channels[1].values[12], -104 * 0.0009765625);
+  EXPECT_NEAR(read.channels[0].time(12), 2.01 - 30e-6, 1e-12);  // the stamp is that of the last sample
+  EXPECT_NEAR(read.channels[0].time(8), 2.01 - 30e-6 - 4 * 125e-6, 1e-12);
+}
+
+TEST(ULog, BlocksHoldWhatReadingGives) {
+  expect_streams_the_same(reference("flight.ulg"), {}, 7);
+  expect_streams_the_same(reference("bursts.ulg"), {}, 7);
+  expect_streams_the_same(reference("flight.ulg"), {.topics = {"sensor_gyro", "esc_status"}}, 5);
+}
+
+TEST(ULog, AppendedDataAreNoSamples) {
+  const Recording read = read_recording(reference("appended.ulg"), {}, {});
+  EXPECT_EQ(read.channels[0].values.size(), 10u);
+  EXPECT_TRUE(read.findings.empty());
+}
+
+TEST(ULog, AnUnknownFeatureIsRefused) {
+  const ScratchFolder folder;
+  std::string bytes = read_text_file(reference("flight.ulg"));
+  bytes[16 + 3 + 8] = 2;
+  write_bytes(folder.file("a.ulg"), bytes);
+  EXPECT_NE(refusal_of(folder.file("a.ulg")).find("incompatible flags"), std::string::npos);
+}
+
+TEST(ULog, CutAnywhereTheSamplesBeforeRemain) {
+  const std::string bytes = read_text_file(reference("flight.ulg")).substr(0, 2300);
+  expect_prefixes(bytes);
+  const ScratchFolder folder;
+  write_bytes(folder.file("a.ulg"), bytes.substr(0, 2250));
+  EXPECT_NE(said(read_recording(folder.file("a.ulg"), {}, {}).findings, "log_cut_off"), "");
+}
+
+TEST(ULog, AfterDamageReadingGoesOn) {
+  const ScratchFolder folder;
+  const std::string good = read_text_file(reference("flight.ulg"));
+  const Recording whole = read_recording(reference("flight.ulg"), {}, {});
+  for (std::size_t at = 2000; at < 2200; at += 7) {
+    std::string bytes = good;
+    bytes.replace(at, 40, 40, '\xee');
+    write_bytes(folder.file("a.ulg"), bytes);
+    const Recording read = read_recording(folder.file("a.ulg"), {}, {});
+    EXPECT_EQ(read.channels[0].values.back(), whole.channels[0].values.back()) << at;
+    EXPECT_GE(read.channels[0].values.size(), 37u) << at;
+  }
+}
+
+TEST(ULog, FormatsThatContainThemselvesAreNotRead) {
+  const ScratchFolder folder;
+  std::string bytes = head;
+  for (const char* format : {"a:uint64_t timestamp;b inner;", "b:a inner;", "c:uint64_t timestamp;c[60000] again;",
+                             "d:uint64_t timestamp;e[60000] many;", "e:f[60000] more;", "f:double[60000] most;"})
+    bytes += message('F', format);
+  for (const char* name : {"a", "c", "d", "nothing"}) bytes += message('A', std::string("\0\1\0", 3) + name);
+  bytes += message('D', std::string(18, '\1'));
+  write_bytes(folder.file("a.ulg"), bytes);
+  EXPECT_NE(refusal_of(folder.file("a.ulg")).find("holds no samples"), std::string::npos);
+}
+
+TEST(ULog, AnInfiniteSampleIsMissing) {
+  const ScratchFolder folder;
+  std::string bytes = head + message('F', "sensor_gyro:uint64_t timestamp;float x;");
+  bytes += message('A', std::string("\0\0\0", 3) + "sensor_gyro");
+  for (const float value : {1.0f, INFINITY, 2.0f}) {
+    std::string body(14, '\0');
+    std::memcpy(body.data() + 10, &value, 4);
+    body[3] = static_cast<char>(bytes.size() / 100);
+    bytes += message('D', body);
+  }
+  write_bytes(folder.file("a.ulg"), bytes);
+  const Recording read = read_recording(folder.file("a.ulg"), {}, {});
+  EXPECT_TRUE(std::isnan(read.channels.at(0).values.at(1)));
+  EXPECT_NE(said(read.findings, "infinite_samples").find("one sample"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tumble

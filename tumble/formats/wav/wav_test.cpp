@@ -1,0 +1,90 @@
+// The files of tests/reference/wav, whose samples follow from their number (SOURCE.md), and damaged ones.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tumble/formats/testing/log_files.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble {
+namespace {
+
+std::string reference(const std::string& name) { return TUMBLE_SOURCE_DIR "/tests/reference/wav/" + name; }
+
+double count(std::size_t k, std::size_t channel) {
+  return static_cast<double>(100 * k + channel) * (k % 2 == 0 ? 1.0 : -1.0);
+}
+
+ReadOptions in_g() {
+  ReadOptions options;
+  for (const char* name : {"channel1", "channel2", "channel3"}) options.units[name] = Unit::parse("g");
+  return options;
+}
+
+TEST(Wav, IntegersAreCounts) {
+  const std::pair<const char*, double> files[] = {
+      {"counts16.wav", 1.0}, {"counts24.wav", 256.0}, {"counts32.wav", 65536.0}, {"large.wav", 1.0}};
+  for (const auto& [name, scale] : files) {
+    const Recording read = read_recording(reference(name), {}, {});
+    ASSERT_EQ(read.channels.size(), 3u) << name;
+    EXPECT_TRUE(read.findings.empty()) << name;
+    for (std::size_t c = 0; c < 3; ++c) {
+      EXPECT_EQ(read.channels[c].name, "channel" + std::to_string(c + 1));
+      EXPECT_EQ(read.channels[c].kind, QuantityKind::count);
+      EXPECT_EQ(read.channels[c].timeline.rate, 12800.0);
+      ASSERT_EQ(read.channels[c].values.size(), 50u);
+      for (std::size_t k = 0; k < 50; ++k) EXPECT_EQ(read.channels[c].values[k], scale * count(k, c)) << name;
+    }
+  }
+  EXPECT_EQ(read_recording(reference("large.wav"), {}, {}).meta.at("INAM"), "shaker");
+}
+
+TEST(Wav, OneIsFullScaleInAGivenUnit) {
+  for (const char* name : {"counts16.wav", "counts24.wav", "counts32.wav", "float32.wav", "float64.wav"}) {
+    const Recording read = read_recording(reference(name), in_g(), {});
+    EXPECT_EQ(read.channels[1].kind, QuantityKind::specific_force);
+    EXPECT_NEAR(read.channels[1].values[7], count(7, 1) / 32768.0 * standard_gravity, 1e-15) << name;
+    EXPECT_EQ(said(read.findings, "full_scale_is_one").empty(), std::string(name).starts_with("float")) << name;
+  }
+}
+
+TEST(Wav, FloatingPointSamplesNeedAUnit) {
+  const std::string message = refusal_of(reference("float32.wav"));
+  EXPECT_NE(message.find("channel1, channel2, channel3"), std::string::npos) << message;
+  EXPECT_NE(message.find("--set unit.channel1=g"), std::string::npos) << message;
+}
+
+TEST(Wav, BlocksHoldWhatReadingGives) {
+  expect_streams_the_same(reference("counts24.wav"), {}, 7);
+  expect_streams_the_same(reference("float64.wav"), in_g(), 1);
+}
+
+TEST(Wav, CutAnywhereTheSamplesBeforeRemain) {
+  expect_prefixes(read_text_file(reference("counts16.wav")));
+  expect_prefixes(read_text_file(reference("large.wav")));
+  const ScratchFolder folder;
+  write_bytes(folder.file("a.wav"), read_text_file(reference("counts16.wav")).substr(0, 203));
+  const Recording read = read_recording(folder.file("a.wav"), {}, {});
+  EXPECT_NE(said(read.findings, "wav_size"), "");
+  EXPECT_NE(said(read.findings, "log_cut_off"), "");
+}
+
+TEST(Wav, ARecorderThatWasSwitchedOffLeavesASizeOfZero) {
+  const ScratchFolder folder;
+  std::string bytes = read_text_file(reference("counts16.wav"));
+  bytes.replace(bytes.find("data") + 4, 4, 4, '\0');
+  write_bytes(folder.file("a.wav"), bytes);
+  EXPECT_EQ(read_recording(folder.file("a.wav"), {}, {}).channels[2].values.size(), 50u);
+}
+
+TEST(Wav, CompressedSamplesAreRefused) {
+  const ScratchFolder folder;
+  std::string bytes = read_text_file(reference("counts16.wav"));
+  bytes[20] = 2;  // ADPCM
+  write_bytes(folder.file("a.wav"), bytes);
+  EXPECT_NE(refusal_of(folder.file("a.wav")).find("format 2 with 16 bits"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tumble

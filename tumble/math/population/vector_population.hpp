@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "tumble/math/matrix.hpp"
+
+namespace tumble {
+
+/// What one unit showed of p parameters. A parameter that it did not show is NaN.
+struct UnitVector {
+  std::vector<double> values;  ///< [p], each in a unit of its own
+  Matrix covariance;           ///< [p x p], the private part (8.2); rows of missing parameters are not read
+};
+
+/// Mean and covariance of the true values of a population.
+struct VectorPopulation {
+  std::vector<double> mean;  ///< [p]
+  Matrix mean_covariance;    ///< [p x p], of the mean
+  Matrix spread;             ///< T [p x p], of the true values
+  double shrinkage = 0.0;    ///< nu [1] of (8.11); infinite: correlations are not used
+  double inflation = 1.0;    ///< c [1] >= 1: how much farther units are from the others than stated (8.17)
+  std::size_t units = 0;
+};
+
+/// Restricted likelihood by EM, with correlations shrunk towards zero as far as the units predict each other best.
+///
+/// Given:    units [n], n >= 5, of p parameters each.
+/// Throws:   Error::bad_data for fewer units, different numbers of parameters, a parameter that fewer than three units
+///           show, a covariance that is not positive definite.
+/// Accuracy: with t quantiles of n - 1, intervals of new units hold in 94 to 97 % for p of 6 to 45, also with fewer
+/// units
+///           than parameters.
+/// See:      docs/equations (8.10), (8.11).
+VectorPopulation vector_population(std::span<const UnitVector> units);
+
+/// A new unit by its own result and its population.
+struct VectorInPopulation {
+  std::vector<double> values;       ///< [p]
+  Matrix covariance;                ///< [p x p]
+  double degrees_of_freedom = 0.0;  ///< of Student's t for intervals [1]
+  double distance = 0.0;            ///< D [1], squared, of the result from the mean
+  double belongs = 1.0;             ///< p-value [1] of D if the unit is of the population
+};
+
+/// Given:    the population; the unit's own result; `shared` [p x p], covariance between this result and the mean from
+///           errors that both share, empty for none.
+/// Throws:   Error::bad_data where numbers of parameters differ, or the covariance is not positive definite.
+/// See:      docs/equations (8.13), (8.17).
+VectorInPopulation vector_in_population(const VectorPopulation& population, const UnitVector& unit,
+                                        const Matrix& shared = {});
+
+}  // namespace tumble

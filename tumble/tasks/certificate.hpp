@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/exchange/certificate.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble {
+
+/// What a laboratory says of a calibration, from its file. `sets` are values by "section.key", which replace those of
+/// the file; an image of `[laboratory] logo` is read too.
+/// Throws Error::bad_input with all that is unknown or wrong, each with its line; Error::bad_file.
+CertificateDetails load_lab(const std::string& path, const Sets& sets);
+
+/// The certificate on a result file. Throws as certify(), and Error::bad_file.
+Certificate certificate_on(const std::string& result_file, const CertificateDetails& details);
+
+}  // namespace tumble
