@@ -178,11 +178,20 @@ void look_at_pair(const NamedResult& a, const NamedResult& b, const SharedLines&
   if (missing > 0) add(Severity::info, "parameters_of_one_result", {{"parameters", missing}});
 }
 
+/// Each seed draws the errors of rig, site and references anew: two simulations have none in common.
+bool simulated_apart(const Estimate& a, const Estimate& b) {
+  const auto one = a.provenance.seed, other = b.provenance.seed;
+  return one && other && *one != *other;
+}
+
 ResultPair pair_of(const std::vector<NamedResult>& results, std::size_t earlier, std::size_t later,
                    Findings& findings) {
   const auto &a = results[earlier], &b = results[later];
   const auto common = common_of(a, b);
-  const SharedLines shared = shared_lines(a.estimate, b.estimate);
+  const bool apart = simulated_apart(a.estimate, b.estimate);
+  const SharedLines shared = apart ? SharedLines{} : shared_lines(a.estimate, b.estimate);
+  if (apart && later == earlier + 1)
+    findings.push_back({Severity::info, "simulated_apart", {{"earlier", a.name}}, b.name});
   ResultPair pair{.earlier = earlier, .later = later, .differences = {}};
   for (const auto& at : common) pair.differences.push_back(difference_of(a.estimate, b.estimate, at, shared));
   judge_together(pair, a.estimate, b.estimate, common, shared);
