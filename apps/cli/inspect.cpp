@@ -61,13 +61,17 @@ Json json(const Inspection& inspection) {
   for (const auto& channel : inspection.channels) channels.push_back(json(channel));
   for (const auto& mark : header.marks)
     marks.push_back({{"label", mark.label}, {"begin", mark.begin}, {"run", mark.run}});
-  return {{"file", header.origin.file},
-          {"sha256", sha256_of(header.origin)},
-          {"instrument", header.instrument},
-          {"channels", channels},
-          {"marks", marks},
-          {"meta", header.meta},
-          {"findings", Json::parse(to_json(inspection.findings))}};
+  Json result{{"file", header.origin.file},
+              {"sha256", sha256_of(header.origin)},
+              {"instrument", header.instrument},
+              {"channels", channels},
+              {"marks", marks},
+              {"meta", header.meta},
+              {"findings", Json::parse(to_json(inspection.findings))}};
+  Json recognised = Json::array();
+  for (const auto& [what, how] : header.recognised) recognised.push_back({{"what", what}, {"how", how}});
+  if (!recognised.empty()) result["recognised"] = recognised;
+  return result;
 }
 
 std::string shown(double value, int digits = 6) {
@@ -116,6 +120,13 @@ std::string marks_text(const std::vector<Mark>& marks) {
   return text.empty() ? "" : text + "\n";
 }
 
+/// "  separator     semicolon"
+std::string recognised_text(const std::vector<Recognised>& entries, std::size_t width) {
+  std::string text = entries.empty() ? "" : "\nrecognised:\n";
+  for (const auto& [what, how] : entries) text += wrapped(fmt::format("  {:<14}", what), how, width);
+  return text;
+}
+
 std::string text(const Inspection& inspection, std::size_t width) {
   const auto& header = inspection.header;
   std::string out = header.origin.file + (header.instrument.empty() ? "" : ": " + header.instrument) + "\n";
@@ -126,6 +137,7 @@ std::string text(const Inspection& inspection, std::size_t width) {
                        shown(one.last - one.first, 9), shown(one.first, 9), shown(one.last, 9));
   }
   out += "\n" + text_table(columns(inspection.channels), width) + marks_text(header.marks);
+  out += recognised_text(header.recognised, width);
   if (!header.meta.empty()) out += "\nmeta:\n";
   for (const auto& [key, value] : header.meta) out += fmt::format("  {}: {}\n", key, value);
   out += inspection.findings.empty() ? "\nfindings: none\n" : "\nfindings:\n";

@@ -23,7 +23,8 @@ Argument reading_sets(std::vector<std::string>& texts, const std::string& before
                                   " does not contain:\n"
                                   "rate=100, missing=WORD, unit.COLUMN=deg/h,\n"
                                   "columns=\"time[s],x[deg/s]\" for a file without a header,\n"
-                                  "segment_column=COLUMN with labels, decimal=comma; repeatable");
+                                  "segment_column=COLUMN with labels, decimal=comma,\n"
+                                  "time=COLUMN, date=dmy, encoding=gb18030, skip=LINES; repeatable");
 }
 
 Argument topic_argument(std::vector<std::string>& topics) {

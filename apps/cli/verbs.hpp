@@ -41,6 +41,7 @@ Verb predict_verb();
 Verb report_verb();
 Verb export_verb();
 Verb certificate_verb();
+Verb compare_verb();
 Verb convert_verb();
 
 /// Exit status of a wrong command line, plan or option.

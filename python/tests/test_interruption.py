@@ -24,6 +24,7 @@ LONG = {
 }
 
 
+@pytest.mark.usefixtures("keyboard")
 @pytest.mark.parametrize("name", LONG)
 def test_ctrl_c_ends_a_long_call(name):
     sent = []

@@ -30,6 +30,12 @@ struct Origin {
 /// end.
 std::string sha256_of(const Origin& origin);
 
+/// What a reader recognised in a file that does not say it plainly: {"encoding", "GB18030"}.
+struct Recognised {
+  std::string what;
+  std::string how;
+};
+
 /// What was measured in one file.
 struct Recording {
   std::string instrument;  ///< model and serial, as the file says
@@ -38,6 +44,7 @@ struct Recording {
   Origin origin;
   std::map<std::string, std::string> meta;  ///< anything else the file carries
   Findings findings;                        ///< what the reader noticed
+  std::vector<Recognised> recognised = {};  ///< how it understood the file; empty where nothing was to be recognised
 };
 
 /// Null when there is none of that name.

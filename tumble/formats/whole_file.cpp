@@ -13,7 +13,7 @@ using Stamps = std::shared_ptr<const std::vector<double>>;
 
 /// Everything but the samples and the checksum, as a stream hands it out.
 Recording frame_of(const Recording& whole) {
-  Recording frame{whole.instrument, {}, whole.marks, {whole.origin.file}, whole.meta, whole.findings};
+  Recording frame{whole.instrument, {}, whole.marks, {whole.origin.file}, whole.meta, whole.findings, whole.recognised};
   for (const Channel& channel : whole.channels)
     frame.channels.push_back({channel.name, channel.kind, channel.unit, channel.timeline, {}});
   return frame;

@@ -249,6 +249,17 @@ char read_decimal(Section& section) {
   }
 }
 
+std::string read_date_order(Section& section) {
+  const auto text = section.text("date");
+  if (!text) return "";
+  try {
+    return parse_date_order(*text);
+  } catch (const Error& error) {
+    section.problem_at("date", error.problems.front());
+    return "";
+  }
+}
+
 void read_recordings(Reading& reading, const toml::array& tables) {
   const auto folder = std::filesystem::path(reading.plan.file).parent_path();
   for (const auto& node : tables) {
@@ -262,7 +273,14 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.columns = section.texts("columns");
     entry.segment_column = section.text("segment_column").value_or("");
     entry.topics = section.texts("topics");
+    entry.frames = section.text("frames").value_or("");
+    if (entry.frames.find(".toml") != std::string::npos)
+      entry.frames = (folder / entry.frames).lexically_normal().string();
     entry.decimal = read_decimal(section);
+    entry.time = section.text("time").value_or("");
+    entry.date = read_date_order(section);
+    entry.encoding = section.text("encoding").value_or("");
+    entry.skip = static_cast<std::size_t>(std::max(section.integer("skip").value_or(0), 0));
     if (const auto plan = section.text("plan")) {
       const auto [part, unread] = reading.parts.try_emplace((folder / *plan).lexically_normal().string());
       if (unread) part->second = plan_of_recording(reading, section, part->first);

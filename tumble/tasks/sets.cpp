@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
 
 #include "tumble/units/error.hpp"
@@ -39,8 +40,10 @@ std::vector<std::string> separate(const std::string& text) {
 }
 
 bool for_reading(const std::string& key) {
-  return key == "rate" || key == "topic" || key == "missing" || key == "columns" || key == "segment_column" ||
-         key == "decimal" || !after(key, "unit.").empty();
+  for (const char* known : {"rate", "topic", "frames", "missing", "columns", "segment_column", "decimal", "time",
+                            "date", "encoding", "skip"})
+    if (key == known) return true;
+  return !after(key, "unit.").empty();
 }
 
 void sort_in(SortedSets& sorted, const std::string& key, const std::string& value) {
@@ -59,10 +62,20 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.reading.columns = separate(value);
   else if (key == "topic")
     sorted.reading.topics.push_back(value);
+  else if (key == "frames")
+    sorted.reading.frames = value;
   else if (key == "segment_column")
     sorted.reading.segment_column = value;
   else if (key == "decimal")
     sorted.reading.decimal = parse_decimal(value);
+  else if (key == "time")
+    sorted.reading.time = value;
+  else if (key == "date")
+    sorted.reading.date = parse_date_order(value);
+  else if (key == "encoding")
+    sorted.reading.encoding = value;
+  else if (key == "skip")
+    sorted.reading.skip = parse_skip(value);
   else if (const auto column = after(key, "unit."); !column.empty())
     sorted.reading.units[std::string(column)] = Unit::parse(value);
   else if (const auto role = after(key, "channels."); !role.empty())
@@ -100,7 +113,8 @@ ReadOptions read_options(const Sets& sets) {
       known.push_back(set);
     else
       problems.push_back(fmt::format(
-          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal, topic and unit.<column>",
+          "--set {}: reading a file takes rate, missing, columns, segment_column, decimal, time, date, encoding, "
+          "skip, topic, frames and unit.<column>",
           set.first));
   try {
     const auto reading = sorted(known).reading;
@@ -115,6 +129,21 @@ char parse_decimal(const std::string& text) {
   if (text != "comma" && text != "point")
     throw Error(Error::Kind::bad_input, fmt::format("the decimal mark is comma or point, not '{}'", text));
   return text == "comma" ? ',' : '.';
+}
+
+std::string parse_date_order(const std::string& text) {
+  if (text != "dmy" && text != "mdy" && text != "ymd")
+    throw Error(Error::Kind::bad_input,
+                fmt::format("the order of a date is dmy (day first), mdy or ymd, not '{}'", text));
+  return text;
+}
+
+std::size_t parse_skip(const std::string& text) {
+  std::size_t lines = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), lines);
+  if (problem != std::errc() || end != text.data() + text.size() || lines > 100'000)
+    throw Error(Error::Kind::bad_input, fmt::format("a number of lines up to 100000 is expected, not '{}'", text));
+  return lines;
 }
 
 ChannelChoice parse_choice(const std::string& text) {

@@ -12,7 +12,7 @@ namespace tumble {
 
 /// The --set values by what they speak of.
 struct SortedSets {
-  ReadOptions reading;  ///< rate, missing, columns, segment_column, decimal, topic, unit.<column>
+  ReadOptions reading;  ///< rate, missing, columns, unit.<column> and the like: ReadOptions
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
   std::vector<Given> settings, truth, rig, beside;
   std::optional<std::string> calibration;
@@ -24,6 +24,10 @@ SortedSets sorted(const Sets& sets);
 
 /// The decimal mark called "comma" or "point". Throws Error::bad_input.
 char parse_decimal(const std::string& text);
+/// "dmy", "mdy" or "ymd". Throws Error::bad_input.
+std::string parse_date_order(const std::string& text);
+/// A number of lines. Throws Error::bad_input.
+std::size_t parse_skip(const std::string& text);
 
 /// "dtg.x[deg/h]". Throws Error::bad_input.
 ChannelChoice parse_choice(const std::string& text);

@@ -1,6 +1,6 @@
 // The grammar of units, read by recursive descent:
 //   unit     = power { ("/" | "*" | "·") power }             from left to right: deg/h/g = (deg/h)/g
-//   power    = factor [ ("^" | "**") exponent | superscript | digit ]
+//   power    = factor [ ("^" | "**") exponent | superscript | digit ]                  superscripts: ² ³ ⁻¹ ⁻²
 //   factor   = word | "(" unit ")" | "sqrt" "(" unit ")" | "√" factor
 //   exponent = ["-"] number | "(" ["-"] integer ["/" integer] ")"          in halves: 2, 0.5, -1.5, (1/2)
 #include <cmath>
@@ -78,6 +78,10 @@ class Parser {
       halves = 4;
     else if (take("³"))
       halves = 6;
+    else if (take("⁻¹"))
+      halves = -2;
+    else if (take("⁻²"))
+      halves = -4;
     else if (digit())
       halves = 2 * (text_[at_++] - '0');
     else
@@ -123,7 +127,7 @@ class Parser {
     }
     constexpr std::string_view ends = " \t/*^()0123456789+-.,;[]";
     while (at_ < text_.size() && ends.find(text_[at_]) == ends.npos && !peek("·") && !peek("⋅") && !peek("²") &&
-           !peek("³") && !peek("√"))
+           !peek("³") && !peek("⁻") && !peek("√"))
       ++at_;
     return text_.substr(begin, at_ - begin);
   }

@@ -160,6 +160,32 @@ TEST(Unit, SpellingsOfTheSame) {
   same("m^2.0", "m^2");
 }
 
+TEST(Unit, UnitsAsPeopleWriteThem) {
+  const auto same_unit = [](std::string_view written, std::string_view ours) {
+    const Unit a = Unit::parse(written), b = Unit::parse(ours);
+    EXPECT_EQ(a.dimension(), b.dimension()) << written;
+    EXPECT_EQ(a.factor(), b.factor()) << written;
+    EXPECT_EQ(a.offset(), b.offset()) << written;
+  };
+  same_unit("℃", "degC");
+  same_unit("ºC", "degC");
+  same_unit("celsius", "degC");
+  same_unit("℉", "degF");
+  same_unit("kelvin", "K");
+  same_unit("degrees/hour", "deg/h");
+  same_unit("º/second", "deg/s");
+  same_unit("°/s/√Hz", "deg/s/sqrt(Hz)");
+  same_unit("radians/sec", "rad/s");
+  same_unit("milliseconds", "ms");
+  same_unit("毫秒", "ms");
+  same_unit("usec", "us");
+  same_unit("nanosecond", "ns");
+  same_unit("counts/seconds", "LSB/s");
+  same_unit("pulses", "pulse");
+  same_unit("m·s⁻²", "m/s^2");
+  same_unit("rad·s⁻¹", "rad/s");
+}
+
 TEST(Unit, TemperatureAloneIsAbsoluteAndInsideAnInterval) {
   EXPECT_EQ(Unit::parse("degC").offset(), 273.15);
   EXPECT_EQ(Unit::parse("degC").to_si(20.0), 293.15);
@@ -182,7 +208,7 @@ TEST(Unit, TextRoundTripsExactly) {
 
 TEST(Unit, RefusalsNameTheWordItsPositionAndTheNearest) {
   EXPECT_EQ(message("dge/h"), "unit 'dge/h', position 1: unknown unit 'dge'; did you mean 'deg'?");
-  EXPECT_EQ(message("°/huor"), "unit '°/huor', position 3: unknown unit 'huor'; did you mean 'hr'?");
+  EXPECT_EQ(message("°/huor"), "unit '°/huor', position 3: unknown unit 'huor'; did you mean 'hour'?");
   EXPECT_EQ(message("Deg/h"), "unit 'Deg/h', position 1: unknown unit 'Deg'; did you mean 'deg'?");
   EXPECT_NE(message("dB").find("logarithm"), std::string::npos);
   EXPECT_NE(message("mg/C").find("degC"), std::string::npos);

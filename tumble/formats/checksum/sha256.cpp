@@ -1,6 +1,8 @@
+// The functions of SHA-256 themselves: EVP_DigestInit would need all of libcrypto, a fifth of the wheel (decision 068).
+#define OPENSSL_SUPPRESS_DEPRECATED
 #include "tumble/formats/checksum/sha256.hpp"
 
-#include <openssl/evp.h>
+#include <openssl/sha.h>
 
 #include <memory>
 
@@ -13,7 +15,7 @@ namespace tumble::checksum {
 
 namespace {
 
-EVP_MD_CTX* context_of(void* pointer) { return static_cast<EVP_MD_CTX*>(pointer); }
+SHA256_CTX* context_of(void* pointer) { return static_cast<SHA256_CTX*>(pointer); }
 
 void require(int result) {
   if (result != 1) throw Error{Error::Kind::internal, "libcrypto cannot compute SHA-256"};
@@ -21,24 +23,21 @@ void require(int result) {
 
 }  // namespace
 
-void Sha256::Release::operator()(void* context) const { EVP_MD_CTX_free(context_of(context)); }
+void Sha256::Release::operator()(void* context) const { delete context_of(context); }
 
-Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
-  require(EVP_DigestInit_ex(context_of(context_.get()), EVP_sha256(), nullptr));
-}
+Sha256::Sha256() : context_(new SHA256_CTX) { require(SHA256_Init(context_of(context_.get()))); }
 
 void Sha256::add(std::string_view bytes) {
-  require(EVP_DigestUpdate(context_of(context_.get()), bytes.data(), bytes.size()));
+  require(SHA256_Update(context_of(context_.get()), bytes.data(), bytes.size()));
 }
 
 std::string Sha256::hex() {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int size = 0;
-  require(EVP_DigestFinal_ex(context_of(context_.get()), digest, &size));
+  unsigned char digest[SHA256_DIGEST_LENGTH];
+  require(SHA256_Final(digest, context_of(context_.get())));
   std::string text;
-  for (unsigned int i = 0; i < size; ++i) {
-    text += "0123456789abcdef"[digest[i] >> 4];
-    text += "0123456789abcdef"[digest[i] & 15];
+  for (const unsigned char byte : digest) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
   }
   return text;
 }

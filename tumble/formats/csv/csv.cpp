@@ -1,24 +1,22 @@
-#include <algorithm>
-#include <cstring>
 #include <string_view>
 
+#include "tumble/formats/csv/encoding.hpp"
 #include "tumble/formats/csv/read.hpp"
 #include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/kinds_of_text.hpp"
 #include "tumble/formats/format.hpp"
 
 namespace tumble::csv {
 
 namespace {
 
-/// Text: no control characters but tabs and line breaks in the first bytes.
+/// Text, but none of the texts that have readers of their own.
 bool recognises(const std::string& path) {
   file::InputFile file(path);
   char bytes[4096];
   const std::size_t count = file.read(bytes, sizeof bytes);
-  return count > 0 && std::none_of(bytes, bytes + count, [](char c) {
-           const auto byte = static_cast<unsigned char>(c);
-           return byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r';
-         });
+  const std::string_view beginning(bytes, count);
+  return looks_like_text(beginning) && !file::is_labview(beginning) && !file::is_universal(beginning);
 }
 
 /// A cell with its separator has about the eight bytes that a value takes.

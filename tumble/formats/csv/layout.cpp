@@ -1,11 +1,11 @@
 #include "tumble/formats/csv/layout.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tumble/formats/csv/number.hpp"
+#include "tumble/formats/csv/advice.hpp"
+#include "tumble/formats/csv/shape.hpp"
 #include "tumble/formats/file/annotations.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
@@ -14,15 +14,14 @@ namespace tumble::csv {
 
 namespace {
 
-const std::string not_read = "-";  ///< in place of the name of a column
-
-bool blank(char c) { return c == ' ' || c == '\t'; }
+constexpr std::size_t lines_seen = 300;                   // of the table, to recognise it
+constexpr std::size_t marks_seen = std::size_t{1} << 16;  // [bytes] of samples, to find the decimal mark
 
 std::string_view take_line(std::string_view& text) {
   const auto end = text.find('\n');
   auto line = text.substr(0, end);
   text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-  if (line.ends_with('\r')) line.remove_suffix(1);
+  while (line.ends_with('\r')) line.remove_suffix(1);
   return line;
 }
 
@@ -50,125 +49,8 @@ void take_comment(Layout& layout, std::string_view line) {
   }
 }
 
-/// Tabs, semicolons and commas outside quotes and units separate, in this order of preference; else blanks.
-char separator_of(std::string_view header) {
-  for (const char candidate : {'\t', ';', ','}) {
-    bool quoted = false;
-    int brackets = 0;
-    for (const char c : header) {
-      if (c == '"') quoted = !quoted;
-      if (!quoted) brackets += (c == '[') - (c == ']');
-      if (c == candidate && !quoted && brackets <= 0) return candidate;
-    }
-  }
-  // Blanks separate only where each word is a column: "gyro x [deg/h]" alone is one.
-  const auto words = cells_of(header, ' ');
-  const bool columns = words.size() > 1 && std::none_of(words.begin(), words.end(), [](const std::string& word) {
-                         return word.empty() || word.front() == '[';
-                       });
-  return columns ? ' ' : ',';
-}
-
-bool is_number(const std::string& cell) {
-  double value = 0.0;
-  return !cell.empty() && fast_float::from_chars(cell.data(), cell.data() + cell.size(), value).ec == std::errc();
-}
-
-/// "name[unit]"; the unit is empty where there is none.
-std::pair<std::string, std::string> name_and_unit(const std::string& cell) {
-  const auto open = cell.rfind('[');
-  if (open == std::string::npos || !cell.ends_with(']')) return {cell, ""};
-  return {std::string(trimmed(std::string_view(cell).substr(0, open))),
-          std::string(trimmed(std::string_view(cell).substr(open + 1, cell.size() - open - 2)))};
-}
-
-/// "time" in any case, or "t" in a unit of time ("T" is a temperature).
-bool is_time(const std::string& name, const std::string& unit) {
-  if (name == "t") {
-    for (const char* known : {"s", "ms", "us", "ns", "min", "h"})
-      if (unit == known) return true;
-    return false;
-  }
-  const char* const time = "time";
-  return name.size() == 4 && std::equal(name.begin(), name.end(), time,
-                                        [](unsigned char c, char expected) { return std::tolower(c) == expected; });
-}
-
-struct Header {
-  const std::string& path;
-  const ReadOptions& options;
-  std::vector<std::string> problems;
-  std::vector<std::string> without_unit;
-
-  bool wanted(const std::string& name) const {
-    return options.only.empty() || std::find(options.only.begin(), options.only.end(), name) != options.only.end();
-  }
-
-  Column column(const std::string& cell, std::size_t number) {
-    const auto [name, unit] = name_and_unit(cell);
-    Column result{name, {}, is_time(name, unit), true};
-    result.label = !name.empty() && name == options.segment_column;
-    if (result.label || cell == not_read) return {name, {}, false, false, result.label};
-    result.wanted = result.time || wanted(name);
-    const std::string where = "column " + std::to_string(number) + " '" + cell + "': ";
-    if (name.empty()) problems.push_back(where + "it has no name");
-    if (name.empty() || !result.wanted) return result;
-    const auto given = options.units.find(name);
-    try {
-      if (!unit.empty())
-        result.unit = Unit::parse(unit);
-      else if (given != options.units.end())
-        result.unit = given->second;
-      else
-        without_unit.push_back(name);
-    } catch (const Error& error) {
-      problems.push_back(where + error.what());
-    }
-    const bool known = !unit.empty() || given != options.units.end();
-    if (result.time && known && problems.empty() && kind_of(result.unit) != QuantityKind::time)
-      problems.push_back(where + "time is expected in s, ms, us, ns, min or h");
-    return result;
-  }
-
-  void finish() {
-    if (!without_unit.empty()) {
-      std::string names;
-      for (const auto& name : without_unit) names += (names.empty() ? "'" : ", '") + name + "'";
-      const auto& one = without_unit.front();
-      const std::string example = is_time(one, "") ? "[s]" : "[deg/h]";
-      problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + names +
-                         "; write it in the header, for example " + one + example +
-                         ", or in the plan's [channels] table: role = \"" + one + example +
-                         "\", or give it: --set unit." + one + "=" + example.substr(1, example.size() - 2) +
-                         " (=1 for plain numbers)");
-    }
-    if (problems.empty()) return;
-    problems.front() = "'" + path + "', header: " + problems.front();
-    throw Error{Error::Kind::bad_file, problems};
-  }
-};
-
-/// One time column at most, and no name twice.
-void check_names(const std::vector<Column>& columns, std::vector<std::string>& problems) {
-  std::set<std::string> seen;
-  bool time = false;
-  for (const Column& column : columns) {
-    if (column.name != not_read && !seen.insert(column.name).second)
-      problems.push_back("the column name '" + column.name + "' stands twice");
-    if (column.time && time) problems.push_back("there are two time columns; '" + column.name + "' is one too many");
-    time = time || column.time;
-  }
-}
-
-/// The column that was said to hold the labels must be there.
-void check_label(const std::vector<Column>& columns, const std::string& label, std::vector<std::string>& problems) {
-  if (label.empty() || std::ranges::any_of(columns, &Column::label)) return;
-  std::vector<std::string> names;
-  for (const Column& column : columns) names.push_back(column.name);
-  std::string problem = "no column '" + label + "' for segment_column" + did_you_mean(label, names) + "; columns are";
-  for (const auto& name : names) problem += (name == names.front() ? " " : ", ") + name;
-  problems.push_back(problem);
-}
+/// A line for a message: short, and nothing a terminal would act on.
+std::string shown(std::string_view line) { return "\"" + plain_text(line, 60) + "\""; }
 
 /// Names for so many columns, to show how they are written.
 std::string example_columns(std::size_t count) {
@@ -184,14 +66,6 @@ std::string example_columns(std::size_t count) {
   return text;
 }
 
-/// The line for a message: short, and nothing a terminal would act on.
-std::string shown(std::string_view line) {
-  std::string text(trimmed(line));
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  return "\"" + (text.size() > 60 ? text.substr(0, 60) + "..." : text) + "\"";
-}
-
 [[noreturn]] void refuse_no_header(const std::string& where, std::string_view line, std::size_t count) {
   const auto columns = std::to_string(count) + (count == 1 ? " column" : " columns");
   const auto example = example_columns(count);
@@ -203,59 +77,135 @@ std::string shown(std::string_view line) {
                   "\", or in the plan, [[recording]] columns = [" + listed + "]"};
 }
 
-/// Whether the first line holds samples, now that its columns are known: what is to be a number looks like one.
-bool samples_in(const std::vector<std::string>& cells, const ReadOptions& options) {
-  for (std::size_t i = 0; i < std::min(cells.size(), options.columns.size()); ++i) {
-    const auto& column = options.columns[i];
-    const bool number = column != not_read && name_and_unit(column).first != options.segment_column;
-    if (number && !cells[i].empty() && cells[i] != options.missing && !is_number(cells[i])) return false;
+/// What the header gives: columns, and what is wrong with them.
+struct Header {
+  const std::string& path;
+  const ReadOptions& options;
+  std::vector<ColumnName> names;
+  std::vector<ColumnSample> samples;
+  Clock clock;
+  std::vector<std::string> problems, proposals;
+  std::vector<std::size_t> without_unit;
+  std::vector<std::pair<std::size_t, std::string>> skipped;  ///< columns, and why
+
+  bool wanted(const std::string& name) const {
+    return options.only.empty() || std::find(options.only.begin(), options.only.end(), name) != options.only.end();
   }
-  return true;
+
+  /// Why a column without a unit is not read; empty: it is to be read.
+  std::string reason_to_skip(std::size_t index) const {
+    const ColumnName& name = names[index];
+    if (!name.unit.empty() && name.from != UnitFrom::row) return "";
+    if (name.cell.empty()) return "no name";
+    if (std::ranges::find(clock.others, index) != clock.others.end()) return "another clock";
+    if (!name.unit.empty()) return "";
+    if (const auto reason = no_signal(name.name); !reason.empty()) return std::string(reason);
+    return samples[index].text ? "text" : samples[index].empty && index > 0 ? "blank" : "";
+  }
+
+  Unit unit_of(std::size_t index, const std::string& where) {
+    const ColumnName& name = names[index];
+    const std::string& unit = index == clock.first && !clock.unit.empty() ? clock.unit : name.unit;
+    if (unit.empty()) {
+      without_unit.push_back(index);
+      return {};
+    }
+    try {
+      const auto given = options.units.find(name.name);
+      if (name.from == UnitFrom::options && given != options.units.end()) return given->second;
+      return parse_written_unit(unit);
+    } catch (const Error& error) {
+      const auto given = options.units.find(name.name);
+      if (name.from == UnitFrom::row && given != options.units.end()) return given->second;
+      problems.push_back(where + error.what());
+      if (name.from == UnitFrom::row)
+        proposals.push_back("unit." + name.name + "=" + likely_unit(name.name, samples[index].greatest));
+      return {};
+    }
+  }
+
+  Column column(std::size_t index) {
+    const ColumnName& name = names[index];
+    Column result{name.name, {}, index == clock.first && !clock.stamped(), true};
+    result.label = !name.name.empty() && name.name == options.segment_column;
+    const bool stamp = clock.stamped() && (index == clock.first || index == clock.second);
+    if (result.label || stamp || name.cell == not_read) return {name.name, {}, false, false, result.label, false};
+    result.wanted = result.time || wanted(name.name);
+    const std::string where = "column " + std::to_string(index + 1) + " " + in_quotes(name.cell) + ": ";
+    if (const auto reason = result.time ? "" : reason_to_skip(index);
+        !reason.empty() && options.columns.empty() && (options.only.empty() || !wanted(name.name))) {
+      skipped.emplace_back(index, reason);
+      result.wanted = result.signal = false;
+    }
+    if (name.name.empty() && !name.cell.empty()) problems.push_back(where + "it has no name");
+    if (name.name.empty() || !result.wanted) return result;
+    const std::size_t before = problems.size(), unknown = without_unit.size();
+    result.unit = unit_of(index, where);
+    if (result.time && problems.size() == before && without_unit.size() == unknown &&
+        kind_of(result.unit) != QuantityKind::time)
+      problems.push_back(where + "time is expected in s, ms, us, ns, min or h");
+    return result;
+  }
+
+  void note_without_unit() {
+    if (without_unit.empty()) return;
+    std::string text;
+    for (const std::size_t index : without_unit) {
+      text += (text.empty() ? "" : ", ") + in_quotes(names[index].name);
+      const std::string likely = index == clock.first ? "s" : likely_unit(names[index].name, samples[index].greatest);
+      proposals.push_back("unit." + names[index].name + "=" + likely);
+    }
+    const std::string one = plain_text(names[without_unit.front()].name, 60);
+    const std::string likely = likely_unit(one, samples[without_unit.front()].greatest);
+    const std::string example = without_unit.front() == clock.first ? "[s]"
+                                : likely == "1"                     ? "[deg/h]"
+                                                                    : "[" + likely + "]";
+    problems.push_back((without_unit.size() == 1 ? "column without a unit: " : "columns without a unit: ") + text +
+                       "; write it in the header, for example " + one + example +
+                       ", or in the plan's [channels] table: role = \"" + one + example +
+                       "\", or give it: --set unit." + one + "=" + example.substr(1, example.size() - 2) +
+                       " (=1 for plain numbers)");
+  }
+
+  void finish() {
+    note_without_unit();
+    if (problems.empty()) return;
+    problems.front() = "'" + path + "', header: " + problems.front();
+    if (!proposals.empty())
+      problems.push_back("to copy, with units to be checked: " + command_line(path, options, proposals));
+    throw Error{Error::Kind::bad_file, problems};
+  }
+};
+
+/// One time column at most, and no name twice.
+void check_names(const std::vector<Column>& columns, std::vector<std::string>& problems) {
+  std::set<std::string> seen;
+  for (const Column& column : columns)
+    if (column.name != not_read && !column.name.empty() && column.wanted && !seen.insert(column.name).second)
+      problems.push_back("the column name " + in_quotes(column.name) + " stands twice");
+}
+
+/// The column that was said to hold the labels must be there.
+void check_label(const std::vector<Column>& columns, const std::string& label, std::vector<std::string>& problems) {
+  if (label.empty() || std::ranges::any_of(columns, &Column::label)) return;
+  std::vector<std::string> names;
+  for (const Column& column : columns) names.push_back(column.name);
+  std::string problem = "no column '" + label + "' for segment_column" + did_you_mean(label, names) + "; columns are";
+  for (const auto& name : names) problem += (name == names.front() ? " " : ", ") + name;
+  problems.push_back(problem);
 }
 
 /// The columns given take the place of the file's own header; a unit that it says and they do not is a problem.
 void replace_header(Layout& layout, std::string_view line, const std::vector<std::string>& cells, Header& header) {
   const auto& columns = header.options.columns;
   for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
-    const auto own = name_and_unit(cells[i]).second, said = name_and_unit(columns[i]).second;
+    const auto own = name_and_unit(cells[i]).unit, said = name_and_unit(columns[i]).unit;
     if (!own.empty() && !said.empty() && own != said)
-      header.problems.push_back("column " + std::to_string(i + 1) + " is '" + cells[i] + "' in the file, but '" +
-                                columns[i] + "' was given; one is wrong");
+      header.problems.push_back("column " + std::to_string(i + 1) + " is " + in_quotes(cells[i]) +
+                                " in the file, but '" + columns[i] + "' was given; one is wrong");
   }
   layout.annotations.findings.push_back(
       {Finding::Severity::info, "header_replaced", {{"header", shown(line)}}, header.path});
-}
-
-/// False where the line holds samples, and options.columns stand for the header that is not there.
-bool take_header(Layout& layout, std::string_view line, const std::string& path, const ReadOptions& options) {
-  if (line.find('\0') != std::string_view::npos)
-    throw Error{Error::Kind::bad_file, "'" + path +
-                                           "' is not a text table: its header holds zero bytes (text must be "
-                                           "UTF-8 or ASCII, not UTF-16)"};
-  if (line.find('\r') != std::string_view::npos)
-    throw Error{Error::Kind::bad_file, "'" + path + "': its lines end with CR alone; LF or CR LF is expected"};
-  layout.separator = separator_of(line);
-  auto cells = cells_of(line, layout.separator);
-  const std::size_t most = cells.size();  // cells at the end that are empty may be columns, or no more than separators
-  while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
-  const std::string where = "'" + path + "', line " + std::to_string(layout.lines);
-  if (options.columns.empty() && std::all_of(cells.begin(), cells.end(), is_number))
-    refuse_no_header(where, line, cells.size());
-  const bool headed = options.columns.empty() || !samples_in(cells, options);
-  Header header{path, options, {}, {}};
-  if (const std::size_t named = options.columns.size(); named > 0) {
-    if (named < cells.size() || named > most)
-      throw Error{Error::Kind::bad_file, where + ": " + std::to_string(cells.size()) +
-                                             (cells.size() == 1 ? " column" : " columns") + ", but columns names " +
-                                             std::to_string(named) + ": " + shown(line)};
-    if (headed) replace_header(layout, line, cells, header);
-    cells = options.columns;
-  }
-  for (std::size_t i = 0; i < cells.size(); ++i) layout.columns.push_back(header.column(cells[i], i + 1));
-  check_names(layout.columns, header.problems);
-  check_label(layout.columns, options.segment_column, header.problems);
-  header.finish();
-  return headed;
 }
 
 /// The one mark in a cell of digits: 0 where there is none. A date has several, and says nothing.
@@ -267,17 +217,19 @@ char mark_in(std::string_view cell) {
 }
 
 /// As the user says. Else the comma where it does not separate, numbers among the first samples have it, and none has
-/// the point.
-char decimal_mark(std::string_view text, char separator, char said) {
+/// the point. The cells of a clock say nothing: they are read with either.
+char decimal_mark(std::string_view text, const Layout& layout, char said) {
   if (said != 0) return said;
-  if (separator == ',') return '.';
+  if (layout.separator == ',') return '.';
   bool comma = false;
-  text = text.substr(0, 65536);
+  text = text.substr(0, marks_seen);
   while (!text.empty()) {
     const auto line = take_line(text);
     if (trimmed(line).starts_with('#')) continue;
-    for (const auto& cell : cells_of(line, separator)) {
-      const char mark = mark_in(cell);
+    const auto cells = cells_of(line, layout.separator);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (i < layout.columns.size() && !layout.columns[i].signal) continue;
+      const char mark = mark_in(cells[i]);
       if (mark == '.') return '.';
       comma = comma || mark == ',';
     }
@@ -293,65 +245,95 @@ void check_mark(char separator, const ReadOptions& options, const std::string& w
         where + ": the comma separates the columns here, so that it cannot be the decimal mark (decimal=comma)"};
 }
 
-}  // namespace
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && (blank(text.back()) || text.back() == '\r')) text.remove_suffix(1);
-  return text;
+/// The line must be one of a text table.
+void check_text(const std::string& path, std::string_view line) {
+  if (line.find('\0') != std::string_view::npos)
+    throw Error{Error::Kind::bad_file, "'" + path + "' is not a text table: its header holds zero bytes"};
+  while (line.ends_with('\r')) line.remove_suffix(1);
+  if (line.find('\r') != std::string_view::npos)
+    throw Error{Error::Kind::bad_file,
+                "'" + path + "': some of its lines end with CR alone; LF or CR LF is expected in all of them"};
 }
 
-std::vector<std::string> cells_of(std::string_view line, char separator) {
-  std::vector<std::string> cells;
-  if (separator == ' ') line = trimmed(line);
-  std::string cell;
-  bool quoted = false;
-  const auto finish = [&] {
-    cells.emplace_back(trimmed(cell));
-    cell.clear();
-  };
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    const bool separates = separator == ' ' ? blank(c) : c == separator;
-    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
-      cell += line[++i];
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (separates && !quoted) {
-      finish();
-      while (separator == ' ' && i + 1 < line.size() && blank(line[i + 1])) ++i;
-    } else {
-      cell += c;
-    }
-  }
-  finish();
+/// Cells of the header, without empty ones at its end that no column of the rows needs.
+std::vector<std::string> header_cells(std::string_view line, char separator) {
+  auto cells = cells_of(line, separator);
+  while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   return cells;
 }
 
-Layout read_layout(const std::string& path, std::string_view& text, const ReadOptions& options) {
+/// The names of the columns: those given, those of the header, or those of the comment before the first row.
+std::vector<std::string> names_of(Layout& layout, const std::vector<TextLine>& lines, const Shape& shape,
+                                  Header& header) {
+  const ReadOptions& options = header.options;
+  const TextLine& first = lines[shape.header ? *shape.header : std::min(shape.rows, lines.size() - 1)];
+  const std::string where = "'" + header.path + "', line " + std::to_string(first.number);
+  check_text(header.path, first.text);
+  const auto own = cells_of(first.text, shape.separator);
+  const auto cells = header_cells(first.text, shape.separator);
+  if (options.columns.empty() && shape.header) return cells;
+  if (options.columns.empty() && shape.header_in_comment) return cells_of(first.before, shape.separator);
+  if (options.columns.empty()) refuse_no_header(where, first.text, cells.size());
+  const std::size_t named = options.columns.size();
+  if (named < cells.size() || named > own.size())
+    throw Error{Error::Kind::bad_file, where + ": " + std::to_string(cells.size()) +
+                                           (cells.size() == 1 ? " column" : " columns") + ", but columns names " +
+                                           std::to_string(named) + ": " + shown(first.text)};
+  if (shape.header) replace_header(layout, first.text, cells, header);
+  return options.columns;
+}
+
+/// Columns, clock and units; throws with all that is wrong.
+void take_columns(Layout& layout, const std::vector<TextLine>& lines, const Shape& shape, Header& header) {
+  const bool given = !header.options.columns.empty();
+  const auto cells = names_of(layout, lines, shape, header);
+  const auto units =
+      shape.units && !given ? cells_of(lines[*shape.units].text, shape.separator) : std::vector<std::string>();
+  header.names = column_names(cells, units, header.options, given);
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = shape.rows; i < lines.size(); ++i) rows.push_back(cells_of(lines[i].text, shape.separator));
+  header.samples = sampled(rows, cells.size());
+  header.clock = clock_of(header.names, header.samples, header.options, header.problems, header.proposals);
+  for (std::size_t i = 0; i < cells.size(); ++i) layout.columns.push_back(header.column(i));
+  check_names(layout.columns, header.problems);
+  check_label(layout.columns, header.options.segment_column, header.problems);
+  header.finish();
+  layout.stamp = header.clock;
+}
+
+/// Lines that the user says come before the table.
+void skip_lines(Layout& layout, std::string_view& text, std::size_t count) {
+  for (; layout.lines < count && !text.empty(); ++layout.lines) take_line(text);
+}
+
+}  // namespace
+
+Layout read_layout(const std::string& path, std::string_view& text, const ReadOptions& options,
+                   const Encoding& encoding) {
   if (text.empty()) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
   Layout layout;
-  while (!text.empty()) {
-    const auto before = text;
-    const auto line = take_line(text);
+  skip_lines(layout, text, options.skip);
+  const auto lines = first_lines(text, layout.lines + 1, lines_seen);
+  if (lines.empty())
+    throw Error{Error::Kind::bad_file, "'" + path +
+                                           "' has no header line: one name[unit] for each column is expected, for "
+                                           "example time[s],gyro[deg/h]"};
+  const Shape shape = shape_of(lines, options);
+  layout.separator = shape.separator;
+  const std::size_t last = (shape.rows < lines.size() ? lines[shape.rows].number : lines.back().number + 1) - 1;
+  while (layout.lines < last && !text.empty()) {
+    const auto content = trimmed(take_line(text));
     ++layout.lines;
-    const auto content = trimmed(line);
-    if (content.empty()) continue;
-    if (content.front() == '#') {
-      take_comment(layout, content);
-      continue;
-    }
-    if (!take_header(layout, line, path, options)) {
-      text = before;
-      --layout.lines;
-    }
-    check_mark(layout.separator, options, "'" + path + "', line " + std::to_string(layout.lines));
-    layout.mark = decimal_mark(text, layout.separator, options.decimal);
-    return layout;
+    if (content.starts_with('#')) take_comment(layout, content);
   }
-  throw Error{Error::Kind::bad_file, "'" + path +
-                                         "' has no header line: one name[unit] for each column is expected, for "
-                                         "example time[s],gyro[deg/h]"};
+  Header header{path, options, {}, {}, {}, {}, {}, {}, {}};
+  take_columns(layout, lines, shape, header);
+  const std::size_t begins = shape.header ? lines[*shape.header].number : layout.lines;
+  check_mark(layout.separator, options, "'" + path + "', line " + std::to_string(begins));
+  layout.mark = decimal_mark(text, layout, options.decimal);
+  say_what_was_recognised(layout,
+                          {path, options, encoding, lines, shape, header.names, header.samples, header.skipped});
+  return layout;
 }
 
 }  // namespace tumble::csv

@@ -15,25 +15,6 @@ namespace {
 constexpr double missing_sample = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t shown_problems = 10;
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-/// A cell for a message: short, and nothing a terminal would act on.
-std::string shown(std::string cell) {
-  for (char& c : cell)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  return "'" + (cell.size() > 40 ? cell.substr(0, 40) + "..." : cell) + "'";
-}
-
-bool reads_like_missing(const std::string& cell) {
-  const auto word = lower(cell);
-  for (const char* known : {"nan", "na", "n/a", "null", "none", "-", "--", "missing"})
-    if (word == known) return true;
-  return false;
-}
-
 /// Of ten, of the last digit of a number that parse_number() left to slower code.
 int last_place(const std::string& number) {
   const auto e = number.find_first_of("eE");
@@ -48,16 +29,19 @@ int last_place(const std::string& number) {
 Rows::Rows(std::string path, const Layout& layout, std::string missing, Look look)
     : path_(std::move(path)),
       layout_(layout),
-      missing_(lower(std::move(missing))),
+      missing_(lower_case(missing)),
       time_(layout.columns.size()),
       label_(layout.columns.size()),
+      stamps_{layout.stamp.stamped() ? layout.stamp.first : no_column,
+              layout.stamp.stamped() ? layout.stamp.second : no_column},
       looked_at_(look == Look::at_all ? layout.columns.size() : 0),
       line_(layout.lines) {
   for (std::size_t i = 0; i < layout.columns.size(); ++i) {
     slot_.push_back(layout.columns[i].wanted ? static_cast<int>(slots_++) : -1);
     if (layout.columns[i].time) time_ = i;
     if (layout.columns[i].label) label_ = i;
-    if (layout.columns[i].wanted || layout.columns[i].label) looked_at_ = std::max(looked_at_, i + 1);
+    if (layout.columns[i].wanted || layout.columns[i].label || stamp_column(i))
+      looked_at_ = std::max(looked_at_, i + 1);
   }
 }
 
@@ -78,7 +62,9 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
     const char* after = p;
     if (targets_[column] == nullptr) {
       while (!separates(*after) && *after != '\n' && *after != '\r' && *after != '"') ++after;
-      if (column == label_ && *after != '"') take_label({p, static_cast<std::size_t>(after - p)}, row);
+      const std::string_view cell(p, static_cast<std::size_t>(after - p));
+      if (column == label_ && *after != '"') take_label(cell, row);
+      if (stamp_column(column) && !take_stamp(cell, column, row)) return nullptr;
     } else {
       after = parse_number(p, layout_.mark, value, exponent);
       if (column == time_) {
@@ -100,7 +86,7 @@ const char* Rows::plain_row(const char* p, const char* end, std::size_t row) {
     ++p;
   }
   if (*p == ' ' || *p == '\t') p = skip(p);
-  if (*p == '\r') ++p;
+  while (*p == '\r') ++p;
   return *p == '\n' ? p + 1 : nullptr;
 }
 
@@ -131,6 +117,22 @@ void Rows::take_cells(const std::vector<std::string>& cells, std::size_t row) {
   for (std::size_t column = 0; column < count; ++column)
     if (targets_[column] != nullptr) targets_[column][row] = value_of(cells[column], column);
   if (label_ < count) take_label(cells[label_], row);
+  for (const std::size_t column : stamps_)
+    if (column < count && !take_stamp(cells[column], column, row))
+      note(column, cells[column].empty()
+                       ? "a row without its time"
+                       : in_quotes(cells[column], 40) + " is not a time written as in the first rows");
+}
+
+/// False where the cell holds no stamp of the format of its column.
+bool Rows::take_stamp(std::string_view cell, std::size_t column, std::size_t row) {
+  const bool first = column == stamps_[0];
+  Stamp stamp;
+  if (!parse_stamp(trimmed(cell), first ? layout_.stamp.first_format : layout_.stamp.second_format, stamp))
+    return false;
+  stamp_target_[(first ? 0 : Batch::capacity) + row] = stamp.time;
+  if (!first || stamps_[1] == no_column) exponent_ = std::min(exponent_, stamp.place);
+  return true;
 }
 
 void Rows::take_label(std::string_view label, std::size_t row) {
@@ -142,14 +144,14 @@ void Rows::take_label(std::string_view label, std::size_t row) {
 }
 
 double Rows::value_of(std::string cell, std::size_t column) {
-  if (cell.empty() || (!missing_.empty() && lower(cell) == missing_)) {
+  if (cell.empty() || (!missing_.empty() && lower_case(cell) == missing_)) {
     if (column == time_) note(column, "a row without its time");
     return missing_sample;
   }
   const std::string written = cell;
   if (layout_.mark != '.') {
     if (cell.find('.') != std::string::npos)
-      note(column, shown(written) + " has a point, but the decimal mark here is a comma");
+      note(column, in_quotes(written, 40) + " has a point, but the decimal mark here is a comma");
     std::replace(cell.begin(), cell.end(), layout_.mark, '.');
   }
   const char* const first = cell.data() + (cell.starts_with('+') && !cell.starts_with("+-"));
@@ -160,9 +162,10 @@ double Rows::value_of(std::string cell, std::size_t column) {
     if (column == time_) exponent_ = std::min(exponent_, last_place(cell));
     return value;
   }
+  if (layout_.mark == '.' && cell.find(',') != std::string::npos && numeric(cell)) commas_ = true;
   const bool number = result.ptr == last && (std::isinf(value) || result.ec == std::errc::result_out_of_range);
   if (word_.empty() && reads_like_missing(cell)) word_ = cell;
-  note(column, shown(written) + (number ? " is not finite" : " is not a number"));
+  note(column, in_quotes(written, 40) + (number ? " is not finite" : " is not a number"));
   return missing_sample;
 }
 
@@ -181,7 +184,11 @@ void Rows::finish() const {
   problems.insert(problems.end(), notes_.begin(), notes_.end());
   if (bad_ > notes_.size()) problems.push_back("and " + std::to_string(bad_ - notes_.size()) + " more");
   problems.push_back("accepted are decimal numbers; leave the cell blank for a missing sample, or pass --set missing=" +
-                     (word_.empty() ? "NaN" : word_) + " if that word means one");
+                     (word_.empty() ? "NaN" : plain_text(word_, 40)) + " if that word means one");
+  if (commas_)
+    problems.push_back(layout_.separator == ','
+                           ? "commas stand in numbers and between columns: export the file with semicolons or tabs"
+                           : "if the comma is the decimal mark, pass --set decimal=comma");
   throw Error{Error::Kind::bad_file, problems};
 }
 
@@ -189,6 +196,10 @@ void Rows::parse(std::string_view& text, Batch& batch) {
   batch.cells.resize(slots_ * Batch::capacity);
   targets_.clear();
   for (const int slot : slot_) targets_.push_back(slot < 0 ? nullptr : batch.cells.data() + slot * Batch::capacity);
+  if (layout_.stamp.stamped()) {
+    batch.stamps.resize(2 * Batch::capacity);
+    stamp_target_ = batch.stamps.data();
+  }
   exponent_ = batch.rows == 0 ? std::numeric_limits<int>::max() : batch.time_exponent;
   const char* p = text.data();
   const char* const end = p + text.size();

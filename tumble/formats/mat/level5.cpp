@@ -75,6 +75,7 @@ class Level5 {
         if (tag.type != matrix) bad("it does not hold a variable");
       }
       array(bytes, "", 0);
+      bytes.finish();
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_file) throw;
       if (size <= rest) bad(where(name_) + error.what());
@@ -145,7 +146,7 @@ class Level5 {
     if (rows > tag.size / size / columns || rows * columns * size != tag.size)
       bad(std::to_string(rows) + " x " + std::to_string(columns) + " numbers do not take " + std::to_string(tag.size) +
           " bytes");
-    if (tag.size > bytes.most()) bad("it is cut off: the file ends within it");
+    if (!tag.is_small && tag.size > bytes.most()) bad("it is cut off: the file ends within it");
     budget_.take(rows, columns);
     Array array{name, {}};
     Filler filler(array, rows, columns);

@@ -216,6 +216,7 @@ class Maker {
         std::string name = array.name;
         if (count == 3) name += std::string(".") + "xyz"[k];
         if (count > 1 && count != 3) name += "." + std::to_string(k + 1);
+        while (std::ranges::find(vectors_, name, &Vector::name) != vectors_.end()) name += "_";  // the file has two
         vectors_.push_back({name, array.name, i, k, std::nullopt});
       }
     }

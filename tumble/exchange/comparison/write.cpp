@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tumble/exchange/comparison.hpp"
+#include "tumble/report/report.hpp"
+#include "tumble/report/rounding.hpp"
+#include "tumble/report/text_table.hpp"
+#include "tumble/report/utf8.hpp"
+
+namespace tumble {
+namespace {
+
+using ComparisonJson = nlohmann::ordered_json;
+
+std::string e_n_text(double e_n) {
+  if (!std::isfinite(e_n)) return "–";
+  return fmt::format("{:.2f}{}", e_n, std::abs(e_n) > 1.0 ? " *" : "  ");
+}
+
+std::string pair_text(const Comparison& comparison, const ResultPair& pair, std::size_t width) {
+  TextColumn names{.name = "parameter", .unit = "", .cells = {}, .align = TextColumn::Align::left};
+  TextColumn units{.name = "unit", .unit = "", .cells = {}, .align = TextColumn::Align::left};
+  TextColumn earlier{.name = "earlier", .unit = "", .cells = {}}, later{.name = "later", .unit = "", .cells = {}};
+  TextColumn difference{.name = "difference ± U", .unit = "", .cells = {}}, e_n{.name = "E_n", .unit = "", .cells = {}};
+  for (const auto& one : pair.differences) {
+    const double step = one.unit.difference_from_si(one.difference), u = one.unit.difference_from_si(one.expanded);
+    const Rounding rounding = rounding_for(step, u);
+    const auto number = [&](double si) {
+      return mantissa(one.unit.from_si(si), {rounding.place, 0, rounding.significant});
+    };
+    names.cells.push_back(printable(one.parameter));
+    units.cells.push_back(one.unit.text() == "1" ? "" : one.unit.text());
+    earlier.cells.push_back(number(one.earlier)), later.cells.push_back(number(one.later));
+    difference.cells.push_back(with_uncertainty(step, u));
+    e_n.cells.push_back(e_n_text(one.e_n));
+  }
+  const auto& results = comparison.results;
+  return fmt::format("{} -> {}\n", printable(results[pair.earlier].name), printable(results[pair.later].name)) +
+         text_table({names, earlier, later, difference, units, e_n}, width) +
+         fmt::format("  all together: chi-square {:.3g} with {} degrees of freedom, {}\n", pair.chi_square, pair.rank,
+                     pair.probability < 1e-9 ? "p < 1e-9" : fmt::format("p = {:.2g}", pair.probability));
+}
+
+ComparisonJson finite_or_null(double value) {
+  return std::isfinite(value) ? ComparisonJson(value) : ComparisonJson(nullptr);
+}
+
+ComparisonJson difference_json(const Difference& one) {
+  const Unit& unit = one.unit;
+  return {{"parameter", one.parameter},
+          {"unit", unit.text()},
+          {"earlier", finite_or_null(unit.from_si(one.earlier))},
+          {"later", finite_or_null(unit.from_si(one.later))},
+          {"difference", finite_or_null(unit.difference_from_si(one.difference))},
+          {"sd", finite_or_null(unit.difference_from_si(one.sd))},
+          {"degrees_of_freedom", finite_or_null(one.degrees_of_freedom)},
+          {"expanded95", finite_or_null(unit.difference_from_si(one.expanded))},
+          {"shared_covariance", finite_or_null(one.shared_covariance / (unit.factor() * unit.factor()))},
+          {"e_n", finite_or_null(one.e_n)}};
+}
+
+}  // namespace
+
+std::string to_text(const Comparison& comparison, std::size_t width) {
+  std::string text;
+  for (const auto& pair : comparison.pairs) text += (text.empty() ? "" : "\n") + pair_text(comparison, pair, width);
+  text += "\n" + wrapped("",
+                         "U is the expanded uncertainty (95 %) of the difference; errors that both results share are "
+                         "subtracted. *: |E_n| is above 1, the change is significant. Without any change, 5 % of the "
+                         "parameters have |E_n| above 1.",
+                         width);
+  for (const auto& finding : comparison.findings) {
+    const char* severity = finding.severity == Finding::Severity::info ? "info     " : "warning  ";
+    text += wrapped(severity, finding.where.empty() ? finding.message : finding.where + ": " + finding.message, width);
+  }
+  return text;
+}
+
+std::string to_json(const Comparison& comparison) {
+  ComparisonJson json;
+  json["results"] = ComparisonJson::array();
+  for (const auto& [name, estimate] : comparison.results)
+    json["results"].push_back({{"file", printable(name)},
+                               {"method", printable(estimate.method)},
+                               {"model", printable(estimate.instrument_model)},
+                               {"serial", printable(estimate.instrument_serial)}});
+  json["pairs"] = ComparisonJson::array();
+  for (const auto& pair : comparison.pairs) {
+    ComparisonJson one{{"earlier", pair.earlier}, {"later", pair.later}, {"differences", ComparisonJson::array()}};
+    for (const auto& difference : pair.differences) one["differences"].push_back(difference_json(difference));
+    one["chi_square"] = finite_or_null(pair.chi_square), one["degrees_of_freedom"] = pair.rank;
+    one["probability"] = pair.probability;
+    json["pairs"].push_back(std::move(one));
+  }
+  json["findings"] = ComparisonJson::parse(to_json(comparison.findings));
+  return json.dump(1) + "\n";
+}
+
+}  // namespace tumble

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tumble::csv {
+
+inline const std::string not_read = "-";  ///< in place of the name of a column
+
+/// Cells of one line: quotes removed and blanks around them, quoted separators kept. Blanks as separator collapse.
+std::vector<std::string> cells_of(std::string_view line, char separator);
+
+std::string_view trimmed(std::string_view text);
+
+/// In lower case, as far as it is ASCII.
+std::string lower_case(std::string_view text);
+
+/// Whether it begins with a number.
+bool is_number(const std::string& cell);
+
+/// Whether it reads as a number with either decimal mark, or as a word that instruments write for a missing number.
+bool numeric(const std::string& cell);
+
+/// "nan", "n/a", "--": words for a missing number.
+bool reads_like_missing(std::string_view cell);
+
+/// "name[unit]"; the unit is empty where there is none.
+struct Named {
+  std::string name;
+  std::string unit;
+};
+Named name_and_unit(const std::string& cell);
+
+/// A text for a message: at most `most` bytes, without control characters.
+std::string plain_text(std::string_view text, std::size_t most);
+/// A text for a message in single quotes.
+std::string in_quotes(std::string_view text, std::size_t most = 60);
+
+}  // namespace tumble::csv

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tumble/core/channel.hpp"
+#include "tumble/formats/csv/names.hpp"
+#include "tumble/formats/csv/stamp.hpp"
+
+namespace tumble::csv {
+
+inline constexpr std::size_t no_column = static_cast<std::size_t>(-1);
+
+/// What the first cells of a column hold.
+struct ColumnSample {
+  StampKind kind = StampKind::none;  ///< all cells that are not blank are such stamps
+  bool text = false;                 ///< most cells are neither numbers nor stamps
+  bool empty = true;
+  double first = 0.0, last = 0.0;  ///< numbers [as written]
+  double greatest = 0.0;           ///< magnitude of the numbers
+  std::vector<std::string> cells;
+};
+
+std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& rows, std::size_t columns);
+
+/// The columns that say the time. Without a format of its own, `first` is a number of the unit of its column.
+struct Clock {
+  std::size_t first = no_column, second = no_column;
+  StampFormat first_format, second_format;
+  std::string how;                  ///< for people; empty: a column time[unit], which needs no words
+  std::vector<std::size_t> others;  ///< clocks too, which are not used
+  std::string unit;                 ///< that the name of `first` says; empty: see its column
+  bool stamped() const { return first_format.kind != StampKind::none; }
+};
+
+/// The clock of a table: the column that options.time names, time[unit], a pair of seconds and nanoseconds, the names
+/// that programs give their stamps, a date and a time of day. Unix time is recognised by its size. What must be said by
+/// the user is a problem, with what to say in `proposals` (key=value).
+Clock clock_of(const std::vector<ColumnName>& names, const std::vector<ColumnSample>& samples,
+               const ReadOptions& options, std::vector<std::string>& problems, std::vector<std::string>& proposals);
+
+/// "time" in any case, or "t" in a unit of time ("T" is a temperature).
+bool is_time(const std::string& name, const std::string& unit);
+
+}  // namespace tumble::csv

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace tumble::csv {
+
+/// What the cells of a column that is a clock hold.
+enum class StampKind {
+  none,
+  date_time,    ///< 2026-11-20T09:00:00.123, 20.11.2026 09:00:00,123
+  date,         ///< 20.11.2026
+  time_of_day,  ///< 09:00:00.123
+  number        ///< a decimal number of `unit`
+};
+
+/// Order of the numbers of a date.
+enum class DateOrder { open, ymd, dmy, mdy };
+
+struct StampFormat {
+  StampKind kind = StampKind::none;
+  DateOrder order = DateOrder::open;  ///< for dates that do not begin with the year
+  std::int64_t unit = 1;              ///< [ns] of one, for numbers
+};
+
+struct Stamp {
+  std::int64_t time = 0;  ///< [ns] since 1970-01-01, midnight, or zero of the number
+  int place = 0;          ///< exponent of ten of the last digit, in seconds
+  bool zoned = false;     ///< the time zone is said
+};
+
+/// What a cell holds, as far as one cell shows it: dates and times with separators. Numbers are none.
+StampKind stamp_kind(std::string_view cell);
+
+/// The stamp in a cell; false where it is not one of this format.
+bool parse_stamp(std::string_view cell, const StampFormat& format, Stamp& stamp);
+
+/// The orders that a date allows; a date that begins with the year or names the month allows every order.
+struct AllowedOrders {
+  bool dmy = true, mdy = true, ymd = true;
+  bool plain = false;  ///< the date itself says its order
+};
+AllowedOrders allowed_orders(std::string_view cell);
+
+/// "2026-11-20T09:00:00.123" for [ns] since 1970-01-01.
+std::string iso_time(std::int64_t time);
+
+}  // namespace tumble::csv

@@ -1,0 +1,92 @@
+#include "tumble/formats/file/packed.hpp"
+
+#include <algorithm>
+
+#include "tumble/formats/checksum.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::file {
+
+namespace {
+
+constexpr std::uintmax_t always_accepted = std::uintmax_t{64} << 20;  // [bytes]
+constexpr std::uintmax_t greatest_ratio = 100;                        // text of samples has 3 to 20
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+/// "data.zip: imu.csv" in place of the copy's name.
+std::string told_as(const PackedFile& packed) { return packed.outer + ": " + packed.name; }
+
+/// Messages name the packed file instead of the copy.
+template <class Action>
+decltype(auto) renamed(const PackedFile& packed, Action action) {
+  try {
+    return action();
+  } catch (const Error& error) {
+    auto problems = error.problems;
+    for (auto& problem : problems) {
+      problem = replaced(problem, "tumble inspect " + packed.copy.path(), "tumble inspect " + packed.outer);
+      problem = replaced(problem, packed.copy.path(), told_as(packed));
+    }
+    throw Error(error.kind, problems);
+  }
+}
+
+void rename_in(Recording& recording, const PackedFile& packed) {
+  recording.origin.file = packed.outer;
+  for (Finding& finding : recording.findings)
+    if (finding.where == packed.copy.path()) finding.where = told_as(packed);
+  recording.recognised.insert(recording.recognised.begin(), {"file inside", packed.name});
+}
+
+}  // namespace
+
+void check_unpacked_size(std::uintmax_t unpacked, std::uintmax_t packed, const std::string& from) {
+  if (unpacked <= always_accepted || unpacked / greatest_ratio <= packed) return;
+  throw Error{Error::Kind::bad_file, "'" + from + "': it unpacks to more than " + std::to_string(greatest_ratio) +
+                                         " times its size, which samples do not; unpack it yourself if you trust it"};
+}
+
+const Format& format_of(const PackedFile& packed, const ReadOptions& options) {
+  return renamed(packed, [&]() -> const Format& {
+    const Format& format = tumble::format_of(packed.copy.path(), options);
+    if (std::string_view(format.name) == "gzip" || std::string_view(format.name) == "zip")
+      throw Error{Error::Kind::bad_file,
+                  "'" + packed.copy.path() + "' is a packed file in a packed file: unpack it first"};
+    return format;
+  });
+}
+
+Recording read(const PackedFile& packed, const ReadOptions& options, const Progress& progress) {
+  return renamed(packed, [&] {
+    Recording recording = file::format_of(packed, options).read(packed.copy.path(), options, progress);
+    if (recording.origin.checksum) recording.origin.checksum();  // its thread reads the copy
+    rename_in(recording, packed);
+    recording.origin.checksum = sha256_in_background(packed.outer);
+    return recording;
+  });
+}
+
+std::uintmax_t memory(const PackedFile& packed, const ReadOptions& options) {
+  return renamed(packed,
+                 [&] { return recording_memory(file::format_of(packed, options), packed.copy.path(), options); });
+}
+
+void stream(const PackedFile& packed, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
+            const Progress& progress) {
+  const auto hand_on = [&](const Recording& block) {
+    Recording copy = block;
+    rename_in(copy, packed);
+    sink(copy);
+  };
+  renamed(packed, [&] {
+    stream_recording(file::format_of(packed, options), packed.copy.path(), options, samples, hand_on, progress);
+    return 0;
+  });
+}
+
+}  // namespace tumble::file

@@ -1,0 +1,310 @@
+// LabVIEW Measurement file, as National Instruments describes it: "Specification for the LabVIEW Measurement File
+// (.lvm)". A header; then segments, each with a header of its own, a line of names and rows. With Multi_Headings = No
+// only the first segment has a header.
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tumble/formats/checksum.hpp"
+#include "tumble/formats/csv/cells.hpp"
+#include "tumble/formats/csv/names.hpp"
+#include "tumble/formats/csv/stamp.hpp"
+#include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/kinds_of_text.hpp"
+#include "tumble/formats/file/text_lines.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::lvm {
+
+namespace {
+
+constexpr std::string_view end_of_header = "***End_of_Header***";
+
+bool recognises(const std::string& path) {
+  char bytes[64];
+  return file::is_labview({bytes, file::InputFile(path).read(bytes, sizeof bytes)});
+}
+
+/// One signal over all segments.
+struct Signal {
+  std::string name, unit;
+  std::vector<double> times, values;  ///< [s], [as written]
+};
+
+/// What the header of a segment says of a channel.
+struct SegmentChannel {
+  std::size_t signal = 0;
+  std::size_t x = static_cast<std::size_t>(-1), y = 0;  ///< columns; no x: from start and step
+  double start = 0.0, step = 0.0;                       ///< [s]
+};
+
+/// Reads line after line.
+class Reader {
+ public:
+  Reader(const std::string& path, const ReadOptions& options) : problems_(path), path_(path), options_(options) {}
+
+  void take(std::string_view line, std::size_t number);
+  Recording finish();
+
+ private:
+  enum class Part { file_header, segment_header, names, rows, special };
+
+  std::vector<std::string_view> cells(std::string_view line) const;
+  void take_file_header(std::string_view line, std::size_t number);
+  void take_segment_header(std::string_view line);
+  void take_names(std::string_view line);
+  void take_row(std::string_view line, std::size_t number);
+  void begin_segment();
+  std::string said_of(const std::string& key, std::size_t channel) const;
+  double number_said(const std::string& key, std::size_t channel, double otherwise) const;
+  double seconds_later() const;
+  void add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit);
+
+  Part part_ = Part::file_header, before_special_ = Part::rows;
+  char separator_ = '\t', mark_ = '.';
+  std::map<std::string, std::string> file_header_;
+  std::map<std::string, std::vector<std::string>> header_;  ///< of the segment, by key
+  std::vector<Signal> signals_;
+  std::vector<SegmentChannel> channels_;
+  std::size_t row_ = 0, segments_ = 0, cut_line_ = 0, last_line_ = 0;
+  std::string first_start_;
+  double shift_ = 0.0;        ///< [s] added to the times of the segment
+  bool shift_known_ = false;  ///< its first row was read
+  bool shifted_ = false;
+  file::Problems problems_;
+  std::string path_;
+  const ReadOptions& options_;
+};
+
+std::vector<std::string_view> Reader::cells(std::string_view line) const {
+  std::vector<std::string_view> result;
+  for (;;) {
+    const auto end = line.find(separator_);
+    result.push_back(csv::trimmed(line.substr(0, end)));
+    if (end == std::string_view::npos) return result;
+    line.remove_prefix(end + 1);
+  }
+}
+
+void Reader::take(std::string_view line, std::size_t number) {
+  last_line_ = number;
+  const std::string_view content = csv::trimmed(line);
+  if (content.starts_with("***Start_Special***")) {
+    before_special_ = part_;
+    part_ = Part::special;
+  } else if (part_ == Part::special) {
+    if (content.starts_with("***End_Special***")) part_ = before_special_;
+  } else if (part_ == Part::file_header) {
+    take_file_header(line, number);
+  } else if (part_ == Part::names) {
+    if (!content.empty()) take_names(line);
+  } else if (content.empty()) {
+    return;
+  } else if (part_ == Part::rows && !line.starts_with("Channels")) {
+    take_row(line, number);
+  } else {
+    if (part_ == Part::rows) begin_segment();
+    take_segment_header(line);
+  }
+}
+
+void Reader::begin_segment() {
+  part_ = Part::segment_header;
+  header_.clear();
+}
+
+void Reader::take_file_header(std::string_view line, std::size_t number) {
+  if (number == 1) return;
+  if (csv::trimmed(line).starts_with(end_of_header)) return begin_segment();
+  // The separator is one of the keys: until it is known, tab or comma behind the first word.
+  const auto end = line.find_first_of("\t,");
+  const std::string key(csv::trimmed(line.substr(0, end)));
+  const std::string value(csv::trimmed(end == std::string_view::npos ? "" : line.substr(end + 1)));
+  if (key == "Separator") separator_ = value.starts_with("Comma") ? ',' : '\t';
+  if (key == "Decimal_Separator") mark_ = value.starts_with(',') ? ',' : '.';
+  if (!key.empty()) file_header_[key] = value;
+}
+
+void Reader::take_segment_header(std::string_view line) {
+  if (csv::trimmed(line).starts_with(end_of_header)) {
+    part_ = Part::names;
+    return;
+  }
+  const auto parts = cells(line);
+  auto& values = header_[std::string(parts.front())];
+  values.assign(parts.begin() + 1, parts.end());
+}
+
+std::string Reader::said_of(const std::string& key, std::size_t channel) const {
+  const auto found = header_.find(key);
+  if (found == header_.end()) return "";
+  return channel < found->second.size() ? found->second[channel] : "";
+}
+
+double Reader::number_said(const std::string& key, std::size_t channel, double otherwise) const {
+  double value = otherwise;
+  return file::number_of(said_of(key, channel), mark_, value) ? value : otherwise;
+}
+
+/// Names of the columns; the channels of the segment are found again by name.
+void Reader::take_names(std::string_view line) {
+  part_ = Part::rows;
+  channels_.clear();
+  row_ = 0;
+  shift_known_ = false;
+  ++segments_;
+  const auto names = cells(line);
+  const bool multi = file_header_["X_Columns"] == "Multi", none = file_header_["X_Columns"] == "No";
+  std::size_t x = static_cast<std::size_t>(-1), order = 0;
+  for (std::size_t column = 0; column < names.size(); ++column) {
+    if (names[column] == "X_Value") {
+      if (!none && (multi || column == 0)) x = column;
+      continue;
+    }
+    if (names[column] == "Comment" || names[column].empty()) continue;
+    const std::string name(names[column]);
+    const auto known = std::ranges::find(signals_, name, &Signal::name);
+    SegmentChannel channel;
+    channel.signal = static_cast<std::size_t>(known - signals_.begin());
+    if (known == signals_.end() ||
+        std::ranges::any_of(channels_, [&](const auto& other) { return other.signal == channel.signal; })) {
+      channel.signal = signals_.size();
+      signals_.push_back({name, said_of("Y_Unit_Label", order), {}, {}});
+    }
+    channel.x = x;
+    channel.y = column;
+    channel.start = number_said("X0", order, 0.0);
+    channel.step = number_said("Delta_X", order, 0.0);
+    channels_.push_back(channel);
+    ++order;
+  }
+}
+
+/// [s] by which date and time of the segment are later than those of the first.
+double Reader::seconds_later() const {
+  const std::string start = said_of("Date", 0) + " " + said_of("Time", 0);
+  const csv::StampFormat format{csv::StampKind::date_time, csv::DateOrder::mdy, 1};
+  csv::Stamp first, own;
+  if (!csv::parse_stamp(first_start_, format, first) || !csv::parse_stamp(start, format, own)) return 0.0;
+  return static_cast<double>(own.time - first.time) * 1e-9;
+}
+
+void Reader::take_row(std::string_view line, std::size_t number) {
+  const auto parts = cells(line);
+  const std::size_t row = row_++;
+  std::size_t present = 0;
+  for (const SegmentChannel& channel : channels_) {
+    Signal& signal = signals_[channel.signal];
+    double time = channel.start + static_cast<double>(row) * channel.step, value = 0.0;
+    const bool timed = channel.x < parts.size() && !parts[channel.x].empty();
+    if (timed && !file::number_of(parts[channel.x], mark_, time))
+      problems_.add(number, "'" + csv::plain_text(parts[channel.x], 40) + "' is not a time");
+    if (channel.y >= parts.size() || parts[channel.y].empty()) continue;  // a channel with fewer samples
+    ++present;
+    if (!timed && !(channel.step > 0.0))
+      problems_.add(number, "channel '" + csv::plain_text(signal.name, 40) + "' has neither an X value nor Delta_X");
+    if (!file::number_of(parts[channel.y], mark_, value)) {
+      value = std::nan("");
+      if (!csv::reads_like_missing(parts[channel.y]))
+        problems_.add(number, "'" + csv::plain_text(parts[channel.y], 40) + "' is not a number");
+    }
+    if (!shift_known_) {  // times that begin again count from the date of their segment
+      if (first_start_.empty()) first_start_ = said_of("Date", 0) + " " + said_of("Time", 0);
+      shift_ = !signal.times.empty() && time <= signal.times.back() ? seconds_later() : 0.0;
+      shifted_ = shifted_ || shift_ != 0.0;
+      shift_known_ = true;
+    }
+    signal.times.push_back(time + shift_);
+    signal.values.push_back(value);
+  }
+  if (present > 0 && present < channels_.size() && parts.size() <= channels_.back().y) cut_line_ = number;
+}
+
+void Reader::add_channel(Recording& recording, Signal& signal, std::vector<std::string>& without_unit) {
+  if (!options_.only.empty() && std::ranges::find(options_.only, signal.name) == options_.only.end()) return;
+  Channel channel;
+  channel.name = signal.name;
+  const auto given = options_.units.find(signal.name);
+  try {
+    if (!signal.unit.empty())
+      channel.unit = csv::parse_written_unit(signal.unit);
+    else if (given != options_.units.end())
+      channel.unit = given->second;
+    else
+      without_unit.push_back(signal.name);
+  } catch (const Error& error) {
+    if (given == options_.units.end()) {
+      without_unit.push_back(signal.name);
+      problems_.add(0, "channel '" + csv::plain_text(signal.name, 40) + "': " + error.what());
+      return;
+    }
+    channel.unit = given->second;
+  }
+  channel.kind = kind_of(channel.unit);
+  file::EvenClock clock;
+  for (const double time : signal.times) clock.add(time, 0.0);
+  const auto even = clock.timeline();
+  channel.timeline =
+      even ? *even : Timeline{0.0, 0.0, std::make_shared<const std::vector<double>>(std::move(signal.times))};
+  channel.values = std::move(signal.values);
+  for (double& value : channel.values) value = channel.unit.to_si(value);
+  recording.channels.push_back(std::move(channel));
+}
+
+Recording Reader::finish() {
+  if (part_ == Part::file_header || segments_ == 0)
+    throw Error{Error::Kind::bad_file, "'" + path_ + "': a LabVIEW measurement file without the end of its header (" +
+                                           std::string(end_of_header) + "); it was cut off"};
+  Recording recording;
+  std::vector<std::string> without_unit;
+  for (Signal& signal : signals_) add_channel(recording, signal, without_unit);
+  problems_.refuse_any();
+  if (!without_unit.empty()) {
+    std::string names, sets;
+    for (const auto& name : without_unit) {
+      names += (names.empty() ? "'" : ", '") + csv::plain_text(name, 60) + "'";
+      sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
+    }
+    throw Error{Error::Kind::bad_file,
+                {"'" + path_ + "': channels without a unit: " + names + "; the file has no Y_Unit_Label for them",
+                 "to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets}};
+  }
+  if (recording.channels.empty() ||
+      std::ranges::all_of(recording.channels, [](const Channel& one) { return one.values.empty(); }))
+    throw Error{Error::Kind::bad_file, "'" + path_ + "' has no samples"};
+  for (const char* key : {"Operator", "Description", "Project", "Date", "Time"})
+    if (!file_header_[key].empty()) recording.meta[key] = file_header_[key];
+  if (cut_line_ == last_line_ && cut_line_ > 0)
+    recording.findings.push_back({Finding::Severity::warning, "last_row_incomplete", {{"line", cut_line_}}, path_});
+  if (shifted_)
+    recording.findings.push_back({Finding::Severity::info, "segments_by_date", {{"segments", segments_}}, path_});
+  recording.recognised = {{"decimal mark", mark_ == ',' ? "comma" : "point"},
+                          {"separator", separator_ == ',' ? "comma" : "tab"},
+                          {"segments", std::to_string(segments_)}};
+  return recording;
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  if (!recognises(path))
+    throw Error{Error::Kind::bad_file, "'" + path + "' does not begin as a LabVIEW measurement file"};
+  auto checksum = sha256_in_background(path);
+  Reader reader(path, options);
+  file::each_line(path, options.encoding, progress,
+                  [&](std::string_view line, std::size_t number) { reader.take(line, number); });
+  Recording recording = reader.finish();
+  recording.origin = {path, std::move(checksum)};
+  return recording;
+}
+
+}  // namespace
+
+extern const Format lvm{.name = "lvm",
+                        .summary = "LabVIEW measurement file, as text",
+                        .extensions = {".lvm"},
+                        .recognises = recognises,
+                        .read = tumble::lvm::read};
+
+}  // namespace tumble::lvm

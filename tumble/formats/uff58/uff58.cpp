@@ -1,0 +1,329 @@
+// Universal File Format, dataset 58: functions at nodal degrees of freedom (Structural Dynamics Research Laboratory,
+// University of Cincinnati, "Universal File Datasets Summary"). Time responses are read; dataset 164 gives the units.
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "tumble/formats/checksum.hpp"
+#include "tumble/formats/csv/cells.hpp"
+#include "tumble/formats/csv/names.hpp"
+#include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/input_file.hpp"
+#include "tumble/formats/file/kinds_of_text.hpp"
+#include "tumble/formats/file/text_lines.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::uff58 {
+
+namespace {
+
+bool recognises(const std::string& path) {
+  char bytes[1024];
+  return file::is_universal({bytes, file::InputFile(path).read(bytes, sizeof bytes)});
+}
+
+/// Characters `first` to `first + count` of a record of fixed width, without blanks around.
+std::string_view field(std::string_view line, std::size_t first, std::size_t count) {
+  return first < line.size() ? csv::trimmed(line.substr(first, count)) : std::string_view();
+}
+
+/// Numbers of Fortran: in columns that may touch ("1.0E+00-2.0E+00"), with D for E.
+/// Returned: false at the first that is none.
+bool numbers_in(std::string_view line, std::vector<double>& numbers) {
+  std::string token;
+  const auto finish = [&] {
+    double value = 0.0;
+    const bool good = token.empty() || file::number_of(token, '.', value);
+    if (!token.empty() && good) numbers.push_back(value);
+    token.clear();
+    return good;
+  };
+  for (const char c : line) {
+    const bool sign = (c == '-' || c == '+') && !token.empty() && token.back() != 'E';
+    if ((c == ' ' || c == '\t' || sign) && !finish()) return false;
+    if (c != ' ' && c != '\t') token += c == 'D' || c == 'd' || c == 'e' ? 'E' : c;
+  }
+  return finish();
+}
+
+long whole_number(std::string_view text, long otherwise) {
+  double value = 0.0;
+  return file::number_of(text, '.', value) && std::abs(value) < 1e9 ? static_cast<long>(value) : otherwise;
+}
+
+/// One dataset 58 as it is read.
+struct Dataset {
+  std::size_t line = 0;  ///< of its first record
+  std::vector<std::string> records;
+  std::vector<double> numbers;
+  long kind = 0, ordinate = 0, count = 0;  ///< function type; 2, 4: real; 5, 6: complex
+  bool even = true;
+  double start = 0.0, step = 0.0;  ///< of the abscissa, in its unit
+
+  bool real() const { return ordinate == 2 || ordinate == 4; }
+  std::size_t needed() const { return static_cast<std::size_t>(count) * (even ? 1 : 2); }
+};
+
+constexpr std::size_t head_records = 11;
+
+/// The units of a file by dataset 164.
+struct Units {
+  long code = 0;  ///< 1: SI
+};
+
+class Reader {
+ public:
+  Reader(const std::string& path, const ReadOptions& options) : path_(path), options_(options) {}
+  void take(std::string_view line, std::size_t number);
+  Recording finish();
+
+ private:
+  void begin(std::string_view number, std::size_t line);
+  void take_58(std::string_view line, std::size_t number);
+  void take_head(std::size_t number);
+  void finish_dataset(std::size_t number);
+  void add_channel();
+  std::optional<Unit> unit_of(const std::string& name);
+  std::string name_of();
+  std::string unit_of_type(long type) const;
+  Timeline timeline_of(const Unit& time, std::vector<double>& values) const;
+  [[noreturn]] void refuse(std::size_t line, const std::string& reason) const {
+    throw Error{Error::Kind::bad_file, "'" + path_ + "', line " + std::to_string(line) + ": " + reason};
+  }
+
+  std::string path_;
+  const ReadOptions& options_;
+  enum class Part { between, number, dataset_58, dataset_164, other } part_ = Part::between;
+  Dataset dataset_;
+  Units units_;
+  std::size_t line_of_164_ = 0;
+  std::set<std::string> names_;
+  std::set<long> other_datasets_;
+  std::size_t other_functions_ = 0, read_ = 0;
+  std::vector<std::string> problems_, without_unit_;
+  Recording recording_;
+};
+
+void Reader::take(std::string_view line, std::size_t number) {
+  if (csv::trimmed(line) == "-1") {
+    if (part_ == Part::between) {
+      part_ = Part::number;
+    } else {
+      if (part_ == Part::dataset_58) finish_dataset(number);
+      part_ = Part::between;
+    }
+  } else if (part_ == Part::number) {
+    begin(csv::trimmed(line), number);
+  } else if (part_ == Part::dataset_58) {
+    take_58(line, number);
+  } else if (part_ == Part::dataset_164 && line_of_164_++ == 0) {
+    units_.code = whole_number(field(line, 0, 10), 0);
+  }
+}
+
+void Reader::begin(std::string_view number, std::size_t line) {
+  const std::string word(number.substr(0, number.find(' ')));
+  if (word == "58b") refuse(line, "a binary dataset 58 (58b), which is not read; export it as ASCII");
+  const long dataset = whole_number(word, -1);
+  part_ = dataset == 58 ? Part::dataset_58 : dataset == 164 ? Part::dataset_164 : Part::other;
+  line_of_164_ = 0;
+  if (dataset == 58) {
+    dataset_ = {};
+    dataset_.line = line + 1;
+  } else if (dataset != 164) {
+    other_datasets_.insert(dataset);
+  }
+}
+
+void Reader::take_58(std::string_view line, std::size_t number) {
+  if (dataset_.records.size() < head_records) {
+    dataset_.records.emplace_back(line);
+    if (dataset_.records.size() == head_records) take_head(number);
+    return;
+  }
+  if (!dataset_.real()) return;
+  if (!numbers_in(line, dataset_.numbers))
+    refuse(number, "'" + csv::plain_text(line, 40) + "' does not consist of numbers");
+  if (dataset_.numbers.size() > dataset_.needed())
+    refuse(number, "more numbers than the " + std::to_string(dataset_.count) + " samples of the dataset");
+}
+
+/// Records 6 and 7: what function it is, and how it is written.
+void Reader::take_head(std::size_t number) {
+  Dataset& set = dataset_;
+  const std::string_view function = set.records[5], form = set.records[6];
+  set.kind = whole_number(field(function, 0, 5), -1);
+  set.ordinate = whole_number(field(form, 0, 10), -1);
+  set.count = whole_number(field(form, 10, 10), -1);
+  set.even = whole_number(field(form, 20, 10), 1) != 0;
+  if (set.ordinate != 2 && set.ordinate != 4 && set.ordinate != 5 && set.ordinate != 6)
+    refuse(number - 4, "record 7 of dataset 58: the kind of the ordinate must be 2, 4, 5 or 6");
+  if (set.count < 0) refuse(number - 4, "record 7 of dataset 58 has no number of samples");
+  std::vector<double> numbers;
+  const bool good = form.size() > 30 && numbers_in(form.substr(30), numbers) && numbers.size() >= 2;
+  if (set.even && (!good || !(numbers[1] > 0.0)))
+    refuse(number - 4, "record 7 of dataset 58 has no spacing of the abscissa");
+  if (good) {
+    set.start = numbers[0];
+    set.step = numbers[1];
+  }
+}
+
+void Reader::finish_dataset(std::size_t number) {
+  if (dataset_.records.size() < head_records) refuse(number, "dataset 58 has fewer than 11 records before its samples");
+  const long abscissa = whole_number(field(dataset_.records[7], 0, 10), 0);
+  const bool time = dataset_.kind == 1 || (dataset_.kind == 0 && abscissa == 17);
+  if (!time || !dataset_.real()) {
+    ++other_functions_;
+    return;
+  }
+  if (dataset_.numbers.size() != dataset_.needed())
+    refuse(number, std::to_string(dataset_.numbers.size()) + " numbers instead of " +
+                       std::to_string(dataset_.needed()) + " in dataset 58; the file was cut off");
+  if (dataset_.count > 0) add_channel();
+}
+
+/// The first identification line; else node and direction.
+std::string Reader::name_of() {
+  constexpr std::string_view directions[] = {"", "X", "Y", "Z", "RX", "RY", "RZ"};
+  const std::string_view function = dataset_.records[5];
+  std::string name(csv::trimmed(dataset_.records[0]));
+  if (name.empty() || name == "NONE") {
+    const long direction = whole_number(field(function, 51, 4), 0);
+    const auto axis = static_cast<std::size_t>(std::min(std::labs(direction), 6L));
+    name = "node" + std::to_string(whole_number(field(function, 41, 10), 0));
+    if (axis > 0) name += "." + std::string(direction < 0 ? "-" : "") + std::string(directions[axis]);
+  }
+  std::string unique = name;
+  for (int i = 2; !names_.insert(unique).second; ++i) unique = name + "_" + std::to_string(i);
+  return unique;
+}
+
+std::string Reader::unit_of_type(long type) const {
+  if (units_.code != 1) return "";
+  switch (type) {
+    case 8:
+      return "m";
+    case 11:
+      return "m/s";
+    case 12:
+      return "m/s^2";
+    case 13:
+      return "N";
+    case 15:
+      return "Pa";
+    default:
+      return "";
+  }
+}
+
+std::optional<Unit> Reader::unit_of(const std::string& name) {
+  const std::string_view ordinate = dataset_.records[8];
+  std::string label(field(ordinate, 47, 20));
+  if (label == "NONE" || label == "none") label.clear();
+  if (label.empty()) label = unit_of_type(whole_number(field(ordinate, 0, 10), 0));
+  const auto given = options_.units.find(name);
+  try {
+    if (!label.empty()) return csv::parse_written_unit(label);
+  } catch (const Error& error) {
+    if (given == options_.units.end())
+      problems_.push_back("channel '" + csv::plain_text(name, 60) + "': " + error.what());
+  }
+  if (given != options_.units.end()) return given->second;
+  without_unit_.push_back(name);
+  return std::nullopt;
+}
+
+/// Even by start and step, which have six digits; else the stamps among the numbers.
+Timeline Reader::timeline_of(const Unit& time, std::vector<double>& values) const {
+  file::EvenClock clock;
+  auto stamps = std::make_shared<std::vector<double>>();
+  if (dataset_.even) {
+    const double start = time.to_si(dataset_.start), step = time.to_si(dataset_.step);
+    clock.add(start, 0.0);
+    clock.add(start + step, std::pow(10.0, std::floor(std::log10(step)) - 5.0));
+    values = dataset_.numbers;
+  } else {
+    for (std::size_t i = 0; i < dataset_.numbers.size(); i += 2) {
+      stamps->push_back(time.to_si(dataset_.numbers[i]));
+      clock.add(stamps->back(), 1e-6 * std::abs(stamps->back()));
+      values.push_back(dataset_.numbers[i + 1]);
+    }
+  }
+  const auto even = clock.timeline();
+  return even ? *even : Timeline{0.0, 0.0, stamps};
+}
+
+void Reader::add_channel() {
+  ++read_;
+  const std::string name = name_of();
+  if (!options_.only.empty() && std::ranges::find(options_.only, name) == options_.only.end()) return;
+  std::string label(field(dataset_.records[7], 47, 20));
+  Unit time = Unit::parse("s");
+  if (!label.empty() && label != "NONE") try {
+      time = csv::parse_written_unit(label);
+    } catch (const Error& error) {
+      problems_.push_back("channel '" + csv::plain_text(name, 60) + "', time: " + error.what());
+    }
+  if (kind_of(time) != QuantityKind::time)
+    problems_.push_back("channel '" + csv::plain_text(name, 60) + "': its abscissa is not a time");
+  const auto unit = unit_of(name);
+  if (!unit) return;
+  Channel channel{name, kind_of(*unit), *unit, {}, {}};
+  channel.timeline = timeline_of(time, channel.values);
+  for (double& value : channel.values) value = unit->to_si(value);
+  recording_.channels.push_back(std::move(channel));
+}
+
+Recording Reader::finish() {
+  if (part_ != Part::between)
+    throw Error{Error::Kind::bad_file, "'" + path_ + "': its last dataset has no end (-1); the file was cut off"};
+  if (!without_unit_.empty()) {
+    std::string names, sets;
+    for (const auto& name : without_unit_) {
+      names += (names.empty() ? "'" : ", '") + csv::plain_text(name, 60) + "'";
+      sets += " --set 'unit." + csv::plain_text(name, 60) + "=" + csv::likely_unit(name, 0.0) + "'";
+    }
+    problems_.push_back("'" + path_ + "': channels without a unit: " + names);
+    problems_.push_back("to copy, with units to be checked: tumble inspect '" + path_ + "'" + sets);
+  }
+  if (!problems_.empty()) throw Error{Error::Kind::bad_file, problems_};
+  if (recording_.channels.empty())
+    throw Error{Error::Kind::bad_file, "'" + path_ + "' has no time response (dataset 58, function type 1) to read" +
+                                           (other_functions_ > 0 ? "; it has " + std::to_string(other_functions_) +
+                                                                       " spectra or other functions"
+                                                                 : "")};
+  if (other_functions_ > 0)
+    recording_.findings.push_back(
+        {Finding::Severity::info, "functions_not_read", {{"functions", other_functions_}}, path_});
+  recording_.recognised = {
+      {"datasets 58", std::to_string(read_) + " time responses"},
+      {"units", units_.code == 1 ? "SI, by dataset 164, where a channel has no label" : "as the channels say"}};
+  return std::move(recording_);
+}
+
+Recording read(const std::string& path, const ReadOptions& options, const Progress& progress) {
+  if (!recognises(path))
+    throw Error{Error::Kind::bad_file,
+                "'" + path + "' does not begin as a universal file (-1, then the number of a dataset)"};
+  auto checksum = sha256_in_background(path);
+  Reader reader(path, options);
+  file::each_line(path, options.encoding, progress,
+                  [&](std::string_view line, std::size_t number) { reader.take(line, number); });
+  Recording recording = reader.finish();
+  recording.origin = {path, std::move(checksum)};
+  return recording;
+}
+
+}  // namespace
+
+extern const Format uff58{.name = "uff58",
+                          .summary = "universal file, time responses of dataset 58 as text",
+                          .extensions = {".uff", ".unv"},
+                          .recognises = recognises,
+                          .read = tumble::uff58::read};
+
+}  // namespace tumble::uff58
