@@ -176,7 +176,8 @@ std::function<void(const topics::Take&, const Progress&)> player(const std::stri
 
 /// Reads everything but the samples.
 Log open(const std::string& path, const ReadOptions& options) {
-  if (!recognises(path)) refuse(path, "is no DataFlash log: it does not begin with the bytes A3 95");
+  if (!recognises(path))
+    refuse(path, "is not a recording that can be read: it does not begin with the bytes A3 95 of a DataFlash log");
   const auto found = std::make_shared<const Scan>(scan(path));
   const auto streams = readable(*found);
   std::vector<std::string> names;
