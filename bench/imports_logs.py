@@ -56,8 +56,9 @@ def make_ulog(path, count):
     fields = ("uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;float temperature;"
               "uint32_t error_count;uint8_t[3] clip_counter;uint8_t samples;")
     out = b"ULog\x01\x12\x35\x01" + bytes(8) + message("B", bytes(40))
-    for k, name in enumerate(("sensor_gyro", "sensor_accel")):
-        out += message("F", f"{name}:{fields}".encode()) + message("A", struct.pack("<BH", 0, k) + name.encode())
+    names = ("sensor_gyro", "sensor_accel")
+    out += b"".join(message("F", f"{name}:{fields}".encode()) for name in names)
+    out += b"".join(message("A", struct.pack("<BH", 0, k) + name.encode()) for k, name in enumerate(names))
     row = [("size", "<u2"), ("type", "u1"), ("id", "<u2"), ("t", "<u8"), ("s", "<u8"), ("device", "<u4"), ("v", "<f4", 4),
            ("errors", "<u4"), ("rest", "u1", 4)]
     random = numpy.random.default_rng(7)
@@ -142,7 +143,7 @@ def main():
             rows.append(compare(options.program, f"MAT v5{', packed' if compressed else ''}, 6 columns", str(folder / "a.mat"),
                                 "scipy.io.loadmat", MATLAB, columns, 2 * options.rounds + 1))
     lines = ["# Logs of autopilots and MATLAB files", "",
-             f"{options.count} messages a topic, 6 x {22 * options.count // 5} numbers. {options.rounds} rounds (MAT: "
+             f"{options.count} messages a topic, 6 x {22 * options.count // 5} numbers. {options.rounds} rounds (MATLAB: "
              f"{2 * options.rounds + 1}), each reader in a fresh process in turn, page cache warm; medians. Load of the machine: "
              f"{before:.1f} at the beginning, {os.getloadavg()[0]:.1f} at the end, on {os.cpu_count()} processors.", "",
              "| file | MB | peer | peer, wall [s] | Tumble, wall [s] | processor [s] | MB/s, wall | peer / Tumble, wall | processor |",

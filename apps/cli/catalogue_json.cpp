@@ -13,6 +13,7 @@
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/ready_plans.hpp"
 #include "tumble/units/words.hpp"
+#include "tumble/wire/instruments.hpp"
 
 namespace tumble::cli {
 namespace {
@@ -147,6 +148,20 @@ Json json(const ReadyPlan& plan) {
   return {{"name", plan.name}, {"summary", plan.title}, {"method", plan.method.empty() ? Json() : Json(plan.method)}};
 }
 
+Json json(const ShippedInstrument& instrument) {
+  const FrameCodec codec = codec_of(instrument);
+  Json channels = Json::array();
+  for (const auto& channel : codec.channels)
+    channels.push_back(
+        {{"name", channel.name},
+         {"unit", channel.unit.text()},
+         {"description", channel.increment ? "from increments, which are divided by the time of a sample" : ""}});
+  return {{"name", instrument.name}, {"summary", instrument.title},
+          {"source", codec.source},  {"certainty", std::string(name(codec.certainty))},
+          {"note", codec.note},      {"variants", instrument.variants},
+          {"channels", channels}};
+}
+
 /// "1 deg = 0.0174532925 rad", and the words with a prefix that are known as well.
 Json json(const UnitWord& word) {
   const Unit unit = Unit::parse(word.text);
@@ -176,8 +191,8 @@ Json each(const std::vector<Entry>& entries) {
 }  // namespace
 
 const std::vector<std::string>& catalogue_kinds() {
-  static const std::vector<std::string> kinds{"methods", "models",  "rigs",  "formats",
-                                              "checks",  "exports", "plans", "units"};
+  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats", "checks",
+                                              "exports", "plans",  "instruments", "units"};
   return kinds;
 }
 
@@ -188,6 +203,7 @@ Json catalogue_json(const std::string& kind) {
   if (kind == "formats") return all(format_catalogue());
   if (kind == "exports") return all(export_catalogue());
   if (kind == "plans") return each(ready_plans());
+  if (kind == "instruments") return each(shipped_instruments());
   if (kind == "units") return each(unit_words());
   return all(check_catalogue());
 }

@@ -60,7 +60,7 @@ std::string items(const Json& entry, const char* list, const char* heading, std:
   std::string text = fmt::format("\n{}:\n", heading);
   for (const auto& item : entry[list])
     text += fmt::format("  {}  {}\n{}", item["name"].get<std::string>(), said(item),
-                        wrapped("      ", item["description"]));
+                        item["description"] == "" ? "" : wrapped("      ", item["description"]));
   return text;
 }
 
@@ -68,6 +68,11 @@ std::string items(const Json& entry, const char* list, const char* heading, std:
 std::string page(const Json& entry) {
   std::string text = fmt::format("{}: {}\n", entry["name"].get<std::string>(), entry["summary"].get<std::string>());
   if (entry.contains("source")) text += wrapped("source: ", entry["source"]);
+  if (entry.contains("certainty")) text += fmt::format("certainty: {}\n", entry["certainty"].get<std::string>());
+  if (entry.contains("note")) text += wrapped("note: ", entry["note"]);
+  if (entry.contains("variants") && !entry["variants"].empty())
+    text +=
+        wrapped("variants: ", fmt::format("{}", fmt::join(entry["variants"].get<std::vector<std::string>>(), ", ")));
   if (entry.contains("method") && !entry["method"].is_null())
     text += fmt::format("method: {}\n", entry["method"].get<std::string>());
   if (entry.contains("with_prefixes") && !entry["with_prefixes"].empty())
@@ -85,6 +90,8 @@ std::string page(const Json& entry) {
   text += items(entry, "roles", "channels", [](const Json& role) {
     return fmt::format("[{}]{}", role["unit"].get<std::string>(), role["required"].get<bool>() ? "" : ", optional");
   });
+  text += items(entry, "channels", "channels",
+                [](const Json& channel) { return fmt::format("[{}]", channel["unit"].get<std::string>()); });
   text += items(entry, "axes", "axes", [](const Json& axis) {
     return fmt::format("[{}] {}", axis["unit"].get<std::string>(),
                        fmt::join(axis["motions"].get<std::vector<std::string>>(), "|"));
@@ -134,8 +141,9 @@ int run(const Arguments& arguments) {
 Verb list_verb() {
   auto arguments = std::make_shared<Arguments>();
   return {"list",
-          "List methods, models, rigs, formats, checks, exports, plans, units",
-          {{"KIND", &arguments->kind, "methods, models, rigs, formats, checks, exports, plans or units (default: all)"},
+          "List methods, models, rigs, formats, checks, exports, plans, instruments, units",
+          {{"KIND", &arguments->kind,
+            "methods, models, rigs, formats, checks, exports, plans, instruments or units (default: all)"},
            {"NAME", &arguments->name, "name of one entry, to show its options and sources"},
            {"--json", &arguments->json, "print JSON, including the options"}},
           "Examples:\n"

@@ -56,6 +56,7 @@ struct RecordingEntry {
   std::shared_ptr<const Plan> plan = {};  ///< its own rig, site and schedule; null: those of the plan that names it
   std::vector<std::string> columns = {};  ///< of a text file: name[unit] of each, in place of its header
   std::string segment_column = {};        ///< of a text file: holds the labels of the segments
+  std::string frames = {};                ///< of raw bytes: the declaration of their frames, by name or file
   std::vector<std::string> topics = {};   ///< of a log with several streams: those wanted; empty: as its format chooses
   char decimal = '\0';                    ///< of a text file: its decimal mark; 0: as the samples show it
   std::string time = {}, date = {}, encoding = {};  ///< of a text file: as in ReadOptions

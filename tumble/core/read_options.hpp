@@ -20,8 +20,10 @@ struct ReadOptions {
   std::vector<std::string> columns = {};
   std::string segment_column = {};  ///< of a text table: holds the label of the segment that each sample belongs to
   std::vector<std::string> topics = {};  ///< of a log with several streams: those wanted; empty: as the format chooses
-  char decimal = '\0';                   ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
-  std::string time = {};                 ///< of a text table: the column of the clock; "-": none; empty: by its name
+  /// Of a file of raw bytes: the declaration of its frames, by name or file, and its variants: "kvh_1775:gyro_rate"
+  std::string frames = {};
+  char decimal = '\0';        ///< of a text table: the decimal mark, '.' or ','; 0: as the samples show it
+  std::string time = {};      ///< of a text table: the column of the clock; "-": none; empty: by its name
   std::string date = {};      ///< of a text table: order in a date, "ymd", "dmy" or "mdy"; empty: by the samples
   std::string encoding = {};  ///< of a text table: "gb18030", "windows-1252"; empty: by its bytes
   std::size_t skip = 0;       ///< of a text table: lines before the header, or before the samples

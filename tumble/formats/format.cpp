@@ -80,8 +80,9 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
     for (const Format* format : formats)
       if (format->folders && format->recognises(path)) return *format;
   if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
-  for (const Format* format : formats)
-    if (format->recognises(path)) return *format;
+  for (const bool last : {false, true})
+    for (const Format* format : formats)
+      if (format->asked_last == last && format->recognises(path)) return *format;
   if (const auto advice = file::advice_for_unread(path); !advice.empty())
     throw Error{Error::Kind::bad_file, "'" + path + "' is " + advice};
   if (const Format* format = by_extension(path, formats)) return *format;
@@ -89,6 +90,17 @@ const Format& format_of(const std::string& path, const FormatList& formats) {
                                          "' is not a recording that can be read: neither its content nor its "
                                          "name says which; known are " +
                                          extensions(formats, [](const Format&) { return true; })};
+}
+
+const Format& format_of(const std::string& path, const ReadOptions& options, const FormatList& formats) {
+  if (options.frames.empty()) return format_of(path, formats);
+  if (file::InputFile(path).size() == 0) throw Error{Error::Kind::bad_file, "'" + path + "' is empty"};
+  for (const std::string_view packed : {"gzip", "zip"})
+    for (const Format* format : formats)
+      if (packed == format->name && format->recognises(path)) return *format;
+  const auto raw = std::ranges::find(formats, std::string_view("frames"), &Format::name);
+  if (raw == formats.end()) throw Error{Error::Kind::unsupported, "files of raw bytes are not read here"};
+  return **raw;
 }
 
 const Format& format_to_write(const std::string& path, const FormatList& formats) {
@@ -105,7 +117,7 @@ const Format& format_to_write(const std::string& path, const FormatList& formats
 
 Recording read_recording(const std::string& path, const ReadOptions& options, const Progress& progress,
                          const FormatList& formats) {
-  Recording recording = format_of(path, formats).read(path, options, progress);
+  Recording recording = format_of(path, options, formats).read(path, options, progress);
   refuse_impossible_clocks(recording, path);
   return recording;
 }
@@ -122,7 +134,7 @@ void write_recording(const Recording& recording, const std::string& path, const 
 
 void convert(const std::string& from, const std::string& to, const ReadOptions& options, const Progress& progress,
              const FormatList& formats) {
-  const Format& source = format_of(from, formats);
+  const Format& source = format_of(from, options, formats);
   const RecordingWriter writer = recording_writer(to, formats);
   stream_recording(source, from, options, block_samples, writer.append, progress);
   writer.commit();

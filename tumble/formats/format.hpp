@@ -42,6 +42,8 @@ struct Format {
   /// this format are only read.
   RecordingWriter (*writer)(const std::string& path) = nullptr;
   bool folders = false;  ///< a folder can be a recording too
+  /// Whether the formats without this are asked first: what it recognises may lie inside of their files.
+  bool asked_last = false;
 };
 
 /// FormatList to choose among.
@@ -52,6 +54,10 @@ const FormatList& format_catalogue();
 
 /// The format of a file, by content, else by extension. Throws Error::bad_file.
 const Format& format_of(const std::string& path, const FormatList& formats = format_catalogue());
+/// The format of a file as it is to be read: where `options` name a declaration of frames, that of raw bytes.
+/// Throws Error::bad_file.
+const Format& format_of(const std::string& path, const ReadOptions& options,
+                        const FormatList& formats = format_catalogue());
 /// The format that the extension of a target names; CSV for standard output, "-". Throws Error::bad_input for an
 /// unknown extension, and for a format that is only read; the message names the formats that can be written.
 const Format& format_to_write(const std::string& path, const FormatList& formats = format_catalogue());

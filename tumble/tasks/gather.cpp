@@ -157,6 +157,7 @@ ReadOptions options_of(const RecordingEntry& entry, const Plan& plan, ReadOption
   if (options.columns.empty()) options.columns = entry.columns;
   if (options.segment_column.empty()) options.segment_column = entry.segment_column;
   if (options.topics.empty()) options.topics = entry.topics;
+  if (options.frames.empty()) options.frames = entry.frames;
   if (options.decimal == '\0') options.decimal = entry.decimal;
   if (options.time.empty()) options.time = entry.time;
   if (options.date.empty()) options.date = entry.date;
@@ -313,7 +314,7 @@ Recording header_of(const Recording& block, const Plan& plan, const RecordingEnt
 
 /// Bytes of the samples in memory; 0 where the file cannot be read, which gather() says better.
 std::uintmax_t memory_of(const std::string& file, const ReadOptions& options) try {
-  return recording_memory(format_of(file), file, options);
+  return recording_memory(format_of(file, options), file, options);
 } catch (const Error&) {
   return 0;
 }
@@ -344,7 +345,7 @@ std::optional<Streamed> open_stream(const Plan& plan, const std::vector<std::str
       first = false;
       sink(block);
     };
-    stream_recording(format_of(entry.file), entry.file, options, block_samples, checked, progress);
+    stream_recording(format_of(entry.file, options), entry.file, options, block_samples, checked, progress);
   };
   return streamed;
 }

@@ -81,8 +81,8 @@ Inspection inspect(const std::string& path, const ReadOptions& options, const Pr
     inspection.findings.insert(inspection.findings.end(), found.begin(), found.end());
   } else {
     stream_recording(
-        format_of(path), path, options, samples_at_a_time, [&](const Recording& block) { add(block, inspection); },
-        progress);
+        format_of(path, options), path, options, samples_at_a_time,
+        [&](const Recording& block) { add(block, inspection); }, progress);
     inspection.findings.push_back({Finding::Severity::info, "too_large_for_checks", {}, path});
   }
   for (auto& channel : inspection.channels) finish(channel);

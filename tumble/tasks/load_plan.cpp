@@ -273,6 +273,9 @@ void read_recordings(Reading& reading, const toml::array& tables) {
     entry.columns = section.texts("columns");
     entry.segment_column = section.text("segment_column").value_or("");
     entry.topics = section.texts("topics");
+    entry.frames = section.text("frames").value_or("");
+    if (entry.frames.find(".toml") != std::string::npos)
+      entry.frames = (folder / entry.frames).lexically_normal().string();
     entry.decimal = read_decimal(section);
     entry.time = section.text("time").value_or("");
     entry.date = read_date_order(section);

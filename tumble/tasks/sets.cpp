@@ -40,8 +40,8 @@ std::vector<std::string> separate(const std::string& text) {
 }
 
 bool for_reading(const std::string& key) {
-  for (const char* known :
-       {"rate", "topic", "missing", "columns", "segment_column", "decimal", "time", "date", "encoding", "skip"})
+  for (const char* known : {"rate", "topic", "frames", "missing", "columns", "segment_column", "decimal", "time",
+                            "date", "encoding", "skip"})
     if (key == known) return true;
   return !after(key, "unit.").empty();
 }
@@ -62,6 +62,8 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     sorted.reading.columns = separate(value);
   else if (key == "topic")
     sorted.reading.topics.push_back(value);
+  else if (key == "frames")
+    sorted.reading.frames = value;
   else if (key == "segment_column")
     sorted.reading.segment_column = value;
   else if (key == "decimal")
@@ -112,7 +114,7 @@ ReadOptions read_options(const Sets& sets) {
     else
       problems.push_back(fmt::format(
           "--set {}: reading a file takes rate, missing, columns, segment_column, decimal, time, date, encoding, "
-          "skip, topic and unit.<column>",
+          "skip, topic, frames and unit.<column>",
           set.first));
   try {
     const auto reading = sorted(known).reading;

@@ -16,8 +16,8 @@
 namespace tumble {
 
 /// The `--set key=value` of a command line. Plain keys are [settings] of the method, "truth.key" and "rig.key" those of
-/// the other tables, "channels.role" that of [channels]; "rate", "missing", "columns", "segment_column", "topic" and
-/// "unit.column" say what a file does not.
+/// the other tables, "channels.role" that of [channels]; "rate", "missing", "columns", "segment_column", "topic",
+/// "frames" and "unit.column" say what a file does not.
 using Sets = std::vector<std::pair<std::string, std::string>>;
 
 /// Reads and checks a plan; `sets` override it. What they say of reading files becomes Plan::reading.

@@ -135,6 +135,7 @@ struct FrameContent {
   std::optional<std::uint64_t> counter = {};
   std::optional<double> time = {};  ///< [s] of the device
   double wrap = 0.0;                ///< [s] after which that time begins again, 0: never
+  std::uint64_t not_good = 0;       ///< statuses of the layout that are not good, a bit each
 };
 
 /// Bytes and what they mean, to test a declaration with.
@@ -206,13 +207,14 @@ struct FrameCounts {
   std::uint64_t good = 0;            ///< frames
   std::uint64_t channel_frames = 0;  ///< good frames that carry a channel
   std::vector<std::uint64_t> by_layout;
-  FrameIncident damaged;            ///< frames whose checksum does not hold
-  FrameIncident skipped;            ///< places with bytes that belong to no frame
-  std::uint64_t skipped_bytes = 0;  ///< bytes in these
-  FrameIncident gaps;               ///< places where frames are missing
-  std::uint64_t lost = 0;           ///< frames that are missing in these
-  FrameIncident repeated;           ///< frames that came twice; the second was removed
-  std::uint64_t cut = 0;            ///< bytes of a frame that the end of the stream cuts
+  std::vector<std::vector<FrameIncident>> not_good;  ///< by layout and status
+  FrameIncident damaged;                             ///< frames whose checksum does not hold
+  FrameIncident skipped;                             ///< places with bytes that belong to no frame
+  std::uint64_t skipped_bytes = 0;                   ///< bytes in these
+  FrameIncident gaps;                                ///< places where frames are missing
+  std::uint64_t lost = 0;                            ///< frames that are missing in these
+  FrameIncident repeated;                            ///< frames that came twice; the second was removed
+  std::uint64_t cut = 0;                             ///< bytes of a frame that the end of the stream cuts
 };
 
 /// A frame of a stream.

@@ -183,7 +183,9 @@ void Section::missing(std::string_view key, std::string_view example) {
   problem(fmt::format("{0} is missing, for example {0} = {1}", key, example));
 }
 
-void Section::problem(const std::string& message) { problems_.add(table_.source(), name_ + ": " + message); }
+void Section::problem(const std::string& message) {
+  problems_.add(table_.source(), name_.empty() ? message : name_ + ": " + message);
+}
 
 void Section::problem_at(std::string_view key, const std::string& message) {
   const auto* node = table_.get(key);

@@ -51,9 +51,9 @@ void check_unpacked_size(std::uintmax_t unpacked, std::uintmax_t packed, const s
                                          " times its size, which samples do not; unpack it yourself if you trust it"};
 }
 
-const Format& format_of(const PackedFile& packed) {
+const Format& format_of(const PackedFile& packed, const ReadOptions& options) {
   return renamed(packed, [&]() -> const Format& {
-    const Format& format = tumble::format_of(packed.copy.path());
+    const Format& format = tumble::format_of(packed.copy.path(), options);
     if (std::string_view(format.name) == "gzip" || std::string_view(format.name) == "zip")
       throw Error{Error::Kind::bad_file,
                   "'" + packed.copy.path() + "' is a packed file in a packed file: unpack it first"};
@@ -63,7 +63,7 @@ const Format& format_of(const PackedFile& packed) {
 
 Recording read(const PackedFile& packed, const ReadOptions& options, const Progress& progress) {
   return renamed(packed, [&] {
-    Recording recording = file::format_of(packed).read(packed.copy.path(), options, progress);
+    Recording recording = file::format_of(packed, options).read(packed.copy.path(), options, progress);
     if (recording.origin.checksum) recording.origin.checksum();  // its thread reads the copy
     rename_in(recording, packed);
     recording.origin.checksum = sha256_in_background(packed.outer);
@@ -72,7 +72,8 @@ Recording read(const PackedFile& packed, const ReadOptions& options, const Progr
 }
 
 std::uintmax_t memory(const PackedFile& packed, const ReadOptions& options) {
-  return renamed(packed, [&] { return recording_memory(file::format_of(packed), packed.copy.path(), options); });
+  return renamed(packed,
+                 [&] { return recording_memory(file::format_of(packed, options), packed.copy.path(), options); });
 }
 
 void stream(const PackedFile& packed, const ReadOptions& options, std::size_t samples, const BlockSink& sink,
@@ -83,7 +84,7 @@ void stream(const PackedFile& packed, const ReadOptions& options, std::size_t sa
     sink(copy);
   };
   renamed(packed, [&] {
-    stream_recording(file::format_of(packed), packed.copy.path(), options, samples, hand_on, progress);
+    stream_recording(file::format_of(packed, options), packed.copy.path(), options, samples, hand_on, progress);
     return 0;
   });
 }

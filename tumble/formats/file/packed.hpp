@@ -20,7 +20,7 @@ struct PackedFile {
 };
 
 /// The format of the copy. Throws Error::bad_file, also for a packed file in a packed file.
-const Format& format_of(const PackedFile& packed);
+const Format& format_of(const PackedFile& packed, const ReadOptions& options = {});
 
 /// As the functions of Format. Origin and checksum are those of `outer`.
 Recording read(const PackedFile& packed, const ReadOptions& options, const Progress& progress);

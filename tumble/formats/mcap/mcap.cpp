@@ -29,7 +29,8 @@ ros::Packing packing_of(const std::string& name) {
   if (name.empty() || name == "none") return ros::Packing::none;
   if (name == "lz4") return ros::Packing::lz4;
   if (name == "zstd") return ros::Packing::zstandard;
-  throw Error{Error::Kind::bad_file, "a chunk is packed by '" + name + "'; none, lz4 and zstd are read"};
+  throw Error{Error::Kind::bad_file,
+              "a chunk is packed by '" + ros::printable(name) + "'; none, lz4 and zstd are read"};
 }
 
 /// Messages and channels in a chunk, or between chunks.

@@ -324,6 +324,13 @@ TEST(RosDamage, DamageInAChunkIsReportedWithItsPlace) {
   }
 }
 
+TEST(RosDamage, WhereNothingCanBeReadTheErrorSaysWhy) {
+  const ScratchFolder scratch;
+  put(scratch.file("bad.mcap"), bytes_of(folder + "plain.mcap").substr(0, 8) + '\5' + std::string(108, '\xff'));
+  const auto text = message_of([&] { read(scratch.file("bad.mcap")); });
+  EXPECT_NE(text.find("the record at byte 8 is damaged"), std::string::npos) << text;
+}
+
 TEST(RosDatabase, AnotherDatabaseIsRefusedByItsTables) {
   std::string bytes = bytes_of(folder + "plain.db3");
   for (std::size_t at = 0; (at = bytes.find("messages", at)) != std::string::npos; ++at)

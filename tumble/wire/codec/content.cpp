@@ -69,10 +69,13 @@ void read_fields(const FrameLayout& layout, std::string_view frame, const ItemPl
     content.values[field.channel] = std::isfinite(value) ? value : std::nan("");
     content.present[field.channel] = 1;
   }
-  for (const FrameStatus& status : layout.statuses) {
-    if (!status.fails) continue;
+  content.not_good = 0;
+  for (std::size_t i = 0; i < layout.statuses.size(); ++i) {
+    const FrameStatus& status = layout.statuses[i];
     const auto at = place_of(status.good.number, frame.size(), places);
     if (!at || is_met(status.good, frame, *at)) continue;
+    content.not_good |= std::uint64_t{1} << i;
+    if (!status.fails) continue;
     for (const std::size_t channel : status.channels) content.values[channel] = std::nan("");
   }
 }

@@ -29,6 +29,7 @@ inline std::uint64_t natural_of(const FrameNumber& number, const unsigned char* 
   return word_of(from, number.bytes, number.big) >> number.shift & mask_of(number.bits);
 }
 
+/// Its value [1], before any scale.
 inline double value_of(const FrameNumber& number, const unsigned char* from) {
   const std::uint64_t bits = natural_of(number, from);
   if (number.kind == FrameNumber::Kind::natural) return static_cast<double>(bits);

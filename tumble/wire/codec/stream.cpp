@@ -35,6 +35,7 @@ FrameStream::FrameStream(const FrameCodec& codec) : codec_(&codec), first_(256),
   frame_.content.values.resize(codec.channels.size());
   frame_.content.present.resize(codec.channels.size());
   counts_.by_layout.resize(codec.frames.size());
+  for (const FrameLayout& layout : codec.frames) counts_.not_good.emplace_back(layout.statuses.size());
 }
 
 void FrameStream::feed(std::string_view bytes, const FrameSink& sink) {
@@ -136,6 +137,8 @@ void FrameStream::accept(std::size_t at, const Candidate& found, const FrameSink
     counts_.lost += *lost;
   }
   ++counts_.channel_frames;
+  for (std::size_t i = 0; frame_.content.not_good >> i != 0; ++i)
+    if (frame_.content.not_good >> i & 1u) note(counts_.not_good[found.frame][i], frame_.offset);
   if (!main_) main_ = found.frame;
   if (begun && (counted_ ? layout.counter.has_value() : *main_ == found.frame)) frame_.sequence += 1 + *lost;
   unwrap_time();
@@ -155,7 +158,7 @@ std::optional<std::uint64_t> FrameStream::lost_before(std::string_view bytes, st
   const std::uint64_t advance = (now + modulus - *before) % modulus;
   std::uint64_t step = layout.counter->step;
   if (step == 0) {
-    if (advance == step_seen_) step_ = advance;
+    if (advance == step_seen_ && (step_ == 0 || advance < step_)) step_ = advance;
     step_seen_ = advance;
     step = step_;
   }

@@ -19,9 +19,12 @@ void compare_values(const FrameCodec& codec, const FrameVector& vector, const Fr
     const auto wanted = vector.values.find(channel.name);
     if (wanted == vector.values.end()) continue;
     const double value = content.values[i], tolerance = wanted->second.tolerance + 1e-12 * std::abs(value);
+    const auto said = [&](double si) {
+      return channel.increment ? fmt::format("{:.9g} (SI)", si)
+                               : fmt::format("{:.9g} {}", channel.unit.from_si(si), channel.unit.text());
+    };
     if (!content.present[i] || !(std::abs(value - wanted->second.si) <= tolerance))
-      differs(channel.name, content.present[i] ? fmt::format("{:.9g} (SI)", value) : "not in the frame",
-              fmt::format("{:.9g} (SI)", wanted->second.si));
+      differs(channel.name, content.present[i] ? said(value) : "not in the frame", said(wanted->second.si));
   }
   if (vector.counter && content.counter != vector.counter)
     differs("the counter", content.counter ? std::to_string(*content.counter) : "absent",

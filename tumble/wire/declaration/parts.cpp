@@ -235,6 +235,7 @@ void read_statuses(Section& section, bool big, FrameLayout& layout, Draft& draft
     }
     if (!wanted.empty() && read.channels.empty()) status.problem_at("channels", "the frame has no such channel");
     status.close();
+    if (layout.statuses.size() == 60) return section.problem("more than 60 statuses in one frame");
     layout.statuses.push_back(read);
   }
 }
