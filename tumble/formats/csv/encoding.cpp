@@ -77,7 +77,7 @@ Encoding by_bytes(std::string_view beginning) {
   if (beginning.starts_with("\xFE\xFF")) return {"UTF-16BE", 2, false, false};
   if (auto wide = wide_by_zeros(beginning); !wide.empty()) return {wide, 0, true, false};
   if (valid_utf8(beginning)) return {};
-  return {chinese(beginning) ? "GB18030" : "WINDOWS-1252", 0, true, false};
+  return {chinese(beginning) ? "GB18030" : "Windows-1252", 0, true, false};
 }
 
 }  // namespace

@@ -9,13 +9,15 @@
 
 #include "tumble/formats/csv/cells.hpp"
 #include "tumble/formats/csv/number.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::csv {
 
 namespace {
 
 constexpr std::int64_t nanoseconds = 1'000'000'000;
-constexpr std::int64_t seconds_of_day = 86400;
+constexpr auto seconds_of_hour = static_cast<std::int64_t>(hour);
+constexpr std::int64_t seconds_of_day = 24 * seconds_of_hour;
 constexpr std::int64_t latest = 4'500'000'000;  // [s] the year 2112: the sum of two numbers stays within 64 bits of ns
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -150,7 +152,7 @@ bool take_clock(Scanner& scanner, Stamp& stamp) {
       break;
     }
   if (hours > 23 || minutes > 59 || seconds > 60) return false;
-  stamp.time = (hours * 3600 + minutes * 60 + seconds) * nanoseconds + fraction;
+  stamp.time = (hours * seconds_of_hour + minutes * 60 + seconds) * nanoseconds + fraction;
   return true;
 }
 
@@ -168,7 +170,7 @@ bool take_zone(Scanner& scanner, Stamp& stamp) {
   scanner.take(":");
   const int digits = scanner.digits(2, minutes);
   if ((digits != 0 && digits != 2) || hours > 18 || minutes > 59) return false;
-  stamp.time -= (west ? -1 : 1) * (hours * 3600 + minutes * 60) * nanoseconds;
+  stamp.time -= (west ? -1 : 1) * (hours * seconds_of_hour + minutes * 60) * nanoseconds;
   return scanner.ended();
 }
 
@@ -286,7 +288,7 @@ std::string iso_time(std::int64_t time) {
   const auto of_day = (instant - day).count();
   std::string text = fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:09}", static_cast<int>(date.year()),
                                  static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
-                                 of_day / (3600 * csv::nanoseconds), of_day / (60 * csv::nanoseconds) % 60,
+                                 of_day / (seconds_of_hour * csv::nanoseconds), of_day / (60 * csv::nanoseconds) % 60,
                                  of_day / csv::nanoseconds % 60, of_day % csv::nanoseconds);
   while (text.ends_with('0')) text.pop_back();
   if (text.ends_with('.')) text.pop_back();

@@ -70,7 +70,7 @@ TEST_F(CsvTexts, AGermanLaboratoryInLatin1) {
   EXPECT_EQ(recording.channels[0].timeline.rate, 10.0);
   EXPECT_EQ(recording.channels[0].timeline.start, 0.0);
   EXPECT_EQ(recording.meta.at("clock_start"), "2026-11-20T09:00:00");
-  expect_parts(said(recording, "text_encoding"), {"WINDOWS-1252", "--set encoding="});
+  expect_parts(said(recording, "text_encoding"), {"Windows-1252", "--set encoding="});
   expect_parts(said(recording, "units_row"), {"line 2"});
   expect_parts(said(recording, "clock_recognised"), {"'Zeit'", "date and time"});
   EXPECT_NE(said(recording, "decimal_comma"), "");

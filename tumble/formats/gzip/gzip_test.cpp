@@ -1,0 +1,67 @@
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <stdexcept>
+
+#include "tumble/formats/testing/reference_texts.hpp"
+
+namespace tumble {
+namespace {
+
+/// One member of gzip.
+std::string packed(const std::string& text) {
+  z_stream stream{};
+  if (deflateInit2(&stream, 9, Z_DEFLATED, 16 + MAX_WBITS, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::runtime_error("zlib");
+  std::string bytes(deflateBound(&stream, text.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));  // NOLINT: zlib's type
+  stream.avail_in = static_cast<uInt>(text.size());
+  stream.next_out = reinterpret_cast<Bytef*>(bytes.data());  // NOLINT: zlib's type
+  stream.avail_out = static_cast<uInt>(bytes.size());
+  deflate(&stream, Z_FINISH);
+  bytes.resize(stream.total_out);
+  deflateEnd(&stream);
+  return bytes;
+}
+
+bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(Gzip, ReadsWhatWasPacked) {
+  const auto recording = read_recording(reference_text("plain.csv.gz"), {}, {});
+  EXPECT_EQ(recording.channels[0].values, ramp(0, 50, Unit::parse("deg/h")));
+  EXPECT_EQ(recording.origin.file, reference_text("plain.csv.gz"));
+}
+
+TEST(Gzip, MembersOneAfterTheOther) {
+  EXPECT_EQ(refusal_of(packed("time[s],a[1]\n0,1\n") + packed("1,2\n2,3\n"), "a.csv.gz"), "");
+}
+
+TEST(Gzip, StreamsInBlocks) {
+  const std::string path = reference_text("plain.csv.gz");
+  std::size_t samples = 0;
+  stream_recording(format_of(path), path, {}, 10,
+                   [&](const Recording& block) {
+                     EXPECT_EQ(block.origin.file, path);
+                     samples += block.channels[0].values.size();
+                   },
+                   {});
+  EXPECT_EQ(samples, 50u);
+  EXPECT_GT(recording_memory(format_of(path), path, {}), 300u);
+}
+
+TEST(Gzip, AMessageNamesTheFileInside) {
+  const auto refused = refusal_of(packed("time[s],a[dge/h]\n0,1\n"), "x.csv.gz");
+  EXPECT_TRUE(says(refused, "x.csv.gz: x.csv'") && says(refused, "unknown unit 'dge'")) << refused;
+}
+
+TEST(Gzip, CutAnywhereItIsRefused) { EXPECT_EQ(beginnings_read(reference_text("plain.csv.gz"), 1), 0u); }
+
+TEST(Gzip, WhatUnpacksToMuchMoreThanSamplesDoIsRefused) {
+  EXPECT_TRUE(says(refusal_of(packed(std::string(std::size_t{80} << 20, '0')), "bomb.gz"), "100 times its size"));
+  EXPECT_TRUE(says(refusal_of(packed(packed("time[s],a[1]\n0,1\n")), "a.gz.gz"), "a packed file in a packed file"));
+  EXPECT_TRUE(
+      says(refusal_of(packed(std::string(257, 'x') + "ustar" + std::string(300, '\0')), "a.tar.gz"), "tar archive"));
+}
+
+}  // namespace
+}  // namespace tumble

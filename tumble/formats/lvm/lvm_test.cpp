@@ -1,0 +1,69 @@
+#include <gtest/gtest.h>
+
+#include "tumble/formats/testing/reference_texts.hpp"
+
+namespace tumble {
+namespace {
+
+void expect_ramps(const Recording& recording, std::size_t count) {
+  ASSERT_EQ(recording.channels.size(), 2u);
+  const Channel &ax = recording.channels[0], &gyro = recording.channels[1];
+  EXPECT_EQ(ax.name, "ax");
+  EXPECT_EQ(ax.unit.text(), "g");
+  EXPECT_EQ(gyro.unit.text(), "deg/s");
+  EXPECT_EQ(ax.values, ramp(1, count, ax.unit));
+  EXPECT_EQ(gyro.values, ramp(2, count, gyro.unit));
+  EXPECT_EQ(ax.timeline.start, 0.0);
+}
+
+TEST(Lvm, OneColumnOfTimes) {
+  const auto recording = read_recording(reference_text("one_x.lvm"), {}, {});
+  expect_ramps(recording, 25);
+  EXPECT_EQ(recording.channels[0].timeline.rate, 100.0);
+  EXPECT_EQ(recording.meta.at("Operator"), "lab");
+}
+
+TEST(Lvm, DecimalComma) {
+  const auto recording = read_recording(reference_text("comma.lvm"), {}, {});
+  expect_ramps(recording, 25);
+  EXPECT_EQ(recording.channels[0].timeline.rate, 100.0);
+}
+
+// Each segment counts from its own begin, 1 s after the one before; it holds 0.25 s.
+TEST(Lvm, SegmentsFollowByTheirDates) {
+  const auto recording = read_recording(reference_text("two_segments.lvm"), {}, {});
+  expect_ramps(recording, 50);
+  EXPECT_DOUBLE_EQ(recording.channels[0].time(24), 0.24);
+  EXPECT_DOUBLE_EQ(recording.channels[0].time(25), 1.0);
+  EXPECT_NE(message_of(recording, "segments_by_date"), "");
+}
+
+TEST(Lvm, AChannelWithoutUnitIsAskedFor) {
+  std::string text = read_text_file(reference_text("one_x.lvm"));
+  text.replace(text.find("Y_Unit_Label\tg\tdeg/s"), 20, "Y_Unit_Label\t\tdeg/s");
+  const auto refused = refusal_of(text, "a.lvm");
+  EXPECT_NE(refused.find("channels without a unit: 'ax'"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("--set 'unit.ax="), std::string::npos) << refused;
+  ReadOptions options;
+  options.units = {{"ax", Unit::parse("m/s^2")}};
+  EXPECT_EQ(refusal_of(text, "a.lvm", options), "");
+}
+
+TEST(Lvm, ADamagedCellIsNamed) {
+  std::string text = read_text_file(reference_text("one_x.lvm"));
+  text.replace(text.find("1.250000"), 8, "1.25x000");
+  const auto refused = refusal_of(text, "a.lvm");
+  EXPECT_NE(refused.find("'1.25x000' is not a number"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("line 26"), std::string::npos) << refused;
+}
+
+TEST(Lvm, CutAnywhereItIsReadOrRefused) {
+  for (const char* name : {"one_x.lvm", "comma.lvm", "two_segments.lvm"})
+    EXPECT_GT(beginnings_read(reference_text(name), 7), 20u) << name;
+  const std::string whole = read_text_file(reference_text("one_x.lvm"));
+  const auto refused = refusal_of(whole.substr(0, 100), "a.lvm");
+  EXPECT_NE(refused.find("cut off"), std::string::npos) << refused;
+}
+
+}  // namespace
+}  // namespace tumble

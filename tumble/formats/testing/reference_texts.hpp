@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/formats/atomic_file.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+/// For tests: a file of tests/reference/texts.
+std::string reference_text(const std::string& name);
+
+/// For tests: begin, begin + 0.125, ... as the files of tests/reference/texts hold them, in SI.
+inline std::vector<double> ramp(double begin, std::size_t count, const Unit& unit) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(unit.to_si(begin + 0.125 * static_cast<double>(i)));
+  return values;
+}
+
+/// For tests: the finding's message, or empty.
+inline std::string message_of(const Recording& recording, const std::string& code) {
+  for (const Finding& finding : recording.findings)
+    if (finding.code == code) return finding.message;
+  return "";
+}
+
+/// For tests: the message with which a file of these bytes is refused; empty: it was read.
+inline std::string refusal_of(const std::string& bytes, const std::string& name, const ReadOptions& options = {}) {
+  const ScratchFolder folder;
+  write_file_atomically(folder.file(name), bytes);
+  try {
+    read_recording(folder.file(name), options, {});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// For tests: how many of the beginnings of a file are read, the others being refused by an Error with a message.
+inline std::size_t beginnings_read(const std::string& path, std::size_t step) {
+  const std::string whole = read_text_file(path);
+  const auto name = path.substr(path.find_last_of('/') + 1);
+  std::size_t read = 0;
+  for (std::size_t size = 1; size < whole.size(); size += step) read += refusal_of(whole.substr(0, size), name).empty();
+  return read;
+}
+
+}  // namespace tumble
