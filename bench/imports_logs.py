@@ -2,7 +2,7 @@
 
 usage: imports_logs.py PROGRAM [--rounds N] [--output FILE.md]
 
-PROGRAM is build/release/bench/bench_imports_logs. Each reader runs in a fresh process in turn, and times the reading
+PROGRAM is build/release/bench/bench_log_reader. Each reader runs in a fresh process in turn, and times the reading
 alone, page cache warm. Tumble reads as users read, with the SHA-256 of the file in a second thread. Sums of all samples are
 compared. Needs numpy, scipy, pyulog and pymavlink.
 """
@@ -23,7 +23,7 @@ wall, cpu = time.perf_counter(), time.process_time()
 log = pyulog.ULog(sys.argv[1], ["sensor_gyro", "sensor_accel"])
 print(time.perf_counter() - wall, time.process_time() - cpu, end=" ")
 fields = [d.data[f].astype(float) for d in log.data_list for f in ("x", "y", "z", "temperature")]
-print(sum(map(len, fields)), sum(f.sum() for f in fields) + 273.15 * sum(len(d.data["x"]) for d in log.data_list))
+print(len(fields[0]), sum(f.sum() for f in fields) + 273.15 * sum(len(d.data["x"]) for d in log.data_list))
 """
 DATAFLASH = """
 import sys, time, numpy
@@ -34,7 +34,7 @@ while (m := log.recv_match(type="IMU")) is not None:
     rows.append((m.TimeUS, m.GyrX, m.GyrY, m.GyrZ, m.AccX, m.AccY, m.AccZ, m.T))
 data = numpy.array(rows)
 print(time.perf_counter() - wall, time.process_time() - cpu, end=" ")
-print(data[:, 1:].size, data[:, 1:].sum() + 273.15 * len(data))
+print(len(data), data[:, 1:].sum() + 273.15 * len(data))
 """
 MATLAB = """
 import sys, time, scipy.io, numpy
@@ -42,7 +42,7 @@ wall, cpu = time.perf_counter(), time.process_time()
 read = scipy.io.loadmat(sys.argv[1])
 data = [read[f"c{i}"].ravel() for i in range(6)]
 print(time.perf_counter() - wall, time.process_time() - cpu, end=" ")
-print(sum(map(len, data)), sum(d.sum() for d in data))
+print(len(data[0]), sum(d.sum() for d in data))
 """
 
 
@@ -56,8 +56,9 @@ def make_ulog(path, count):
     fields = ("uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;float temperature;"
               "uint32_t error_count;uint8_t[3] clip_counter;uint8_t samples;")
     out = b"ULog\x01\x12\x35\x01" + bytes(8) + message("B", bytes(40))
-    for k, name in enumerate(("sensor_gyro", "sensor_accel")):
-        out += message("F", f"{name}:{fields}".encode()) + message("A", struct.pack("<BH", 0, k) + name.encode())
+    names = ("sensor_gyro", "sensor_accel")
+    out += b"".join(message("F", f"{name}:{fields}".encode()) for name in names)
+    out += b"".join(message("A", struct.pack("<BH", 0, k) + name.encode()) for k, name in enumerate(names))
     row = [("size", "<u2"), ("type", "u1"), ("id", "<u2"), ("t", "<u8"), ("s", "<u8"), ("device", "<u4"), ("v", "<f4", 4),
            ("errors", "<u4"), ("rest", "u1", 4)]
     random = numpy.random.default_rng(7)
@@ -128,7 +129,7 @@ def main():
     parser.add_argument("--output")
     options = parser.parse_args()
     before = os.getloadavg()[0]
-    columns = [f"c{i}" for i in range(6)]
+    columns = ["-"] + [f"c{i}" for i in range(6)]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
@@ -142,7 +143,7 @@ def main():
             rows.append(compare(options.program, f"MAT v5{', packed' if compressed else ''}, 6 columns", str(folder / "a.mat"),
                                 "scipy.io.loadmat", MATLAB, columns, 2 * options.rounds + 1))
     lines = ["# Logs of autopilots and MATLAB files", "",
-             f"{options.count} messages a topic, 6 x {22 * options.count // 5} numbers. {options.rounds} rounds (MAT: "
+             f"{options.count} messages a topic, 6 x {22 * options.count // 5} numbers. {options.rounds} rounds (MATLAB: "
              f"{2 * options.rounds + 1}), each reader in a fresh process in turn, page cache warm; medians. Load of the machine: "
              f"{before:.1f} at the beginning, {os.getloadavg()[0]:.1f} at the end, on {os.cpu_count()} processors.", "",
              "| file | MB | peer | peer, wall [s] | Tumble, wall [s] | processor [s] | MB/s, wall | peer / Tumble, wall | processor |",

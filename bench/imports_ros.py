@@ -99,7 +99,6 @@ def write_bag(path, messages):
     definition = [(b"topic", TOPIC), (b"type", b"sensor_msgs/Imu"), (b"md5sum", b"6a62c6daae103f4ff57a132d6f95cec2"),
                   (b"message_definition", IMU_DEFINITION)]
     connection = record([(b"op", b"\7"), (b"conn", bytes(4)), (b"topic", TOPIC)], b"".join(field(*entry) for entry in definition))
-    kind = numpy.dtype([("fixed1", "S29"), ("time", "<u4", 2), ("data", "<u4")])
     fixed = struct.pack("<I", 38) + field(b"op", b"\2") + field(b"conn", bytes(4)) + struct.pack("<I", 13) + b"time="
     kind = numpy.dtype([("fixed", "u1", len(fixed)), ("time", "<u4", 2), ("data", "<u4")])
     random, infos = numpy.random.default_rng(3), []
@@ -135,10 +134,11 @@ def write_bag(path, messages):
 
 
 def write_mcap(path, messages, packing):
-    """Chunks are written by the mcap library; the messages in them are bytes that numpy has made."""
+    """As the mcap library writes it, with index and summary."""
     import zlib
 
     import zstandard
+
     def text(value):
         return struct.pack("<I", len(value)) + value
 
@@ -179,7 +179,7 @@ def write_mcap(path, messages, packing):
 
 
 def write_db3(path, messages):
-    """As rosbags writes it: its writer is asked for an empty bag, which is then filled."""
+    """rosbags writes a bag of one message, which is then filled."""
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
     folder = Path(path).with_suffix("")

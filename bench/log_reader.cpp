@@ -1,7 +1,8 @@
 // Reads a log once as users do, with SHA-256 beside, and prints wall seconds, processor seconds and samples of the
-// first channel; bench/imports_ros.py compares this with the libraries in Python.
+// first channel, and the sum of all; bench/imports_ros.py and bench/imports_logs.py compare this with the libraries in
+// Python.
 //
-//   log_reader FILE [TOPIC]
+//   log_reader FILE [TOPIC | -] [VARIABLE...]    VARIABLE: of a MATLAB file, read as plain numbers
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -12,7 +13,8 @@
 int main(int count, char** arguments) {
   if (count < 2) return 2;
   tumble::ReadOptions options;
-  if (count > 2) options.topics = {arguments[2]};
+  if (count > 2 && arguments[2] != std::string("-")) options.topics = {arguments[2]};
+  for (int i = 3; i < count; ++i) options.units[arguments[i]] = tumble::Unit();
   try {
     const auto wall = std::chrono::steady_clock::now();
     const auto cpu = std::clock();

@@ -173,7 +173,7 @@ TEST(CertificateSchema, HoldsHostileNamesAsText) {
   Estimate estimate = testing::estimate();
   estimate.findings.clear();
   auto details = testing::example_details();
-  details.item.name = "]]><x a='\"&amp;\x01\xff\xe2\x80\xae";
+  details.item.name = "]]><x a='\"&amp;\x01\xff\xe2\x80\xae\xef\xbf\xbf";
   details.customer.name = "\t";
   details.remarks = {"<!DOCTYPE a [<!ENTITY b SYSTEM \"file:///etc/passwd\">]>&b;"};
   const Certificate certificate = certify(estimate, details, {});

@@ -15,7 +15,7 @@ namespace tumble::cli {
 namespace {
 
 struct Arguments {
-  std::string result, page, figure, title, logo;
+  std::string result, page, figure, title, logo, language;
 };
 
 /// "noise.svg", or "noise-1.svg", "noise-2.svg" where there are several.
@@ -38,7 +38,8 @@ void write_figures(const Estimate& estimate, const Arguments& arguments, const T
 }
 
 PageOptions page_of(const Arguments& arguments) {
-  return {arguments.title, arguments.logo.empty() ? "" : data_uri_of_image_file(arguments.logo)};
+  return {arguments.title, arguments.logo.empty() ? "" : data_uri_of_image_file(arguments.logo),
+          arguments.language == "zh" ? Language::chinese : Language::english};
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -64,6 +65,7 @@ Verb report_verb() {
            {"-o,--output", &arguments->page, "page to write (.html); - writes to standard output"},
            {"--title", &arguments->title, "title of the page (default: that of the plan)"},
            {"--logo", &arguments->logo, "picture at the top of the page (.png, .jpg, .svg)"},
+           {"--language", &arguments->language, "of the page (default: en)", false, "", language_codes()},
            {"--figure", &arguments->figure,
             "drawing to write (.svg); a result of several figures gives FIGURE-1.svg, FIGURE-2.svg, ..."}},
           "Examples:\n  tumble report fog.json -o fog.html\n  tumble report noise.json --figure noise.svg\n",

@@ -42,7 +42,8 @@ Verb simulate_verb() {
   return {"simulate",
           "Simulate the test of a plan, with rig and instrument",
           {{"PLAN", &arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]", true},
-           {"-o,--output", &arguments->output, "recording to write (default: <plan>.h5 in this folder); - writes CSV to standard output"},
+           {"-o,--output", &arguments->output,
+            "recording to write (default: <plan>.h5 in this folder); - writes CSV to standard output"},
            {"--seed", &arguments->seed, "seed of the random numbers; the same seed gives the same bytes"},
            sets_argument(arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable")},
           "Examples:\n"

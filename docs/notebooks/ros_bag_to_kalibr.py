@@ -56,15 +56,17 @@ densities = result.tables["densities"].to_pandas()
 densities
 
 # %% [markdown]
-# Kalibr wants one value for the three axes: take the worst axis. Where a random walk is not significant the table shows its upper
-# limit with `<`: the record is too short for a value. Do not write zero then.
+# Kalibr wants one value for the three axes, and none of them may be zero. Where a random walk is not significant the table shows its
+# upper limit with `<`: the record is too short for a value, and `tumble.export` asks for one. Here the limit is taken.
 
 # %%
-lines = ["rostopic: /imu", f"update_rate: {imu['gyro.x'].rate:.6g}"]
-for key in dict.fromkeys(densities["key"]):
-    texts = densities.loc[densities["key"] == key, "value"].astype(str)
-    worst = max(float(text.removeprefix("<")) for text in texts)
-    limit = "   # upper limit (95 %): the record is too short for a value" if texts.str.startswith("<").any() else ""
-    lines.append(f"{key}: {worst:.4g}{limit}")
-Path("imu.yaml").write_text("\n".join(lines) + "\n")
-print(Path("imu.yaml").read_text())
+settings = {"axes": "max", "rostopic": "/imu"}
+for key, name in {"gyroscope_random_walk": "gyro_walk", "accelerometer_random_walk": "accelerometer_walk"}.items():
+    rows = densities.loc[densities["key"] == key]
+    texts = rows["value"].astype(str)
+    if texts.str.startswith("<").all():
+        limit = max(float(text.removeprefix("<")) for text in texts)
+        settings[name] = f"{limit:g} {rows['unit'].iloc[0]}"
+text = tumble.export(result, "kalibr", settings=settings)
+Path("imu.yaml").write_text(text)
+print(text)

@@ -12,6 +12,7 @@
 #include "apps/cli/catalogue_json.hpp"
 #include "bindings.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/export.hpp"
 #include "tumble/tasks/optimise.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
@@ -103,6 +104,15 @@ Estimate predict_terms(const Plan& plan, const std::vector<std::string>& terms) 
   return terms.empty() ? predict(plan) : predict_model(plan, terms);
 }
 
+/// Given: sources, each as name, JSON and axis. Returned: the file for a consumer.
+std::string export_sources(const std::vector<std::tuple<std::string, std::string, std::string>>& sources,
+                           const std::string& to, const Sets& sets, const std::vector<std::string>& drop,
+                           double inflate) {
+  std::vector<ExportSource> all;
+  for (const auto& [name, text, axis] : sources) all.push_back({name, text, axis});
+  return export_results(all, {to, sets, drop, inflate});
+}
+
 }  // namespace
 
 void bind_tasks(nb::module_& module) {
@@ -120,6 +130,7 @@ void bind_tasks(nb::module_& module) {
   module.def("optimise", &optimise_plan, "plan"_a, "criterion"_a, "total_time"_a.none(), "step"_a.none(), "terms"_a,
              "progress"_a.none());
   module.def("compensate", &compensate_recording, "estimate"_a, "recording"_a, "plan"_a.none(), unlocked);
+  module.def("export_results", &export_sources, "sources"_a, "to"_a, "sets"_a, "drop"_a, "inflate"_a, unlocked);
   module.def(
       "catalogue", [](const std::string& kind) { return cli::catalogue_json(kind).dump(); }, "kind"_a);
 }

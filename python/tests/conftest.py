@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -37,3 +38,11 @@ def command() -> Callable[..., str]:
         return done.stdout
 
     return run
+
+
+@pytest.fixture
+def keyboard():
+    """Ctrl+C raises KeyboardInterrupt: a process that was started in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

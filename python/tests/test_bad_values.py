@@ -228,3 +228,10 @@ def test_methods_that_are_none():
     refused(tumble.ArgumentTypeError, "argument seeds", lambda: tumble.coverage(good, seeds="x"))
     other = good._replace(trial=lambda seed: ([], {"c": 1.0}))
     refused(tumble.UsageError, "the trial names 'c'", lambda: tumble.coverage(other, seeds=20))
+
+
+def test_terms_that_the_model_has_not(tree):
+    plan = tree / "plans/sdof_gyro_static.toml"
+    refused(
+        tumble.UsageError, "has no term 'D_FF'; did you mean 'D_F'", lambda: tumble.predict(plan, terms=["D_FF", "D_I"])
+    )

@@ -24,14 +24,6 @@ LONG = {
 }
 
 
-@pytest.fixture
-def keyboard():
-    """Ctrl+C raises KeyboardInterrupt: a process that was started in the background ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.usefixtures("keyboard")
 @pytest.mark.parametrize("name", LONG)
 def test_ctrl_c_ends_a_long_call(name):

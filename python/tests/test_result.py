@@ -198,6 +198,7 @@ def test_progress_is_told_and_an_exception_in_it_stops_the_work(tree):
         tumble.simulate(plan, progress=refuse)
 
 
+@pytest.mark.usefixtures("keyboard")
 def test_ctrl_c_stops_the_work(tree):
     plan = tumble.load_plan(tree / "plans/fog_thermal_bias.toml")
     threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT)).start()

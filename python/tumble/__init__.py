@@ -10,7 +10,7 @@ it.
 
 from tumble import _tumble
 from tumble._allan import AllanDeviation, allan_deviation
-from tumble._catalogue import Catalogue, Entry, checks, formats, methods, models, plans, rigs, units
+from tumble._catalogue import Catalogue, Entry, checks, exports, formats, methods, models, plans, rigs, units
 from tumble._errors import (
     ArgumentTypeError,
     DataError,
@@ -30,7 +30,7 @@ from tumble._read import from_arrays, read
 from tumble._recording import Channel, Mark, Recording
 from tumble._result import Result, load_result
 from tumble._result_parts import Covariance, Curve, Parameter, Table, Verdict
-from tumble._tasks import compensate, convert, identify, optimise, predict, report, simulate
+from tumble._tasks import compensate, convert, export, identify, optimise, predict, report, simulate
 
 __version__: str = _tumble.version
 
@@ -66,6 +66,8 @@ __all__ = [
     "compensate",
     "convert",
     "coverage",
+    "export",
+    "exports",
     "formats",
     "from_arrays",
     "from_pandas",

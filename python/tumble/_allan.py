@@ -127,9 +127,9 @@ def allan_deviation(
         values, phase = np.diff(values) * rate, False
     try:
         columns = _tumble.deviations(values, _tumble.Stability[word], rate, phase, factors, *options)
-    except DataError:
+    except DataError as error:
         refuse_what_is_not_finite(values, "x", missing)
-        raise
+        raise DataError([f"argument x: {problem}" for problem in error.problems]) from None
     if quick and not isinstance(x, Channel) and not _are_whole(columns, len(values)):
         refuse_what_is_not_finite(values, "x", missing)
     if not len(columns[0]):

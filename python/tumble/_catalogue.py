@@ -1,4 +1,4 @@
-"""What is in the catalogues: methods, models, rigs, formats, checks, plans, units."""
+"""What is in the catalogues: methods, models, rigs, formats, checks, exports, plans, units."""
 
 from __future__ import annotations
 
@@ -68,5 +68,6 @@ models = Catalogue("models")
 rigs = Catalogue("rigs")
 formats = Catalogue("formats")
 checks = Catalogue("checks")
+exports = Catalogue("exports")
 plans = Catalogue("plans")
 units = Catalogue("units")

@@ -49,7 +49,7 @@ def read(
     Given     path            file, or an open binary file
               format          name in tumble.formats, or of an importer; None: by content
               channels        names of those to read; None: all
-              topics          of a log with several streams, those to read: ["/imu/data_raw"]; None: as the format chooses
+              topics          of a log, those to read: ["/imu/data_raw"]; None: as the format chooses
               rate            [Hz] where the file has no time
               units           of columns without a unit: {"gyro.x": "deg/h"}
               columns         of a text file without a header: ["time[s]", "x[deg/s]"]; "-" skips one
@@ -63,7 +63,7 @@ def read(
     given: dict[str, Any] = {
         "format": format,
         "channels": None if channels is None else words_of(channels, "channels"),
-        "topics": None if topics is None else [topics] if isinstance(topics, str) else words_of(topics, "topics"),
+        "topics": None if topics is None else words_of(topics, "topics"),
         "rate": rate,
         "units": None if units is None else units_of(units),
         "columns": None if columns is None else words_of(columns, "columns"),
@@ -76,7 +76,7 @@ def read(
     text = path_text(path, "path")
     if format is not None:
         whole_text(format, "format")
-    elif (imported := _imported(text, given)) is not None:
+    if (imported := _imported(text, given)) is not None:
         return imported
     with listener(progress) as call:
         core = _tumble.read(text, _sets(given), given["channels"] or [], format, call)
@@ -140,7 +140,7 @@ def _read_open_file(file: Any, given: Mapping[str, Any], progress: object) -> Re
         copy = os.path.join(folder, name)
         with open(copy, "wb") as target:
             target.write(content)
-        if given["format"] is None and (imported := _imported(copy, given)) is not None:
+        if (imported := _imported(copy, given)) is not None:
             imported.sha256  # noqa: B018 - while the file is there
             imported._source = None
             return imported

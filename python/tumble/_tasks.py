@@ -172,6 +172,43 @@ def compensate(
     return Recording(core)
 
 
+def export(
+    results: Result | str | os.PathLike[str] | Iterable[Result | str | os.PathLike[str]] | Mapping[str, Result],
+    to: str,
+    *,
+    settings: Mapping[str, object] | None = None,
+    drop: Iterable[str] = (),
+    inflate: float = 1.0,
+) -> str:
+    """The calibration and the noise of results as the file of other software.
+
+    Given     results   one or several Results or their files: a calibration, noise, or both; of single sensors a
+                        mapping from the axis, {"gyro_x": result}
+              to        name of the consumer: tumble.exports has them with formula, units and settings
+              settings  settings of the consumer
+              drop      terms that the file cannot hold and that may be lost
+              inflate   factor on N and K
+    Returned  the text of the file
+    Raises    UsageError with every term that the consumer cannot carry and the error that its loss leaves
+    Example   tumble.export([calibration, noise], "kalibr", settings={"rate": "200 Hz"})
+    """
+    if isinstance(results, Mapping):
+        given = [(axis, one) for axis, one in results.items()]
+    elif isinstance(results, (Result, str, os.PathLike)):
+        given = [("", results)]
+    elif isinstance(results, Iterable):
+        given = [("", one) for one in results]
+    else:
+        raise wrong_type("results", results, "accepted are a Result, the path of a result file, and several of them")
+    sources = []
+    for axis, one in given:
+        made = result_of(one)
+        name = path_text(one, "results") if isinstance(one, (str, os.PathLike)) else f"{made.method}.json"
+        sources.append((name, made.to_json(), text_of(axis, "results")))
+    factor = number_of(inflate, "inflate")
+    return _tumble.export_results(sources, text_of(to, "to"), sets_of(settings), words_of(drop, "drop"), factor)
+
+
 def report(result: Result | str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Writes a result as one HTML page that needs no network.
 

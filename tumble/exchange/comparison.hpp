@@ -33,7 +33,7 @@ struct ResultPair {
   std::vector<Difference> differences;
   double chi_square = 0.0;   ///< [1] of all differences together
   std::size_t rank = 0;      ///< its degrees of freedom
-  double probability = 1.0;  ///< [1] of so large a chi-square without a change
+  double probability = 1.0;  ///< [1] of so large a chi-square without a change, by F with the fewest degrees of freedom
 };
 
 struct Comparison {

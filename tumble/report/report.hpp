@@ -4,6 +4,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/core/recording.hpp"
+#include "tumble/core/text.hpp"
 
 namespace tumble {
 
@@ -18,6 +19,7 @@ Estimate estimate_from_json(const std::string& text, const std::string& file);
 struct PageOptions {
   std::string title = {};  ///< in place of that of the result; empty: that one
   std::string logo = {};   ///< data_uri_of_image(); empty: none
+  Language language = Language::english;
 };
 
 /// One self-contained page: parameters, budget, figures, findings, verdicts, provenance. Works offline, prints.

@@ -102,15 +102,8 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
         problems.push_back(fmt::format("segment '{}': {} {}: only holds, rates and oscillations are optimised",
                                        segment.label, axis,
                                        motion.kind == Motion::Kind::ramp ? "is ramped" : "moves at random"));
-  if (!plan.instrument_model.empty()) {
-    std::vector<std::string> known;
-    for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
-      for (const auto& term : output.terms) known.push_back(term.name);
-    for (const auto& term : options.terms)
-      if (std::ranges::find(known, term) == known.end())
-        problems.push_back(
-            fmt::format("{} has no term '{}'{}", plan.instrument_model, term, did_you_mean(term, known)));
-  }
+  if (!plan.instrument_model.empty())
+    for (auto& problem : problems_of_terms(plan, options.terms)) problems.push_back(std::move(problem));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

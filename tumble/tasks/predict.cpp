@@ -42,6 +42,8 @@ void add_advice(const Plan& plan, const std::vector<Felt>& felt, const OutputPro
 
 Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, bool advise) {
   refuse_unpredictable(plan);
+  if (const auto problems = problems_of_terms(plan, terms); !problems.empty())
+    throw Error(Error::Kind::bad_input, problems);
   const auto felt = felt_over(plan);
   const auto outputs = output_problems(plan, felt, terms);
   if (std::ranges::all_of(outputs, [](const auto& output) { return output.problem.columns.empty(); }))

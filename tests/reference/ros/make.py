@@ -12,7 +12,7 @@ import numpy
 from mcap.writer import CompressionType, IndexType, Writer as McapWriter
 from mcap_ros2.writer import Writer as Ros2McapWriter
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin, Writer as Writer2
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 FOLDER = Path(__file__).resolve().parent
@@ -93,10 +93,26 @@ def bag1(name, packing=None):
             writer.write(connections[topic], time, store.serialize_ros1(message, kind))
 
 
-def bag2(name):
+def two_imus(name):
+    """Two IMUs of 20 messages each."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    (FOLDER / name).unlink(missing_ok=True)
+    with Writer1(FOLDER / name) as writer:
+        connections = {topic: writer.add_connection(topic, "sensor_msgs/msg/Imu", typestore=store)
+                       for topic in ("/imu/data", "/imu/data_raw")}
+        for topic, kind, time, message in list(messages(store, True))[:40]:
+            if topic == "/imu/data":
+                for connection in connections.values():
+                    writer.write(connection, time, store.serialize_ros1(message, kind))
+
+
+def bag2(name, packed_messages=False):
     store = get_typestore(Stores.ROS2_HUMBLE)
     with tempfile.TemporaryDirectory() as folder:
-        with Writer2(f"{folder}/bag", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        writer = Writer2(f"{folder}/bag", version=8, storage_plugin=StoragePlugin.SQLITE3)
+        if packed_messages:
+            writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
+        with writer:
             connections = {}
             for topic, kind, time, message in messages(store, False):
                 if topic not in connections:
@@ -145,7 +161,9 @@ def main():
     bag1("plain.bag")
     bag1("lz4.bag", Writer1.CompressionFormat.LZ4)
     bag1("bz2.bag", Writer1.CompressionFormat.BZ2)
+    two_imus("two_imus.bag")
     bag2("plain.db3")
+    bag2("packed_messages.db3", packed_messages=True)
     mcap("plain.mcap", CompressionType.NONE)
     mcap("lz4.mcap", CompressionType.LZ4)
     mcap("zstd.mcap", CompressionType.ZSTD)

@@ -112,6 +112,22 @@ TEST(Certificate, RefusesAPredictionAndAValueWithoutUncertainty) {
   EXPECT_TRUE(speaks_of(problems_of(estimate, example_details()), "A2_0 has no uncertainty"));
 }
 
+TEST(Certificate, RefusesLimitsOfAnotherDimensionAndThoseThatNobodyCanRead) {
+  auto estimate = measured_estimate();
+  estimate.verdicts = {{"bias", Verdict::Outcome::pass, "<= 1 m"},
+                       {"A1_0", Verdict::Outcome::pass, "about 3"},
+                       {"A1_1", Verdict::Outcome::pass, ">= 1e999 deg/h/K^2"}};
+  const auto problems = problems_of(estimate, example_details());
+  EXPECT_EQ(problems.size(), 3u);
+  EXPECT_TRUE(speaks_of(problems, "bias: the limit 1 m is in m [m], the parameter in deg/h"));
+}
+
+TEST(Certificate, HoldsTheSmallRiskOfAWideGuardBandAsText) {
+  auto details = example_details();
+  details.rule = parse_decision_rule("guarded:3");
+  EXPECT_NE(certificate_html(certify(measured_estimate(), details, {})).find("at most &#60;0.01 %"), std::string::npos);
+}
+
 TEST(Certificate, OfSimulatedDataIsASpecimen) {
   auto estimate = measured_estimate();
   EXPECT_EQ(certificate_html(certify(estimate, example_details(), {})).find("Specimen"), std::string::npos);

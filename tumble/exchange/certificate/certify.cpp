@@ -30,18 +30,23 @@ namespace {
 
 using certificate::measured_of;
 
-double bound_of(std::string_view text) {
+/// [SI] One bound; `unit` of the parameter, null where the result does not have it.
+double bound_of(std::string_view text, const Unit* unit) {
   const Quantity quantity = parse_quantity(text);
+  if (unit != nullptr && quantity.unit.dimension() != unit->dimension())
+    throw Error(Error::Kind::bad_input,
+                fmt::format("the limit{} is in {} [{}], the parameter in {} [{}]", text, quantity.unit.text(),
+                            name(quantity.unit.dimension()), unit->text(), name(unit->dimension())));
   return quantity.unit.to_si(quantity.value);
 }
 
 /// [SI] The limits that a verdict was judged by: "<= 0.02 deg/h", ">= 1 g", "1 g to 2 g".
-Tolerance tolerance_of(const std::string& limit) {
-  if (limit.starts_with("<=")) return {-INFINITY, bound_of(limit.substr(2))};
-  if (limit.starts_with(">=")) return {bound_of(limit.substr(2)), INFINITY};
+Tolerance tolerance_of(const std::string& limit, const Unit* unit) {
+  if (limit.starts_with("<=")) return {-INFINITY, bound_of(limit.substr(2), unit)};
+  if (limit.starts_with(">=")) return {bound_of(limit.substr(2), unit), INFINITY};
   const auto to = limit.find(" to ");
-  if (to == std::string::npos) throw Error(Error::Kind::bad_file, "the limit '" + limit + "' cannot be read");
-  return {bound_of(limit.substr(0, to)), bound_of(limit.substr(to + 4))};
+  if (to == std::string::npos) throw Error(Error::Kind::bad_input, "the limit '" + limit + "' cannot be read");
+  return {bound_of(limit.substr(0, to), unit), bound_of(limit.substr(to + 4), unit)};
 }
 
 /// A parameter that the data do not show is judged from its upper limit, as in the result.
@@ -53,9 +58,9 @@ Decision::Outcome outcome_of_hidden(Verdict::Outcome outcome) {
 Statement statement_on(const Verdict& verdict, const Estimate& estimate, const CertificateDetails& details,
                        const std::vector<std::string>& undermined) {
   Statement statement{.parameter = verdict.parameter, .limit = verdict.limit};
-  statement.tolerance = tolerance_of(verdict.limit);
   statement.undermined = std::ranges::find(undermined, verdict.parameter) != undermined.end();
   const auto* parameter = find_parameter(estimate, verdict.parameter);
+  statement.tolerance = tolerance_of(verdict.limit, parameter ? &parameter->unit : nullptr);
   if (!parameter) {
     statement.outcome = outcome_of_hidden(verdict.outcome);
     return statement;

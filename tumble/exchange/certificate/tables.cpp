@@ -191,7 +191,7 @@ std::string conformity(const Certificate& certificate, const Words& words) {
     undecided = undecided || statement.outcome == Decision::Outcome::undecided;
   }
   text += "</tbody></table>\n" + paragraph("<b>" + words("rule") + "</b> (<code>" + name(*details.rule) + "</code>). " +
-                                           rule_in_words(*details.rule, words.language) +
+                                           escaped(rule_in_words(*details.rule, words.language)) +
                                            (details.rule_agreed_with.empty()
                                                 ? ""
                                                 : " " + words.with("rule_agreed", escaped(details.rule_agreed_with))));

@@ -76,7 +76,10 @@ void mark(Xml node, const char* attribute, const std::string& value) {
 }
 
 void leaf(Xml parent, const char* name, std::string_view text) {
-  const std::string plain_text = printable(text);
+  std::string plain_text = printable(text);
+  for (const char* not_of_xml : {"\xef\xbf\xbe", "\xef\xbf\xbf"})  // U+FFFE and U+FFFF
+    for (auto at = plain_text.find(not_of_xml); at != std::string::npos; at = plain_text.find(not_of_xml, at))
+      plain_text.replace(at, 3, " ");
   const auto begin = plain_text.find_first_not_of(' ');
   const auto end = plain_text.find_last_not_of(' ');
   element(parent, name)

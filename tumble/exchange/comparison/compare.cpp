@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 #include "tumble/exchange/comparison.hpp"
@@ -143,8 +144,13 @@ void judge_together(ResultPair& pair, const Estimate& a, const Estimate& b, cons
     pair.chi_square += std::pow(solver.eigenvectors().col(i).dot(step), 2) / variance;
     ++pair.rank;
   }
-  if (pair.rank > 0 && std::isfinite(pair.chi_square))
-    pair.probability = cdf(complement(boost::math::chi_squared(static_cast<double>(pair.rank)), pair.chi_square));
+  if (pair.rank == 0 || !std::isfinite(pair.chi_square)) return;
+  // The least known of the uncertainties decides for all: the cautious side.
+  double nu = INFINITY;
+  for (const auto& difference : pair.differences) nu = std::min(nu, difference.degrees_of_freedom);
+  const double rank = static_cast<double>(pair.rank);
+  pair.probability = nu < 1e6 ? cdf(complement(boost::math::fisher_f(rank, nu), pair.chi_square / rank))
+                              : cdf(complement(boost::math::chi_squared(rank), pair.chi_square));
 }
 
 void look_at_pair(const NamedResult& a, const NamedResult& b, const SharedLines& shared, std::size_t common,
@@ -172,11 +178,20 @@ void look_at_pair(const NamedResult& a, const NamedResult& b, const SharedLines&
   if (missing > 0) add(Severity::info, "parameters_of_one_result", {{"parameters", missing}});
 }
 
+/// Each seed draws the errors of rig, site and references anew: two simulations have none in common.
+bool simulated_apart(const Estimate& a, const Estimate& b) {
+  const auto one = a.provenance.seed, other = b.provenance.seed;
+  return one && other && *one != *other;
+}
+
 ResultPair pair_of(const std::vector<NamedResult>& results, std::size_t earlier, std::size_t later,
                    Findings& findings) {
   const auto &a = results[earlier], &b = results[later];
   const auto common = common_of(a, b);
-  const SharedLines shared = shared_lines(a.estimate, b.estimate);
+  const bool apart = simulated_apart(a.estimate, b.estimate);
+  const SharedLines shared = apart ? SharedLines{} : shared_lines(a.estimate, b.estimate);
+  if (apart && later == earlier + 1)
+    findings.push_back({Severity::info, "simulated_apart", {{"earlier", a.name}}, b.name});
   ResultPair pair{.earlier = earlier, .later = later, .differences = {}};
   for (const auto& at : common) pair.differences.push_back(difference_of(a.estimate, b.estimate, at, shared));
   judge_together(pair, a.estimate, b.estimate, common, shared);

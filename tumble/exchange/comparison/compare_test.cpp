@@ -57,6 +57,16 @@ TEST(Compare, OfOtherEquipmentSharesNothing) {
   EXPECT_EQ(comparison.pairs[0].differences[0].shared_covariance, 0.0);
 }
 
+TEST(Compare, SimulationsOfTwoSeedsShareNothing) {
+  auto one = result("1", 10.0, 0.0), two = result("2", 14.0, 1.0);
+  one.estimate.provenance.seed = 1, two.estimate.provenance.seed = 2;
+  const auto comparison = compare({one, two});
+  EXPECT_DOUBLE_EQ(comparison.pairs[0].differences[0].sd, std::sqrt(18.0 + 288.0));
+  EXPECT_TRUE(has(comparison, "simulated_apart"));
+  two.estimate.provenance.seed = 1;
+  EXPECT_FALSE(has(compare({one, two}), "simulated_apart"));
+}
+
 TEST(Compare, AnErrorWithTheOtherSignAdds) {
   const auto comparison = compare({result("1", 0.0, 0.0), result("2", 0.0, 0.0, -1.0)});
   EXPECT_DOUBLE_EQ(comparison.pairs[0].differences[0].sd, std::sqrt(18.0 + 4.0 * 144.0));

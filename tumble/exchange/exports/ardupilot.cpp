@@ -70,8 +70,10 @@ std::string triad(const ImuCalibration& c, const Settings& settings, bool gyro, 
   std::string text;
   if (const char* id = gyro ? "gyro_id" : "accelerometer_id"; settings.has(id))
     text += fmt::format("{}_ID,{}\n", prefix, settings.integer(id));
-  for (std::size_t i = 0; i < 3; ++i) text += line(offsets + "XYZ"[i], axes[i].offset);
-  for (std::size_t i = 0; i < 3 && !gyro; ++i) text += line(prefix + "SCAL_" + "XYZ"[i], axes[i].scale);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (axes[i].states_offset()) text += line(offsets + "XYZ"[i], axes[i].offset);
+  for (std::size_t i = 0; i < 3 && !gyro; ++i)
+    if (axes[i].states_offset()) text += line(prefix + "SCAL_" + "XYZ"[i], axes[i].scale);
   return has_temperature(axes) ? text + temperatures(c, axes, gyro, index) : text;
 }
 

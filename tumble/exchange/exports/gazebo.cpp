@@ -46,7 +46,8 @@ std::string axis_of(const ImuCalibration& c, bool gyro, std::size_t i, double wh
       "        <bias_mean>0.0</bias_mean>\n        <bias_stddev>{2}</bias_stddev>\n"
       "        <dynamic_bias_stddev>{3}</dynamic_bias_stddev>\n"
       "        <dynamic_bias_correlation_time>{4}</dynamic_bias_correlation_time>\n      </noise>\n    </{0}>\n",
-      "xyz"[i], real(own * std::sqrt(rate_of(c, settings, "gazebo"))), real(bias_sd(c, name)), real(density), real(time));
+      "xyz"[i], real(own * std::sqrt(rate_of(c, settings, "gazebo"))), real(bias_sd(c, name)), real(density),
+      real(time));
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {

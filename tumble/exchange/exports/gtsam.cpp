@@ -4,7 +4,6 @@
 
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
-#include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::exports {
@@ -20,10 +19,8 @@ std::vector<Option> options() {
 
 /// Squares of one noise of the axes, which all have their own; an axis that does not state it has that of the others.
 Vector3 variances(const TriadCalibration& triad, double AxisNoise::*value, double of_all) {
-  Vector3 out;
-  for (std::size_t i = 0; i < 3; ++i)
-    out[i] = square(std::isnan(triad.noise[i].*value) ? of_all : triad.noise[i].*value);
-  return out;
+  const Vector3 v = of_each_axis(triad, value, of_all);
+  return scaled(v, v);
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {

@@ -221,6 +221,21 @@ TEST(ExportPx4, TemperaturesAtTheEndsAndBeyondAreLimited) {
   }
 }
 
+TEST(ExportPx4, OffsetsThatNoResultStatesStayThoseOfTheVehicle) {
+  ImuCalibration calibration = of_autopilot(7);
+  calibration.gyros.axes = {true, false, true};
+  calibration.gyros.bias.z = 0.0;  // a drift with temperature alone
+  const ExportRequest asked = request({{"accelerometer_id", "1"}, {"gyro_id", "1"}});
+  for (const auto& [name, offset] : {std::pair{"px4", "CAL_GYRO0_{}OFF"}, std::pair{"ardupilot", "INS_GYROFFS_{}"}}) {
+    const std::string file = export_calibration(find_export(name), calibration, asked);
+    for (const char* axis : {"X", "Y", "Z"}) {
+      std::string key = offset;
+      key.replace(key.find("{}"), 2, axis);
+      EXPECT_EQ(file.find(key) != std::string::npos, axis[0] == 'X') << key;
+    }
+  }
+}
+
 TEST(ExportPx4, NeedsTheIdentifiersOfTheVehicle) {
   const std::string said = refusal("px4", of_autopilot(7), {});
   EXPECT_NE(said.find("--set accelerometer_id"), std::string::npos) << said;

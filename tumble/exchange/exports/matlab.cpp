@@ -20,19 +20,12 @@ std::vector<Option> options() {
   return {rate_option("rate of the samples of the simulated imuSensor; default: no imuSensor is made")};
 }
 
-/// The values of one noise; an axis that does not state it has none.
-Vector3 stated(const TriadCalibration& t, double AxisNoise::*value) {
-  Vector3 out;
-  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(t.noise[i].*value) ? 0.0 : t.noise[i].*value;
-  return out;
-}
-
 std::string parameters(const TriadCalibration& t, const char* variable, const char* function) {
   return fmt::format(
       "{} = {}('NoiseType', 'double-sided', ...\n    'ConstantBias', {}, ...\n    'NoiseDensity', {}, "
       "...\n    'RandomWalk', {}, ...\n    'BiasInstability', {});\n",
-      variable, function, matlab(t.bias), matlab(stated(t, &AxisNoise::white)), matlab(stated(t, &AxisNoise::walk)),
-      matlab(stated(t, &AxisNoise::instability)));
+      variable, function, matlab(t.bias), matlab(of_each_axis(t, &AxisNoise::white)),
+      matlab(of_each_axis(t, &AxisNoise::walk)), matlab(of_each_axis(t, &AxisNoise::instability)));
 }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {

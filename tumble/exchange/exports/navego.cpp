@@ -33,12 +33,6 @@ DynamicBias dynamic_bias(const TriadCalibration& t, double walk) {
   return out;
 }
 
-Vector3 of_axes(const TriadCalibration& t, double AxisNoise::*value, double otherwise) {
-  Vector3 out;
-  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(t.noise[i].*value) ? otherwise : t.noise[i].*value;
-  return out;
-}
-
 std::string times(Vector3 v) { return std::isinf(v.x) ? "[Inf, Inf, Inf]" : writing::matlab(v); }
 
 std::string write(const ImuCalibration& c, const Settings& settings, const std::vector<std::string>& header) {
@@ -52,13 +46,13 @@ std::string write(const ImuCalibration& c, const Settings& settings, const std::
     text += fmt::format("imu.{} = {};   % {}\n", name, value, unit);
   };
   using writing::matlab;
-  line("arw", matlab(per_root_hour * degrees_per_radian * of_axes(c.gyros, &AxisNoise::white, n.gyro.white)),
+  line("arw", matlab(per_root_hour * degrees_per_radian * of_each_axis(c.gyros, &AxisNoise::white, n.gyro.white)),
        "deg/root(hour)");
-  line("vrw", matlab(per_root_hour * of_axes(c.accelerometers, &AxisNoise::white, n.accelerometer.white)),
+  line("vrw", matlab(per_root_hour * of_each_axis(c.accelerometers, &AxisNoise::white, n.accelerometer.white)),
        "m/s/root(hour)");
-  line("arrw", matlab(per_root_hour * degrees_per_radian * of_axes(c.gyros, &AxisNoise::walk, walk_g)),
+  line("arrw", matlab(per_root_hour * degrees_per_radian * of_each_axis(c.gyros, &AxisNoise::walk, walk_g)),
        "K: deg/root(hour)/s, which NaveGo divides by 60");
-  line("vrrw", matlab(per_root_hour * of_axes(c.accelerometers, &AxisNoise::walk, walk_a)),
+  line("vrrw", matlab(per_root_hour * of_each_axis(c.accelerometers, &AxisNoise::walk, walk_a)),
        "K: m/s/root(hour)/s, which NaveGo divides by 60");
   line("gb_sta", "[0.0, 0.0, 0.0]", "deg/s, of compensated gyros");
   line("ab_sta", "[0.0, 0.0, 0.0]", "mg, of compensated accelerometers");

@@ -25,20 +25,14 @@ std::vector<Option> options() {
 
 std::string column(Vector3 v) { return fmt::format("[{}; {}; {}]", real(v.x), real(v.y), real(v.z)); }
 
-Vector3 stated(const TriadCalibration& t, double AxisNoise::*value) {
-  Vector3 out;
-  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(t.noise[i].*value) ? 0.0 : t.noise[i].*value;
-  return out;
-}
-
 std::string noise(const ImuCalibration& c, double time) {
   return fmt::format(
       "imuerr = struct('eb', zeros(3,1), 'db', zeros(3,1), 'Ka2', zeros(3,1));\n"
       "imuerr.web = {};\nimuerr.wdb = {};\nimuerr.sqg = {};\nimuerr.taug = {};\nimuerr.sqa = {};\n"
       "imuerr.taua = {};\n",
-      column(stated(c.gyros, &AxisNoise::white)), column(stated(c.accelerometers, &AxisNoise::white)),
-      column(stated(c.gyros, &AxisNoise::walk)), real(time), column(stated(c.accelerometers, &AxisNoise::walk)),
-      real(time));
+      column(of_each_axis(c.gyros, &AxisNoise::white)), column(of_each_axis(c.accelerometers, &AxisNoise::white)),
+      column(of_each_axis(c.gyros, &AxisNoise::walk)), real(time),
+      column(of_each_axis(c.accelerometers, &AxisNoise::walk)), real(time));
 }
 
 /// w = Kg w_m - gSens f_m - eb: gSens multiplies the raw specific force, so that eb takes up its bias.

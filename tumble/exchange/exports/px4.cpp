@@ -29,9 +29,10 @@ std::string float_line(const std::string& name, double value) {
 /// Identifier, offsets and, of accelerometers, scales.
 std::string constants(const std::array<AxisCorrection, 3>& axes, const std::string& prefix, int id, bool scales) {
   std::string text = integer_line(prefix + "_ID", id);
-  for (std::size_t i = 0; i < 3; ++i) text += float_line(fmt::format("{}_{}OFF", prefix, "XYZ"[i]), axes[i].offset);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (axes[i].states_offset()) text += float_line(fmt::format("{}_{}OFF", prefix, "XYZ"[i]), axes[i].offset);
   for (std::size_t i = 0; i < 3 && scales; ++i)
-    text += float_line(fmt::format("{}_{}SCALE", prefix, "XYZ"[i]), axes[i].scale);
+    if (axes[i].states_offset()) text += float_line(fmt::format("{}_{}SCALE", prefix, "XYZ"[i]), axes[i].scale);
   return text;
 }
 

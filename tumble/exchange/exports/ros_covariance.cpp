@@ -4,7 +4,6 @@
 
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/exchange/exports/writing/text.hpp"
-#include "tumble/math/square.hpp"
 
 namespace tumble::exports {
 namespace {
@@ -14,8 +13,7 @@ using namespace writing;
 std::vector<Option> options() { return {rate_option("rate of the samples, on which the variances depend")}; }
 
 std::string covariance(const TriadCalibration& t, double white, double rate) {
-  Vector3 v;
-  for (std::size_t i = 0; i < 3; ++i) v[i] = rate * square(std::isnan(t.noise[i].white) ? white : t.noise[i].white);
+  const Vector3 each = of_each_axis(t, &AxisNoise::white, white), v = rate * scaled(each, each);
   return fmt::format("[{}, 0.0, 0.0, 0.0, {}, 0.0, 0.0, 0.0, {}]", real(v.x), real(v.y), real(v.z));
 }
 

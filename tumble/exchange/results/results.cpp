@@ -106,6 +106,16 @@ void check_response(const TriadCalibration& triad, const char* what, std::vector
         fmt::format("the {} of the result do not show three directions: their matrix cannot be inverted", what));
 }
 
+/// Axes that no result is of: outputs in counts are taken to be as large as those of the axes that are calibrated.
+void fill_other_axes(TriadCalibration& triad, bool gyro) {
+  if (!triad.calibrated || triad.output.dimension() == input_unit(gyro).dimension()) return;
+  double size = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (triad.axes[i]) size = std::max(size, std::abs(triad.response(i, i)));
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!triad.axes[i]) triad.response(i, i) = size;
+}
+
 }  // namespace
 }  // namespace tumble::results
 
@@ -123,6 +133,8 @@ ImuCalibration calibration_of(const std::vector<CalibrationInput>& inputs) {
     calibration.sources.push_back({input.file, input.sha256, input.estimate.method, input.estimate.title});
     calibration.parameters.push_back(results::block_of(input.estimate));
   }
+  results::fill_other_axes(calibration.accelerometers, false);
+  results::fill_other_axes(calibration.gyros, true);
   results::check_response(calibration.accelerometers, "accelerometers", problems);
   results::check_response(calibration.gyros, "gyros", problems);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);

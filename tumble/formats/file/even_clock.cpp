@@ -35,7 +35,7 @@ void EvenClock::add(double t, double place) {
   const auto k = static_cast<double>(count_++);
   if (count_ == 1) first_ = t;
   if (count_ <= 2) place_ = std::max(place_, place);
-  if (count_ == 1) return;
+  if (count_ == 1 || written_.empty()) return;  // no later stamp can make it even again
   const double share = 1.0 / k;
   const double mean = (t - first_) * share;
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first_), std::abs(t));

@@ -16,7 +16,7 @@ bool is_matlab(const std::string& path) {
 
 std::string advice_for_unread(const std::string& path) {
   if (is_matlab(path))
-    return "a MATLAB binary file, which is not read; write it from MATLAB as text, "
+    return "a MATLAB binary file that is damaged or of an unknown version; write it from MATLAB as text, "
            "writetable(array2table(data, 'VariableNames', names), 'data.csv'), or as HDF5, h5write";
   return "";
 }

@@ -13,7 +13,7 @@ bool recognises(const std::string& path) {
   file::InputFile file(path);
   std::string bytes(2048 + 8, '\0');
   const std::size_t count = file.read(bytes.data(), bytes.size());
-  if (bytes.starts_with("MATLAB 7.3")) return false;
+  if (bytes.starts_with("MATLAB 7.")) return false;
   for (const std::size_t offset : {0, 512, 1024, 2048})
     if (offset + 8 <= count && std::memcmp(bytes.data() + offset, "\211HDF\r\n\032\n", 8) == 0) return true;
   return false;

@@ -1,6 +1,7 @@
 #include "tumble/formats/mat/array.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tumble/math/room.hpp"
 #include "tumble/units/error.hpp"
@@ -23,11 +24,20 @@ void Budget::take(std::size_t rows, std::size_t columns) {
   left_ -= rows * columns;
 }
 
-Filler::Filler(Array& to, std::size_t rows, std::size_t columns) : to_(to), rows_(rows), by_column_(rows >= columns) {
+Filler::Filler(Array& to, std::size_t rows, std::size_t columns, std::size_t room)
+    : to_(to), rows_(rows), by_column_(rows >= columns) {
   to_.vectors.resize(std::min(rows, columns));
+  const std::size_t each = std::min(std::max(rows, columns), room / std::max<std::size_t>(1, to_.vectors.size()));
+  for (auto& vector : to_.vectors) make_room(vector, each);
 }
 
 void Filler::add(const double* values, std::size_t count) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double size = std::abs(values[k]);
+    largest = size > largest ? size : largest;
+  }
+  to_.infinite = to_.infinite || std::isinf(largest);
   if (!by_column_) {
     for (std::size_t k = 0; k < count; ++k) to_.vectors[next_++ % rows_].push_back(values[k]);
     return;

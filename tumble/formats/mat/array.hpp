@@ -11,6 +11,7 @@ namespace tumble::mat {
 struct Array {
   std::string name;  ///< "gyro", "imu.gyro"
   std::vector<std::vector<double>> vectors;
+  bool infinite = false;  ///< some value may be infinite
 
   std::size_t length() const { return vectors.empty() ? 0 : vectors.front().size(); }
 };
@@ -27,8 +28,8 @@ struct Contents {
 /// Fills an array of rows x columns with values that come column by column.
 class Filler {
  public:
-  /// Room for rows x columns values, which must be plausible.
-  Filler(Array& to, std::size_t rows, std::size_t columns);
+  /// `room`: values [1] for which memory is asked at once; more is asked for as they come.
+  Filler(Array& to, std::size_t rows, std::size_t columns, std::size_t room);
   /// The next `count` values [any], at most as many as there is room for.
   void add(const double* values, std::size_t count);
 

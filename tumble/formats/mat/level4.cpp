@@ -55,9 +55,9 @@ bool is_name(const char* at, std::size_t size) {
 
 void take_numbers(topics::Window& window, const Head& head, const std::string& name, Contents& contents) {
   const std::size_t size = size_of(head.type);
-  Array array{name, {}};
+  Array array{name, {}, false};
   std::vector<double> values(piece_of_level4), codes;
-  Filler filler(array, head.rows, head.columns);
+  Filler filler(array, head.rows, head.columns, std::size_t{head.rows} * head.columns);
   for (std::size_t left = std::size_t{head.rows} * head.columns; left > 0;) {
     const std::size_t now = std::min(left, piece_of_level4);
     if (!window.holds(now * size)) {

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t head_size = 128;
 constexpr int deepest = 16;                  ///< structures within structures
 constexpr std::size_t longest_text = 65536;  ///< [bytes]
+constexpr std::size_t usual_packing = 16;    ///< to 1: what packs better is given memory as it comes
 constexpr std::size_t most_elements = 4096;  ///< structures of an array of them that are looked at
 constexpr std::uint32_t matrix = 14, compressed = 15;
 
@@ -75,6 +76,7 @@ class Level5 {
         if (tag.type != matrix) bad("it does not hold a variable");
       }
       array(bytes, "", 0);
+      bytes.finish();
     } catch (const Error& error) {
       if (error.kind != Error::Kind::bad_file) throw;
       if (size <= rest) bad(where(name_) + error.what());
@@ -145,10 +147,10 @@ class Level5 {
     if (rows > tag.size / size / columns || rows * columns * size != tag.size)
       bad(std::to_string(rows) + " x " + std::to_string(columns) + " numbers do not take " + std::to_string(tag.size) +
           " bytes");
-    if (tag.size > bytes.most()) bad("it is cut off: the file ends within it");
+    if (!tag.is_small && tag.size > bytes.most()) bad("it is cut off: the file ends within it");
     budget_.take(rows, columns);
-    Array array{name, {}};
-    Filler filler(array, rows, columns);
+    Array array{name, {}, false};
+    Filler filler(array, rows, columns, std::min(rows * columns, usual_packing * (window_.size() / size)));
     if (tag.is_small) {
       double values[4];
       convert(tag.small, *type, swapped_, rows * columns, values);
@@ -165,8 +167,12 @@ class Level5 {
     values_.resize(piece);
     while (count > 0) {
       const std::size_t now = std::min(count, piece);
-      bytes.read(raw_.data(), now * size_of(type));
-      convert(raw_.data(), type, swapped_, now, values_.data());
+      if (type == Stored::f64 && !swapped_) {
+        bytes.read(reinterpret_cast<char*>(values_.data()), now * sizeof(double));
+      } else {
+        bytes.read(raw_.data(), now * size_of(type));
+        convert(raw_.data(), type, swapped_, now, values_.data());
+      }
       filler.add(values_.data(), now);
       count -= now;
     }

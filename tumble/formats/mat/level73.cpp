@@ -87,7 +87,7 @@ class Level73 {
     hdf5::look_at_storage(numbers, file_, at, extent, size_);
     const bool characters = hdf5::text_attribute(numbers.dataset, "MATLAB_class").value_or("") == "char";
     if (characters && rows * columns > longest_characters) return contents_.skipped.push_back(name);
-    Array array{name, {}};
+    Array array{name, {}, true};
     array.vectors.resize(std::min(rows, columns));
     fill(numbers, array);
     if (characters && array.vectors.size() == 1)

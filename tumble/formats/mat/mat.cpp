@@ -15,8 +15,9 @@ enum class Level { none, four, five, seven };
 Level level_of(const std::string& path) {
   char bytes[10];
   const std::string_view head(bytes, file::InputFile(path).read(bytes, sizeof bytes));
-  if (head == "MATLAB 5.0") return Level::five;
-  if (head == "MATLAB 7.3") return Level::seven;
+  if (head.starts_with("MATLAB 5.0")) return Level::five;
+  // MATLAB 7.3 wrote 7.0 at first.
+  if (head.starts_with("MATLAB 7.")) return Level::seven;
   return is_level4(path) ? Level::four : Level::none;
 }
 
@@ -35,7 +36,7 @@ Contents contents_of(const std::string& path) {
   }
   throw Error(Error::Kind::bad_file,
               "'" + path +
-                  "' is no binary file of MATLAB: it begins neither with 'MATLAB 5.0' or 'MATLAB 7.3' nor with a "
+                  "' is no binary file of MATLAB: it begins neither with 'MATLAB 5.0' or 'MATLAB 7.' nor with a "
                   "variable of version 4");
 }
 

@@ -51,24 +51,41 @@ void Bytes::read(char* to, std::size_t count) {
   }
 }
 
+/// One step of zlib: fills what there is room for. False at the end of the packed bytes.
+bool Bytes::step() {
+  z_stream& stream = inflater_->stream;
+  if (rest_ > 0) window_.holds(1);
+  const std::size_t now = std::min(rest_, window_.available());
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(window_.data()));
+  stream.avail_in = static_cast<uInt>(now);
+  const int status = inflate(&stream, Z_NO_FLUSH);
+  const std::size_t used = now - stream.avail_in;
+  window_.skip(used);
+  rest_ -= used;
+  if (status == Z_STREAM_END) return false;
+  if (status != Z_OK && status != Z_BUF_ERROR)
+    throw Error(Error::Kind::bad_file,
+                std::string("its packed bytes are damaged: ") + (stream.msg ? stream.msg : "zlib gives no reason"));
+  if (used == 0 && now == 0 && stream.avail_out > 0) cut();
+  return true;
+}
+
 void Bytes::unpack(char* to, std::size_t count) {
   z_stream& stream = inflater_->stream;
   stream.next_out = reinterpret_cast<Bytef*>(to);
   stream.avail_out = static_cast<uInt>(count);
-  while (stream.avail_out > 0) {
-    if (rest_ > 0) window_.holds(1);
-    const std::size_t now = std::min(rest_, window_.available());
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(window_.data()));
-    stream.avail_in = static_cast<uInt>(now);
-    const int status = inflate(&stream, Z_NO_FLUSH);
-    const std::size_t used = now - stream.avail_in;
-    window_.skip(used);
-    rest_ -= used;
-    if (stream.avail_out == 0) return;
-    if (status == Z_STREAM_END || (used == 0 && now == 0)) cut();
-    if (status != Z_OK && status != Z_BUF_ERROR)
-      throw Error(Error::Kind::bad_file,
-                  std::string("its packed bytes are damaged: ") + (stream.msg ? stream.msg : "zlib gives no reason"));
+  while (stream.avail_out > 0)
+    if (!step() && stream.avail_out > 0) cut();
+}
+
+void Bytes::finish() {
+  if (!inflater_) return;
+  char trash[64];
+  for (int more = 0; more < 16; ++more) {  // a few bytes of padding; what follows them is not of this variable
+    inflater_->stream.next_out = reinterpret_cast<Bytef*>(trash);
+    inflater_->stream.avail_out = sizeof trash;
+    while (inflater_->stream.avail_out > 0)
+      if (!step()) return;
   }
 }
 

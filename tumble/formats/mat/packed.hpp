@@ -20,12 +20,15 @@ class Bytes {
   /// Throws Error::bad_file, the bare reason, where fewer remain.
   void read(char* to, std::size_t count);
   void skip(std::size_t count);
+  /// Checks the sum at the end of packed bytes. Throws Error::bad_file, the bare reason.
+  void finish();
   std::size_t position() const { return position_; }  ///< [bytes] that were read or skipped
   /// [bytes] that can follow at most.
   std::size_t most() const;
 
  private:
   struct Inflater;
+  bool step();
   void unpack(char* to, std::size_t count);
 
   topics::Window& window_;

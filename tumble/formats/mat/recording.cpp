@@ -57,6 +57,17 @@ std::optional<double> rate_of(const std::string& name, double value) {
   return std::nullopt;
 }
 
+/// Makes infinite values NaN; their number.
+std::size_t remove_infinite(std::vector<double>& values) {
+  std::size_t count = 0;
+  for (double& value : values) {
+    if (!std::isinf(value)) continue;
+    ++count;
+    value = std::numeric_limits<double>::quiet_NaN();
+  }
+  return count;
+}
+
 /// A channel before its unit is known.
 struct Vector {
   std::string name;
@@ -216,6 +227,7 @@ class Maker {
         std::string name = array.name;
         if (count == 3) name += std::string(".") + "xyz"[k];
         if (count > 1 && count != 3) name += "." + std::to_string(k + 1);
+        while (std::ranges::find(vectors_, name, &Vector::name) != vectors_.end()) name += "_";  // the file has two
         vectors_.push_back({name, array.name, i, k, std::nullopt});
       }
     }
@@ -281,11 +293,10 @@ class Maker {
     for (Vector& vector : vectors_) {
       Channel channel{vector.name, kind_of(*vector.unit), *vector.unit, *clocks_[position_of(vector.array)],
                       std::move(contents_.arrays[vector.array].vectors[vector.index])};
+      if (contents_.arrays[vector.array].infinite) infinite += remove_infinite(channel.values);
       const double factor = channel.unit.factor(), offset = channel.unit.offset();
-      for (double& value : channel.values) {
-        infinite += std::isinf(value);
-        value = std::isinf(value) ? std::numeric_limits<double>::quiet_NaN() : value * factor + offset;
-      }
+      if (factor != 1.0 || offset != 0.0)
+        for (double& value : channel.values) value = value * factor + offset;
       recording_.channels.push_back(std::move(channel));
     }
     if (infinite > 0)

@@ -29,7 +29,8 @@ ros::Packing packing_of(const std::string& name) {
   if (name.empty() || name == "none") return ros::Packing::none;
   if (name == "lz4") return ros::Packing::lz4;
   if (name == "zstd") return ros::Packing::zstandard;
-  throw Error{Error::Kind::bad_file, "a chunk is packed by '" + name + "'; none, lz4 and zstd are read"};
+  throw Error{Error::Kind::bad_file,
+              "a chunk is packed by '" + ros::printable(name) + "'; none, lz4 and zstd are read"};
 }
 
 /// Messages and channels in a chunk, or between chunks.
@@ -58,6 +59,7 @@ void visit(const ros::Log& log, const ros::Piece& piece, Window& window, const r
   if (piece.packing != ros::Packing::none && window.position() != piece.unpacked)
     throw Error{Error::Kind::bad_file,
                 fmt::format("it holds {} bytes, where its header states {}", window.position(), piece.unpacked)};
+  if (!window.crc_agrees()) throw ros::Untrusted{"its CRC does not agree with its bytes, of which none is used"};
 } catch (const Cut&) {
   throw Error{Error::Kind::bad_file, "a record in it is longer than the rest of it"};
 }
@@ -145,7 +147,8 @@ class Walk {
     const ChunkHeader header = take_chunk_header(window_, record);
     const std::uint64_t begin = position();
     const std::uint64_t size = std::min<std::uint64_t>(header.packed, size_ - begin);
-    log_.pieces.push_back({begin, size, header.unpacked, packing_of(header.compression), false, size < header.packed});
+    log_.pieces.push_back(
+        {begin, size, header.unpacked, packing_of(header.compression), false, size < header.packed, header.crc});
     if (log_.pieces.back().packing == ros::Packing::none) log_.pieces.back().unpacked = size;
     skip(window_, header.packed);
   }

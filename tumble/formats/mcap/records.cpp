@@ -99,7 +99,7 @@ ChunkHeader take_chunk_header(ros::Window& window, const Record& record) {
   fields.bytes(16);  // first and last time
   ChunkHeader header;
   header.unpacked = fields.number<std::uint64_t>();
-  fields.bytes(4);  // CRC
+  header.crc = fields.number<std::uint32_t>();
   header.compression = fields.text();
   header.packed = fields.number<std::uint64_t>();
   if (header.packed != fields.remaining)

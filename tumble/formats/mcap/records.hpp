@@ -49,6 +49,7 @@ std::int64_t time_at(const char* bytes);
 
 struct ChunkHeader {
   std::uint64_t unpacked = 0, packed = 0;  ///< [bytes]
+  std::uint32_t crc = 0;                   ///< of the unpacked bytes; 0: none
   std::string compression;
 };
 ChunkHeader take_chunk_header(ros::Window& window, const Record& record);

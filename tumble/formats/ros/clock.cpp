@@ -22,6 +22,7 @@ void ClockSummary::add(std::int64_t stamp, std::int64_t time) {
     first_received = time;
   } else {
     backward += time < last_received;
+    stamped_backward += stamp < last_stamp;
   }
   zeros += stamp == 0;
   last_stamp = stamp;

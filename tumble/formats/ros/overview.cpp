@@ -14,14 +14,15 @@ using Severity = Finding::Severity;
 [[noreturn]] void refuse_nothing_read(const Log& log, const std::vector<Stream>& streams,
                                       const std::vector<Overview>& overviews, const ScanReport& report) {
   std::vector<Topic> topics;
-  std::size_t unreadable = 0;
+  std::size_t unreadable = 0, read = 0;
   for (const Stream& stream : streams) topics.push_back(stream.topic);
-  for (const Overview& overview : overviews) unreadable += overview.unreadable;
+  for (const Overview& overview : overviews) unreadable += overview.unreadable, read += overview.clocks.count;
   std::string why;
   if (report.damaged > 0)
     why += fmt::format("; {} of {} parts are damaged, the first at byte {}: {}", report.damaged, log.pieces.size(),
                        report.first_place, report.first_reason);
   if (unreadable > 0) why += fmt::format("; {} messages are not what their type says", unreadable);
+  if (read > 0) why += "; the messages state by a covariance of -1 that the instrument does not measure what is wanted";
   throw Error{Error::Kind::bad_file,
               fmt::format("'{}' holds no message of {} that can be read{}", log.path, described(topics), why)};
 }
@@ -57,7 +58,7 @@ void add_topics_not_read(const Log& log, const std::vector<Stream>& streams, con
     recording.findings.push_back({Severity::info, "topics_not_read", {{"topics", described(others)}}, log.path});
 }
 
-void add_faults(const Log& log, const Stream& stream, const Overview& overview, Recording& recording) {
+void add_faults(const Stream& stream, const Overview& overview, Recording& recording) {
   const auto say = [&](const char* code, std::vector<FindingValue> values) {
     recording.findings.push_back({Severity::warning, code, std::move(values), stream.topic.name});
   };
@@ -69,10 +70,9 @@ void add_faults(const Log& log, const Stream& stream, const Overview& overview, 
                                   {{"topic", stream.topic.name}},
                                   "",
                                   {static_cast<std::size_t>(overview.infinite), {}, {}}});
-  if (overview.clocks.backward > 0)
+  if (overview.sorted > 0)
     recording.findings.push_back(
-        {Severity::info, "log_out_of_order", {{"places", overview.clocks.backward}}, stream.topic.name});
-  (void)log;
+        {Severity::info, "log_out_of_order", {{"places", overview.sorted}}, stream.topic.name});
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ Recording frame_of(const Log& log, const std::vector<Stream>& streams, const std
       if (!overviews[i].frame.empty()) recording.meta["frame_id " + stream.topic.name] = overviews[i].frame;
       if (stream.topic.type == "sensor_msgs/Imu") oriented += (oriented.empty() ? "" : ", ") + stream.topic.name;
     }
-    add_faults(log, stream, overviews[i], recording);
+    add_faults(stream, overviews[i], recording);
   }
   if (recording.channels.empty()) refuse_nothing_read(log, streams, overviews, report);
   if (!oriented.empty()) recording.findings.push_back({Severity::info, "orientation_not_read", {}, oriented});

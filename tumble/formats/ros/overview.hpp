@@ -15,6 +15,7 @@ struct Overview {
   ClockChoice choice;
   std::int64_t first = 0;        ///< [ns] of the first sample, by the chosen clock
   std::optional<Timeline> even;  ///< where the samples are evenly spaced; 0 s is the first
+  std::size_t sorted = 0;        ///< places where a message was earlier than the one before it in the file
   std::size_t unreadable = 0;
   std::size_t infinite = 0;    ///< values, which are taken as missing
   std::vector<char> measured;  ///< of each column

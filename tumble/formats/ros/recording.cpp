@@ -151,11 +151,10 @@ ClockSummary summary_of(const Gathered& all) {
 /// The chosen clock of a stream that is in memory. What is left in `all.stamps` are its times [ns].
 void settle_clock(const Stream& stream, Gathered& all, Overview& overview, Findings& findings) {
   overview.clocks = summary_of(all);
-  const std::size_t backward = overview.clocks.backward;
-  if (backward > 0) {
+  if (overview.clocks.out_of_order()) {
+    overview.sorted = overview.clocks.backward;
     sort_by_time(all);
     overview.clocks = summary_of(all);
-    overview.clocks.backward = backward;
   }
   overview.choice = choose_clock(overview.clocks, stream.topic.name, findings);
   overview.first = overview.choice.time(overview.clocks.first_stamp, overview.clocks.first_received);
@@ -328,7 +327,7 @@ void stream(Log log, const ReadOptions& options, std::size_t samples, const Bloc
   Findings clock_findings;
   const auto overviews = look_over(log, streams, report, clock_findings);
   // Messages that are not in order have to be sorted, and for that all of them must be there.
-  if (std::ranges::any_of(overviews, [](const Overview& overview) { return overview.clocks.backward > 0; }))
+  if (std::ranges::any_of(overviews, [](const Overview& overview) { return overview.clocks.out_of_order(); }))
     return hand_out(read(std::move(log), options, progress), samples, sink);
   Recording frame = frame_of(log, streams, overviews, report, clock_findings);
   Blocks blocks(streams, overviews, std::move(frame), samples, sink);

@@ -267,6 +267,70 @@ TEST(RosMessages, BothVersionsOfCdrAndBothByteOrders) {
   }
 }
 
+std::string little_endian(std::uint64_t value, std::size_t size) {
+  return {reinterpret_cast<const char*>(&value), size};
+}
+
+TEST(RosTopics, SeveralImusAreAQuestionThatListsThem) {
+  const std::string path = folder + "two_imus.bag";
+  const auto text = message_of([&] { read(path); });
+  EXPECT_NE(text.find("/imu/data (sensor_msgs/Imu, 200 Hz, "), std::string::npos) << text;
+  EXPECT_NE(text.find("--topic /imu/data_raw"), std::string::npos) << text;  // that of the driver is proposed
+  EXPECT_EQ(read(path, {"/imu/data_raw"}).channels.front().name, "gyro.x");
+  const Recording both = read(path, {"/imu/data_raw", "/imu/data"});
+  ASSERT_EQ(both.channels.size(), 12u);
+  EXPECT_EQ(both.channels[0].name, "imu.data_raw.gyro.x");
+  EXPECT_EQ(both.channels[6].values, both.channels[0].values);
+}
+
+TEST(RosClock, MessagesAreSortedOnlyWhereNeitherClockIsInOrder) {
+  ros::ClockSummary clocks;
+  for (const std::int64_t i : {1, 0, 3, 2}) clocks.add(10 + i, 100 + i);
+  EXPECT_TRUE(clocks.out_of_order());
+  clocks = {};
+  for (const std::int64_t i : {0, 1, 2, 3}) clocks.add(10 + i, 100 + (i ^ 1));
+  EXPECT_FALSE(clocks.out_of_order());
+}
+
+TEST(RosDamage, AWrongSizeOfAChunkCostsItsMessagesAlone) {
+  const ScratchFolder scratch;
+  for (const char* name : {"lz4.bag", "bz2.bag"}) {
+    std::string bytes = bytes_of(folder + name);
+    const std::size_t size = bytes.find("size=", bytes.find("size=") + 5) + 5;  // of the second chunk, unpacked
+    for (const std::uint64_t wrong : {0ull, 100ull, 0xffffffffull}) {
+      bytes.replace(size, 4, little_endian(wrong, 4));
+      put(scratch.file("bad.bag"), bytes);
+      const Recording recording = read(scratch.file("bad.bag"));
+      ASSERT_NE(find(recording, "log_chunks_damaged"), nullptr) << name << wrong;
+      EXPECT_GT(find_channel(recording, "gyro.x")->values.size(), 30u);
+      EXPECT_LE(find_channel(recording, "gyro.x")->values.size(), 60u);
+    }
+  }
+}
+
+TEST(RosDamage, DamageInAChunkIsReportedWithItsPlace) {
+  const ScratchFolder scratch;
+  for (const char* name : {"lz4.mcap", "zstd.mcap", "bz2.bag", "lz4.bag"}) {
+    std::string bytes = bytes_of(folder + name);
+    for (std::size_t i = 0; i < 64; ++i) bytes[bytes.size() / 2 + i] = static_cast<char>(37 * i + 11);
+    put(scratch.file(name), bytes);
+    const Recording recording = read(scratch.file(name));
+    EXPECT_TRUE(find(recording, "log_chunks_damaged") || find(recording, "log_records_damaged")) << name;
+    const std::vector<double>& values = find_channel(recording, "gyro.x")->values;
+    EXPECT_GT(values.size(), 10u);
+    if (std::string(name).ends_with("bag")) continue;  // has no CRC
+    const std::vector<double> sound = expected()[0];
+    for (const double value : values) EXPECT_NE(std::ranges::find(sound, value), sound.end()) << name;
+  }
+}
+
+TEST(RosDamage, WhereNothingCanBeReadTheErrorSaysWhy) {
+  const ScratchFolder scratch;
+  put(scratch.file("bad.mcap"), bytes_of(folder + "plain.mcap").substr(0, 8) + '\5' + std::string(108, '\xff'));
+  const auto text = message_of([&] { read(scratch.file("bad.mcap")); });
+  EXPECT_NE(text.find("the record at byte 8 is damaged"), std::string::npos) << text;
+}
+
 TEST(RosDatabase, AnotherDatabaseIsRefusedByItsTables) {
   std::string bytes = bytes_of(folder + "plain.db3");
   for (std::size_t at = 0; (at = bytes.find("messages", at)) != std::string::npos; ++at)

@@ -75,6 +75,12 @@ void read_piece(const Log& log, const Piece& piece, const std::vector<Stream>& s
     log.visit(log, piece, slot.window, visitor);
   } catch (const Error& error) {
     slot.damage = error.what();
+    // Where a CRC could have told sound bytes from others, and did not come to it, none is used.
+    if (piece.crc != 0 && !piece.cut)
+      for (Samples& samples : slot.stretch) samples.clear();
+  } catch (const Untrusted& untrusted) {
+    slot.damage = untrusted.reason;
+    for (Samples& samples : slot.stretch) samples.clear();
   }
 }
 
@@ -88,7 +94,8 @@ void Samples::clear() { count = unreadable = 0; }
 
 void Samples::add(const Stream& stream, const Message& message) {
   Body body;
-  if (!decode(message.bytes, stream.topic.encoding, stream.type->numbers, body)) {
+  const std::string_view bytes = is_packed(message.bytes) ? unpacked(message.bytes, room) : message.bytes;
+  if (!decode(bytes, stream.topic.encoding, stream.type->numbers, body)) {
     ++unreadable;
     return;
   }

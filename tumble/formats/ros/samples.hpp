@@ -22,6 +22,8 @@ struct Samples {
   std::vector<char> measured;               ///< of each column: some message says that it is measured
   std::string frame;                        ///< header.frame_id of the first
 
+  std::vector<char> room;  ///< for a message that is packed by itself
+
   explicit Samples(const Stream& stream);
   void add(const Stream& stream, const Message& message);
   void clear();

@@ -36,9 +36,13 @@ std::string_view room_of(std::string_view name) { return name.substr(0, name.rfi
 }
 
 [[noreturn]] void refuse_all(const Log& log, const Topics& topics) {
-  if (topics.empty()) refuse(log, "holds no message");
-  refuse(log, fmt::format("holds no topic of a type that is read ({}): its topics are {}", known_message_types(),
-                          described(topics)));
+  std::string damage;
+  for (const Finding& finding : log.findings)
+    if (finding.severity == Finding::Severity::warning) damage += "; " + finding.message;
+  if (topics.empty()) refuse(log, "holds no message" + damage);
+  if (std::ranges::any_of(topics, readable)) refuse(log, "holds no message of " + described(topics) + damage);
+  refuse(log, fmt::format("holds no topic of a type that is read ({}): its topics are {}{}", known_message_types(),
+                          described(topics), damage));
 }
 
 Topics of_type(const Topics& topics, std::string_view type) {

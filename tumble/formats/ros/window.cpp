@@ -3,6 +3,7 @@
 #include <bzlib.h>
 #include <fmt/format.h>
 #include <lz4frame.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -111,6 +112,8 @@ struct Window::State {
   std::uint64_t offset = 0;  ///< [bytes] of the piece that were read from the file
   std::uint64_t made = 0;    ///< [bytes] that stand before end_ or were skipped in the file
   bool finished = true;      ///< no frame is open
+  bool complete = true;      ///< no byte was skipped in the file
+  unsigned long crc = 0;
   std::vector<char> window, packed;
   std::size_t packed_next = 0, packed_end = 0;
   unpack::Bzip2 bzip2;
@@ -174,7 +177,8 @@ void Window::open(const file::InputFile& file, const Piece& piece, std::size_t a
   state.file = &file;
   state.piece = piece;
   state.offset = state.made = 0;
-  state.finished = true;
+  state.finished = state.complete = true;
+  state.crc = 0;
   const bool packed = piece.packing != Packing::none;
   // The whole frame in one step is unpacked without a copy between.
   const auto whole = static_cast<std::size_t>(std::min<std::uint64_t>(piece.unpacked, largest_window));
@@ -200,6 +204,7 @@ bool Window::refill(std::size_t count) {
   while (filled < count) {
     const std::size_t got = state.produce(begin + filled, most - filled);
     if (got == 0) break;
+    if (state.piece.crc != 0) state.crc = crc32_z(state.crc, reinterpret_cast<const Bytef*>(begin + filled), got);
     filled += got;
     state.made += got;
   }
@@ -222,6 +227,7 @@ bool Window::skip(std::uint64_t count) {
     const std::uint64_t step = std::min(count, remains);
     state.offset += step;
     state.made += step;
+    state.complete = false;
     return step == count;
   }
   while (count > 0) {
@@ -235,6 +241,18 @@ bool Window::skip(std::uint64_t count) {
 
 std::uint64_t Window::position() const { return state_->made - static_cast<std::uint64_t>(end_ - next_); }
 
+bool Window::crc_agrees() const {
+  return state_->piece.crc == 0 || !state_->complete || state_->crc == state_->piece.crc;
+}
+
 void Window::read_ahead(std::size_t bytes) { state_->ahead = std::min(bytes, state_->window.size()); }
+
+bool is_packed(std::string_view message) { return message.starts_with("\x28\xb5\x2f\xfd"); }
+
+std::string_view unpacked(std::string_view message, std::vector<char>& room) {
+  room.resize(Window::longest);
+  const std::size_t size = ZSTD_decompress(room.data(), room.size(), message.data(), message.size());
+  return ZSTD_isError(size) ? std::string_view() : std::string_view(room.data(), size);
+}
 
 }  // namespace tumble::ros

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "tumble/formats/file/input_file.hpp"
 
@@ -14,8 +17,9 @@ struct Piece {
   std::uint64_t begin = 0, size = 0;  ///< [bytes] in the file; of a database the first row and the number of rows
   std::uint64_t unpacked = 0;         ///< [bytes] as the file says
   Packing packing = Packing::none;
-  bool counted = false;  ///< an index says which messages are in it
-  bool cut = false;      ///< the file ends within it
+  bool counted = false;   ///< an index says which messages are in it
+  bool cut = false;       ///< the file ends within it
+  std::uint32_t crc = 0;  ///< CRC-32 of the unpacked bytes, as the file says; 0: it does not
 };
 
 /// The bytes of a piece, unpacked, seen through a window of bounded size: sizes that a file states wrongly cost no
@@ -38,6 +42,8 @@ class Window {
   bool at_end() { return next_ == end_ && !refill(1); }
   /// [bytes] taken or skipped.
   std::uint64_t position() const;
+  /// False where all bytes have passed, and their CRC is not that of the piece.
+  bool crc_agrees() const;
   /// Bytes read at once from now on.
   void read_ahead(std::size_t bytes);
 
@@ -55,5 +61,15 @@ inline const char* Window::take(std::size_t count) {
   next_ += count;
   return bytes;
 }
+
+/// Thrown where what was read of a piece is not to be used.
+struct Untrusted {
+  std::string reason;
+};
+
+/// Whether a message was packed by itself with Zstandard, as rosbag2 does with `--compression-mode message`.
+bool is_packed(std::string_view message);
+/// Unpacks it into `room`. Empty where it is damaged or longer than any message that is read.
+std::string_view unpacked(std::string_view message, std::vector<char>& room);
 
 }  // namespace tumble::ros

@@ -28,7 +28,7 @@ ros::Packing packing_of(const std::string& name) {
   if (name == "none" || name.empty()) return ros::Packing::none;
   if (name == "lz4") return ros::Packing::lz4;
   if (name == "bz2") return ros::Packing::bzip2;
-  throw Error{Error::Kind::bad_file, "a chunk is packed by '" + name + "'; none, lz4 and bz2 are read"};
+  throw Error{Error::Kind::bad_file, "a chunk is packed by '" + ros::printable(name) + "'; none, lz4 and bz2 are read"};
 }
 
 /// Messages and connections in a chunk.

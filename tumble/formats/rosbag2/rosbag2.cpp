@@ -53,7 +53,7 @@ void find_topics(const Database& database, ros::Log& log) {
 /// Rows by their number. Numbers far apart are one piece, which is read by one thread.
 void find_pieces(const Database& database, ros::Log& log) {
   constexpr std::uint64_t smallest_row = 8;  // bytes in the file
-  Query query(database, "SELECT min(id), max(id) FROM messages");
+  Query query(database, "SELECT (SELECT min(id) FROM messages), (SELECT max(id) FROM messages)");
   if (!query.next() || query.is_null(0)) return;
   const std::int64_t first = query.integer(0), last = query.integer(1);
   const std::uint64_t numbers = static_cast<std::uint64_t>(last) - static_cast<std::uint64_t>(first) + 1;

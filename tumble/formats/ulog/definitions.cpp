@@ -9,7 +9,7 @@ using topics::Number;
 
 constexpr std::size_t largest = 65535;     ///< [bytes] a message
 constexpr int deepest = 16;                ///< formats within formats
-constexpr std::size_t spread_out = 8;      ///< arrays up to this length are channels
+constexpr std::size_t spread_out = 31;     ///< arrays up to this length are channels; those of bursts have 32
 constexpr std::size_t most_places = 1000;  ///< of one format: more is no instrument
 
 bool is_padding(const Field& field) { return field.name.starts_with("_padding"); }

@@ -99,6 +99,27 @@ void say_corrected(const Log& log, Findings& findings) {
       findings.push_back({Finding::Severity::warning, "corrected_topic", {{"topic", topic.name}}, topic.name});
 }
 
+/// PX4 writes the raw topics once a second unless it is asked for more, and the corrected ones at their full rate.
+void say_slow(const std::vector<std::string>& names, const std::vector<std::size_t>& messages,
+              const std::vector<std::size_t>& chosen, Findings& findings) {
+  constexpr std::size_t far_fewer = 5;
+  for (const std::size_t raw : chosen)
+    for (std::size_t other = 0; other < names.size(); ++other) {
+      const KnownTopic* const known = known_topic(base_of(names[raw]));
+      const KnownTopic* const faster = known_topic(base_of(names[other]));
+      if (!known || known->corrected || !faster || !faster->corrected) continue;
+      const bool same = (known->gyro && faster->gyro) || (known->accelerometer && faster->accelerometer);
+      if (!same || messages[other] < far_fewer * messages[raw]) continue;
+      findings.push_back({Finding::Severity::warning,
+                          "raw_topic_slow",
+                          {{"topic", names[raw]},
+                           {"messages", messages[raw]},
+                           {"faster", names[other]},
+                           {"others", messages[other]}}});
+      break;
+    }
+}
+
 std::function<void(const topics::Take&, const Progress&)> player(const std::string& path, const Scan& scan,
                                                                  const std::vector<std::size_t>& chosen) {
   std::vector<int> index(scan.subscriptions.size(), -1);  // in Log::topics, by id
@@ -152,6 +173,7 @@ Log open(const std::string& path, const ReadOptions& options) {
   take_meta(found, log.frame);
   take_damage(found, log.frame.findings);
   say_corrected(log, log.frame.findings);
+  say_slow(names, messages, chosen, log.frame.findings);
   topics::name_the_others(names, chosen, log.frame.findings);
   topics::name_channels(options, log);
   std::vector<std::size_t> remaining;  // name_channels() may have removed topics

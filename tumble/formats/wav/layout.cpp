@@ -29,17 +29,17 @@ T value_at(const char* at) {
   throw Error(Error::Kind::bad_file, "'" + path + "' " + what);
 }
 
-Layout::Type type_of(const std::string& path, std::uint16_t format, std::uint16_t bits) {
+/// `width`: [bytes] that a sample takes, of which integers may use fewer `bits`.
+Layout::Type type_of(const std::string& path, std::uint16_t format, std::uint16_t bits, std::size_t width) {
   using Type = Layout::Type;
-  if (format == pcm && bits == 8) return Type::u8;
-  if (format == pcm && bits == 16) return Type::i16;
-  if (format == pcm && bits == 24) return Type::i24;
-  if (format == pcm && bits == 32) return Type::i32;
-  if (format == ieee_float && bits == 32) return Type::f32;
-  if (format == ieee_float && bits == 64) return Type::f64;
-  fail(path, fmt::format("has samples of format {} with {} bits; read are integers of 8, 16, 24 and 32 bits (format 1) "
-                         "and floating-point numbers of 32 and 64 bits (format 3)",
-                         format, bits));
+  static constexpr Type integers[] = {Type::u8, Type::i16, Type::i24, Type::i32};
+  if (format == pcm && width >= 1 && width <= 4 && bits > 0 && bits <= 8 * width) return integers[width - 1];
+  if (format == ieee_float && bits == 32 && width == 4) return Type::f32;
+  if (format == ieee_float && bits == 64 && width == 8) return Type::f64;
+  fail(path,
+       fmt::format("has samples of format {} with {} bits in {} bytes; read are integers of up to 32 bits (format 1) "
+                   "and floating-point numbers of 32 and 64 bits (format 3)",
+                   format, bits, width));
 }
 
 class Reader {
@@ -79,9 +79,9 @@ class Reader {
     layout_.channels = value_at<std::uint16_t>(at + 2);
     layout_.rate = value_at<std::uint32_t>(at + 4);
     const auto frame = value_at<std::uint16_t>(at + 12), bits = value_at<std::uint16_t>(at + 14);
-    layout_.type = type_of(path_, format, bits);
     if (layout_.channels == 0) fail(path_, "says that it has no channels");
     if (!(layout_.rate > 0.0)) fail(path_, "says that its sampling rate is 0 Hz");
+    layout_.type = type_of(path_, format, bits, frame / layout_.channels);
     if (frame != layout_.channels * size_of(layout_.type))
       fail(path_, fmt::format("contradicts itself: {} channels of {} bits do not make {} bytes", layout_.channels, bits,
                               frame));

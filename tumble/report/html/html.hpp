@@ -4,12 +4,23 @@
 #include <string_view>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/core/text.hpp"
 #include "tumble/report/markup.hpp"
 
 namespace tumble::html {
 
 using tumble::escaped;
 using tumble::palette;
+
+/// Words of the page in its language: section [report] of text/<language>.toml.
+struct Words {
+  Language language = Language::english;
+
+  std::string operator()(const char* key) const { return text_of(language, "report", key); }
+  /// A sentence with values at {0}, {1}, {2}.
+  std::string with(const char* key, const std::string& first, const std::string& second = "",
+                   const std::string& third = "") const;
+};
 
 /// A number text of rounding.hpp with a true minus sign and its exponent as a power: "(6.66 ± 0.01) × 10⁻⁵".
 std::string number(std::string_view text);
@@ -21,13 +32,13 @@ std::string symbol(std::string_view text);
 std::string name_and_unit(std::string_view name, const Unit& unit);
 
 /// The sections, empty where there is nothing to say.
-std::string verdicts(const Estimate& estimate);
-std::string parameters(const Estimate& estimate);
-std::string findings(const Estimate& estimate);
-std::string budget(const Estimate& estimate);
-std::string tables(const Estimate& estimate);
-std::string correlation(const Estimate& estimate);
-std::string provenance(const Estimate& estimate);
-std::string figures(const Estimate& estimate);
+std::string verdicts(const Estimate& estimate, const Words& words);
+std::string parameters(const Estimate& estimate, const Words& words);
+std::string findings(const Estimate& estimate, const Words& words);
+std::string budget(const Estimate& estimate, const Words& words);
+std::string tables(const Estimate& estimate, const Words& words);
+std::string correlation(const Estimate& estimate, const Words& words);
+std::string provenance(const Estimate& estimate, const Words& words);
+std::string figures(const Estimate& estimate, const Words& words);
 
 }  // namespace tumble::html

@@ -13,15 +13,15 @@ namespace {
 // The bar figure, in its own units (the page scales it).
 constexpr double label_width = 230, bar_width = 700, bar_height = 20, row_height = 28, legend_row = 22;
 
-std::string table(const Estimate& estimate) {
-  std::string text =
-      "<div class=\"wide\"><table class=\"sources\">\n<caption>Standard uncertainty (k = 1) from each source and its "
-      "share of the "
-      "variance</caption>\n<thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\">Unit</th>";
+std::string table(const Estimate& estimate, const Words& words) {
+  std::string text = fmt::format(
+      "<div class=\"wide\"><table class=\"sources\">\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th>",
+      words("budget_caption"), words("parameter"), words("unit"));
   for (const auto& part : estimate.budget) {
     text += fmt::format("<th scope=\"colgroup\" colspan=\"2\" class=\"n\">{}</th>", escaped(part.source));
   }
-  text += "<th scope=\"col\" class=\"n\">Together</th></tr></thead>\n<tbody>\n";
+  text += "<th scope=\"col\" class=\"n\">" + words("together") + "</th></tr></thead>\n<tbody>\n";
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     const auto& parameter = estimate.parameters[i];
     text += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td>", escaped(parameter.name), unit(parameter.unit));
@@ -98,33 +98,33 @@ std::string legend(const Estimate& estimate, double& height) {
   return text;
 }
 
-std::string bars(const Estimate& estimate) {
+std::string bars(const Estimate& estimate, const Words& words) {
   double top = 0;
   const auto key = legend(estimate, top);
   const double height = top + row_height * static_cast<double>(estimate.parameters.size());
   std::string text = fmt::format(
-      "<figure class=\"bars\">\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"Share of each source in "
-      "the "
-      "variance of each parameter; the numbers are in the table above\">\n<defs><pattern id=\"stripes\" width=\"6\" "
+      "<figure class=\"bars\">\n<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n<defs><pattern "
+      "id=\"stripes\" width=\"6\" "
       "height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" "
       "fill=\"#fff\" fill-opacity=\"0.7\"/></pattern></defs>\n",
-      label_width + bar_width + 2, height);
+      label_width + bar_width + 2, height, words("bars_label"));
   text += key;
   for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
     text += bar(estimate, i, top + row_height * static_cast<double>(i));
   }
-  return text + "</svg>\n<figcaption>Share of each source in the variance of each parameter.</figcaption>\n</figure>\n";
+  return text + "</svg>\n<figcaption>" + words("bars_caption") + "</figcaption>\n</figure>\n";
 }
 
 }  // namespace
 
-std::string budget(const Estimate& estimate) {
+std::string budget(const Estimate& estimate, const Words& words) {
   if (estimate.budget.empty() || estimate.parameters.empty()) return {};
   Estimate shown;
   shown.parameters = estimate.parameters;
   shown.covariance = estimate.covariance;
   shown.budget = budget_to_show(estimate);
-  return "<section id=\"budget\">\n<h2>Uncertainty budget</h2>\n" + table(shown) + bars(shown) + "</section>\n";
+  return "<section id=\"budget\">\n<h2>" + words("budget") + "</h2>\n" + table(shown, words) + bars(shown, words) +
+         "</section>\n";
 }
 
 }  // namespace tumble::html

@@ -13,18 +13,18 @@ namespace tumble::html {
 namespace {
 
 /// An icon, a word and a colour, so that none of the three is needed alone.
-std::string badge(const char* kind, const char* icon, const char* word) {
+std::string badge(const char* kind, const char* icon, const std::string& word) {
   return fmt::format("<span class=\"badge {}\"><span aria-hidden=\"true\">{}</span> {}</span>", kind, icon, word);
 }
 
-std::string verdict_badge(Verdict::Outcome outcome) {
+std::string verdict_badge(Verdict::Outcome outcome, const Words& words) {
   switch (outcome) {
     case Verdict::Outcome::pass:
-      return badge("good", "✓", "Pass");
+      return badge("good", "✓", words("pass"));
     case Verdict::Outcome::fail:
-      return badge("bad", "✗", "Fail");
+      return badge("bad", "✗", words("fail"));
     default:
-      return badge("open", "?", "Undecided");
+      return badge("open", "?", words("undecided"));
   }
 }
 
@@ -35,27 +35,39 @@ std::string limit(const std::string& text) {
   return escaped(text);
 }
 
-std::string finding_badge(Finding::Severity severity) {
+std::string finding_badge(Finding::Severity severity, const Words& words) {
   switch (severity) {
     case Finding::Severity::error:
-      return badge("bad", "✗", "Error");
+      return badge("bad", "✗", words("error"));
     case Finding::Severity::warning:
-      return badge("open", "!", "Warning");
+      return badge("open", "!", words("warning"));
     default:
-      return badge("plain", "i", "Info");
+      return badge("plain", "i", words("info"));
   }
 }
 
-/// "(−4.12" and "± 0.33) × 10⁻⁵" in two cells, so that the signs stand below each other.
-std::string value_cells(double value, double sd) {
+/// "(−4.12" and "± 0.33) × 10⁻⁵" in two cells, so that the signs stand below each other. In Chinese "±" means an
+/// expanded uncertainty: value and standard uncertainty stand alone there.
+std::string value_cells(double value, double sd, const Words& words) {
   const auto text = with_uncertainty(value, sd);
   const auto sign = text.find(" ±");
   if (sign == std::string::npos) return fmt::format("<td class=\"n value\">{}</td><td></td>", number(text));
+  if (const auto rounding = rounding_for(value, sd); words.language == Language::chinese && rounding.significant)
+    return fmt::format("<td class=\"n value\">{}</td><td class=\"sd\">{}</td>", number(rounded(value, rounding)),
+                       number(rounded(sd, rounding)));
   return fmt::format("<td class=\"n value\">{}</td><td class=\"sd\">{}</td>", number(text.substr(0, sign)),
                      number(text.substr(sign + 1)));
 }
 
-std::string parameter_row(const Estimate& estimate, std::size_t i, bool with_freedom) {
+/// "6.660 ± 0.011", in Chinese "6.660，u = 0.011".
+std::string measured(double value, double sd, const Words& words) {
+  const auto rounding = rounding_for(value, sd);
+  if (words.language == Language::chinese && rounding.significant)
+    return words.with("measured", number(rounded(value, rounding)), number(rounded(sd, rounding)));
+  return number(with_uncertainty(value, sd));
+}
+
+std::string parameter_row(const Estimate& estimate, std::size_t i, bool with_freedom, const Words& words) {
   const auto& parameter = estimate.parameters[i];
   const auto [value, sd] = shown(estimate, i);
   std::string text = fmt::format("<tr><td class=\"symbol\">{}</td><th scope=\"row\">{}",
@@ -63,7 +75,7 @@ std::string parameter_row(const Estimate& estimate, std::size_t i, bool with_fre
   if (!parameter.description.empty()) {
     text += fmt::format("<span class=\"description\">{}</span>", escaped(parameter.description));
   }
-  text += "</th>" + value_cells(value, sd) + fmt::format("<td>{}</td>", unit(parameter.unit));
+  text += "</th>" + value_cells(value, sd, words) + fmt::format("<td>{}</td>", unit(parameter.unit));
   text += fmt::format("<td class=\"interval\">{}</td>", number(interval_text(estimate, i)));
   if (with_freedom) {
     const double freedom = parameter.degrees_of_freedom;
@@ -93,12 +105,12 @@ TableColumn table_column(const Table& table, std::size_t index) {
   return column;
 }
 
-std::string table_html(const Table& table, std::size_t count) {
+std::string table_html(const Table& table, std::size_t count, const Words& words) {
   std::vector<TableColumn> columns;
   for (std::size_t i = 0; i < table.columns.size(); ++i) columns.push_back(table_column(table, i));
-  std::string text =
-      fmt::format("<div class=\"scroll\" tabindex=\"0\"><table>\n<caption><b>Table {}.</b> {}{}</caption>\n", count,
-                  escaped(table.name), table.caption.empty() ? "" : ": " + escaped(table.caption));
+  std::string text = fmt::format("<div class=\"scroll\" tabindex=\"0\"><table>\n<caption><b>{}.</b> {}{}</caption>\n",
+                                 words.with("table", std::to_string(count)), escaped(table.name),
+                                 table.caption.empty() ? "" : ": " + escaped(table.caption));
   text += "<thead><tr>";
   for (std::size_t i = 0; i < columns.size(); ++i) {
     text += fmt::format("<th scope=\"col\"{}>{}<span class=\"unit\">{}</span></th>",
@@ -134,7 +146,7 @@ std::string heat_cell(double r) {
 }
 
 /// The pairs that the data hardly tell apart, in words.
-std::string strong_pairs(const Estimate& estimate) {
+std::string strong_pairs(const Estimate& estimate, const Words& words) {
   constexpr double strong = 0.9;
   constexpr std::size_t most = 10;
   std::size_t count = 0;
@@ -143,21 +155,21 @@ std::string strong_pairs(const Estimate& estimate) {
     for (std::size_t j = i + 1; j < estimate.parameters.size(); ++j) {
       const double r = correlation_of(estimate, i, j);
       if (!(std::abs(r) >= strong) || ++count > most) continue;
-      text += fmt::format("{}{} and {} ({})", text.empty() ? "" : "; ", escaped(estimate.parameters[i].name),
-                          escaped(estimate.parameters[j].name), number(fmt::format("{:.3f}", r)));
+      if (!text.empty()) text += words("next_pair");
+      text += words.with("pair", escaped(estimate.parameters[i].name), escaped(estimate.parameters[j].name),
+                         number(fmt::format("{:.3f}", r)));
     }
   }
-  if (count == 0) return "<p>No two parameters are correlated by 0.9 or more.</p>\n";
-  if (count > most) text += fmt::format("; and {} more", count - most);
-  return "<p>Correlated by 0.9 or more: " + text + ".</p>\n";
+  if (count == 0) return "<p>" + words("no_strong_pair") + "</p>\n";
+  if (count > most) text += words.with("more_pairs", std::to_string(count - most));
+  return "<p>" + words.with("strong_pairs", text) + "</p>\n";
 }
 
-std::string heat_map(const Estimate& estimate) {
+std::string heat_map(const Estimate& estimate, const Words& words) {
   const auto count = estimate.parameters.size();
-  std::string text = fmt::format(
-      "<div class=\"wide\"><table class=\"heat{}\">\n<caption>Correlation coefficients; the "
-      "columns are numbered as the rows</caption>\n<thead><tr><td></td>",
-      count > 16 ? " dense" : "");
+  std::string text =
+      fmt::format("<div class=\"wide\"><table class=\"heat{}\">\n<caption>{}</caption>\n<thead><tr><td></td>",
+                  count > 16 ? " dense" : "", words("correlation_caption"));
   for (std::size_t j = 0; j < count; ++j) {
     text += fmt::format("<th scope=\"col\" title=\"{}\">{}</th>", escaped(estimate.parameters[j].name), j + 1);
   }
@@ -170,12 +182,13 @@ std::string heat_map(const Estimate& estimate) {
   return text + "</tbody></table></div>\n";
 }
 
-std::string texts_table(const char* caption, const std::map<std::string, std::string>& texts) {
+std::string texts_table(const std::string& caption, const std::map<std::string, std::string>& texts,
+                        const Words& words) {
   if (texts.empty()) return {};
   std::string text = fmt::format(
-      "<table>\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">Name</th><th scope=\"col\">"
-      "Value</th></tr></thead>\n<tbody>\n",
-      caption);
+      "<table>\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n"
+      "<tbody>\n",
+      caption, words("name"), words("value"));
   for (const auto& [key, value] : texts) {
     text += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(key), escaped(value));
   }
@@ -186,105 +199,107 @@ std::string hash_row(const std::string& file, const std::string& sha256) {
   return fmt::format("<tr><th scope=\"row\">{}</th><td class=\"hash\">{}</td></tr>\n", escaped(file), escaped(sha256));
 }
 
-std::string inputs_table(const Provenance& provenance) {
+std::string inputs_table(const Provenance& provenance, const Words& words) {
   if (provenance.inputs.empty() && provenance.plans.empty()) return {};
-  std::string text =
-      "<table>\n<caption>Input files</caption>\n<thead><tr><th scope=\"col\">File</th><th scope=\"col\">"
-      "SHA-256</th></tr></thead>\n<tbody>\n";
+  std::string text = fmt::format(
+      "<table>\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th><th "
+      "scope=\"col\">SHA-256</th></tr></thead>\n"
+      "<tbody>\n",
+      words("input_files"), words("file"));
   for (const auto& plan : provenance.plans) text += hash_row(plan.file, plan.sha256);
   for (const auto& input : provenance.inputs) text += hash_row(input.file, input.sha256);
   return text + "</tbody></table>\n";
 }
 
-std::string plan_text(const Provenance::PlanFile& plan) {
+std::string plan_text(const Provenance::PlanFile& plan, const Words& words) {
   if (!plan.text) return {};
-  return fmt::format("<details>\n<summary>The plan {}</summary>\n<pre>{}</pre>\n</details>\n", escaped(plan.file),
-                     escaped(*plan.text));
+  return fmt::format("<details>\n<summary>{}</summary>\n<pre>{}</pre>\n</details>\n",
+                     words.with("plan", escaped(plan.file)), escaped(*plan.text));
 }
 
 }  // namespace
 
-std::string verdicts(const Estimate& estimate) {
+std::string verdicts(const Estimate& estimate, const Words& words) {
   if (estimate.verdicts.empty()) return {};
-  std::string text =
-      "<section id=\"verdicts\">\n<h2>Verdicts</h2>\n<table>\n<thead><tr><th scope=\"col\">Outcome</th><th "
-      "scope=\"col\">"
-      "Parameter</th><th scope=\"col\">Limit</th><th scope=\"col\">Measured</th></tr></thead>\n<tbody>\n";
+  std::string text = fmt::format(
+      "<section id=\"verdicts\">\n<h2>{}</h2>\n<table>\n<thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+      words("verdicts"), words("outcome"), words("parameter"), words("limit"), words("measured_value"));
   for (const auto& verdict : estimate.verdicts) {
     const auto* parameter = find_parameter(estimate, verdict.parameter);
-    std::string measured;
+    std::string value;
     if (parameter != nullptr) {
-      const auto [value, sd] = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
-      measured = number(with_uncertainty(value, sd)) + " " + unit(parameter->unit);
+      const auto known = shown(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
+      value = measured(known.value, known.sd, words) + " " + unit(parameter->unit);
     } else if (const auto upper = find_upper_limit(estimate, verdict.parameter)) {
-      measured =
-          fmt::format("below {} {} (95 %)", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
+      value = words.with("below", number(general(upper->unit.from_si(upper->value), 3)), unit(upper->unit));
     }
     text += fmt::format("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-                        verdict_badge(verdict.outcome), escaped(verdict.parameter), limit(verdict.limit), measured);
+                        verdict_badge(verdict.outcome, words), escaped(verdict.parameter), limit(verdict.limit), value);
   }
-  return text +
-         "</tbody></table>\n<p class=\"note\">Judged by the 95 % interval. Undecided: the limit lies inside it."
-         "</p>\n</section>\n";
+  return text + "</tbody></table>\n<p class=\"note\">" + words("judged_by") + "</p>\n</section>\n";
 }
 
-std::string parameters(const Estimate& estimate) {
+std::string parameters(const Estimate& estimate, const Words& words) {
   if (estimate.parameters.empty()) return {};
   const bool with_freedom = std::any_of(estimate.parameters.begin(), estimate.parameters.end(),
                                         [](const auto& p) { return std::isfinite(p.degrees_of_freedom); });
-  std::string text =
-      "<section id=\"parameters\">\n<h2>Parameters</h2>\n<div class=\"wide\"><table "
-      "class=\"parameters\">\n<thead><tr>"
-      "<th scope=\"col\">Symbol</th><th scope=\"col\">Parameter</th><th scope=\"colgroup\" colspan=\"2\" "
-      "class=\"middle\">Value ± sd</th><th scope=\"col\">Unit</th><th scope=\"col\">95 % "
-      "interval</th>";
-  if (with_freedom) text += "<th scope=\"col\" class=\"n\">Degrees of freedom</th>";
+  // In Chinese value and standard uncertainty have a heading each.
+  const std::string values =
+      words.language == Language::chinese
+          ? fmt::format("<th scope=\"col\">{}</th><th scope=\"col\">{}</th>", words("value"), words("sd"))
+          : fmt::format("<th scope=\"colgroup\" colspan=\"2\" class=\"middle\">{}</th>", words("value_and_sd"));
+  std::string text = fmt::format(
+      "<section id=\"parameters\">\n<h2>{}</h2>\n<div class=\"wide\"><table class=\"parameters\">\n<thead><tr>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th>{}<th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
+      words("parameters"), words("symbol"), words("parameter"), values, words("unit"), words("interval"));
+  if (with_freedom) text += "<th scope=\"col\" class=\"n\">" + words("degrees_of_freedom") + "</th>";
   text += "</tr></thead>\n<tbody>\n";
-  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) text += parameter_row(estimate, i, with_freedom);
-  text +=
-      "</tbody></table></div>\n<p class=\"note\">Standard uncertainty: k = 1, everything in the budget together, "
-      "rounded to two digits.</p>\n";
+  for (std::size_t i = 0; i < estimate.parameters.size(); ++i) text += parameter_row(estimate, i, with_freedom, words);
+  text += "</tbody></table></div>\n<p class=\"note\">" + words("sd_note") + "</p>\n";
   return text + "</section>\n";
 }
 
-std::string findings(const Estimate& estimate) {
+std::string findings(const Estimate& estimate, const Words& words) {
   if (estimate.findings.empty()) return {};
   auto sorted = estimate.findings;
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.severity > b.severity; });
-  std::string text = "<section id=\"findings\">\n<h2>Findings</h2>\n<ul class=\"findings\">\n";
+  std::string text = "<section id=\"findings\">\n<h2>" + words("findings") + "</h2>\n";
+  if (const auto note = words("findings_note"); !note.empty()) text += "<p class=\"note\">" + note + "</p>\n";
+  text += "<ul class=\"findings\">\n";
   for (const auto& finding : sorted) {
-    text += fmt::format("<li>{}<div>{}", finding_badge(finding.severity), escaped(finding.message));
+    text += fmt::format("<li>{}<div>{}", finding_badge(finding.severity, words), escaped(finding.message));
     if (!finding.where.empty()) text += fmt::format("<span class=\"where\">{}</span>", escaped(finding.where));
     text += "</div></li>\n";
   }
   return text + "</ul>\n</section>\n";
 }
 
-std::string tables(const Estimate& estimate) {
+std::string tables(const Estimate& estimate, const Words& words) {
   if (estimate.tables.empty()) return {};
-  std::string text = "<section id=\"tables\">\n<h2>Tables</h2>\n";
-  for (std::size_t i = 0; i < estimate.tables.size(); ++i) text += table_html(estimate.tables[i], i + 1);
+  std::string text = "<section id=\"tables\">\n<h2>" + words("tables") + "</h2>\n";
+  for (std::size_t i = 0; i < estimate.tables.size(); ++i) text += table_html(estimate.tables[i], i + 1, words);
   return text + "</section>\n";
 }
 
-std::string correlation(const Estimate& estimate) {
+std::string correlation(const Estimate& estimate, const Words& words) {
   constexpr std::size_t most = 40;
   const auto count = estimate.parameters.size();
   if (count < 2) return {};
-  const auto shown_matrix = count <= most
-                                ? heat_map(estimate)
-                                : fmt::format("<p>The matrix of {} parameters is in the result file.</p>\n", count);
-  return "<section id=\"correlation\">\n<h2>Correlation</h2>\n" + strong_pairs(estimate) + shown_matrix +
-         "</section>\n";
+  const auto shown_matrix =
+      count <= most ? heat_map(estimate, words) : "<p>" + words.with("large_matrix", std::to_string(count)) + "</p>\n";
+  return "<section id=\"correlation\">\n<h2>" + words("correlation") + "</h2>\n" + strong_pairs(estimate, words) +
+         shown_matrix + "</section>\n";
 }
 
-std::string provenance(const Estimate& estimate) {
+std::string provenance(const Estimate& estimate, const Words& words) {
   const auto& provenance = estimate.provenance;
-  std::string text = "<section id=\"provenance\">\n<h2>Provenance</h2>\n" + inputs_table(provenance);
-  text += texts_table("Settings", provenance.settings);
-  text += texts_table("Values of the command line (--set)", provenance.command_line);
-  for (const auto& plan : provenance.plans) text += plan_text(plan);
-  if (provenance.seed) text += fmt::format("<p>Simulated with seed {}.</p>\n", *provenance.seed);
+  std::string text =
+      "<section id=\"provenance\">\n<h2>" + words("provenance") + "</h2>\n" + inputs_table(provenance, words);
+  text += texts_table(words("settings"), provenance.settings, words);
+  text += texts_table(words("command_line"), provenance.command_line, words);
+  for (const auto& plan : provenance.plans) text += plan_text(plan, words);
+  if (provenance.seed) text += "<p>" + words.with("seed", std::to_string(*provenance.seed)) + "</p>\n";
   return text + "</section>\n";
 }
 

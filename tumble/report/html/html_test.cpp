@@ -111,5 +111,18 @@ TEST(HtmlReport, IsDrawnByARealBrowser) {
   EXPECT_FALSE(has(page, "<title>owned"));  // the hostile text did not become an element
 }
 
+TEST(Html, InChineseHasNoPlusMinusAndNoEnglishHeading) {
+  const auto page = to_html(testing::estimate(), {.language = Language::chinese});
+  EXPECT_TRUE(has(page, "<html lang=\"zh-CN\">"));
+  for (const char* text : {"<h2>参数</h2>", "标准不确定度 u（k = 1）", "<h2>数据来源</h2>", "不合格", "95% 包含区间"})
+    EXPECT_TRUE(has(page, text)) << text;
+  // "±" would read as an expanded uncertainty there.
+  const auto begin = page.find("<section id=\"verdicts\">"), end = page.find("<section id=\"findings\">");
+  EXPECT_FALSE(has(std::string_view(page).substr(begin, end - begin), "±"));
+  for (const char* heading : {"<h2>Parameters", "<h2>Verdicts", "<h2>Findings", "<h2>Uncertainty", "<h2>Figures",
+                              "<h2>Tables", "<h2>Correlation", "<h2>Provenance", ">Value ± sd<", "Made by"})
+    EXPECT_FALSE(has(page, heading)) << heading;
+}
+
 }  // namespace
 }  // namespace tumble

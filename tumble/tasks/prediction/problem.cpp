@@ -10,6 +10,7 @@
 #include "tumble/reduce/answer.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/error.hpp"
+#include "tumble/units/nearest.hpp"
 
 namespace tumble::prediction {
 namespace {
@@ -134,6 +135,16 @@ std::vector<Felt> felt_over(const Plan& plan) {
 
 bool excited(const Term& term, const std::vector<Felt>& felt) {
   return largest(term, felt) > least_excitation * largest(term, strong_motions());
+}
+
+std::vector<std::string> problems_of_terms(const Plan& plan, const std::vector<std::string>& names) {
+  std::vector<std::string> known, problems;
+  for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
+    for (const auto& term : output.terms) known.push_back(term.name);
+  for (const auto& name : names)
+    if (std::ranges::find(known, name) == known.end())
+      problems.push_back(fmt::format("{} has no term '{}'{}", plan.instrument_model, name, did_you_mean(name, known)));
+  return problems;
 }
 
 std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<Felt>& felt,

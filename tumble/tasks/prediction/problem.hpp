@@ -25,6 +25,9 @@ std::vector<Felt> felt_over(const Plan& plan);
 /// give is not. Products of two rates of the Earth (5e-9) are therefore no excitation; the Earth's rate itself is.
 bool excited(const Term& term, const std::vector<Felt>& felt);
 
+/// A sentence for each name that is no term of the plan's model.
+std::vector<std::string> problems_of_terms(const Plan& plan, const std::vector<std::string>& names);
+
 /// The outputs with the terms that `felt` excites. `only` limits the terms to these names; empty: all.
 std::vector<OutputProblem> output_problems(const Plan& plan, const std::vector<Felt>& felt,
                                            const std::vector<std::string>& only);

@@ -269,10 +269,11 @@ std::string tests(const ImuCalibration& c, const FixedFormat& format) {
 
 std::string describe(const TriadCalibration& t, const TriadFormat& format, const char* kind, const char* unit) {
   return fmt::format(
-      " * {0} raw: 1 {1} = 2^{2}, up to {3:.4g} {1}; compensated: 1 {4} = 2^{5}; rounding error below {6:.3g} "
+      " * {0} raw: 1 {1} = 2^{2}, made for {3:.4g} {1}, limited at {7:.4g} {1}; compensated: 1 {4} = 2^{5}; rounding "
+      "error below {6:.3g} "
       "{4}\n",
       kind, t.output.text() == "1" ? unit : t.output.text(), format.output_bits, format.output_limit, unit,
-      format.input_bits, format.error);
+      format.input_bits, format.error, std::ldexp(1.0, 30 - format.output_bits));
 }
 
 std::string defines(const FixedFormat& format) {

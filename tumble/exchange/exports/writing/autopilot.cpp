@@ -15,7 +15,7 @@ std::array<AxisCorrection, 3> corrections(const ImuCalibration& calibration, boo
   for (std::size_t i = 0; i < 3; ++i) {
     const double k = t.response(i, i);
     const AxisThermal& thermal = t.thermal[i];
-    axes[i] = {t.bias[i], 1.0 / k, thermal.output};
+    axes[i] = {t.bias[i], 1.0 / k, thermal.output, t.axes[i]};
     auto& powers = axes[i].temperature;
     powers.resize(std::max(powers.size(), thermal.bias.size()), 0.0);
     for (std::size_t n = 0; n < thermal.bias.size(); ++n) powers[n] += k * thermal.bias[n];

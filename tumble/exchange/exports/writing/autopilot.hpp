@@ -14,6 +14,10 @@ struct AxisCorrection {
   double offset = 0.0;              ///< [u]
   double scale = 1.0;               ///< [1]
   std::vector<double> temperature;  ///< [u/K^k] of T - T_r, power 1 first
+  bool calibrated = false;          ///< else the vehicle keeps its own values
+
+  /// The results state the offset: a drift with temperature alone leaves that of the vehicle as it is.
+  bool states_offset() const { return calibrated && (offset != 0.0 || temperature.empty()); }
 };
 
 /// Of a triad without misalignment. Problems: a polynomial of more than three powers, one without a range.

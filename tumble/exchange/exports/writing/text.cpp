@@ -92,27 +92,38 @@ OneNoise one_noise(const TriadCalibration& triad, const Settings& settings) {
   return {of_axes(triad, &AxisNoise::white, greatest), of_axes(triad, &AxisNoise::walk, greatest)};
 }
 
-FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
+namespace {
+
+FourNoises noises_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer, bool walks) {
   const FourNoises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
   std::vector<std::string> problems;
-  add_missing(calibration.gyros, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)", consumer, problems);
-  add_missing(calibration.accelerometers, all.accelerometer.white, &AxisNoise::white, "accelerometer_white",
-              "(m/s)/sqrt(h)", consumer, problems);
+  const auto need = [&](bool gyro, double found, double AxisNoise::*value, const char* option, const char* unit) {
+    add_missing(gyro ? calibration.gyros : calibration.accelerometers, found, value, option, unit, consumer, problems);
+  };
+  need(true, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)");
+  need(false, all.accelerometer.white, &AxisNoise::white, "accelerometer_white", "(m/s)/sqrt(h)");
+  if (walks) {
+    need(true, all.gyro.walk, &AxisNoise::walk, "gyro_walk", "deg/h/sqrt(h)");
+    need(false, all.accelerometer.walk, &AxisNoise::walk, "accelerometer_walk", "ug/sqrt(h)");
+  }
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
   return all;
 }
 
+}  // namespace
+
+FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
+  return noises_of(calibration, settings, consumer, false);
+}
+
 FourNoises four_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
-  const FourNoises all{one_noise(calibration.gyros, settings), one_noise(calibration.accelerometers, settings)};
-  std::vector<std::string> problems;
-  add_missing(calibration.gyros, all.gyro.white, &AxisNoise::white, "gyro_white", "deg/sqrt(h)", consumer, problems);
-  add_missing(calibration.accelerometers, all.accelerometer.white, &AxisNoise::white, "accelerometer_white",
-              "(m/s)/sqrt(h)", consumer, problems);
-  add_missing(calibration.gyros, all.gyro.walk, &AxisNoise::walk, "gyro_walk", "deg/h/sqrt(h)", consumer, problems);
-  add_missing(calibration.accelerometers, all.accelerometer.walk, &AxisNoise::walk, "accelerometer_walk", "ug/sqrt(h)",
-              consumer, problems);
-  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
-  return all;
+  return noises_of(calibration, settings, consumer, true);
+}
+
+Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise) {
+  Vector3 out;
+  for (std::size_t i = 0; i < 3; ++i) out[i] = std::isnan(triad.noise[i].*value) ? otherwise : triad.noise[i].*value;
+  return out;
 }
 
 Option rate_option(const char* description) { return quantity("rate", "Hz").above(0).bare().says(description); }

@@ -45,6 +45,9 @@ FourNoises four_noises(const ImuCalibration& calibration, const Settings& settin
 /// N of both triads; K may be missing.
 FourNoises two_noises(const ImuCalibration& calibration, const Settings& settings, const char* consumer);
 
+/// One value [its unit] of each axis; `otherwise` where an axis does not state it.
+Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, double otherwise = 0.0);
+
 /// The option `rate` without a default, and the rate [Hz]: its value, else that of the records of the noise. Throws
 /// Error::bad_input where neither is known.
 Option rate_option(const char* description);
