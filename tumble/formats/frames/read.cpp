@@ -27,10 +27,6 @@ class Pass {
       : path_(path), chosen_(chosen), stream_(chosen.codec), steps_(steps_of(chosen.codec)) {
     timed_ = has_time(beginning_of(path));
     rate_ = options.rate.value_or(chosen.codec.rate);
-    if (!timed_ && !(rate_ > 0.0))
-      throw Error(Error::Kind::bad_file, fmt::format("'{}': the frames of {} have no time; give their rate "
-                                                     "(--set rate=1000)",
-                                                     path, chosen.codec.name));
   }
 
   /// take(frame, t [s], step [s] of the clock)
@@ -41,6 +37,7 @@ class Pass {
     std::size_t done = 0;
     const FrameSink sink = [&](const StreamFrame& frame) {
       if (timed_ && !frame.time) return;  // before the clock is known
+      if (!timed_ && !(rate_ > 0.0)) refuse_without_rate();
       const double t = timed_ ? *frame.time : static_cast<double>(frame.sequence) / rate_;
       take(frame, t, timed_ ? steps_[frame.content.frame] : 0.0);
     };
@@ -61,6 +58,12 @@ class Pass {
   const FrameCounts& counts() const { return stream_.counts(); }
 
  private:
+  [[noreturn]] void refuse_without_rate() const {
+    throw Error(Error::Kind::bad_file, fmt::format("'{}': the frames of {} have no time; give their rate "
+                                                   "(--set rate=1000)",
+                                                   path_, chosen_.codec.name));
+  }
+
   bool has_time(const std::string& bytes) const {
     bool timed = false;
     const FrameSink sink = [&](const StreamFrame& frame) { timed = timed || frame.time; };
