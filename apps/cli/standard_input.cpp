@@ -49,7 +49,11 @@ std::string readable(const std::string& path) {
 std::string as_written(std::string text) {
   if (!kept()) return text;
   const auto& path = kept()->temporary();
-  for (auto at = text.find(path); at != std::string::npos; at = text.find(path)) text.replace(at, path.size(), said);
+  const auto replace = [&](const std::string& what, const std::string& by) {
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what)) text.replace(at, what.size(), by);
+  };
+  replace("tumble inspect " + path, "tumble inspect -");  // a command to copy
+  replace(path, said);
   return text;
 }
 

@@ -142,8 +142,9 @@ TEST_F(CCode, FloatIsAsGoodAsFloatsAre) {
 }
 
 /// Integers in, integers out: the formats stand in the file as macros.
-constexpr const char* integer_reader = R"(#include <stdio.h>
-#include "calibration.c"
+constexpr const char* integer_reader =
+    "#include <stdio.h>\n#include \"calibration.c\"\n"
+    R"(
 int main(void)
 {
   int32_t raw[6];

@@ -17,7 +17,8 @@ double to_digits(double value, int digits) {
   return result;
 }
 
-/// Of all rates with 1/rate in [low, high], the one with the fewest digits, itself or its inverse.
+}  // namespace
+
 double plainest_rate(double low, double high) {
   const double middle = 0.5 * (low + high);
   for (int digits = 1; digits <= 17; ++digits) {
@@ -28,8 +29,6 @@ double plainest_rate(double low, double high) {
   }
   return 1.0 / middle;
 }
-
-}  // namespace
 
 void EvenClock::add(double t, double place) {
   const auto k = static_cast<double>(count_++);

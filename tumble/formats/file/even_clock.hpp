@@ -8,6 +8,9 @@
 
 namespace tumble::file {
 
+/// Of all rates [Hz] with 1/rate between low and high [s], the one with the fewest digits, itself or its inverse.
+double plainest_rate(double low, double high);
+
 /// Decides whether stamps are evenly spaced, one stamp after the other and in constant memory.
 ///
 /// They are when one interval dt exists with

@@ -242,16 +242,15 @@ Timeline Reader::timeline_of(const Unit& time, std::vector<double>& values) cons
   file::EvenClock clock;
   auto stamps = std::make_shared<std::vector<double>>();
   if (dataset_.even) {
-    const double start = time.to_si(dataset_.start), step = time.to_si(dataset_.step);
-    clock.add(start, 0.0);
-    clock.add(start + step, std::pow(10.0, std::floor(std::log10(step)) - 5.0));
+    const double step = time.to_si(dataset_.step),
+                 half_digit = 0.5 * std::pow(10.0, std::floor(std::log10(step)) - 5.0);
     values = dataset_.numbers;
-  } else {
-    for (std::size_t i = 0; i < dataset_.numbers.size(); i += 2) {
-      stamps->push_back(time.to_si(dataset_.numbers[i]));
-      clock.add(stamps->back(), 1e-6 * std::abs(stamps->back()));
-      values.push_back(dataset_.numbers[i + 1]);
-    }
+    return {time.to_si(dataset_.start), file::plainest_rate(step - half_digit, step + half_digit), nullptr};
+  }
+  for (std::size_t i = 0; i < dataset_.numbers.size(); i += 2) {
+    stamps->push_back(time.to_si(dataset_.numbers[i]));
+    clock.add(stamps->back(), 1e-6 * std::abs(stamps->back()));
+    values.push_back(dataset_.numbers[i + 1]);
   }
   const auto even = clock.timeline();
   return even ? *even : Timeline{0.0, 0.0, stamps};
