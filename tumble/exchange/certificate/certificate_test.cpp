@@ -145,7 +145,7 @@ TEST(Certificate, MakesNoStatementOnAParameterThatAnErrorConcerns) {
 TEST(Certificate, SaysGlobalRisksWhereTheProductionIsKnown) {
   auto details = example_details();
   details.populations = {{"bias", {0.0, si(0.2, "deg/h")}, Unit::parse("deg/h")}};
-  const auto& risk = certify(measured_estimate(), details, {}).statements[0].global_risk;
+  const auto risk = certify(measured_estimate(), details, {}).statements[0].global_risk;
   ASSERT_TRUE(risk);
   EXPECT_GT(risk->producer, risk->consumer);
   details.populations[0].unit = Unit::parse("m/s");
