@@ -49,7 +49,10 @@ inline ReadOptions some_options(std::size_t size) {
 /// message is a defect: an exception of another kind, a sample that is infinite, a timeline that does not fit. Returned
 /// empty, or what is wrong
 inline std::string read_hostile_as(const Format& format, const std::string& path, const ReadOptions& options) {
-  const auto recognised = outcome([&] { return format.recognises(path) ? "" : ""; });
+  const auto recognised = outcome([&] {
+    static_cast<void>(format.recognises(path));
+    return "";
+  });
   if (!recognised.empty()) return std::string(format.name) + " recognises: " + recognised;
   const auto whole = outcome([&] { return wrong_with(format.read(path, options, {})); });
   if (!whole.empty()) return std::string(format.name) + ": " + whole;
@@ -63,7 +66,10 @@ inline std::string read_hostile_as(const Format& format, const std::string& path
     return wrong;
   });
   if (!streamed.empty()) return std::string(format.name) + " stream: " + streamed;
-  const auto asked = outcome([&] { return recording_memory(format, path, options) > 0 ? "" : ""; });
+  const auto asked = outcome([&] {
+    static_cast<void>(recording_memory(format, path, options));
+    return "";
+  });
   return asked.empty() ? "" : std::string(format.name) + " memory: " + asked;
 }
 

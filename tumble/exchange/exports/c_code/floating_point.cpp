@@ -52,7 +52,7 @@ std::string polynomials(const std::string& name, const TriadCalibration& t, std:
   return fmt::format("#define {}_POWERS ({}U)\n", name, most) + table(name, rows, number);
 }
 
-std::string curve_code(const std::string& kind, const TriadCalibration& t, Number number) {
+std::string curve_code(const TriadCalibration& t, Number number) {
   std::vector<std::vector<double>> powers;
   Vector3 magnitude, signed_square;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -120,7 +120,7 @@ std::string triad_code(const TriadCalibration& t, bool gyro, const Plan& plan) {
   text += polynomials("KIND_thermal_output", t, &AxisThermal::output, n) +
           polynomials("KIND_thermal_scale", t, &AxisThermal::scale, n) +
           polynomials("KIND_thermal_bias", t, &AxisThermal::bias, n);
-  if (passes > 0) text += curve_code("KIND", t, n);
+  if (passes > 0) text += curve_code(t, n);
   return filled(text + triad_function(t, gyro, passes), {{"KIND", gyro ? "gyro" : "accelerometer"}});
 }
 
