@@ -14,6 +14,7 @@ import tumble
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")
 
+import matplotlib.pyplot  # noqa: E402
 import tumble.plot  # noqa: E402
 
 
