@@ -17,6 +17,7 @@ namespace tumble {
 /// Noise of one axis. NaN: the result does not state it.
 struct AxisNoise {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  double rate = none;         ///< [Hz] of the record that gave the noise
   double white = none;        ///< N [u sqrt(s)]: N^2 is the two-sided power spectral density
   double walk = none;         ///< K [u/sqrt(s)]: the variance grows by K^2 in each second
   double instability = none;  ///< B [u], which is not K
@@ -86,7 +87,6 @@ struct ParameterBlock {
 
 struct ImuCalibration {
   TriadCalibration accelerometers, gyros;
-  double noise_rate = AxisNoise::none;                          ///< [Hz] of the records that gave the noise
   double reference_temperature = AxisNoise::none;               ///< T_r [K]
   double coldest = AxisNoise::none, hottest = AxisNoise::none;  ///< [K] that the calibration covers
   std::string title, model, serial, date;                       ///< date of the test: empty where no result has it

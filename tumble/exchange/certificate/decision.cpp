@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/units/error.hpp"
 
@@ -18,7 +19,7 @@ using Kind = DecisionRule::Kind;
 /// Probability [1] of more than x standard deviations, of Student's t with so many degrees of freedom.
 double tail(double x, double degrees_of_freedom) {
   if (std::isinf(x)) return x > 0.0 ? 0.0 : 1.0;
-  if (std::isinf(degrees_of_freedom)) return 0.5 * std::erfc(x / std::sqrt(2.0));
+  if (std::isinf(degrees_of_freedom)) return normal_above(x);
   return cdf(complement(boost::math::students_t_distribution<double>(degrees_of_freedom), x));
 }
 

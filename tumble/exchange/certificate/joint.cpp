@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tumble/exchange/decision.hpp"
+#include "tumble/math/normal.hpp"
 
 namespace tumble {
 namespace {
@@ -14,8 +15,6 @@ double deviate(double probability_beyond) {
   if (probability_beyond >= 1.0) return -INFINITY;
   return -boost::math::quantile(boost::math::normal(), probability_beyond);
 }
-
-double phi(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
 
 double phi_inverse(double probability) {
   // Inside of (0, 1): a sample at the very end of its interval would be infinite.
@@ -53,7 +52,7 @@ double product_at(const std::vector<double>& point, const Matrix& root, const st
       if (!Tolerance{limits[i].lower - 1e-9, limits[i].upper + 1e-9}.holds(mean)) return 0.0;
       continue;
     }
-    const double low = phi((limits[i].lower - mean) / width), high = phi((limits[i].upper - mean) / width);
+    const double low = normal_below((limits[i].lower - mean) / width), high = normal_below((limits[i].upper - mean) / width);
     product *= high - low;
     if (!(product > 0.0)) return 0.0;
     normal[i] = phi_inverse(low + point[i] * (high - low));

@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "tumble/exchange/decision.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
 namespace {
-
-double normal_cdf(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
 
 /// In standard deviations of the production from its mean; beyond `reach` its density is below the smallest double.
 constexpr double reach = 38.0;
@@ -25,7 +24,7 @@ struct Production {
   double accepted(double z) const {
     if (acceptance.empty()) return 0.0;
     const double truth = population.mean + z * population.sd;
-    return normal_cdf((acceptance.upper - truth) / sd) - normal_cdf((acceptance.lower - truth) / sd);
+    return normal_below((acceptance.upper - truth) / sd) - normal_below((acceptance.lower - truth) / sd);
   }
 
   /// Ends of the pieces of a quadrature: the integrand falls within a few sd of the measurement at each limit.

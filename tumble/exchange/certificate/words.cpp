@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tumble/exchange/certificate/work.hpp"
+#include "tumble/math/normal.hpp"
 
 namespace tumble::certificate {
 
@@ -23,7 +24,7 @@ std::string rule_in_words(const DecisionRule& rule, Language language) {
     case DecisionRule::Kind::guarded:
       // At the limit, of a normal distribution with U = 1.96 u.
       return with("rule_guarded", fmt::format("{}", rule.amount),
-                  percent(0.5 * std::erfc(rule.amount * 1.959963984540054 / std::sqrt(2.0))));
+                  percent(normal_above(rule.amount * 1.959963984540054)));
     case DecisionRule::Kind::risk:
       return with("rule_risk", fmt::format("{:g}", 100.0 * rule.amount));
     case DecisionRule::Kind::method6:

@@ -126,7 +126,7 @@ const std::pair<const char*, Parts> cases[] = {
 
 TEST_F(CCode, GivesWhatTheCalibrationGives) {
   const auto all = compilers();
-  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  ASSERT_FALSE(all.empty()) << "no C compiler";
   std::uint64_t seed = 0;
   for (const auto& compiler : all)
     for (const auto& [flags, parts] : cases)
@@ -135,7 +135,7 @@ TEST_F(CCode, GivesWhatTheCalibrationGives) {
 
 TEST_F(CCode, FloatIsAsGoodAsFloatsAre) {
   const auto all = compilers();
-  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  ASSERT_FALSE(all.empty()) << "no C compiler";
   for (const auto& compiler : all)
     for (const char* flags : {"-O0", "-O2"})
       expect_same(random_calibration(77, everything), "float", compiler, flags, float_rounding);
@@ -213,7 +213,7 @@ std::vector<std::array<int, 7>> integers_of(const ImuCalibration& calibration, c
 
 TEST_F(CCode, FixedPointStaysWithinTheErrorThatItStates) {
   const auto all = compilers();
-  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  ASSERT_FALSE(all.empty()) << "no C compiler";
   std::uint64_t seed = 100;
   for (const auto& compiler : all)
     for (const auto& [flags, parts] : cases) {
@@ -248,7 +248,7 @@ TEST_F(CCode, FixedPointStaysWithinTheErrorThatItStates) {
 /// Outputs far beyond the range give limited numbers, without an overflow.
 TEST_F(CCode, FixedPointTakesAnyInteger) {
   const auto all = compilers();
-  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  ASSERT_FALSE(all.empty()) << "no C compiler";
   ExportRequest asked;
   asked.settings.push_back({"type", "fixed", "--set", true, true});
   write("calibration.c", export_calibration(find_export("c"), random_calibration(7, everything), asked));
@@ -267,7 +267,7 @@ TEST_F(CCode, FixedPointTakesAnyInteger) {
 
 TEST_F(CCode, SelfTestFindsAWrongNumber) {
   const auto all = compilers();
-  if (all.empty()) GTEST_SKIP() << "no C compiler";
+  ASSERT_FALSE(all.empty()) << "no C compiler";
   std::string text = export_calibration(find_export("c"), random_calibration(5, everything), {});
   const auto bias = text.find("gyro_bias[3] = {");
   ASSERT_NE(bias, std::string::npos);

@@ -183,5 +183,39 @@ TEST(NoiseOfExport, MarkovBiasGoesToGazebo) {
   EXPECT_NEAR(steps.change / std::sqrt(1.0 - steps.decay * steps.decay), 3e-4, 1e-12);
 }
 
+/// Noise of three axes from a record whose curve begins at `first` [s], by these averaging times.
+Estimate noise_result(bool gyro, double first, const std::string& taus) {
+  Estimate noise;
+  noise.method = "allan_noise";
+  noise.provenance.settings["taus"] = taus;
+  for (const char axis : {'x', 'y', 'z'}) {
+    const std::string label = (gyro ? "gyro." : "accelerometer.") + std::string(1, axis);
+    noise.parameters.push_back({label + (gyro ? ".angle_random_walk" : ".velocity_random_walk"), "N",
+                                Unit::parse(gyro ? "deg/sqrt(h)" : "(m/s)/sqrt(h)"), 1e-4, ""});
+    Curve curve;
+    curve.name = label + " allan_deviation";
+    curve.x.values = {first, 2.0 * first};
+    noise.curves.push_back(curve);
+  }
+  noise.covariance = Matrix(3, 3);
+  return noise;
+}
+
+TEST(NoiseOfExport, TheRateIsThatOfTheRecordsWhereTheySayOne) {
+  const auto exported = [](const Estimate& gyros, const Estimate& accelerometers) {
+    try {
+      return export_calibration(find_export("ros_covariance"),
+                                calibration_of({{gyros, "g.json", "01"}, {accelerometers, "a.json", "23"}}), {});
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  };
+  const auto asks = [](const std::string& text) { return text.find("needs the rate") != std::string::npos; };
+  EXPECT_FALSE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 0.005, "octave"))));
+  EXPECT_TRUE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 0.01, "log")))) << "two rates";
+  EXPECT_TRUE(asks(exported(noise_result(true, 1.0, "1 s, 2 s"), noise_result(false, 1.0, "1 s, 2 s")))) << "listed times";
+  EXPECT_TRUE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 1.0, "1 s, 2 s"))));
+}
+
 }  // namespace
 }  // namespace tumble

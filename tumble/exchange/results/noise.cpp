@@ -55,9 +55,22 @@ std::map<std::string, std::vector<std::size_t>> axes_of(Reader& reader,
   return axes;
 }
 
+/// [Hz]: the curve of a channel begins at one sampling interval, unless the user listed the averaging times: then NaN, as
+/// where there is no curve.
+double rate_of(Reader& reader, const std::string& label) {
+  const auto taus = reader.setting("taus");
+  const auto named = {"log", "octave", "decade", "all"};
+  const auto& curves = reader.estimate().curves;
+  const auto curve = std::ranges::find(curves, label + " allan_deviation", &Curve::name);
+  if (std::ranges::find(named, taus) == named.end() || curve == curves.end() || curve->x.values.empty())
+    return std::nan("");
+  return std::round(1e9 / curve->x.values.front()) / 1e9;
+}
+
 AxisNoise noise_of(Reader& reader, const std::string& label, bool gyro) {
   const std::string walk = label + (gyro ? ".rate_random_walk" : ".acceleration_random_walk");
   AxisNoise noise;
+  noise.rate = rate_of(reader, label);
   noise.white = reader.value_or(label + (gyro ? ".angle_random_walk" : ".velocity_random_walk"), AxisNoise::none);
   noise.walk = reader.value_or(walk, AxisNoise::none);
   noise.instability = reader.value_or(label + ".bias_instability", AxisNoise::none);
@@ -67,28 +80,12 @@ AxisNoise noise_of(Reader& reader, const std::string& label, bool gyro) {
   return noise;
 }
 
-/// [Hz]: the curve of a channel begins at one sampling interval. NaN where there is no curve.
-double rate_of(const Estimate& estimate, const std::string& label) {
-  const auto curve = std::ranges::find(estimate.curves, label + " allan_deviation", &Curve::name);
-  if (curve == estimate.curves.end() || curve->x.values.empty()) return std::nan("");
-  return std::round(1e9 / curve->x.values.front()) / 1e9;
-}
-
-/// The rate of all channels [Hz]; where they differ, the user has to say one.
-double common_rate(const Estimate& estimate, const std::vector<std::pair<std::string, bool>>& channels) {
-  std::vector<double> rates;
-  for (const auto& [label, gyro] : channels) rates.push_back(rate_of(estimate, label));
-  const auto [low, high] = std::ranges::minmax(rates);
-  return high < 1.01 * low ? rates.front() : AxisNoise::none;
-}
-
 }  // namespace
 
 void read_noise(Reader& reader, std::set<std::string>& claimed) {
   const auto channels = channels_of(reader.estimate());
   if (channels.empty()) return reader.problem("it states no white noise of a gyro or an accelerometer");
   const auto axes = axes_of(reader, channels);
-  reader.calibration().noise_rate = common_rate(reader.estimate(), channels);
   for (const auto& [label, gyro] : channels) {
     const auto own = axes.find(label);
     if (own == axes.end()) continue;

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/error.hpp"
 
@@ -84,11 +84,9 @@ double largest_walk(std::span<const UnitHistory> histories) {
   return 3.0 * most;
 }
 
-double normal_below(double x) { return cdf(boost::math::normal(), x); }
-
 double outside(const Forecast& at, double lower, double upper) {
   const double sd = std::sqrt(std::max(at.variance, 1e-300));
-  return normal_below((lower - at.value) / sd) + normal_below((at.value - upper) / sd);
+  return normal_below((lower - at.value) / sd) + normal_above((upper - at.value) / sd);
 }
 
 /// First time after the last visit at which `probability` exceeds the risk, at most `longest`.

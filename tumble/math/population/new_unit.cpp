@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
 #include <vector>
 
 #include "tumble/math/median.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -64,7 +64,7 @@ struct Part {
 double below(const std::vector<Part>& parts, double x) {
   double sum = 0.0;
   for (const auto& part : parts)
-    sum += part.weight * cdf(boost::math::normal(), (x - part.mean) / std::sqrt(part.variance));
+    sum += part.weight * normal_below((x - part.mean) / std::sqrt(part.variance));
   return sum;
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <boost/math/distributions/normal.hpp>
 #include <boost/math/quadrature/gauss.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -34,7 +34,6 @@ std::vector<Node> nodes_between(double low, double high) {
 }
 
 double density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(two_pi); }
-double below(double x) { return cdf(boost::math::normal(), x); }
 
 /// Of a one-sided CUSUM from zero whose points have this mean.
 double one_sided(double k, double h, double mean) {
@@ -45,7 +44,7 @@ double one_sided(double k, double h, double mean) {
   for (std::size_t i = 0; i < n; ++i) {
     const double u = i + 1 < n ? grid[i].at : 0.0;
     for (std::size_t j = 0; j + 1 < n; ++j) a(i, j) = -grid[j].weight * density(grid[j].at + k - u - mean);
-    a(i, n - 1) = -below(k - u - mean);
+    a(i, n - 1) = -normal_below(k - u - mean);
     a(i, i) += 1.0;
   }
   return solve(a, std::vector<double>(n, 1.0)).back();

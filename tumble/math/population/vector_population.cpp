@@ -131,7 +131,7 @@ Matrix first_spread(std::span<const UnitVector> units) {
   return diagonal(variances);
 }
 
-Matrix most_likely_spread(std::span<const UnitVector> units, double shrinkage, int most_steps) {
+Matrix most_likely_covariance(std::span<const UnitVector> units, double shrinkage, int most_steps) {
   Matrix spread = first_spread(units);
   for (int step = 0; step < most_steps; ++step) {
     const Matrix next = next_spread(units, spread, shrinkage);
@@ -167,7 +167,7 @@ Predicted predicted(std::span<const UnitVector> units, double shrinkage) {
     std::vector<UnitVector> others;
     for (std::size_t u = 0; u < units.size(); ++u)
       if (u % folds != fold) others.push_back(units[u]);
-    const Matrix spread = most_likely_spread(others, shrinkage, 60);
+    const Matrix spread = most_likely_covariance(others, shrinkage, 60);
     const auto at = mean_of(others, spread);
     for (std::size_t u = fold; u < units.size(); u += folds) {
       if (seen(units[u]).empty()) continue;
@@ -191,7 +191,7 @@ VectorPopulation vector_population(std::span<const UnitVector> units) {
     best = score.log_likelihood;
     out.shrinkage = shrinkage, out.inflation = std::max(1.0, score.inflation);
   }
-  out.spread = most_likely_spread(units, out.shrinkage, 500);
+  out.spread = most_likely_covariance(units, out.shrinkage, 500);
   const auto at = mean_of(units, out.spread);
   out.mean = at.mean, out.mean_covariance = at.covariance;
   out.units = units.size();

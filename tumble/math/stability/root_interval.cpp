@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
 namespace tumble {
@@ -50,7 +51,7 @@ double chi_square_tail(double ratio, double edf) {
   if (ratio <= 0.0) return 1.0;
   if (edf <= 1000.0) return boost::math::gamma_q(0.5 * edf, 0.5 * edf * ratio);
   const CubeRoot root(edf);  // good to 1e-4 here, where the incomplete gamma function overflows inside
-  return 0.5 * std::erfc((std::cbrt(ratio) - root.mean) / root.sd / std::numbers::sqrt2);
+  return normal_above((std::cbrt(ratio) - root.mean) / root.sd);
 }
 
 double root_interval_degrees_of_freedom(double edf, double share) {

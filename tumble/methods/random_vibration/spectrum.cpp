@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "tumble/math/normal.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -12,8 +13,6 @@ namespace tumble::random_vibration {
 namespace {
 
 double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * pi); }
-double normal_below(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
-double normal_above(double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); }
 
 }  // namespace
 

@@ -128,9 +128,25 @@ Vector3 of_each_axis(const TriadCalibration& triad, double AxisNoise::*value, do
 
 Option rate_option(const char* description) { return quantity("rate", "Hz").above(0).bare().says(description); }
 
+namespace {
+
+/// [Hz] of the records of all axes whose noise is known; NaN where one is not known, or they differ.
+double rate_of_records(const ImuCalibration& calibration) {
+  double common = AxisNoise::none;
+  for (const TriadCalibration* triad : {&calibration.gyros, &calibration.accelerometers})
+    for (const AxisNoise& axis : triad->noise) {
+      if (std::isnan(axis.white)) continue;
+      if (std::isnan(common)) common = axis.rate;
+      if (!(std::abs(axis.rate - common) < 0.01 * common)) return AxisNoise::none;
+    }
+  return common;
+}
+
+}  // namespace
+
 double rate_of(const ImuCalibration& calibration, const Settings& settings, const char* consumer) {
   if (settings.has("rate")) return settings.number("rate");
-  if (std::isfinite(calibration.noise_rate)) return calibration.noise_rate;
+  if (const double rate = rate_of_records(calibration); std::isfinite(rate)) return rate;
   throw Error(Error::Kind::bad_input, fmt::format("{} needs the rate of the samples: --set rate=200", consumer));
 }
 

@@ -8,6 +8,7 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/noise/noise_likelihood/excess.hpp"
+#include "tumble/math/normal.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/stability/allan_fit.hpp"
 
@@ -174,7 +175,6 @@ double interval_freedom(const BandData& data, const Matrix& x, const std::vector
 }
 
 double time_freedom(double sd) {
-  const auto below = [](double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); };
   return freedom_for([&](double t) {
     // Greatest share of the truth whose interval ends below it, and least whose interval starts above it.
     double low = 1e-3, high = 1.0;
@@ -190,15 +190,15 @@ double time_freedom(double sd) {
         const double share = 0.5 * (least + most);
         (share - t * sd * std::pow(share, 1.5) < 1.0 ? least : most) = share;
       }
-      above = below(-std::log(most) / sd);
+      above = normal_below(-std::log(most) / sd);
     }
-    return below(std::log(low) / sd) + above;
+    return normal_below(std::log(low) / sd) + above;
   });
 }
 
 double logarithm_freedom(double sd) {
   if (!(sd > 0.0)) return std::numeric_limits<double>::infinity();
-  const auto beyond = [&](double off) { return 0.5 * std::erfc(off / sd / std::numbers::sqrt2); };
+  const auto beyond = [&](double off) { return normal_above(off / sd); };
   return freedom_for(
       [&](double t) { return beyond(std::log1p(t * sd)) + (t * sd < 1.0 ? beyond(-std::log1p(-t * sd)) : 0.0); });
 }
