@@ -42,6 +42,12 @@ Verb report_verb();
 Verb export_verb();
 Verb certificate_verb();
 Verb compare_verb();
+Verb rehearse_verb();
+Verb run_verb();
+Verb resume_verb();
+Verb stop_verb();
+Verb station_verb();
+Verb virtual_rig_verb();
 Verb convert_verb();
 
 /// Exit status of a wrong command line, plan or option.

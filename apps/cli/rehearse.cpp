@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "tumble/station/rehearse.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string plan, output, station, faults;
+  std::uint64_t seed = 1;
+  std::vector<std::string> sets;
+};
+
+std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// "1 h 15 min", "12 min 3 s"
+std::string duration(double seconds) {
+  const auto whole = static_cast<long>(seconds + 0.5);
+  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+  return whole >= 60 ? fmt::format("{} min {} s", whole / 60, whole % 60) : fmt::format("{} s", whole);
+}
+
+/// One line for each thing that a person would want to know of.
+void tell(const Note& note, double time) {
+  const auto whole = static_cast<long>(time);
+  print(fmt::format("{:3}:{:02}:{:02}  {:10}  {}\n", whole / 3600, whole / 60 % 60, whole % 60, note.kind, note.text));
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  Rehearsal rehearsal;
+  rehearsal.recording =
+      arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + ".h5" : arguments.output;
+  if (std::filesystem::path(rehearsal.recording).extension() != ".h5")
+    throw Error(Error::Kind::bad_input, "'" + rehearsal.recording + "': a run is sealed into a file that ends in .h5");
+  check_recording_output(rehearsal.recording, {arguments.plan});
+  rehearsal.folder = std::filesystem::path(rehearsal.recording).replace_extension().string();
+  rehearsal.plan = tumble::load_plan(arguments.plan, parse_sets(arguments.sets));
+  rehearsal.seed = arguments.seed;
+  if (!arguments.station.empty()) rehearsal.station = load_station(arguments.station);
+  if (!arguments.faults.empty()) rehearsal.faults = read_faults(content_of(arguments.faults), arguments.faults);
+  if (!terminal.quiet) rehearsal.company.note = tell;
+
+  const auto begin = std::chrono::steady_clock::now();
+  Rehearsed rehearsed;
+  {
+    ProgressLine line(terminal);
+    rehearsal.company.show = [progress = line.progress()](const RunView& view) {
+      if (!progress) return;
+      const double all = view.time + view.left;
+      progress(all > 0.0 ? view.time / all : 0.0, fmt::format("{} {}", name(view.phase), view.label));
+    };
+    rehearsal.company.show_every = 30.0;
+    rehearsed = rehearse(rehearsal, {});
+  }
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  print(fmt::format("\n{}: {}{}\n{} rehearsed in {:.1f} s\n", arguments.plan, name(rehearsed.end.ending),
+                    rehearsed.end.text.empty() ? "" : ": " + rehearsed.end.text, duration(rehearsed.simulated), wall));
+  for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, fmt::format("wrote {}", sealed.path));
+  return rehearsed.end.ending == RunEnding::complete ? 0 : 3;
+}
+
+}  // namespace
+
+Verb rehearse_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"rehearse",
+          "Carry out a plan on a virtual rig, over the protocols of the station, as fast as it goes",
+          {{"PLAN", &arguments->plan, "plan file (.toml) with [rig], [[schedule]] and [truth]", true},
+           {"-o,--output", &arguments->output,
+            "recording to write, .h5 (default: <plan>.h5 in this folder); the run is kept in a folder of that name"},
+           {"--station", &arguments->station, "station file; without it one is made from the rig of the plan"},
+           {"--faults", &arguments->faults, "file of faults that happen during the run"},
+           {"--seed", &arguments->seed, "seed of the random numbers"},
+           sets_argument(arguments->sets, "value that replaces that of the plan: truth.KEY, rig.KEY; repeatable")},
+          "Examples:\n"
+          "  tumble rehearse north_finding.toml -o run.h5\n"
+          "  tumble rehearse north_finding.toml -o run.h5 --station bench.toml --faults faults.toml --seed 3\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

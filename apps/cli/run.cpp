@@ -1,0 +1,217 @@
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+
+#include "run_display.hpp"
+#include "tumble/station/recorder_read.hpp"
+#include "tumble/station/run_plan.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+using What = decltype(RunEvent::what);
+
+struct Arguments {
+  std::string plan, station, output, who, accept_expired;
+  std::vector<std::string> units;
+  bool dry_run = false;
+};
+
+volatile std::sig_atomic_t wanted_end = 0;
+
+/// The run ends by the safe list, once; further signals change nothing, because nothing ends it sooner.
+extern "C" void end_run(int) { wanted_end = 1; }
+
+double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  localtime_r(&now, &parts);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &parts);
+  return text;
+}
+
+/// SLOT=SERIAL
+std::map<std::string, std::string> units_of(const std::vector<std::string>& texts) {
+  std::map<std::string, std::string> units;
+  for (const auto& text : texts) {
+    const auto equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+      throw Error(Error::Kind::bad_input, "--unit " + text + ": write SLOT=SERIAL, for example --unit a=0173");
+    if (!units.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
+      throw Error(Error::Kind::bad_input, "--unit: slot '" + text.substr(0, equals) + "' has two units");
+  }
+  return units;
+}
+
+/// A line of standard input that is there; nothing where none is.
+std::optional<std::string> typed() {
+  static std::string waiting;
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  if (poll(&input, 1, 0) > 0 && (input.revents & POLLIN) != 0) {
+    char bytes[256];
+    if (const auto count = read(STDIN_FILENO, bytes, sizeof bytes); count > 0)
+      waiting.append(bytes, static_cast<std::size_t>(count));
+  }
+  const auto end = waiting.find('\n');
+  if (end == std::string::npos) return std::nullopt;
+  std::string line = waiting.substr(0, end);
+  waiting.erase(0, end + 1);
+  return line;
+}
+
+/// What a person at this terminal orders.
+class Operator {
+ public:
+  explicit Operator(std::string who) : who_(std::move(who)) {}
+
+  void asked(const Prompt& prompt) { prompt_ = prompt; }
+  std::vector<What> orders() {
+    std::vector<What> orders;
+    if (wanted_end && !ended_) {
+      ended_ = true;
+      orders.push_back(RunOrder{RunOrder::Kind::stop, who_});
+    }
+    if (const auto line = typed()) answer(*line, orders);
+    return orders;
+  }
+
+ private:
+  void answer(const std::string& line, std::vector<What>& orders) {
+    if (prompt_) {
+      orders.push_back(PromptAnswer{prompt_->id, line.empty() ? prompt_->standard : line, who_});
+      prompt_.reset();
+    } else if (line == "p" || line == "pause") {
+      orders.push_back(RunOrder{RunOrder::Kind::pause_at_checkpoint, who_});
+    } else if (line == "r" || line == "resume") {
+      orders.push_back(RunOrder{RunOrder::Kind::resume, who_});
+    } else if (line == "abort") {
+      orders.push_back(RunOrder{RunOrder::Kind::abort, who_});
+    }
+  }
+
+  std::string who_;
+  std::optional<Prompt> prompt_;
+  bool ended_ = false;
+};
+
+void print_timeline(const Plan& plan) {
+  double time = 0.0;
+  for (const Segment& segment : plan.schedule) {
+    print(fmt::format("{:>9}  {} ({:g} s)\n", hours_text(time), segment.label, segment.duration));
+    time += segment.duration;
+  }
+  print(fmt::format("{:>9}  end, without ways, settling and prompts\n", hours_text(time)));
+}
+
+int carry_on(PlannedRunAtStation& run, const Terminal& terminal) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, end_run);
+  RunDisplay display(terminal);
+  Operator person(run.who);
+  run.clock = steady;
+  run.company.orders = [&] { return person.orders(); };
+  run.company.ask = [&](const Prompt& prompt) {
+    display.ask(prompt);
+    person.asked(prompt);
+  };
+  run.company.note = [&](const Note& note, double time) { display.tell(note, time); };
+  run.company.show = [&](const RunView& view) { display.show(view); };
+  const RunEnd end = run_plan(run);
+  display.end();
+  print(fmt::format("\n{}{}\n", name(end.ending), end.text.empty() ? "" : ": " + end.text));
+  if (end.ending != RunEnding::complete) {
+    note(terminal, fmt::format("the run is kept in {}; it goes on with: tumble resume {} --operator NAME", run.folder, run.folder));
+    return 3;
+  }
+  Disk disk;
+  for (const auto& sealed : seal(run.folder, disk)) note(terminal, "wrote " + sealed.path);
+  return 0;
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  PlannedRunAtStation run;
+  run.plan = tumble::load_plan(arguments.plan);
+  run.station = load_station(arguments.station);
+  run.units = units_of(arguments.units);
+  run.who = arguments.who;
+  run.date = today();
+  run.accept_expired = arguments.accept_expired;
+  run.folder = arguments.output.empty() ? std::filesystem::path(arguments.plan).stem().string() + "-run" : arguments.output;
+  if (!arguments.dry_run) return carry_on(run, terminal);
+  Station station = run.station;
+  parts_of(station);
+  StationRequest request;
+  request.units = run.units;
+  request.date = run.date;
+  request.accept_expired = run.accept_expired;
+  if (auto problems = check_station(run.plan, station, request); !problems.empty())
+    throw Error(Error::Kind::bad_input, std::move(problems));
+  print_timeline(run.plan);
+  return 0;
+}
+
+struct ResumeArguments {
+  std::string run, who, station, accept_expired;
+};
+
+int resume(const ResumeArguments& arguments, const Terminal& terminal) {
+  const std::filesystem::path folder(arguments.run);
+  PlannedRunAtStation run;
+  run.resume = true;
+  run.folder = arguments.run;
+  run.plan = tumble::load_plan((folder / "plan.toml").string());
+  const auto facts = visit_store(arguments.run, [](const StoreItem&) {}).facts;
+  for (const auto& [fact, value] : facts)
+    if (fact.starts_with("unit ")) run.units[fact.substr(5)] = value;
+  run.station = load_station(arguments.station.empty() ? facts.at("station_file") : arguments.station);
+  run.who = arguments.who;
+  run.date = today();
+  run.accept_expired = arguments.accept_expired;
+  return carry_on(run, terminal);
+}
+
+}  // namespace
+
+Verb run_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"run",
+          "Carry out a plan at a station, and record it",
+          {{"PLAN", &arguments->plan, "plan file (.toml) with [rig] and [[schedule]]", true},
+           {"--station", &arguments->station, "station file (.toml): which controller on which link is which axis", true},
+           {"--unit", &arguments->units, "which unit is in which slot: SLOT=SERIAL; repeatable", true},
+           {"--operator", &arguments->who, "who carries it out", true},
+           {"-o,--output", &arguments->output, "folder of the run (default: <plan>-run in this folder)"},
+           {"--dry-run", &arguments->dry_run, "check everything and print the timeline; nothing is moved"},
+           {"--accept-expired", &arguments->accept_expired,
+            "reason why equipment out of calibration may be used; it is recorded"}},
+          "Examples:\n"
+          "  tumble run north.toml --station bench.toml --unit a=0173 --operator \"Li Wei\" --dry-run\n"
+          "  tumble run north.toml --station bench.toml --unit a=0173 --operator \"Li Wei\" -o run-0173\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+Verb resume_verb() {
+  auto arguments = std::make_shared<ResumeArguments>();
+  return {"resume",
+          "Carry on a run that was interrupted: the unfinished segment is repeated",
+          {{"RUN", &arguments->run, "folder of the run", true},
+           {"--operator", &arguments->who, "who carries it out", true},
+           {"--station", &arguments->station, "station file (default: that of the run, where it was)"},
+           {"--accept-expired", &arguments->accept_expired,
+            "reason why equipment out of calibration may be used; it is recorded"}},
+          "Example:\n"
+          "  tumble resume run-0173 --operator \"Li Wei\"\n",
+          [arguments](const Terminal& terminal) { return resume(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

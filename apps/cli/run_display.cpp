@@ -1,0 +1,85 @@
+#include "run_display.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/report/text_table.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble::cli {
+namespace {
+
+const Unit& shown_unit(StationAxis::Kind kind, bool rate) {
+  static const Unit angle = Unit::parse("deg"), angle_rate = Unit::parse("deg/s"), air = Unit::parse("degC"),
+                    air_rate = Unit::parse("K/min"), force = Unit::parse("m/s^2");
+  if (kind == StationAxis::Kind::temperature) return rate ? air_rate : air;
+  if (kind == StationAxis::Kind::acceleration) return force;
+  return rate ? angle_rate : angle;
+}
+
+std::string number_text(const std::optional<double>& value, const Unit& unit) {
+  return value && std::isfinite(*value) ? fmt::format("{:.6g} {}", unit.from_si(*value), unit.text()) : "";
+}
+
+/// Demanded and actual of each axis.
+std::string axes_text(const RunView& view, std::size_t width) {
+  using Align = TextColumn::Align;
+  using Demand = AxisProgress::Demand;
+  TextColumn names{"axis", "", {}, Align::left}, demands{"demanded", "", {}}, positions{"at", "", {}}, rates{"rate", "", {}};
+  for (const auto& axis : view.axes) {
+    names.cells.push_back(axis.name);
+    const bool rate = axis.demand == Demand::rate;
+    const bool none = axis.demand == Demand::none || axis.demand == Demand::rest;
+    demands.cells.push_back(none ? "" : number_text(axis.demanded, shown_unit(axis.kind, rate)));
+    positions.cells.push_back(number_text(axis.temperature ? axis.temperature : axis.position, shown_unit(axis.kind, false)));
+    rates.cells.push_back(number_text(axis.rate, shown_unit(axis.kind, true)));
+  }
+  return names.cells.empty() ? "" : text_table({names, demands, positions, rates}, width);
+}
+
+std::string channels_text(const RunView& view, std::size_t width) {
+  using Align = TextColumn::Align;
+  TextColumn names{"channel", "", {}, Align::left}, units{"unit", "", {}, Align::left};
+  TextColumn means{"mean", "", {}}, sds{"sd", "", {}}, allans{"Allan 1 s", "", {}};
+  for (const auto& channel : view.channels) {
+    names.cells.push_back(channel.slot.empty() ? channel.name : channel.slot + "." + channel.name);
+    units.cells.push_back(channel.unit.text());
+    means.cells.push_back(fmt::format("{:.6g}", channel.unit.from_si(channel.mean)));
+    sds.cells.push_back(fmt::format("{:.3g}", channel.unit.difference_from_si(channel.sd)));
+    allans.cells.push_back(fmt::format("{:.3g}", channel.unit.difference_from_si(channel.allan)));
+  }
+  return names.cells.empty() ? "" : text_table({names, units, means, sds, allans}, width);
+}
+
+}  // namespace
+
+std::string hours_text(double seconds) {
+  const auto whole = static_cast<long>(std::max(0.0, seconds));
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+void RunDisplay::show(const RunView& view) {
+  if (!terminal_.live) return;
+  std::string text = fmt::format("{}  {}  segment {} of {} '{}', {} left; on disk up to {}\n{} frames, {} lost, {} damaged\n\n",
+                                 hours_text(view.time), name(view.phase), std::min(view.segment + 1, view.segments),
+                                 view.segments, view.label, hours_text(view.left), hours_text(view.acknowledged),
+                                 view.frames, view.lost, view.damaged);
+  text += axes_text(view, terminal_.width) + "\n" + channels_text(view, terminal_.width);
+  if (view.prompt) text += "\n" + view.prompt->text + "\n";
+  block_.show(text + "\np pauses at the next segment, r resumes, Ctrl+C ends the run safely\n");
+}
+
+void RunDisplay::tell(const Note& note, double time) {
+  block_.clear();
+  if (!terminal_.quiet) print(fmt::format("{:>9}  {:10}  {}\n", hours_text(time), note.kind, note.text));
+}
+
+void RunDisplay::ask(const Prompt& prompt) {
+  block_.clear();
+  std::string choices;
+  for (const auto& choice : prompt.choices) choices += (choices.empty() ? "" : ", ") + choice;
+  print(fmt::format("\n{}\n  answer one of: {} (Enter: {})\n", prompt.text, choices, prompt.standard));
+}
+
+}  // namespace tumble::cli

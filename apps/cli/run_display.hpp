@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "live_block.hpp"
+#include "terminal.hpp"
+#include "tumble/station/carry_out.hpp"
+
+namespace tumble::cli {
+
+/// What a person sees of a run: on a terminal one block that is drawn again, and lines for what happened; elsewhere the
+/// lines alone.
+class RunDisplay {
+ public:
+  explicit RunDisplay(const Terminal& terminal) : terminal_(terminal), block_(terminal) {}
+  void show(const RunView& view);
+  void tell(const Note& note, double time);
+  void ask(const Prompt& prompt);
+  void end() { block_.clear(); }
+
+ private:
+  const Terminal& terminal_;
+  LiveBlock block_;
+};
+
+/// "1:15:03"
+std::string hours_text(double seconds);
+
+}  // namespace tumble::cli

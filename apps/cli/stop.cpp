@@ -1,0 +1,68 @@
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "tumble/station/lease.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+bool goes_on(const LeaseHolder& run) {
+  const auto all = runs_going_on();
+  return std::ranges::find(all, run.run, &LeaseHolder::run) != all.end();
+}
+
+LeaseHolder chosen(const std::string& wanted) {
+  const auto all = runs_going_on();
+  std::string list;
+  for (const auto& run : all) list += "\n  " + run.run;
+  if (all.empty()) throw Error(Error::Kind::bad_input, "no run is going on on this machine");
+  if (wanted.empty()) {
+    if (all.size() == 1) return all.front();
+    throw Error(Error::Kind::bad_input, "several runs are going on; name one:" + list);
+  }
+  const std::string path = std::filesystem::absolute(wanted).lexically_normal().string();
+  const auto found = std::ranges::find(all, path, &LeaseHolder::run);
+  if (found == all.end())
+    throw Error(Error::Kind::bad_input, "the run '" + path + "' is not going on; these are:" + list);
+  return *found;
+}
+
+int run(const std::string& wanted) {
+  using namespace std::chrono_literals;
+  const LeaseHolder run = chosen(wanted);
+  if (kill(static_cast<pid_t>(run.process), SIGTERM) != 0)
+    throw Error(Error::Kind::bad_file, fmt::format("the run '{}' (process {}) cannot be stopped from here: it belongs to "
+                                                   "another user",
+                                                   run.run, run.process));
+  for (int tenths = 0; tenths < 1200; ++tenths) {
+    if (!goes_on(run)) {
+      print(fmt::format("the run '{}' has ended; it says whether the rig is safe\n", run.run));
+      return 0;
+    }
+    std::this_thread::sleep_for(100ms);
+  }
+  complain({}, fmt::format("the run '{}' has not ended within 2 min: go to the rig", run.run));
+  return 3;
+}
+
+}  // namespace
+
+Verb stop_verb() {
+  auto wanted = std::make_shared<std::string>();
+  return {"stop",
+          "Stop a run from another terminal: the rig goes to its safe state",
+          {{"RUN", wanted.get(), "folder of the run; may be left out where only one is going on"}},
+          "Example:\n"
+          "  tumble stop run-0173\n",
+          [wanted](const Terminal&) { return run(*wanted); }};
+}
+
+}  // namespace tumble::cli

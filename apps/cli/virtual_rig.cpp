@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <memory>
+
+#include "tumble/station/serve_bench.hpp"
+#include "tumble/units/error.hpp"
+#include "verbs.hpp"
+
+namespace tumble::cli {
+namespace {
+
+struct Arguments {
+  std::string plan, station, faults, speed = "1";
+  std::uint64_t seed = 1;
+};
+
+std::atomic<bool> wanted_end{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void end_service(int) { wanted_end = true; }
+
+double steady() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::vector<VirtualFault> faults_of(const std::string& path) {
+  if (path.empty()) return {};
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
+  return read_faults({std::istreambuf_iterator<char>(file), {}}, path);
+}
+
+double speed_of(const std::string& text) {
+  const double speed = parse_si(text, Unit::parse("1"));
+  if (speed > 0.0 && speed <= 1000.0) return speed;
+  throw Error(Error::Kind::bad_input, "--speed " + text + ": a number above 0, up to 1000, is expected");
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+  const Plan plan = tumble::load_plan(arguments.plan);
+  Station station = load_station(arguments.station);
+  const StationParts parts = parts_of(station);
+  const double speed = speed_of(arguments.speed);
+  VirtualBench bench(plan, station, parts, arguments.seed,
+                     timed_faults(faults_of(arguments.faults), arguments.seed, std::numeric_limits<double>::infinity()));
+  const double begin = steady();
+  BenchServer server(bench, station, [begin, speed] { return speed * (steady() - begin); }, speed);
+  std::vector<std::string> names;
+  for (const auto& device : station.devices) names.push_back(device.name);
+  for (const auto& instrument : station.instruments) names.push_back(instrument.slot);
+  for (std::size_t w = 0; w < names.size(); ++w)
+    if (!server.addresses()[w].empty()) print(fmt::format("{:16} {}\n", names[w], server.addresses()[w]));
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, end_service);
+  note(terminal, "the virtual rig is ready; Ctrl+C ends it");
+  server.serve(wanted_end);
+  return 0;
+}
+
+}  // namespace
+
+Verb virtual_rig_verb() {
+  auto arguments = std::make_shared<Arguments>();
+  return {"virtual-rig",
+          "Play the rig of a plan at the links of a station, for other programs and for tests",
+          {{"PLAN", &arguments->plan, "plan file (.toml) with [rig] and [truth]", true},
+           {"--station", &arguments->station, "station file; its TCP ports are served on this machine", true},
+           {"--faults", &arguments->faults, "file of faults that happen"},
+           {"--speed", &arguments->speed, "how fast its clock goes: 50 means 50 s in each second"},
+           {"--seed", &arguments->seed, "seed of the random numbers"}},
+          "Example:\n"
+          "  tumble virtual-rig north.toml --station bench.toml --speed 50\n",
+          [arguments](const Terminal& terminal) { return run(*arguments, terminal); }};
+}
+
+}  // namespace tumble::cli

@@ -1,0 +1,269 @@
+#include "tumble/station/carry_out.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "tumble/station/carry_out/device_line.hpp"
+#include "tumble/station/carry_out/row_text.hpp"
+#include "tumble/station/recorder_read.hpp"
+#include "tumble/station/recorder_stream.hpp"
+
+namespace tumble {
+namespace {
+
+using station::DeviceLine;
+
+constexpr double never = std::numeric_limits<double>::infinity();
+constexpr double values_every = 0.1;  ///< [s] channels are told to the executive
+constexpr double longest_wait = 1.0;  ///< [s] without a look at orders
+
+struct Device {
+  DeviceLine line;
+  std::size_t link = 0;  ///< of the recorder
+};
+
+/// One run from begin to end.
+class Conductor {
+ public:
+  Conductor(ExecutiveState state, const StationParts& parts, const Wires& wires, Recorder& recorder,
+            const RunCompany& company)
+      : state_(std::move(state)), parts_(parts), wires_(wires), recorder_(recorder), company_(company) {
+    const Station& station = state_.course->station;
+    devices_.reserve(station.devices.size());
+    for (std::size_t d = 0; d < station.devices.size(); ++d) {
+      const std::size_t link = recorder_.add_link({.name = station.devices[d].name});
+      devices_.push_back({DeviceLine(parts.controllers[d], [this, d](std::string_view bytes) { send(d, bytes); }), link});
+    }
+    for (std::size_t i = 0; i < station.instruments.size(); ++i) streams_.push_back(recorder_of(i));
+    begin_ = wires_.now();
+    next_show_ = next_values_ = begin_;
+  }
+
+  RunEnd run() {
+    take(RunOrder{RunOrder::Kind::start, {}});
+    while (!end_) {
+      for (const LinkEvent& event : wires_.wait(std::min(next(), wires_.now() + longest_wait))) {
+        happened(event);
+        if (end_) break;
+      }
+      if (!end_) look_around();
+    }
+    recorder_.close(wires_.now(), std::string(name(end_->ending)));
+    return *end_;
+  }
+
+ private:
+  std::unique_ptr<InstrumentRecorder> recorder_of(std::size_t i) {
+    const StationInstrument& instrument = state_.course->station.instruments[i];
+    if (instrument.frames.empty()) return nullptr;
+    const StationParts::Stream& stream = parts_.streams[i];
+    StoreLink link;
+    link.name = instrument.link.empty() ? instrument.slot : instrument.link;
+    link.slot = state_.course->units.size() > 1 ? instrument.slot : "";
+    link.declaration = stream.text;
+    link.declaration_name = stream.name;
+    link.variants = stream.variants;
+    return std::make_unique<InstrumentRecorder>(recorder_, stream.codec, link);
+  }
+
+  void send(std::size_t device, std::string_view bytes) {
+    recorder_.raw(devices_[device].link, StoreDirection::sent, wires_.now(), bytes);
+    wires_.send(device, bytes);
+  }
+
+  /// [s] when something is due.
+  double next() const {
+    double due = std::min(state_.wake.value_or(never), next_values_);
+    for (const Device& device : devices_) due = std::min(due, device.line.next());
+    return due;
+  }
+
+  void happened(const LinkEvent& event) {
+    const Station& station = state_.course->station;
+    if (event.link < devices_.size()) {
+      Device& device = devices_[event.link];
+      const std::string& called = station.devices[event.link].name;
+      if (event.kind == LinkEvent::Kind::lost) {
+        device.line.restart();
+        return take(LinkLost{called, event.reason}, event.time);
+      }
+      if (event.kind == LinkEvent::Kind::up) return take(LinkUp{called}, event.time);
+      recorder_.raw(device.link, StoreDirection::received, event.time, event.bytes);
+      return replied(event.link, device.line.receive(event.bytes, event.time), event.time);
+    }
+    const std::size_t i = event.link - devices_.size();
+    if (i >= streams_.size() || !streams_[i]) return;
+    if (event.kind == LinkEvent::Kind::lost)
+      return take(UnitFailed{station.instruments[i].slot, event.reason}, event.time);
+    if (event.kind == LinkEvent::Kind::up) return streams_[i]->restart();
+    streams_[i]->receive(event.time, event.bytes);
+  }
+
+  void replied(std::size_t device, const std::vector<ControllerReply>& replies, double time) {
+    for (const ControllerReply& reply : replies) take(DeviceReply{state_.course->station.devices[device].name, reply}, time);
+  }
+
+  /// What nobody sends: time, orders, the state of the disk.
+  void look_around() {
+    const double now = wires_.now();
+    for (std::size_t d = 0; d < devices_.size(); ++d) replied(d, devices_[d].line.at(now), now);
+    if (const auto failure = recorder_.failure(); failure && !store_failed_) {
+      store_failed_ = true;
+      take(StoreFailed{failure->text}, now);
+    }
+    if (company_.orders)
+      for (auto& order : company_.orders()) take(std::move(order), now);
+    if (now >= next_values_) tell_values(now);
+    if (state_.wake && now >= *state_.wake) take(Tick{}, now);
+    if (company_.show && now >= next_show_) {
+      company_.show(view(now));
+      next_show_ = now + company_.show_every;
+    }
+  }
+
+  void tell_values(double now) {
+    next_values_ = now + values_every;
+    ChannelValues values;
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      if (!streams_[i]) continue;
+      for (const auto& shown : streams_[i]->shown())
+        if (shown.noise.count() > 0)
+          values.values[state_.course->station.instruments[i].slot + "." + shown.channel.name] = shown.last;
+    }
+    if (!values.values.empty()) take(std::move(values), now);
+  }
+
+  void take(decltype(RunEvent::what) what) { take(std::move(what), wires_.now()); }
+
+  /// One event, and what follows of it. What the devices refuse at once is the next event.
+  void take(decltype(RunEvent::what) what, double time) {
+    events_.push_back({time, std::move(what)});
+    if (busy_) return;
+    busy_ = true;
+    while (!events_.empty()) {
+      const RunEvent event = std::move(events_.front());
+      events_.pop_front();
+      std::vector<RunAction> actions;
+      state_ = step(std::move(state_), event, actions);
+      for (const RunAction& action : actions) std::visit([&](const auto& one) { perform(one); }, action);
+      if (state_.by_hand != by_hand_ && company_.by_hand) company_.by_hand(state_.by_hand);
+      by_hand_ = state_.by_hand;
+    }
+    busy_ = false;
+  }
+
+  void perform(const Ask& ask) {
+    const auto& all = state_.course->station.devices;
+    const auto found = std::ranges::find(all, ask.device, &StationDevice::name);
+    if (found == all.end()) return;
+    const auto d = static_cast<std::size_t>(found - all.begin());
+    replied(d, devices_[d].line.ask(ask.request, wires_.now()), wires_.now());
+  }
+  void perform(const RecordSwitch& record) {
+    JournalRow row;
+    row.time = wires_.now();
+    row.segment = record.label;
+    row.run = record.run;
+    row.attempt = record.attempt;
+    row.step = record.on ? JournalRow::Step::records : JournalRow::Step::pauses;
+    recorder_.journal(row);
+  }
+  void perform(const JournalEntry& entry) {
+    const RunRow& row = entry.row;
+    const double now = wires_.now();
+    recorder_.event({now, "journal", {}, row.label, station::text_of(row)});
+    const bool begins = row.kind == RunRow::Kind::segment_begins;
+    if (begins || row.kind == RunRow::Kind::segment_ends) {
+      JournalRow step;
+      step.time = now;
+      step.segment = row.label;
+      step.run = row.run;
+      step.attempt = row.attempt;
+      step.step = begins ? JournalRow::Step::begins : JournalRow::Step::ends;
+      step.finished = row.ending == "complete";
+      step.reason = row.reason;
+      recorder_.journal(step);
+    }
+    recorder_.flush();
+  }
+  void perform(const Prompt& prompt) {
+    recorder_.event({wires_.now(), "prompt", {}, prompt.text, {}});
+    prompt_ = prompt;
+    if (company_.ask) company_.ask(prompt);
+  }
+  void perform(const PromptClosed&) { prompt_.reset(); }
+  void perform(const WakeAt&) {}  // the state has it
+  void perform(const Note& note) {
+    recorder_.event({wires_.now(), note.kind, {}, note.text, {}});
+    if (company_.note) company_.note(note, wires_.now() - begin_);
+  }
+  void perform(const RunEnd& end) { end_ = end; }
+
+  RunView view(double now) const;
+
+  ExecutiveState state_;
+  const StationParts& parts_;
+  const Wires& wires_;
+  Recorder& recorder_;
+  const RunCompany& company_;
+  std::vector<Device> devices_;
+  std::vector<std::unique_ptr<InstrumentRecorder>> streams_;  ///< null: an instrument without a stream
+  std::deque<RunEvent> events_;
+  std::map<std::string, double> by_hand_;
+  std::optional<Prompt> prompt_;
+  std::optional<RunEnd> end_;
+  double begin_ = 0.0, next_show_ = 0.0, next_values_ = 0.0;  ///< [s]
+  bool busy_ = false, store_failed_ = false;
+};
+
+RunView Conductor::view(double now) const {
+  RunView view;
+  const Course& course = *state_.course;
+  view.time = now - begin_;
+  view.phase = state_.phase;
+  view.segment = state_.segment;
+  view.segments = course.schedule.size();
+  if (state_.segment < course.schedule.size()) view.label = course.schedule[state_.segment].label;
+  for (std::size_t s = state_.segment; s < course.schedule.size(); ++s) view.left += course.schedule[s].duration;
+  if (state_.recording) view.left -= std::min(now - state_.recording_began, course.schedule[state_.segment].duration);
+  for (std::size_t a = 0; a < state_.axes.size(); ++a) {
+    const AxisProgress& axis = state_.axes[a];
+    view.axes.push_back({course.station.axes[a].name, course.station.axes[a].kind, axis.demand, axis.value, axis.position,
+                         axis.rate, axis.temperature});
+  }
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    if (!streams_[i]) continue;
+    const FrameCounts& counts = streams_[i]->counts();
+    view.frames += counts.good;
+    view.lost += counts.lost;
+    view.damaged += counts.damaged.count;
+    for (const auto& shown : streams_[i]->shown())
+      view.channels.push_back({course.station.instruments[i].slot, shown.channel.name, shown.channel.unit,
+                               shown.noise.mean(), shown.noise.sd(), shown.noise.allan()});
+  }
+  view.prompt = prompt_;
+  view.acknowledged = recorder_.acknowledged().time - begin_;
+  return view;
+}
+
+}  // namespace
+
+RunEnd carry_out(ExecutiveState state, const StationParts& parts, const Wires& wires, Recorder& recorder,
+                 const RunCompany& company) {
+  return Conductor(std::move(state), parts, wires, recorder, company).run();
+}
+
+std::vector<RunRow> journal_of(const std::string& run) {
+  std::vector<RunRow> rows;
+  visit_store(run, [&](const StoreItem& item) {
+    if (item.kind == StoreItem::Kind::event && item.event->kind == "journal")
+      rows.push_back(station::row_of(item.event->json));
+  });
+  return rows;
+}
+
+}  // namespace tumble

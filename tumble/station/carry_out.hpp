@@ -1,0 +1,87 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/station/executive.hpp"
+#include "tumble/station/recorder.hpp"
+#include "tumble/station/wires.hpp"
+#include "tumble/wire/controller.hpp"
+#include "tumble/wire/frames.hpp"
+
+/// Carries a plan out: the pure executive decides, this does what it says over wires and writes it all into the live
+/// store. The only other part that acts is the link layer.
+namespace tumble {
+
+/// The declarations that a station names, in the order of its devices and instruments.
+struct StationParts {
+  /// A declaration of frames with its text, so that a run can be decoded again.
+  struct Stream {
+    std::string name, text;
+    std::vector<std::string> variants;
+    FrameCodec codec;
+  };
+  std::vector<Controller> controllers;
+  std::vector<Stream> streams;
+};
+
+/// Reads them: shipped ones by name, others from files beside the station file. The verbs that each controller has are
+/// entered into the station.
+/// Throws Error::bad_input with all problems.
+StationParts parts_of(Station& station);
+
+/// What a person may see of a run while it goes on.
+struct RunView {
+  double time = 0.0;   ///< [s] since it began
+  RunPhase phase = RunPhase::idle;
+  std::size_t segment = 0, segments = 0;
+  std::string label;
+  double left = 0.0;   ///< [s] of the schedule, without ways and waiting
+  struct AxisView {
+    std::string name;
+    StationAxis::Kind kind = StationAxis::Kind::angle;
+    AxisProgress::Demand demand = AxisProgress::Demand::none;
+    double demanded = 0.0;  ///< [SI]
+    std::optional<double> position, rate, temperature;
+  };
+  std::vector<AxisView> axes;
+  struct ChannelView {
+    std::string slot, name;
+    Unit unit;
+    double mean = 0.0, sd = 0.0, allan = 0.0;  ///< [SI]
+  };
+  std::vector<ChannelView> channels;
+  std::uint64_t frames = 0, lost = 0, damaged = 0;  ///< of all streams
+  std::optional<Prompt> prompt;
+  double acknowledged = 0.0;  ///< [s] up to which everything is on the disk
+};
+
+/// What takes part in a run beside devices: people, and what shows it.
+struct RunCompany {
+  /// What was ordered or answered since the last call.
+  std::function<std::vector<decltype(RunEvent::what)>()> orders = {};
+  std::function<void(const Prompt&)> ask = {};
+  /// Axes that a person has moved, as the answers to prompts say [SI].
+  std::function<void(const std::map<std::string, double>&)> by_hand = {};
+  std::function<void(const Note& note, double time)> note = {};
+  std::function<void(const RunView&)> show = {};
+  double show_every = 0.5;  ///< [s] of the station's clock
+};
+
+/// Carries the course out from this state to its end.
+///
+/// Given     state     from start_state() or resume_state()
+///           parts     of the station; must live as long
+///           recorder  open; its end record is written here
+///
+/// Returned  how it ended, in words for a person
+RunEnd carry_out(ExecutiveState state, const StationParts& parts, const Wires& wires, Recorder& recorder,
+                 const RunCompany& company = {});
+
+/// The journal of a run, from its live store: what resume_state() takes. Throws Error::bad_file.
+std::vector<RunRow> journal_of(const std::string& run);
+
+}  // namespace tumble

@@ -1,0 +1,73 @@
+#include "tumble/station/carry_out/device_line.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::station {
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+DeviceLine::DeviceLine(const Controller& controller, std::function<void(std::string_view)> send)
+    : host_(controller), send_(std::move(send)), due_(never), quiet_since_(-never) {}
+
+std::vector<ControllerReply> DeviceLine::ask(const ControllerRequest& request, double time) {
+  if (!host_.idle()) host_.give_up();
+  waiting_.clear();
+  due_ = never;
+  try {
+    say(host_.ask(request), time);
+  } catch (const Error& error) {
+    ControllerReply reply;
+    reply.verb = request.verb;
+    reply.axis = request.axis;
+    reply.refused = true;
+    reply.text = error.what();
+    return {reply};
+  }
+  return due_ == never ? after(host_.feed({}), time) : std::vector<ControllerReply>{};
+}
+
+std::vector<ControllerReply> DeviceLine::receive(std::string_view bytes, double time) {
+  quiet_since_ = time;
+  return after(host_.feed(bytes), time);
+}
+
+std::vector<ControllerReply> DeviceLine::at(double time) {
+  if (time < due_) return {};
+  due_ = never;
+  quiet_since_ = time;
+  send_(std::exchange(waiting_, {}));
+  return after(host_.feed({}), time);
+}
+
+void DeviceLine::restart() {
+  if (!host_.idle()) host_.give_up();
+  waiting_.clear();
+  due_ = never;
+}
+
+void DeviceLine::say(std::string bytes, double time) {
+  if (time >= quiet_since_ + host_.pause()) {
+    quiet_since_ = time;
+    send_(bytes);
+    return;
+  }
+  waiting_ = std::move(bytes);
+  due_ = quiet_since_ + host_.pause();
+}
+
+std::vector<ControllerReply> DeviceLine::after(std::vector<ControllerReply> replies, double time) {
+  for (std::string more = host_.next(); !more.empty(); more = host_.next()) {
+    say(std::move(more), time);
+    if (due_ != never) break;
+    for (auto& reply : host_.feed({})) replies.push_back(std::move(reply));
+  }
+  return replies;
+}
+
+}  // namespace tumble::station

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tumble/wire/controller.hpp"
+
+namespace tumble::station {
+
+/// A controller at its wire: sends requests when the line has been quiet for as long as it wants, and collects replies.
+/// Overdue replies are the executive's business: it asks again, which gives up what was outstanding.
+class DeviceLine {
+ public:
+  /// `send`: bytes onto the wire. The controller must live as long.
+  DeviceLine(const Controller& controller, std::function<void(std::string_view)> send);
+
+  /// Returned: what can be said at once: refused where the controller cannot be asked so.
+  std::vector<ControllerReply> ask(const ControllerRequest& request, double time);
+  std::vector<ControllerReply> receive(std::string_view bytes, double time);
+  /// Sends what is due. Returned: as ask().
+  std::vector<ControllerReply> at(double time);
+  /// [s] when at() has something to do; infinity: not before something is received or asked.
+  double next() const { return due_; }
+  /// The link was lost: what was outstanding will not be answered.
+  void restart();
+
+ private:
+  void say(std::string bytes, double time);
+  std::vector<ControllerReply> after(std::vector<ControllerReply> replies, double time);
+
+  ControllerHost host_;
+  std::function<void(std::string_view)> send_;
+  std::string waiting_;  ///< bytes that the line must be quiet for
+  double due_;           ///< [s]
+  double quiet_since_;   ///< [s]
+};
+
+}  // namespace tumble::station

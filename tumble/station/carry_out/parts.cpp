@@ -1,0 +1,78 @@
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tumble/station/carry_out.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/wire/controllers.hpp"
+#include "tumble/wire/instruments.hpp"
+
+namespace tumble {
+namespace {
+
+/// Text of a declaration that lies in a file.
+std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Error::Kind::bad_file, "cannot read '" + path + "'");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A file beside the station file.
+std::string beside(const Station& station, const std::string& path) {
+  const std::filesystem::path given(path);
+  return given.is_absolute() ? path : (std::filesystem::path(station.file).parent_path() / given).string();
+}
+
+Controller controller_of_device(const Station& station, const StationDevice& device) {
+  if (!device.controller.ends_with(".toml")) return controller_of(find_controller(device.controller), device.settings);
+  const std::string path = beside(station, device.controller);
+  return read_controller(content_of(path), path, device.settings);
+}
+
+StationParts::Stream stream_of(const Station& station, const StationInstrument& instrument) {
+  StationParts::Stream stream;
+  if (instrument.frames.empty()) return stream;
+  const InstrumentChoice choice = parse_instrument(instrument.frames);
+  stream.variants = choice.variants;
+  if (choice.name.ends_with(".toml")) {
+    stream.name = beside(station, choice.name);
+    stream.text = content_of(stream.name);
+  } else {
+    stream.name = choice.name;
+    stream.text = find_instrument(choice.name).text;
+  }
+  stream.codec = read_frames(stream.text, stream.name, choice.variants);
+  return stream;
+}
+
+template <class Work>
+void collect(std::vector<std::string>& problems, const std::string& what, Work work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) problems.push_back(what + ": " + problem);
+  }
+}
+
+}  // namespace
+
+StationParts parts_of(Station& station) {
+  StationParts parts;
+  std::vector<std::string> problems;
+  for (StationDevice& device : station.devices)
+    collect(problems, device.name, [&] {
+      parts.controllers.push_back(controller_of_device(station, device));
+      device.verbs.clear();
+      device.once.clear();
+      for (const ControllerCommand& command : parts.controllers.back().commands) {
+        device.verbs.push_back(command.verb);
+        if (command.once) device.once.push_back(command.verb);
+      }
+    });
+  for (const StationInstrument& instrument : station.instruments)
+    collect(problems, instrument.slot, [&] { parts.streams.push_back(stream_of(station, instrument)); });
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+  return parts;
+}
+
+}  // namespace tumble

@@ -1,0 +1,43 @@
+#include "tumble/station/carry_out/row_text.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble::station {
+
+using Json = nlohmann::json;
+
+std::string text_of(const RunRow& row) {
+  Json json{{"kind", static_cast<int>(row.kind)}, {"time", row.time},         {"segment", row.segment},
+            {"run", row.run},                     {"attempt", row.attempt},   {"label", row.label},
+            {"ending", row.ending},               {"reason", row.reason},     {"demanded", row.demanded},
+            {"achieved", row.achieved},           {"rule", row.rule}};
+  if (row.reached) json["reached"] = *row.reached;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+RunRow row_of(const std::string& text) try {
+  const Json json = Json::parse(text);
+  RunRow row;
+  const int kind = json.at("kind");
+  if (kind < 0 || kind > static_cast<int>(RunRow::Kind::run_ends))
+    throw Error(Error::Kind::bad_file, "a row of the journal has an unknown kind");
+  row.kind = static_cast<RunRow::Kind>(kind);
+  json.at("time").get_to(row.time);
+  json.at("segment").get_to(row.segment);
+  json.at("run").get_to(row.run);
+  json.at("attempt").get_to(row.attempt);
+  json.at("label").get_to(row.label);
+  json.at("ending").get_to(row.ending);
+  json.at("reason").get_to(row.reason);
+  json.at("demanded").get_to(row.demanded);
+  json.at("achieved").get_to(row.achieved);
+  json.at("rule").get_to(row.rule);
+  if (json.contains("reached")) row.reached = json["reached"].get<double>();
+  return row;
+} catch (const Json::exception& problem) {
+  throw Error(Error::Kind::bad_file, std::string("a row of the journal cannot be read: ") + problem.what());
+}
+
+}  // namespace tumble::station

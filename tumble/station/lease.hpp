@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/station/station_file.hpp"
+
+namespace tumble {
+
+/// A station that a process of this machine uses, or has left without an end.
+struct LeaseHolder {
+  long process = 0;
+  std::string run;  ///< folder, absolute
+};
+
+/// The right to use the devices of a station: one run at a time for each link. It ends with the process, also where
+/// that is killed; what a killed process has left is then known from the lease.
+class Lease {
+ public:
+  /// Throws    Error::bad_file that says which run has a device of the station
+  Lease(const Station& station, const std::string& run);
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+  ~Lease();
+
+  /// Runs that had a device of this station and did not end by themselves: the rig may be moving.
+  const std::vector<LeaseHolder>& left_behind() const { return left_; }
+  /// The run has ended, and the rig is safe. Without this the next run finds it left behind.
+  void end();
+
+ private:
+  std::vector<int> files_;
+  std::vector<LeaseHolder> left_;
+};
+
+/// The runs that are going on on this machine.
+std::vector<LeaseHolder> runs_going_on();
+
+}  // namespace tumble

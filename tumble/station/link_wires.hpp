@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "tumble/station/station_file.hpp"
+#include "tumble/station/wires.hpp"
+
+namespace tumble {
+
+/// The links of a station as its wires: opened when made, and again after they were lost.
+class LinkWires {
+ public:
+  /// Given     clock  [s] of the station, which grows
+  ///           speed  [1] how fast it goes against the clock of the wall
+  ///
+  /// Throws    Error::bad_input for links that are not understood, Error::bad_file for those that cannot be opened: all
+  ///           of them at once
+  LinkWires(const Station& station, std::function<double()> clock, double speed = 1.0);
+  ~LinkWires();
+
+  /// It must live as long.
+  Wires wires();
+
+ private:
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
+};
+
+}  // namespace tumble

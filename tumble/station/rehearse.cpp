@@ -1,0 +1,91 @@
+#include "tumble/station/rehearse.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <limits>
+#include <utility>
+
+#include "tumble/station/made_station.hpp"
+#include "tumble/station/run_folder.hpp"
+#include "tumble/station/virtual_bench.hpp"
+#include "tumble/station/virtual_stream.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The station of the run: that of the user, or one made for the plan, with its frames beside it.
+Station station_of(const Rehearsal& rehearsal) {
+  if (rehearsal.station) {
+    make_run_folder(rehearsal.folder, rehearsal.plan, *rehearsal.station);
+    return *rehearsal.station;
+  }
+  Station station = station_for(rehearsal.plan);
+  make_run_folder(rehearsal.folder, rehearsal.plan, station);
+  station.file = (fs::path(rehearsal.folder) / "station.toml").string();
+  write_in_run(rehearsal.folder, std::string(made_frames_name), frames_for(rehearsal.plan));
+  return station;
+}
+
+std::map<std::string, std::string> units_of(const Rehearsal& rehearsal, const Station& station) {
+  if (!rehearsal.units.empty()) return rehearsal.units;
+  std::map<std::string, std::string> units;
+  const std::string& serial = rehearsal.plan.instrument_serial;
+  for (const StationInstrument& instrument : station.instruments)
+    units[instrument.slot] = serial.empty() ? "rehearsed" : serial;
+  return units;
+}
+
+/// Time goes on only when the disk has kept up: a rehearsal is faster than any disk.
+Wires held_back(Wires wires, Recorder& recorder) {
+  constexpr std::uint64_t ahead = std::uint64_t{1} << 23;  // bytes
+  auto wait = [inner = wires.wait, &recorder, written = std::uint64_t{0}](double until) mutable {
+    if (const std::uint64_t bytes = recorder.load().bytes; bytes > written + ahead) {
+      recorder.flush();
+      written = bytes;
+    }
+    return inner(until);
+  };
+  wires.wait = wait;
+  return wires;
+}
+
+}  // namespace
+
+Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress) {
+  Station station = station_of(rehearsal);
+  const StationParts parts = parts_of(station);
+  const auto units = units_of(rehearsal, station);
+  if (auto problems = check_station(rehearsal.plan, station, {.units = units}); !problems.empty())
+    throw Error(Error::Kind::bad_input, std::move(problems));
+  const auto course = course_of(rehearsal.plan, station, units);
+  VirtualBench bench(rehearsal.plan, station, parts, rehearsal.seed,
+                     timed_faults(rehearsal.faults, rehearsal.seed, std::numeric_limits<double>::infinity()));
+
+  RunCompany company = rehearsal.company;
+  std::vector<decltype(RunEvent::what)> answers;
+  if (!company.ask) {
+    company.ask = [&](const Prompt& prompt) { answers.push_back(PromptAnswer{prompt.id, prompt.standard, "rehearsed"}); };
+    company.orders = [&] { return std::exchange(answers, {}); };
+  }
+  company.by_hand = [&](const std::map<std::string, double>& axes) {
+    for (const auto& [axis, value] : axes) bench.put(axis, value);
+  };
+
+  Rehearsed rehearsed;
+  Disk disk;
+  {
+    Recorder recorder(rehearsal.folder, disk);
+    note_facts(recorder, rehearsal.plan, *course, "rehearsed");
+    const Wires wires = held_back(bench.wires(), recorder);
+    rehearsed.end = carry_out(start_state(course), parts, wires, recorder, company);
+    rehearsed.simulated = bench.now();
+  }
+  rehearsed.recordings = seal(rehearsal.folder, disk, rehearsal.recording, progress);
+  return rehearsed;
+}
+
+}  // namespace tumble

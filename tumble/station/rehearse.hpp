@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/plan.hpp"
+#include "tumble/core/progress.hpp"
+#include "tumble/station/carry_out.hpp"
+#include "tumble/station/recorder_read.hpp"
+#include "tumble/station/virtual_faults.hpp"
+
+namespace tumble {
+
+/// What is to be rehearsed.
+struct Rehearsal {
+  Plan plan;
+  std::optional<Station> station = {};      ///< absent: one is made from the plan's rig
+  std::vector<VirtualFault> faults = {};
+  std::uint64_t seed = 1;
+  std::string folder;                       ///< of the run, which must not be there yet
+  std::string recording = {};               ///< file that it is sealed into; empty: as seal() chooses
+  std::map<std::string, std::string> units = {};  ///< serial number by slot; absent: that of the plan
+  RunCompany company = {};                  ///< `ask` and `orders` are played by the rehearsal where they are empty
+};
+
+/// How it went.
+struct Rehearsed {
+  RunEnd end;
+  double simulated = 0.0;  ///< [s]
+  std::vector<SealedRecording> recordings;
+};
+
+/// Carries a plan out on a virtual rig over its protocols, in simulated time as fast as it goes: prompts are answered at
+/// once, and recorded as rehearsed.
+///
+/// Throws    Error::bad_input with every reason for which the plan cannot be carried out at the station;
+///           Error::bad_file where the run cannot be written
+Rehearsed rehearse(const Rehearsal& rehearsal, const Progress& progress = {});
+
+}  // namespace tumble

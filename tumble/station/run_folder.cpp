@@ -1,0 +1,48 @@
+#include "tumble/station/run_folder.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+
+namespace fs = std::filesystem;
+
+void write_in_run(const std::string& folder, const std::string& name, const std::string& text) {
+  const fs::path path = fs::path(folder) / name;
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw Error(Error::Kind::bad_file, "cannot write '" + path.string() + "'");
+}
+
+void make_run_folder(const std::string& folder, const Plan& plan, const Station& station) {
+  std::error_code problem;
+  if (fs::exists(folder, problem))
+    throw Error(Error::Kind::bad_input, "'" + folder + "' is there already: a run is never written over another one");
+  if (!fs::create_directories(folder, problem))
+    throw Error(Error::Kind::bad_file, "cannot make the folder '" + folder + "': " + problem.message());
+  if (plan.text) write_in_run(folder, "plan.toml", *plan.text);
+  if (!station.text.empty()) write_in_run(folder, "station.toml", station.text);
+}
+
+std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station,
+                                        const std::map<std::string, std::string>& units) {
+  auto course = std::make_shared<Course>();
+  course->station = station;
+  course->schedule = plan.schedule;
+  for (const auto& [slot, serial] : units) course->units.push_back({slot, serial});
+  return course;
+}
+
+void note_facts(Recorder& recorder, const Plan& plan, const Course& course, const std::string& who) {
+  recorder.set("title", plan.title);
+  recorder.set("plan_sha256", plan.sha256);
+  recorder.set("station", course.station.name);
+  recorder.set("station_file", std::filesystem::absolute(course.station.file).string());
+  recorder.set("station_sha256", course.station.sha256);
+  recorder.set("operator", who);
+  for (const UnitUnderTest& unit : course.units) recorder.set("unit " + unit.slot, unit.serial);
+}
+
+}  // namespace tumble

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tumble/core/plan.hpp"
+#include "tumble/station/executive.hpp"
+#include "tumble/station/recorder.hpp"
+
+/// The folder of a run: plan.toml, station.toml, the live store, and after sealing the recording.
+namespace tumble {
+
+/// Makes it, with the texts of plan and station. Throws Error::bad_input where it is there already, Error::bad_file
+/// where it cannot be made.
+void make_run_folder(const std::string& folder, const Plan& plan, const Station& station);
+
+/// Writes a text file into it. Throws Error::bad_file.
+void write_in_run(const std::string& folder, const std::string& name, const std::string& text);
+
+/// What a station and a plan are together, for these units.
+std::shared_ptr<const Course> course_of(const Plan& plan, const Station& station,
+                                        const std::map<std::string, std::string>& units);
+
+/// Facts about the run that its store keeps: title, units, operator, hashes.
+void note_facts(Recorder& recorder, const Plan& plan, const Course& course, const std::string& who);
+
+}  // namespace tumble

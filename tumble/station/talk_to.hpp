@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tumble/station/carry_out.hpp"
+
+namespace tumble {
+
+/// What one device of a station says when it is spoken to.
+struct DeviceAnswer {
+  std::string device, verb;
+  ControllerReply reply;   ///< without an answer its problem says so
+  double after = 0.0;      ///< [s]
+};
+
+/// Speaks to every device, and moves none: who it is, what it reads, in which state it is.
+std::vector<DeviceAnswer> talk_to(const Station& station, const StationParts& parts, const Wires& wires);
+
+/// Bytes that each instrument has sent within `seconds` [s]: good frames and others, in the order of the station.
+std::vector<FrameCounts> listen_to(const Station& station, const StationParts& parts, const Wires& wires,
+                                   double seconds);
+
+}  // namespace tumble

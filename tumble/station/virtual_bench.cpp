@@ -1,0 +1,204 @@
+#include "tumble/station/virtual_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <queue>
+#include <utility>
+
+#include "tumble/station/virtual_device.hpp"
+#include "tumble/station/virtual_rig.hpp"
+#include "tumble/station/virtual_stream.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+constexpr double on_the_way = 0.001;   ///< [s] of a message
+constexpr double stream_every = 0.05;  ///< [s] of frames that arrive together
+
+/// A controller, with what stands between its axes and those of the rig.
+struct Controlled {
+  ControllerDevice protocol;
+  VirtualDevice device;
+  std::map<int, StationAxis> axes;  ///< by the controller's number
+  LinkFaults faults;
+};
+
+struct Streaming {
+  std::size_t wire = 0;
+  VirtualStream stream;
+  LinkFaults faults;
+};
+
+/// Values of the controller as those of the rig, or back.
+void convert(std::map<std::string, double>& values, const StationAxis& axis, bool to_rig) {
+  for (auto& [name, value] : values) {
+    if (name == "position" || name == "temperature")
+      value = to_rig ? axis.sign * value + axis.offset : axis.sign * (value - axis.offset);
+    else if (name == "rate" || name == "amplitude")
+      value *= axis.sign;
+  }
+}
+
+struct Arrival {
+  LinkEvent event;
+  std::uint64_t order = 0;
+  bool operator>(const Arrival& other) const {
+    return event.time != other.event.time ? event.time > other.event.time : order > other.order;
+  }
+};
+
+std::string name_of_link(const StationInstrument& instrument) {
+  return instrument.slot.empty() ? "instrument" : instrument.slot;
+}
+
+}  // namespace
+
+struct VirtualBench::Inner {
+  VirtualRig rig;
+  std::vector<Controlled> controlled;
+  std::vector<Streaming> streaming;
+  std::vector<bool> up;  ///< by wire
+  RigFaults faults;
+  VirtualStream spare;  ///< faults of an instrument act on the first stream, or on this one
+  std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals;
+  std::uint64_t order = 0;
+  double now = 0.0, next_stream = stream_every;
+  bool faulty;  ///< frames are handed on one by one, since each may be hit
+
+  Inner(const Plan& plan, std::uint64_t seed, const std::vector<VirtualFault>& timed)
+      : rig(plan, seed), faults(timed), spare(read_frames(frames_for(plan), "frames"), plan.sample_rate), faulty(!timed.empty()) {}
+
+  VirtualStream& stream() { return streaming.empty() ? spare : streaming.front().stream; }
+
+  void arrive(std::size_t wire, double time, std::string bytes) {
+    arrivals.push({{LinkEvent::Kind::bytes, wire, time, std::move(bytes), {}}, order++});
+  }
+
+  void deliver(std::size_t wire, LinkFaults& link, const std::string& bytes) {
+    for (TimedBytes& message : link.pass(now, bytes))
+      arrive(wire, message.time + on_the_way, std::move(message.bytes));
+  }
+
+  /// All that the instruments have sent until now.
+  void stream_on() {
+    for (const VirtualSamples& samples : rig.samples(now))
+      for (Streaming& one : streaming) {
+        std::string together;
+        for (TimedBytes& frame : one.stream.frames_of(samples)) {
+          if (!faulty) {
+            together += frame.bytes;
+            continue;
+          }
+          for (TimedBytes& message : one.faults.pass(frame.time, frame.bytes))
+            arrive(one.wire, std::max(now, message.time), std::move(message.bytes));
+        }
+        if (!together.empty()) arrive(one.wire, now, std::move(together));
+      }
+  }
+
+  void look_at_links() {
+    const auto look = [&](std::size_t wire, const LinkFaults& link) {
+      const bool is_up = link.is_up(now);
+      if (is_up == up[wire]) return;
+      up[wire] = is_up;
+      arrivals.push({{is_up ? LinkEvent::Kind::up : LinkEvent::Kind::lost, wire, now, {}, "the other side closed it"},
+                     order++});
+    };
+    for (std::size_t d = 0; d < controlled.size(); ++d) look(d, controlled[d].faults);
+    for (const Streaming& one : streaming) look(one.wire, one.faults);
+  }
+
+  void receive(std::size_t wire, std::string_view bytes) {
+    Controlled& one = controlled[wire];
+    for (ControllerRequest request : one.protocol.feed(bytes)) {
+      const auto axis = one.axes.find(request.axis);
+      if (axis != one.axes.end()) convert(request.values, axis->second, true);
+      ControllerReply reply = answer(rig, now, one.device, request);
+      if (axis != one.axes.end()) convert(reply.values, axis->second, false);
+      one.protocol.answer(reply);
+    }
+    if (const std::string output = one.protocol.output(); !output.empty()) deliver(wire, one.faults, output);
+  }
+};
+
+VirtualBench::VirtualBench(const Plan& plan, const Station& station, const StationParts& parts, std::uint64_t seed,
+                           const std::vector<VirtualFault>& faults)
+    : inner_(std::make_unique<Inner>(plan, seed, faults)) {
+  const auto axes = inner_->rig.axes();
+  std::vector<std::string> problems;
+  for (std::size_t d = 0; d < station.devices.size(); ++d) {
+    Controlled one{ControllerDevice(parts.controllers[d]), {}, {}, LinkFaults(faults, station.devices[d].name, seed)};
+    one.device.name = station.devices[d].name;
+    for (const StationAxis& axis : station.axes) {
+      if (axis.device != d) continue;
+      if (std::ranges::find(axes, axis.name) == axes.end())
+        problems.push_back(fmt::format("the rig of the plan has no axis '{}', which {} drives", axis.name, one.device.name));
+      one.axes.emplace(axis.number, axis);
+      if (one.device.axes.size() < static_cast<std::size_t>(axis.number))
+        one.device.axes.resize(static_cast<std::size_t>(axis.number));
+      one.device.axes[static_cast<std::size_t>(axis.number) - 1] = axis.name;
+    }
+    if (station.power.device == d) one.device.axes = {"power"};
+    inner_->controlled.push_back(std::move(one));
+  }
+  for (std::size_t i = 0; i < station.instruments.size(); ++i)
+    if (!station.instruments[i].frames.empty())
+      inner_->streaming.push_back({station.devices.size() + i,
+                                   VirtualStream(parts.streams[i].codec, plan.sample_rate),
+                                   LinkFaults(faults, name_of_link(station.instruments[i]), seed)});
+  inner_->up.assign(station.devices.size() + station.instruments.size(), true);
+  if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
+}
+
+VirtualBench::~VirtualBench() = default;
+VirtualBench::VirtualBench(VirtualBench&&) noexcept = default;
+
+double VirtualBench::now() const { return inner_->now; }
+
+void VirtualBench::send(std::size_t wire, std::string_view bytes) {
+  if (wire >= inner_->controlled.size() || !inner_->up[wire]) return;
+  inner_->receive(wire, bytes);
+}
+
+std::vector<LinkEvent> VirtualBench::wait(double until) {
+  Inner& bench = *inner_;
+  for (;;) {
+    std::vector<LinkEvent> events;
+    while (!bench.arrivals.empty() && bench.arrivals.top().event.time <= bench.now) {
+      events.push_back(bench.arrivals.top().event);
+      bench.arrivals.pop();
+    }
+    if (!events.empty() || bench.now >= until) return events;
+    const double arrival = bench.arrivals.empty() ? never : bench.arrivals.top().event.time;
+    bench.now = std::min({until, arrival, bench.next_stream, std::max(bench.now, bench.faults.next())});
+    if (bench.now >= bench.faults.next()) {
+      bench.stream_on();
+      bench.faults.act(bench.now, bench.rig, bench.stream());
+    }
+    if (bench.now >= bench.next_stream) {
+      bench.next_stream = bench.now + stream_every;
+      bench.stream_on();
+    }
+    bench.look_at_links();
+  }
+}
+
+void VirtualBench::put(const std::string& axis, double value) {
+  if (inner_->rig.power_up() == 0)
+    inner_->rig.place(inner_->now, {{axis, value}});
+  else if (const auto why = inner_->rig.command(inner_->now, axis, {.value = value}); !why.empty())
+    throw Error(Error::Kind::bad_input, fmt::format("{} cannot be put there: {}", axis, why));
+}
+
+Wires VirtualBench::wires() {
+  return {.now = [this] { return now(); },
+          .send = [this](std::size_t wire, std::string_view bytes) { send(wire, bytes); },
+          .wait = [this](double until) { return wait(until); }};
+}
+
+}  // namespace tumble
