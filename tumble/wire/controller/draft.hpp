@@ -1,0 +1,61 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "tumble/core/tables/section.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/wire/controller.hpp"
+
+namespace tumble::controller {
+
+/// A declaration while it is read.
+struct Draft {
+  Controller controller;
+  tables::Problems problems;
+  double timeout = 1.0, pause = 0.0;  ///< [s] where a command says nothing else
+  bool low_word_first = false;        ///< Modbus, where a command says nothing else
+};
+
+/// Runs `parse`; what it throws becomes a problem of the key.
+template <class Parse>
+void guarded(tables::Section& section, std::string_view key, Parse parse) {
+  try {
+    parse();
+  } catch (const Error& error) {
+    for (const auto& problem : error.problems) section.problem_at(key, problem);
+  }
+}
+
+/// A whole number, or a text that holds one.
+std::optional<int> number_at(tables::Section& section, std::string_view key, int most);
+
+bool flag_at(tables::Section& section, std::string_view key, bool otherwise);
+
+/// Seconds from "250 ms".
+double seconds_at(tables::Section& section, std::string_view key, double otherwise);
+
+/// Bytes of a text without fields.
+std::string bytes_at(tables::Section& section, std::string_view key);
+
+FrameCertainty certainty_at(tables::Section& section, FrameCertainty otherwise);
+
+/// Replaces ${name} in every text of the document by a setting: that of `wanted`, else the default of [setting].
+void put_settings(toml::table& document, const std::map<std::string, std::string>& wanted, Draft& draft);
+
+void read_frame(tables::Section& root, Draft& draft);
+void read_sayings(tables::Section& root, Draft& draft);
+void read_words(tables::Section& root, Draft& draft);
+void read_commands(tables::Section& root, Draft& draft);
+void read_vectors(tables::Section& root, Draft& draft);
+
+/// The dimension that values of this name have; null: any number without unit.
+const std::vector<Unit>* units_of(const std::string& value);
+
+/// Problems of a declaration that is read whole: verbs that are the same, words that no bits say.
+void require_sense(Draft& draft);
+
+}  // namespace tumble::controller

@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tumble/wire/controller/body.hpp"
+#include "tumble/wire/controller/draft.hpp"
+
+namespace tumble::controller {
+
+namespace {
+
+/// The question without its values, to compare two of them.
+std::string form_of(const ControllerExchange& exchange) {
+  if (const auto& access = exchange.modbus)
+    return fmt::format("{} {} {}", access->function, access->address, access->constant.value_or(-1.0));
+  std::string text = exchange.bare ? "bare " : "";
+  for (const auto& piece : exchange.send.pieces)
+    text += piece.kind == ControllerPiece::Kind::literal ? piece.text : "{" + key_of(piece) + "}";
+  return text;
+}
+
+bool is_same(const ControllerCommand& a, const ControllerCommand& b) {
+  return std::ranges::equal(a.exchanges, b.exchanges, {}, form_of, form_of);
+}
+
+}  // namespace
+
+void require_sense(Draft& draft) {
+  const auto& commands = draft.controller.commands;
+  auto& all = draft.problems.all;
+  const auto say = [&](const std::string& verb, const std::string& text) {
+    all.push_back(fmt::format("{}: [command.{}]: {}", draft.problems.file, verb, text));
+  };
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    const auto& command = commands[i];
+    if (command.exchanges.empty()) say(command.verb, "there is nothing to send");
+    if (!command.read_back.empty() && !draft.controller.find(command.read_back))
+      say(command.verb, fmt::format("read_back: there is no command '{}'", command.read_back));
+    for (std::size_t j = 0; j < i; ++j)
+      if (command.same_as.empty() && commands[j].same_as.empty() && is_same(command, commands[j]))
+        say(command.verb, fmt::format("sends the same as '{}'; write same_as = \"{}\" in place of it", commands[j].verb,
+                                      commands[j].verb));
+  }
+  for (const auto& bits : draft.controller.bits) {
+    const bool carried = std::ranges::any_of(commands, [&](const ControllerCommand& command) {
+      return std::ranges::find(command.gives, bits.from) != command.gives.end();
+    });
+    if (!carried)
+      all.push_back(fmt::format("{}: [bits.{}]: no reply carries the number '{}'", draft.problems.file, bits.word,
+                                bits.from));
+  }
+}
+
+}  // namespace tumble::controller

@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tumble/units/error.hpp"
+#include "tumble/wire/controller/body.hpp"
+
+namespace tumble {
+
+namespace {
+
+/// The problems of one vector, each with its line.
+struct VectorCheck {
+  const Controller& declaration;
+  const ControllerVector& vector;
+  std::vector<std::string>& problems;
+
+  void say(const std::string& text) const {
+    problems.push_back(fmt::format("{}: [[vector]] {}: {}", vector.place, vector.request.verb, text));
+  }
+  void compare_bytes(const char* side, std::size_t line, const std::vector<std::string>& stated,
+                     const std::string& made) const {
+    const std::string expected = line < stated.size() ? stated[line] : "";
+    if (made != expected)
+      say(fmt::format("{}: '{}' is stated, and the declaration gives '{}'", side, controller::shown(expected),
+                      controller::shown(made)));
+  }
+  void compare(const ControllerReply& reply) const;
+  void as_host() const;
+  void as_device() const;
+};
+
+void VectorCheck::compare(const ControllerReply& reply) const {
+  if (!reply.problem.empty()) return say(reply.problem);
+  if (reply.refused != vector.reply.refused)
+    return say(reply.refused ? fmt::format("the reply is refused: {}", reply.text) : "the reply is not refused");
+  if (!vector.reply.text.empty() && reply.text != vector.reply.text)
+    say(fmt::format("the text is '{}'", reply.text));
+  for (const auto& [name, value] : vector.reply.values) {
+    const auto found = reply.values.find(name);
+    const double tolerance = vector.tolerance.at(name) + 1e-9 * std::abs(value);
+    if (found == reply.values.end())
+      say(fmt::format("the reply has no '{}'", name));
+    else if (!(std::abs(found->second - value) <= tolerance))
+      say(fmt::format("{} is {:.9g} [SI], and {:.9g} is stated", name, found->second, value));
+  }
+  for (const auto& [name, word] : vector.reply.words) {
+    const auto found = reply.words.find(name);
+    if (found == reply.words.end() || found->second != word)
+      say(fmt::format("{} is '{}', and '{}' is stated", name, found == reply.words.end() ? "absent" : found->second, word));
+  }
+}
+
+void VectorCheck::as_host() const {
+  ControllerHost host(declaration);
+  std::vector<ControllerReply> replies;
+  std::size_t line = 0, answered = 0;
+  for (std::string bytes = host.ask(vector.request); !bytes.empty(); bytes = host.next(), ++line) {
+    compare_bytes("host sends", line, vector.sends, bytes);
+    const bool waits = host.waiting();
+    const std::string answer = waits && answered < vector.replies.size() ? vector.replies[answered++] : "";
+    for (const auto& reply : host.feed(answer)) replies.push_back(reply);
+    if (waits && host.waiting()) break;
+  }
+  if (line < vector.sends.size()) say(fmt::format("{} texts to send are stated, {} were sent", vector.sends.size(), line));
+  if (answered < vector.replies.size()) say("more replies are stated than were awaited");
+  if (replies.size() != 1) {
+    for (const auto& reply : replies)
+      if (!reply.problem.empty()) say(reply.problem);
+    return say("the replies that are stated do not complete the command");
+  }
+  compare(replies.front());
+}
+
+void VectorCheck::as_device() const {
+  ControllerDevice device(declaration);
+  std::size_t answered = 0;
+  ControllerRequest last;
+  for (const auto& bytes : vector.sends) {
+    const auto requests = device.feed(bytes);
+    for (const auto& request : requests) device.answer(vector.reply), last = request;
+    const std::string answer = device.output();
+    if (!answer.empty() && !vector.host_only) compare_bytes("device answers", answered, vector.replies, answer);
+    answered += answer.empty() ? 0 : 1;
+    for (const auto& problem : device.problems()) say("device: " + problem);
+  }
+  if (!vector.host_only && answered != vector.replies.size())
+    say(fmt::format("device answers: {} replies are stated, and it gives {}", vector.replies.size(), answered));
+  const auto* command = declaration.find(vector.request.verb);
+  const std::string verb = command->same_as.empty() ? command->verb : command->same_as;
+  if (last.verb != verb) return say(fmt::format("device: it is taken for '{}'", last.verb));
+  for (const auto& [name, value] : vector.request.values) {
+    const auto found = last.values.find(name);
+    const double step = resolution_of(declaration, vector.request.verb, name, value);
+    if (found != last.values.end() && std::abs(found->second - value) > step)
+      say(fmt::format("device: {} is {:.9g} [SI], and {:.9g} was sent", name, found->second, value));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> problems_of_vectors(const Controller& declaration) {
+  std::vector<std::string> problems;
+  for (const auto& vector : declaration.vectors) {
+    const VectorCheck check{declaration, vector, problems};
+    try {
+      check.as_host();
+      check.as_device();
+    } catch (const Error& error) {
+      check.say(error.what());
+    }
+  }
+  return problems;
+}
+
+double resolution_of(const Controller& declaration, const std::string& verb, const std::string& value, double si) {
+  const auto* command = declaration.find(verb);
+  double coarsest = 0.0;
+  if (!command) return coarsest;
+  const auto consider = [&](const ControllerPiece& piece) {
+    using Piece = ControllerPiece;
+    if (piece.kind != Piece::Kind::number || piece.part == Piece::Part::sign) return;
+    if (piece.text == value || controller::key_of(piece) == value)
+      coarsest = std::max(coarsest, controller::resolution(piece, si));
+  };
+  for (const auto& exchange : command->exchanges) {
+    for (const auto& piece : exchange.send.pieces) consider(piece);
+    for (const auto& form : exchange.expect)
+      for (const auto& piece : form.pieces) consider(piece);
+    if (exchange.modbus) consider(exchange.modbus->number);
+  }
+  return coarsest;
+}
+
+}  // namespace tumble

@@ -1,0 +1,282 @@
+#include "tumble/wire/controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+std::string table_text(const std::string& tail) {
+  return R"(title = "a table"
+certainty = "computed"
+axes = ["X", "Y"]
+link = {tcp = 1000}
+[framing]
+send = {head = "$", tail = "\r\n"}
+reply = {head = "$", tail = "\r\n"}
+checksum = {kind = "sum_hex", mark = "*"}
+[[error]]
+expect = "ERR {code=7}"
+meaning = {7 = "locked"}
+[[notice]]
+expect = "ALARM {code=1}"
+state = "fault"
+[word.state]
+M = "moving"
+S = "ready"
+[command.rate]
+exchange = [
+  {send = "A {axis},{acceleration:.2f deg/s^2}", expect = "OK A", when = "acceleration"},
+  {send = "V {rate.1:.3f deg/s=0},{rate.2:.3f deg/s=0}", expect = "OK V"},
+]
+[command.position]
+send = "P {axis}{position:.3f deg}"
+expect = "OK {position:.3f deg}"
+timeout = "3 s"
+[command.stop]
+send = "!"
+bare = true
+[command.read]
+send = "R {axis}"
+expect = "R {axis} {position:.3f deg}"
+[command.state]
+send = "S"
+expect = "S {state}"
+)" + tail;
+}
+
+constexpr const char* vector_text = R"(
+[[vector]]
+made_by_hand = true
+verb = "state"
+send = "$S*53\r\n"
+reply = "$S M*C0\r\n"
+words = {state = "moving"}
+)";
+
+Controller table() { return read_controller(table_text(vector_text), "table.toml"); }
+
+/// "$body*CS" with the sum that its characters have.
+std::string line(const std::string& body) {
+  unsigned sum = 0;
+  for (const char c : body) sum += static_cast<unsigned char>(c);
+  char digits[3];
+  std::snprintf(digits, sizeof digits, "%02X", sum & 0xffu);
+  return "$" + body + "*" + digits + "\r\n";
+}
+
+std::string problems_of(const std::string& text) {
+  try {
+    read_controller(text, "table.toml");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind, Error::Kind::bad_input);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ReadController, SaysEveryProblemWithItsLineAndTheNearestKey) {
+  const std::string all = problems_of(table_text(vector_text) + R"(
+[command.sine]
+sned = "S"
+expect = "{amplitude:.3f V}"
+[command.rotate]
+send = "R {position:.3q deg}"
+[bits.alarm]
+from = "alarms"
+rules = [{means = "a"}, {bit = 1, means = "b"}]
+)");
+  for (const char* part :
+       {"[command.sine]: unknown key 'sned'; did you mean 'send'?", "[command.sine]: send is missing",
+        "'amplitude' must be in deg or the like, not 'V'", "unknown verb 'rotate'", "'.3q' is not a format",
+        "no number means 'b': the rules before it hold"})
+    EXPECT_NE(all.find(part), std::string::npos) << part << "\n" << all;
+  EXPECT_EQ(all.rfind("table.toml:", 0), 0u) << all;
+}
+
+TEST(ReadController, NeedsAVectorThatHolds) {
+  EXPECT_NE(problems_of(table_text("")).find("there is no [[vector]]"), std::string::npos);
+  std::string wrong = vector_text;
+  wrong.replace(wrong.find("moving"), 6, "ready");
+  EXPECT_NE(problems_of(table_text(wrong)).find("state is 'moving', and 'ready' is stated"), std::string::npos);
+  wrong = vector_text;
+  wrong.replace(wrong.find("*53"), 3, "*54");
+  EXPECT_NE(problems_of(table_text(wrong)).find("host sends: '$S*54"), std::string::npos);
+}
+
+TEST(ReadController, RefusesCommandsThatTheDeviceSideCannotDistinguish) {
+  const std::string all = problems_of(table_text(vector_text) + "[command.hold]\nsend = \"S\"\nexpect = \"S {state}\"\n");
+  EXPECT_NE(all.find("sends the same as 'state'; write same_as"), std::string::npos) << all;
+}
+
+TEST(ControllerHost, SendsOnlyTheExchangesThatTheRequestWants) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  EXPECT_EQ(host.ask({"rate", {{"rate", si(2.0, "deg/s")}}, 2}), line("V 0.000,2.000"));
+  EXPECT_EQ(host.feed(line("OK V")).size(), 1u);
+  EXPECT_EQ(host.ask({"rate", {{"rate", si(1.0, "deg/s")}, {"acceleration", si(5.0, "deg/s^2")}}, 1}),
+            line("A X,5.00"));
+  EXPECT_TRUE(host.feed(line("OK A")).empty());
+  EXPECT_EQ(host.next(), line("V 1.000,2.000")) << "the other axis keeps what was sent last";
+  EXPECT_TRUE(host.next().empty());
+  EXPECT_EQ(host.feed(line("OK V")).size(), 1u);
+  EXPECT_TRUE(host.idle());
+}
+
+TEST(ControllerHost, ReportsWhatIsNoAnswerAndGoesOnWaiting) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  host.ask({"read", {}, 1});
+  const auto problem_after = [&](const std::string& bytes) {
+    const auto replies = host.feed(bytes);
+    return replies.size() == 1 && replies[0].values.empty() ? replies[0].problem : "not one problem";
+  };
+  EXPECT_NE(problem_after(line("OK V")).find("is a reply to 'rate'"), std::string::npos);
+  EXPECT_NE(problem_after("$R X 1.000*00\r\n").find("wrong checksum"), std::string::npos);
+  EXPECT_NE(problem_after("$R X\r\n").find("wrong checksum"), std::string::npos);
+  EXPECT_NE(problem_after(line("R Y 1.000")).find("a reply of axis Y"), std::string::npos);
+  EXPECT_NE(problem_after(line("what")).find("unknown reply 'what'"), std::string::npos);
+  EXPECT_NE(problem_after("noise\r\n").find("does not begin with"), std::string::npos);
+  EXPECT_NE(problem_after(line("R X 1.0x")).find("unknown reply"), std::string::npos);
+  EXPECT_NE(problem_after(std::string(2000, 'x')).find("without an end of line"), std::string::npos);
+  EXPECT_TRUE(host.waiting());
+  const auto replies = host.feed(line("R X -1.500"));
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_DOUBLE_EQ(replies[0].values.at("position"), si(-1.5, "deg"));
+  EXPECT_NE(host.feed(line("R X 1.0"))[0].problem.find("although nothing was asked"), std::string::npos);
+}
+
+TEST(ControllerHost, FindsTheReplyBehindACutLine) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  host.ask({"read", {}, 1});
+  const auto replies = host.feed("$R X 1.0" + line("R X 2.000"));
+  ASSERT_EQ(replies.size(), 2u);
+  EXPECT_NE(replies[0].problem.find("stands before"), std::string::npos);
+  EXPECT_DOUBLE_EQ(replies[1].values.at("position"), si(2.0, "deg"));
+}
+
+TEST(ControllerHost, RefusesByErrorTextsAndByValuesThatComeBackOtherwise) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  host.ask({"position", {{"position", si(10.0, "deg")}}, 1});
+  EXPECT_DOUBLE_EQ(host.timeout(), 3.0);
+  auto replies = host.feed(line("ERR 7"));
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_TRUE(replies[0].refused);
+  EXPECT_EQ(replies[0].text, "ERR 7: locked");
+  host.ask({"position", {{"position", si(10.0, "deg")}}, 1});
+  replies = host.feed(line("OK 11.000"));
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_TRUE(replies[0].refused && replies[0].values.empty()) << replies[0].text;
+}
+
+TEST(ControllerHost, SaysWhatIsMissingWhenItGivesUp) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  host.ask({"read", {}, 2});
+  host.feed("$R Y 1.2");
+  const std::string problem = host.give_up().problem;
+  EXPECT_NE(problem.find("no reply to 'R Y' within 1 s; received was '$R Y 1.2', which is cut"), std::string::npos)
+      << problem;
+  EXPECT_TRUE(host.idle());
+}
+
+TEST(ControllerHost, RefusesRequestsThatDoNotFitBeforeAnythingIsSent) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  EXPECT_THROW(host.ask({"position", {}, 1}), Error);
+  EXPECT_THROW(host.ask({"position", {{"position", 1.0}, {"rate", 1.0}}, 1}), Error) << "a rate would be ignored";
+  EXPECT_THROW(host.ask({"position", {{"position", std::nan("")}}, 1}), Error);
+  EXPECT_THROW(host.ask({"read", {}, 3}), Error);
+  EXPECT_THROW(host.ask({"home", {}, 1}), Error);
+  EXPECT_TRUE(host.idle());
+  host.ask({"read", {}, 1});
+  EXPECT_THROW(host.ask({"read", {}, 1}), Error) << "one request at a time";
+}
+
+TEST(ControllerHost, PassesNoticesOn) {
+  const Controller controller = table();
+  ControllerHost host(controller);
+  ControllerDevice device(controller);
+  device.notice("fault");
+  const auto replies = host.feed(device.output());
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_EQ(replies[0].verb, "notice");
+  EXPECT_EQ(replies[0].words.at("state"), "fault");
+}
+
+TEST(ControllerDevice, AnswersInOrderAndRefusesWhatItDoesNotKnow) {
+  const Controller controller = table();
+  ControllerDevice device(controller);
+  const auto requests = device.feed(line("R X") + line("what") + "!" + line("S"));
+  ASSERT_EQ(requests.size(), 3u);
+  EXPECT_EQ(requests[1].verb, "stop");
+  EXPECT_EQ(device.output(), "") << "the first request has no answer yet";
+  device.answer({"read", {{"position", si(1.0, "deg")}}});
+  EXPECT_EQ(device.output(), line("R X 1.000") + line("ERR 7"));
+  device.answer({"stop"});
+  device.answer({"state", {}, {{"state", "ready"}}});
+  EXPECT_EQ(device.output(), line("S S"));
+  EXPECT_EQ(device.problems().size(), 1u);
+  device.feed(line("S"));
+  EXPECT_THROW(device.answer({"state", {}, {{"state", "flying"}}}), Error);
+}
+
+TEST(ControllerDevice, AcknowledgesTheStepsBeforeTheLast) {
+  const Controller controller = table();
+  ControllerDevice device(controller);
+  EXPECT_TRUE(device.feed(line("A Y,5.00")).empty());
+  EXPECT_EQ(device.output(), line("OK A"));
+  const auto requests = device.feed(line("V 0.000,3.000"));
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_EQ(requests[0].axis, 2);
+  EXPECT_DOUBLE_EQ(requests[0].values.at("acceleration"), si(5.0, "deg/s^2"));
+  EXPECT_DOUBLE_EQ(requests[0].values.at("rate.2"), si(3.0, "deg/s"));
+}
+
+constexpr const char* binary_text = R"(title = "a table with binary frames"
+certainty = "computed"
+link = {serial = "115200:8E1"}
+[framing]
+send = {head = "\u00AA\u0055"}
+reply = {head = "\u00AA\u00AB"}
+checksum = {kind = "xor", with_head = true}
+[command.rate]
+send = "\u0001{rate:i32le 0.0001 deg/s}"
+expect = "\u0001"
+[command.read]
+send = "\u0002"
+expect = "\u0002{position:i32le 0.0001 deg}{rate:f32be deg/s}"
+[[vector]]
+made_by_hand = true
+verb = "rate"
+values = {rate = "-1 deg/s"}
+send_hex = "AA 55 01 F0 D8 FF FF D6"
+reply_hex = "AA AB 01 00"
+)";
+
+TEST(ControllerHost, SpeaksBinaryFramesWithoutATail) {
+  const Controller controller = read_controller(binary_text, "binary.toml");
+  ControllerHost host(controller);
+  ControllerDevice device(controller);
+  const auto requests = device.feed("\x55noise" + host.ask({"read"}));
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_EQ(device.problems().size(), 1u) << "the noise";
+  device.answer({"read", {{"position", si(-123.4567, "deg")}, {"rate", si(0.5, "deg/s")}}});
+  std::string bytes = device.output();
+  std::vector<ControllerReply> replies;
+  for (const char c : bytes)
+    for (const auto& reply : host.feed({&c, 1})) replies.push_back(reply);
+  ASSERT_EQ(replies.size(), 1u);
+  EXPECT_NEAR(replies[0].values.at("position"), si(-123.4567, "deg"), si(5e-5, "deg"));
+  EXPECT_DOUBLE_EQ(replies[0].values.at("rate"), si(0.5, "deg/s"));
+  EXPECT_THROW(host.ask({"rate", {{"rate", si(3e5, "deg/s")}}}), Error) << "more than 32 bits";
+}
+
+}  // namespace
+}  // namespace tumble
