@@ -209,7 +209,8 @@ struct SettleWindow {
 
 /// What is demanded of an axis, and what it reads.
 struct AxisProgress {
-  enum class Demand { none, position, rate, sine, temperature, moving };  ///< moving: a ramp or slew goes on
+  /// rest: it was stopped; moving: a ramp or slew goes on
+  enum class Demand { none, rest, position, rate, sine, temperature, moving };
   Demand demand = Demand::none;
   double value = 0.0;                                 ///< [SI] of the rig
   double period = 0.0;                                ///< [s] of a sine
@@ -218,11 +219,10 @@ struct AxisProgress {
   SettleWindow window = {};
   bool settled = false;
   int outside = 0;                ///< readings out of tolerance, one after the other
-  int at_rest = 0;                ///< readings with rate zero, one after the other
+  int at_rest = 0;                ///< readings with a rate of zero, one after the other
   double sum = 0.0, count = 0.0;  ///< of what is demanded, while recording
-  double ramp_from = 0.0, ramp_to = 0.0, ramp_rate = 0.0, ramp_begin = 0.0, next_set = 0.0;
   bool ramping = false;
-  double manual = 0.0;
+  double ramp_from = 0.0, ramp_to = 0.0, ramp_rate = 0.0, ramp_begin = 0.0, next_set = 0.0;
 };
 
 struct SegmentProgress {
@@ -238,10 +238,11 @@ struct OpenPrompt {
 };
 
 struct SafeProgress {
+  bool due = false;  ///< those that it waits for are confirmed or overdue
   bool sent = false, replied = false, confirmed = false, overdue = false;
-  double sent_at = 0.0;
-  double confirmed_at = 0.0;
-  int asks = 0, rests = 0;
+  double since = 0.0;           ///< [s] when it became due
+  double sent_at = 0.0;         ///< [s]
+  std::optional<double> again;  ///< [s] when it may be sent again, after the device was read
 };
 
 struct KnownChannel {
@@ -250,7 +251,8 @@ struct KnownChannel {
 };
 
 struct InterlockProgress {
-  std::optional<double> broken_since, holds_since;
+  bool met = true;
+  std::optional<double> changing_since;  ///< [s] since when what is observed differs from `met`
 };
 
 /// All that the executive knows. A value: it may be copied, stored and compared in tests.
@@ -278,8 +280,10 @@ struct ExecutiveState {
   std::map<std::string, bool> good_enough;  ///< by slot, of the stopping rule
   std::optional<double> rule_reached;
   bool pause_wanted = false;
+  bool motions_sent = false;  ///< of this attempt
+  double settle_by = 0.0;     ///< [s]
+  int restarts = 0;           ///< of the dwell time, in this attempt
   RunPhase after_hold = RunPhase::between;
-  bool held_by_condition = false;
   int powered_run = 0;  ///< power-up that the unit is in; 0: not known
   enum class Power { idle, off, wait, on, warm } power = Power::idle;
   double power_until = 0.0;

@@ -91,7 +91,6 @@ struct SafeCommand {
   std::size_t device = 0;
   ControllerRequest request;
   std::optional<Requirement> confirm;  ///< absent: of `stop`, rates read zero; of other verbs, the reply
-  double zero_rate = 0.0;              ///< [rad/s] what counts as zero
   double within = 10.0;                ///< [s] from when it is sent
   bool wait = false;                   ///< is sent only when those before it are confirmed, or overdue
   std::string words = {};              ///< for a person, where it could not be confirmed
