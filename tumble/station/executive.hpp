@@ -53,7 +53,7 @@ struct StoppingRule {
   double sd = 0.0;        ///< [SI]
   double at_least = 0.0;  ///< [s]
 };
-/// Throws Error::bad_input with what would be accepted.
+/// Reads such a rule. `at_least` [s]. Throws Error::bad_input with what would be accepted.
 StoppingRule parse_stopping_rule(std::string_view text, double at_least);
 
 struct UnitUnderTest {
@@ -198,8 +198,9 @@ struct DeviceProgress {
   double next_poll = 0.0;
   std::size_t turn = 0;  ///< of the polls
   int refusals = 0;      ///< of polls, one after the other
-  bool lost = false;
-  double lost_at = 0.0;
+  bool lost = false;     ///< nothing was heard for too long, or it is cut
+  bool cut = false;      ///< nothing can be sent
+  double lost_at = 0.0;  ///< [s]
 };
 
 /// A line through readings, from the first that lay within tolerance.

@@ -41,8 +41,10 @@ struct StationAxis {
   std::optional<double> max_rate;          ///< [rad/s, K/s]
   std::optional<double> max_acceleration;  ///< [rad/s^2]; of a shaker [m/s^2]
   std::optional<double> speed;             ///< [rad/s] of moves to a position, where the command carries it
-  bool continuous = false;                 ///< angles that differ by whole turns are one
-  double ramp_step = 10.0;                 ///< [s] between the set points of a ramp, 10 to 60
+  /// limited: turns are not repeated; wrapped: the controller's angle begins again after a turn; counted: it goes on
+  /// after a turn, and the axis takes the nearest of the angles that differ by whole turns.
+  enum class Turns { limited, wrapped, counted } turns = Turns::limited;
+  double ramp_step = 10.0;  ///< [s] between the set points of a ramp, 10 to 60
   SettleRule settle = {};
   int retries = 1;
   OnFailure on_failure = OnFailure::ask;
@@ -130,8 +132,8 @@ struct Station {
 ///           Error::bad_file where it cannot be read
 Station load_station(const std::string& path);
 
-/// The same from a text. `folder` is that of files which the station names.
-Station read_station(const std::string& text, const std::string& file, const std::string& folder);
+/// Reads a station from its text. Files that the station names are relative to the folder of `file`.
+Station read_station(const std::string& text, const std::string& file);
 
 /// What is asked of a station.
 struct StationRequest {

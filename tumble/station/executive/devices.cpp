@@ -10,10 +10,6 @@ double timeout_of(const StationDevice& device, const std::string& verb) {
   return found == device.timeouts.end() ? device.timeout : found->second;
 }
 
-bool contains(const std::vector<std::string>& list, const std::string& word) {
-  return std::find(list.begin(), list.end(), word) != list.end();
-}
-
 bool is_poll(const PendingRequest& request) { return request.purpose == Purpose::poll; }
 
 /// What reads the state of a device: all of its axes, and every fifth time its state.
@@ -34,7 +30,7 @@ std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
 /// The words by which a device says that it has stopped by itself.
 bool reports_fault(const std::string& key, const std::string& word) {
   static const std::vector<std::string> good{"", "0", "no", "none", "false", "off", "ok", "clear"};
-  if (key == "fault" || key == "alarm") return !contains(good, word);
+  if (key == "fault" || key == "alarm") return !has_word(good, word);
   return key == "state" && (word == "fault" || word == "alarm" || word == "limit");
 }
 
@@ -97,7 +93,7 @@ void take_timeout(Turn& turn, std::size_t device) {
   const PendingRequest verify{{setup.can("read") ? "read" : "state", {}, request.request.axis}, Purpose::verify};
   if (request.purpose == Purpose::verify) {
     progress.waiting.push_front(request);
-  } else if (contains(setup.once, verb)) {
+  } else if (has_word(setup.once, verb)) {
     turn.state.failures[setup.name] =
         fmt::format("{} did not answer {}, which is never sent twice: look at the device", setup.name, verb);
   } else if (request.sent >= most_sends || !(setup.can("read") || setup.can("state"))) {
@@ -108,11 +104,13 @@ void take_timeout(Turn& turn, std::size_t device) {
   }
 }
 
-void lose(Turn& turn, std::size_t device, const std::string& reason) {
+/// A link that is silent may still carry commands, so the safe list is sent on it too; one that is cut cannot.
+void lose(Turn& turn, std::size_t device, const std::string& reason, bool cut) {
   auto& progress = turn.state.devices[device];
-  if (progress.lost) return;
+  if (progress.lost && (progress.cut || !cut)) return;
+  if (!progress.lost) progress.lost_at = turn.now();
   progress.lost = true;
-  progress.lost_at = turn.now();
+  progress.cut = cut;
   progress.waiting.clear();
   progress.asked.reset();
   const auto text = fmt::format("the link to {} is lost: {}", turn.station().devices[device].name, reason);
@@ -181,12 +179,14 @@ void take_reply(Turn& turn, const DeviceReply& event) {
     turn.note("notice", fmt::format("{}: {}", event.device, reply.text));
     return take_words(turn, device, reply);
   }
-  if (progress.lost) return;
+  if (progress.cut) return;
   if (!progress.asked || progress.asked->request.verb != reply.verb)
     return turn.note("reply", fmt::format("{}: a reply to {}, which is not awaited", event.device, reply.verb));
   const PendingRequest request = *progress.asked;
   progress.asked.reset();
   progress.heard = turn.now();
+  if (progress.lost) turn.note("link", fmt::format("{} answers again", event.device));
+  progress.lost = false;
   if (reply.refused)
     take_refusal(turn, device, request, reply.text);
   else
@@ -195,14 +195,14 @@ void take_reply(Turn& turn, const DeviceReply& event) {
 
 void take_lost(Turn& turn, const LinkLost& lost) {
   const std::size_t device = device_of(turn, lost.device);
-  if (device < turn.state.devices.size()) lose(turn, device, lost.reason);
+  if (device < turn.state.devices.size()) lose(turn, device, lost.reason, true);
 }
 
 void take_up(Turn& turn, const LinkUp& up) {
   const std::size_t device = device_of(turn, up.device);
   if (device == turn.state.devices.size() || !turn.state.devices[device].lost) return;
   auto& progress = turn.state.devices[device];
-  progress.lost = false;
+  progress.lost = progress.cut = false;
   progress.heard = progress.next_poll = turn.now();
   turn.note("link", fmt::format("the link to {} is up again; the run does not go on by itself", up.device));
 }
@@ -211,11 +211,11 @@ void check_timeouts(Turn& turn) {
   if (turn.state.phase == RunPhase::idle) return;
   for (std::size_t i = 0; i < turn.state.devices.size(); ++i) {
     auto& progress = turn.state.devices[i];
-    if (progress.lost) continue;
+    if (progress.cut) continue;
     if (progress.asked && turn.reached(progress.due)) take_timeout(turn, i);
     const auto& setup = turn.station().devices[i];
-    if (can_be_polled(setup) && turn.reached(lost_time(turn, i)))
-      lose(turn, i, fmt::format("nothing was heard for {:.3g} s", turn.now() - progress.heard));
+    if (!progress.lost && can_be_polled(setup) && turn.reached(lost_time(turn, i)))
+      lose(turn, i, fmt::format("nothing was heard for {:.3g} s", turn.now() - progress.heard), false);
   }
 }
 
@@ -223,7 +223,7 @@ void send_waiting(Turn& turn) {
   for (std::size_t i = 0; i < turn.state.devices.size(); ++i) {
     auto& progress = turn.state.devices[i];
     auto& waiting = progress.waiting;
-    if (progress.lost) continue;
+    if (progress.cut) continue;
     if (can_be_polled(turn.station().devices[i]) && turn.reached(progress.next_poll)) {
       if (std::none_of(waiting.begin(), waiting.end(), is_poll))
         for (auto& poll : polls_of(turn, i)) waiting.push_back({std::move(poll)});
@@ -237,7 +237,7 @@ void send_waiting(Turn& turn) {
       if (request.sent == 0 || !has_effect(turn, i, request.request)) send(turn, i, std::move(request));
     }
     if (progress.asked) turn.reached(progress.due);
-    if (can_be_polled(turn.station().devices[i])) turn.reached(lost_time(turn, i));
+    if (!progress.lost && can_be_polled(turn.station().devices[i])) turn.reached(lost_time(turn, i));
   }
 }
 

@@ -7,8 +7,6 @@
 namespace tumble {
 namespace {
 
-using enum RunPhase;
-
 constexpr std::array phase_names{"idle",      "preparing", "ready",     "moving",   "settling", "dwelling",
                                  "recording", "between",   "finishing", "complete", "holding",  "pausing",
                                  "paused",    "stopping",  "aborting",  "safe",     "faulted"};
@@ -16,6 +14,7 @@ constexpr std::array ending_names{"complete", "aborted", "stopped", "failed", "e
 
 /// What may follow, except stopping and aborting, which may follow each state that is not an end.
 std::initializer_list<RunPhase> followers(RunPhase phase) {
+  using enum RunPhase;
   static constexpr std::initializer_list<RunPhase> of_idle{preparing}, of_preparing{ready},
       of_ready{moving, finishing, holding, pausing}, of_moving{settling, moving, between, holding, pausing},
       of_settling{dwelling, moving, between, holding, pausing},
@@ -66,21 +65,29 @@ std::string_view name(RunPhase phase) { return phase_names.at(static_cast<std::s
 std::string_view name(RunEnding ending) { return ending_names.at(static_cast<std::size_t>(ending)); }
 
 const std::vector<RunPhase>& all_phases() {
+  using enum RunPhase;
   static const std::vector<RunPhase> phases{idle,      preparing, ready,     moving,   settling, dwelling,
                                             recording, between,   finishing, complete, holding,  pausing,
                                             paused,    stopping,  aborting,  safe,     faulted};
   return phases;
 }
 
-bool is_end(RunPhase phase) { return phase == complete || phase == safe || phase == faulted; }
+bool is_end(RunPhase phase) {
+  return phase == RunPhase::complete || phase == RunPhase::safe || phase == RunPhase::faulted;
+}
 
 bool may_follow(RunPhase from, RunPhase to) {
+  using enum RunPhase;
   if (to == stopping || to == aborting) return !is_end(from) && from != stopping && from != aborting;
   const auto list = followers(from);
   return std::find(list.begin(), list.end(), to) != list.end();
 }
 
 namespace executive {
+
+bool has_word(const std::vector<std::string>& list, const std::string& word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
 
 void enter(Turn& turn, RunPhase phase) {
   assert(may_follow(turn.state.phase, phase));
@@ -89,9 +96,13 @@ void enter(Turn& turn, RunPhase phase) {
   turn.state.entered = turn.now();
 }
 
-bool is_active(RunPhase phase) { return phase != idle && !is_end(phase) && phase != stopping && phase != aborting; }
+bool is_active(RunPhase phase) {
+  using enum RunPhase;
+  return phase != idle && !is_end(phase) && phase != stopping && phase != aborting;
+}
 
 bool in_attempt(RunPhase phase) {
+  using enum RunPhase;
   return phase == moving || phase == settling || phase == dwelling || phase == recording;
 }
 

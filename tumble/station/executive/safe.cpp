@@ -33,7 +33,7 @@ void send_due(Turn& turn) {
     }
     const auto& device = turn.state.devices[command.device];
     const bool again = progress.sent && progress.again && device.heard > *progress.again;
-    if (progress.due && !is_resolved(progress) && !device.lost && (!progress.sent || again)) queue_safe(turn, i);
+    if (progress.due && !is_resolved(progress) && !device.cut && (!progress.sent || again)) queue_safe(turn, i);
     before = before && is_resolved(progress);
   }
 }

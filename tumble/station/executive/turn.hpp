@@ -27,10 +27,11 @@ struct Turn {
   std::vector<RunAction>& actions;
   double wake = std::numeric_limits<double>::infinity();  ///< [s] the next time that matters
 
+  /// [s]
   double now() const { return state.now; }
   const Station& station() const { return course.station; }
   const Segment& segment() const { return course.schedule[state.segment]; }
-  /// Whether that time has come; if not, a tick is wanted then.
+  /// Whether that time [s] has come; if not, a tick is wanted then.
   bool reached(double time) {
     if (state.now >= time) return true;
     wake = std::min(wake, time);
@@ -42,6 +43,8 @@ struct Turn {
   }
   void note(const std::string& kind, const std::string& text) { act(Note{kind, text}); }
 };
+
+bool has_word(const std::vector<std::string>& list, const std::string& word);
 
 // phases.cpp
 void enter(Turn& turn, RunPhase phase);
@@ -65,10 +68,29 @@ void send_waiting(Turn& turn);
 // axes.cpp
 void take_reading(Turn& turn, std::size_t device, int number, const ControllerReply& reply);
 void take_values(Turn& turn, const ChannelValues& values);
+/// Value [SI] or word of a channel; nothing where its last news is `stale` [s] old.
 ChannelReading reading_of(const Turn& turn, const std::string& channel, double stale);
 /// Whether the axis already does what the request asks for.
 bool has_effect(const Turn& turn, std::size_t device, const ControllerRequest& request);
+/// [rad/s] what counts as standing still.
 double zero_rate(const StationAxis& axis);
+bool all_at_rest(const Turn& turn);
+void restart_settling(Turn& turn);
+bool all_settled(Turn& turn);
+/// An axis with three readings in a row out of tolerance, in words; empty: none.
+std::string left_tolerance(const Turn& turn, int readings);
+std::string why_not_settled(const Turn& turn);
+/// [s] the longest of the axes that have a demand.
+double settle_timeout(const Turn& turn);
+/// [s] the longest of the axes that the segment moves.
+double soak_time(const Turn& turn);
+void begin_means(Turn& turn);
+/// [SI] by channel: what is demanded, and the mean of what was read while recording.
+std::map<std::string, double> demanded(const Turn& turn);
+/// [SI] by channel.
+std::map<std::string, double> achieved(const Turn& turn);
+
+// motions.cpp
 /// Where the axes of the rig are before the segment is recorded, as far as the schedule says: its own motions, what
 /// segments before it in this power-up hold, and the begin of its ramps.
 std::map<std::string, Motion> motions_before_recording(const Turn& turn);
@@ -80,17 +102,6 @@ void continue_ramps(Turn& turn);
 void end_ramps(Turn& turn);
 /// Stops what turns or oscillates.
 void rest_axes(Turn& turn, Purpose purpose);
-bool all_at_rest(const Turn& turn);
-void restart_settling(Turn& turn);
-bool all_settled(Turn& turn);
-/// An axis with three readings in a row out of tolerance, in words; empty: none.
-std::string left_tolerance(const Turn& turn, int readings);
-std::string why_not_settled(const Turn& turn);
-double settle_timeout(const Turn& turn);
-double soak_time(const Turn& turn);
-void begin_means(Turn& turn);
-std::map<std::string, double> demanded(const Turn& turn);
-std::map<std::string, double> achieved(const Turn& turn);
 
 // segments.cpp
 void next_segment(Turn& turn);

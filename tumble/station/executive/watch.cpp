@@ -6,10 +6,6 @@
 namespace tumble::executive {
 namespace {
 
-bool contains(const std::vector<std::string>& list, const std::string& word) {
-  return std::find(list.begin(), list.end(), word) != list.end();
-}
-
 /// Nobody has answered: axes come to rest, and the question stays open.
 void hold_for_answer(Turn& turn) {
   auto& state = turn.state;
@@ -27,7 +23,7 @@ void hold_for_answer(Turn& turn) {
 
 void note_by_hand(Turn& turn) {
   for (const auto& [axis, motion] : motions_before_recording(turn))
-    if (contains(turn.station().by_hand, axis)) turn.state.by_hand[axis] = motion.value;
+    if (has_word(turn.station().by_hand, axis)) turn.state.by_hand[axis] = motion.value;
 }
 
 /// A condition to hold for is not met any more.
@@ -94,7 +90,7 @@ void take_answer(Turn& turn, const PromptAnswer& answer) {
   if (!state.prompt || state.prompt->prompt.id != answer.prompt)
     return turn.note("refused", fmt::format("{}: question {} is closed", answer.who, answer.prompt));
   const auto& choices = state.prompt->prompt.choices;
-  if (!contains(choices, answer.choice))
+  if (!has_word(choices, answer.choice))
     return turn.note("refused", fmt::format("{}: '{}' is no answer to question {}; accepted: {}", answer.who,
                                             answer.choice, answer.prompt, fmt::join(choices, ", ")));
   turn.note("answer", fmt::format("{}: '{}' to question {}", answer.who, answer.choice, answer.prompt));
@@ -131,7 +127,7 @@ void take_order(Turn& turn, const RunOrder& order) {
   if (order.kind == Kind::abort)
     return begin_safe(turn, RunPhase::aborting, RunEnding::aborted, who + " has aborted the run");
   if (order.kind == Kind::stop)
-    return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, who + " was told to stop");
+    return begin_safe(turn, RunPhase::stopping, RunEnding::stopped, who + " has stopped the run");
   turn.note("refused", fmt::format("this order cannot be carried out while the run is {}", name(state.phase)));
 }
 
@@ -140,7 +136,7 @@ void take_unit_failed(Turn& turn, const UnitFailed& failed) {
   const auto& units = turn.course.units;
   const bool known =
       std::any_of(units.begin(), units.end(), [&](const auto& unit) { return unit.slot == failed.slot; });
-  if (!known || contains(state.units_out, failed.slot)) return;
+  if (!known || has_word(state.units_out, failed.slot)) return;
   state.units_out.push_back(failed.slot);
   turn.note("unit", fmt::format("the unit in slot {} drops out: {}", failed.slot, failed.reason));
   RunRow row;

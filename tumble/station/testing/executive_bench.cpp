@@ -227,7 +227,7 @@ Station bench_station(bool supply) {
                              .lost_after = 10.0,
                              .verbs = chamber,
                              .prepare = {"identify", "start"}});
-  StationAxis axis{.name = "table", .sign = -1, .offset = 0.3};
+  StationAxis axis{.name = "table", .sign = -1, .offset = 0.3, .turns = StationAxis::Turns::counted};
   axis.settle = {.value = si(0.01, "deg"), .rate = si(0.01, "deg/s"), .hold = 1.0, .timeout = 30.0};
   station.axes.push_back(axis);
   StationAxis oven{.name = "chamber", .device = 1, .kind = StationAxis::Kind::temperature};
