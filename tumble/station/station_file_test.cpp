@@ -102,7 +102,7 @@ TEST(StationFile, IsReadInSi) {
   EXPECT_EQ(axis.offset, si(90.0, "deg"));
   EXPECT_EQ(axis.max_rate, si(200.0, "deg/s"));
   EXPECT_EQ(axis.turns, StationAxis::Turns::counted);
-  EXPECT_EQ(axis.settle.relative_rate, 50e-6);
+  EXPECT_DOUBLE_EQ(axis.settle.relative_rate, 50e-6);
   EXPECT_EQ(axis.settle.timeout, 60.0);
   EXPECT_EQ(station.power.device, 1u);
   ASSERT_EQ(station.interlocks.size(), 2u);
@@ -123,8 +123,9 @@ TEST(StationFile, HasASafeListWhereItStatesNone) {
 TEST(StationFile, RefusesASafeListThatLeavesAnAxisTurning) {
   const auto problems = problems_of_station(sound_station + "[[safe]]\ndevice = \"supply\"\nverb = \"off\"\n");
   ASSERT_EQ(problems.size(), 1u);
-  EXPECT_EQ(problems[0],
-            "bench.toml: [[safe]]: nothing stops the axis 'table': add device = \"table\", verb = \"stop\", axis = 1");
+  EXPECT_EQ(
+      problems[0],
+      "bench.toml:1: [[safe]]: nothing stops the axis 'table': add device = \"table\", verb = \"stop\", axis = 1");
   EXPECT_TRUE(has_problem(problems_of_station(sound_station + "[[safe]]\ndevice = \"table\"\nverb = \"rate\"\n"),
                           "'rate' is not for a safe list; accepted: stop, hold, off, disable, release"));
 }
