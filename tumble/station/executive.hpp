@@ -1,0 +1,314 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tumble/core/schedule.hpp"
+#include "tumble/station/station_file.hpp"
+#include "tumble/wire/controller.hpp"
+
+namespace tumble {
+
+/// States of the executive. docs/station.md says when each is entered.
+enum class RunPhase {
+  idle,
+  preparing,
+  ready,
+  moving,
+  settling,
+  dwelling,
+  recording,
+  between,
+  finishing,
+  complete,
+  holding,
+  pausing,
+  paused,
+  stopping,
+  aborting,
+  safe,
+  faulted
+};
+std::string_view name(RunPhase phase);
+const std::vector<RunPhase>& all_phases();
+/// Whether the executive may go from one state to the other: the table of docs/station.md.
+bool may_follow(RunPhase from, RunPhase to);
+/// complete, safe, faulted: nothing follows.
+bool is_end(RunPhase phase);
+
+enum class RunEnding { complete, aborted, stopped, failed, error, faulted };
+std::string_view name(RunEnding ending);
+
+/// `until = "sd(bias) <= 0.002 deg/h"`: a segment ends when the live estimate is this good, not before `at_least` and
+/// not after its duration.
+struct StoppingRule {
+  std::string text;
+  std::string parameter;
+  double sd = 0.0;        ///< [SI]
+  double at_least = 0.0;  ///< [s]
+};
+/// Reads such a rule. `at_least` [s]. Throws Error::bad_input with what would be accepted.
+StoppingRule parse_stopping_rule(std::string_view text, double at_least);
+
+struct UnitUnderTest {
+  std::string slot, serial;
+};
+
+/// Everything that does not change while a plan is carried out.
+struct Course {
+  Station station;
+  Schedule schedule;  ///< sorted by run
+  std::vector<UnitUnderTest> units = {};
+  bool all_units = false;                          ///< a unit that fails ends the run
+  std::map<std::string, StoppingRule> until = {};  ///< by label
+  double prompt_deadline = 600.0;                  ///< [s]
+  double prepare_deadline = 120.0;                 ///< [s] for all devices and channels together
+};
+
+/// A row of the journal. Rows are committed before anything that stands behind them in the list of actions is done.
+struct RunRow {
+  enum class Kind {
+    power_up,        ///< the unit is switched on for `run`; what earlier attempts of this run recorded no longer counts
+    segment_begins,  ///< before the first motion of an attempt
+    segment_ends,    ///< "complete", or why not: "failed", "held", "paused", "stopped", "aborted"
+    unit_out,        ///< `label` is its slot
+    run_ends
+  };
+  Kind kind = Kind::segment_begins;
+  double time = 0.0;        ///< [s]
+  std::size_t segment = 0;  ///< index in the schedule
+  int run = 1;
+  int attempt = 0;
+  std::string label = {}, ending = {}, reason = {};
+  std::map<std::string, double> demanded = {},
+                                achieved = {};  ///< [SI] by channel: "table.rate"; achieved: the mean read
+  std::string rule = {};                        ///< the stopping rule
+  std::optional<double> reached = {};           ///< [s] of recording after which it was reached
+  bool operator==(const RunRow&) const = default;
+};
+
+/// The attempt of each segment that counts, by segment; a segment without one is absent.
+std::map<std::size_t, int> counted_attempts(const std::vector<RunRow>& journal);
+
+// What happens.
+struct Tick {};
+struct DeviceReply {
+  std::string device;
+  ControllerReply reply;
+};
+struct LinkLost {
+  std::string device, reason;
+};
+struct LinkUp {
+  std::string device;
+};
+struct ChannelValues {
+  std::map<std::string, double> values = {};  ///< [SI] by channel
+  std::map<std::string, std::string> words = {};
+};
+/// A unit under test, or its stream, has failed.
+struct UnitFailed {
+  std::string slot, reason;
+};
+struct EstimateNow {
+  std::string slot, parameter;
+  double value = 0.0, sd = 0.0;  ///< [SI]
+};
+struct PromptAnswer {
+  int prompt = 0;
+  std::string choice, who;
+};
+struct RunOrder {
+  enum class Kind { start, pause, pause_at_checkpoint, resume, abort, stop };  ///< stop: SIGTERM, or another terminal
+  Kind kind = Kind::start;
+  std::string who = {};
+};
+struct StoreFailed {
+  std::string reason;
+};
+struct RunEvent {
+  double time = 0.0;  ///< [s] of the station's clock
+  std::variant<Tick, DeviceReply, LinkLost, LinkUp, ChannelValues, UnitFailed, EstimateNow, PromptAnswer, RunOrder,
+               StoreFailed>
+      what = Tick{};
+};
+
+// What is to be done, in the order of the list.
+struct Ask {
+  std::string device;
+  ControllerRequest request;
+  double deadline = 0.0;  ///< [s]
+  bool urgent = false;    ///< the request that is outstanding at this device is given up
+};
+struct RecordSwitch {
+  bool on = false;
+  std::size_t segment = 0;
+  std::string label;
+  int run = 1, attempt = 1;
+};
+struct JournalEntry {
+  RunRow row;
+};
+struct Prompt {
+  int id = 0;
+  std::string text;
+  std::vector<std::string> choices;
+  std::string standard;              ///< the choice that is offered
+  double deadline = 0.0;             ///< [s]
+  std::string at_deadline = "hold";  ///< what happens then: axes come to rest, and the question stays open
+};
+struct PromptClosed {
+  int id = 0;
+};
+struct WakeAt {
+  double time = 0.0;  ///< [s] a Tick is wanted; replaces the one before
+};
+struct Note {
+  std::string kind;  ///< "phase", "refused", "timeout", "interlock", "link", "answer", "safe", "unit", ...
+  std::string text;
+};
+struct RunEnd {
+  RunEnding ending = RunEnding::complete;
+  std::string text;  ///< for a person
+};
+using RunAction = std::variant<Ask, RecordSwitch, JournalEntry, Prompt, PromptClosed, WakeAt, Note, RunEnd>;
+
+/// A request on its way to a device.
+struct PendingRequest {
+  enum class Purpose { poll, verify, prepare, motion, power, rest, finish, safe };
+  ControllerRequest request;
+  Purpose purpose = Purpose::poll;
+  int sent = 0;          ///< how often
+  std::size_t safe = 0;  ///< of the safe list: its index
+  bool operator==(const PendingRequest&) const = default;
+};
+
+/// How far the executive is with a device.
+struct DeviceProgress {
+  std::deque<PendingRequest> waiting;
+  std::optional<PendingRequest> asked;
+  double due = 0.0;    ///< [s] deadline of what was asked
+  double heard = 0.0;  ///< [s] last good reply
+  double next_poll = 0.0;
+  std::size_t turn = 0;  ///< of the polls
+  int refusals = 0;      ///< of polls, one after the other
+  bool lost = false;     ///< nothing was heard for too long, or it is cut
+  bool cut = false;      ///< nothing can be sent
+  double lost_at = 0.0;  ///< [s]
+};
+
+/// A line through readings, from the first that lay within tolerance.
+struct SettleWindow {
+  double begin = 0.0, n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
+};
+
+/// What is demanded of an axis, and what it reads.
+struct AxisProgress {
+  /// rest: it was stopped; moving: a ramp or slew goes on
+  enum class Demand { none, rest, position, rate, sine, temperature, moving };
+  Demand demand = Demand::none;
+  double value = 0.0;                                 ///< [SI] of the rig
+  double period = 0.0;                                ///< [s] of a sine
+  std::optional<double> position, rate, temperature;  ///< last read
+  double read_at = -1.0;                              ///< [s]
+  SettleWindow window = {};
+  bool settled = false;
+  int outside = 0;                ///< readings out of tolerance, one after the other
+  int at_rest = 0;                ///< readings with a rate of zero, one after the other
+  double sum = 0.0, count = 0.0;  ///< of what is demanded, while recording
+  bool ramping = false;
+  double ramp_from = 0.0, ramp_to = 0.0, ramp_rate = 0.0, ramp_begin = 0.0, next_set = 0.0;
+};
+
+struct SegmentProgress {
+  enum class Status { open, complete, skipped };
+  Status status = Status::open;
+  int attempts = 0;
+};
+
+struct OpenPrompt {
+  Prompt prompt;
+  enum class About { failure, by_hand, power } about = About::failure;
+  bool overdue = false;
+};
+
+struct SafeProgress {
+  bool due = false;  ///< those that it waits for are confirmed or overdue
+  bool sent = false, replied = false, confirmed = false, overdue = false;
+  double since = 0.0;           ///< [s] when it became due
+  double sent_at = 0.0;         ///< [s]
+  std::optional<double> again;  ///< [s] when it may be sent again, after the device was read
+};
+
+struct KnownChannel {
+  ChannelReading value;
+  double time = 0.0;
+};
+
+struct InterlockProgress {
+  bool met = true;
+  std::optional<double> changing_since;  ///< [s] since when what is observed differs from `met`
+};
+
+/// All that the executive knows. A value: it may be copied, stored and compared in tests.
+struct ExecutiveState {
+  std::shared_ptr<const Course> course;
+  RunPhase phase = RunPhase::idle;
+  double now = 0.0;
+  double entered = 0.0;  ///< [s] when the phase was entered
+  std::size_t segment = 0;
+  std::vector<SegmentProgress> segments;
+  std::vector<DeviceProgress> devices;
+  std::vector<AxisProgress> axes;
+  std::map<std::string, KnownChannel> channels;
+  std::vector<InterlockProgress> interlocks;
+  std::vector<SafeProgress> safe;
+  std::map<std::string, double> by_hand;        ///< where a person has put these axes
+  std::vector<std::string> units_out;           ///< slots
+  std::map<std::string, std::string> failures;  ///< of commands that are outstanding: what went wrong, by device
+  std::optional<OpenPrompt> prompt;
+  int prompts = 0;
+  int failed_attempts = 0;  ///< of this segment, one after the other
+  bool recording = false;
+  bool attempt_open = false;  ///< its begin is in the journal, its end is not
+  double recording_began = 0.0;
+  std::map<std::string, bool> good_enough;  ///< by slot, of the stopping rule
+  std::optional<double> rule_reached;
+  bool pause_wanted = false;
+  bool motions_sent = false;  ///< of this attempt
+  double settle_by = 0.0;     ///< [s]
+  int restarts = 0;           ///< of the dwell time, in this attempt
+  RunPhase after_hold = RunPhase::between;
+  int powered_run = 0;  ///< power-up that the unit is in; 0: not known
+  enum class Power { idle, off, wait, on, warm } power = Power::idle;
+  double power_until = 0.0;
+  bool resumed = false;
+  double decided = 0.0;  ///< [s] when stopping was decided
+  RunEnding ending = RunEnding::complete;
+  std::string reason;
+  std::optional<double> wake;
+};
+
+/// The state before anything has happened.
+ExecutiveState start_state(std::shared_ptr<const Course> course);
+
+/// The state from which an interrupted run is carried on: segments that count are not repeated, the unfinished one is
+/// attempt n+1. Where the schedule has several power-ups, the power-up that was interrupted is repeated as a whole,
+/// because nobody knows whether the unit stayed on.
+ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vector<RunRow>& journal);
+
+/// What follows from an event: a pure function. It reads no clock and has no memory except the state.
+///
+/// Given     state    from start_state(), resume_state() or the step before
+///           event    with its time; a time before that of the last event counts as that
+///
+/// Returned  the new state; `actions` are appended in the order in which they are to be done
+ExecutiveState step(ExecutiveState state, const RunEvent& event, std::vector<RunAction>& actions);
+
+}  // namespace tumble

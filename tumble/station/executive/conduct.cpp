@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+
+#include "tumble/station/executive/turn.hpp"
+
+namespace tumble::executive {
+namespace {
+
+using Power = ExecutiveState::Power;
+
+bool several_runs(const Turn& turn) {
+  const auto& schedule = turn.course.schedule;
+  return std::any_of(schedule.begin(), schedule.end(),
+                     [&](const Segment& one) { return one.run != schedule.front().run; });
+}
+
+/// What is not known yet of axes and interlocks, in words; empty: all is.
+std::string unknown_yet(const Turn& turn) {
+  for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
+    const auto& axis = turn.station().axes[i];
+    if (turn.station().devices[axis.device].can("read") && turn.state.axes[i].read_at < 0.0)
+      return fmt::format("{} has not been read", axis.name);
+  }
+  for (const auto& interlock : turn.station().interlocks) {
+    const auto observe = [&](const std::string& channel) { return reading_of(turn, channel, interlock.stale); };
+    if (evaluate(interlock.require, observe) == Holds::unknown)
+      return fmt::format("nothing is known of '{}'", interlock.require.text);
+  }
+  return "";
+}
+
+/// Where a supply switches the unit: off, time without power, on, warm-up.
+void advance_supply(Turn& turn, std::size_t supply) {
+  auto& state = turn.state;
+  const auto& power = turn.station().power;
+  const auto verb = [&](const char* name) { ask(turn, supply, {{name}, Purpose::power}); };
+  if (state.power == Power::idle) {
+    state.failures.clear();
+    const bool off_first = several_runs(turn);
+    verb(off_first ? "off" : "start");
+    state.power = off_first ? Power::off : Power::on;
+    return;
+  }
+  if (!state.failures.empty())
+    return begin_safe(turn, RunPhase::stopping, RunEnding::failed, state.failures.begin()->second);
+  if (outstanding(turn, Purpose::power)) return;
+  if (state.power == Power::off) {
+    state.power = Power::wait;
+    state.power_until = turn.now() + power.off_time;
+  }
+  if (state.power == Power::wait && turn.reached(state.power_until)) {
+    verb("start");
+    state.power = Power::on;
+    return;
+  }
+  if (state.power == Power::on) {
+    state.power = Power::warm;
+    state.power_until = turn.now() + power.warm_up;
+  }
+  if (state.power == Power::warm && turn.reached(state.power_until)) power_up_row(turn);
+}
+
+}  // namespace
+
+void power_up_row(Turn& turn) {
+  RunRow row;
+  row.kind = RunRow::Kind::power_up;
+  row.time = turn.now();
+  row.segment = turn.state.segment;
+  row.run = turn.segment().run;
+  row.label = turn.segment().label;
+  turn.state.powered_run = row.run;
+  turn.state.power = Power::idle;
+  write_row(turn, std::move(row));
+}
+
+void start(Turn& turn) {
+  auto& state = turn.state;
+  enter(turn, RunPhase::preparing);
+  for (std::size_t i = 0; i < state.devices.size(); ++i) {
+    const auto& setup = turn.station().devices[i];
+    state.devices[i].heard = state.devices[i].next_poll = turn.now();
+    for (const auto& verb : setup.prepare) ask(turn, i, {{verb}, Purpose::prepare});
+    if (state.devices[i].lost)
+      return begin_safe(turn, RunPhase::stopping, RunEnding::error, "there is no link to " + setup.name);
+  }
+}
+
+void advance_preparing(Turn& turn) {
+  auto& state = turn.state;
+  if (!state.failures.empty())
+    return begin_safe(turn, RunPhase::stopping, RunEnding::error, state.failures.begin()->second);
+  const auto unknown = unknown_yet(turn);
+  if (!outstanding(turn, Purpose::prepare) && unknown.empty()) return enter(turn, RunPhase::ready);
+  if (turn.reached(state.entered + turn.course.prepare_deadline))
+    begin_safe(turn, RunPhase::stopping, RunEnding::error,
+               unknown.empty() ? "the devices were not ready in time" : unknown);
+}
+
+void begin_finishing(Turn& turn) {
+  enter(turn, RunPhase::finishing);
+  drop_requests(turn);
+  rest_axes(turn, Purpose::finish);
+  for (std::size_t i = 0; i < turn.state.devices.size(); ++i)
+    for (const auto& verb : turn.station().devices[i].finish) ask(turn, i, {{verb}, Purpose::finish});
+}
+
+void advance_finishing(Turn& turn) {
+  auto& state = turn.state;
+  if (!state.failures.empty())
+    return begin_safe(turn, RunPhase::stopping, RunEnding::failed, state.failures.begin()->second);
+  if (!outstanding(turn, Purpose::finish) && all_at_rest(turn)) {
+    RunRow row;
+    row.kind = RunRow::Kind::run_ends;
+    row.time = turn.now();
+    row.ending = name(RunEnding::complete);
+    write_row(turn, std::move(row));
+    enter(turn, RunPhase::complete);
+    return turn.act(RunEnd{RunEnding::complete, "the plan has been carried out"});
+  }
+  if (turn.reached(state.entered + rest_deadline))
+    begin_safe(turn, RunPhase::stopping, RunEnding::failed, "the axes did not come to rest at the end");
+}
+
+void begin_pause(Turn& turn) {
+  auto& state = turn.state;
+  state.pause_wanted = false;
+  state.power = Power::idle;
+  close_prompt(turn);
+  end_attempt(turn, "paused", "");
+  enter(turn, RunPhase::pausing);
+  drop_requests(turn);
+  rest_axes(turn, Purpose::rest);
+}
+
+void advance_pausing(Turn& turn) {
+  auto& state = turn.state;
+  if (!state.failures.empty())
+    return begin_safe(turn, RunPhase::stopping, RunEnding::failed, state.failures.begin()->second);
+  if (!outstanding(turn, Purpose::rest) && all_at_rest(turn)) return enter(turn, RunPhase::paused);
+  if (turn.reached(state.entered + rest_deadline))
+    begin_safe(turn, RunPhase::stopping, RunEnding::failed, "the axes did not come to rest");
+}
+
+bool power_is_right(Turn& turn) {
+  auto& state = turn.state;
+  if (state.powered_run == turn.segment().run) return true;
+  if (turn.station().power.device) {
+    advance_supply(turn, *turn.station().power.device);
+  } else if (state.powered_run == 0 && !state.resumed) {
+    power_up_row(turn);  // the person who started the run has switched it on
+  } else if (!state.prompt) {
+    open_prompt(turn, OpenPrompt::About::power,
+                fmt::format("Switch the instrument off, wait {:.3g} s, and switch it on: power-up {}",
+                            turn.station().power.off_time, turn.segment().run),
+                {"done", "stop"});
+  }
+  return state.powered_run == turn.segment().run;
+}
+
+}  // namespace tumble::executive

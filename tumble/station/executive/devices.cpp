@@ -1,0 +1,244 @@
+#include <fmt/format.h>
+
+#include "tumble/station/executive/turn.hpp"
+
+namespace tumble::executive {
+namespace {
+
+double timeout_of(const StationDevice& device, const std::string& verb) {
+  const auto found = device.timeouts.find(verb);
+  return found == device.timeouts.end() ? device.timeout : found->second;
+}
+
+bool is_poll(const PendingRequest& request) { return request.purpose == Purpose::poll; }
+
+/// What reads the state of a device: all of its axes, and every fifth time its state.
+std::vector<ControllerRequest> polls_of(const Turn& turn, std::size_t device) {
+  const auto& station = turn.station();
+  const auto& setup = station.devices[device];
+  std::vector<ControllerRequest> polls;
+  if (setup.can("read")) {
+    for (const auto& axis : station.axes)
+      if (axis.device == device) polls.push_back({"read", {}, axis.number});
+    if (polls.empty()) polls.push_back({"read"});
+  }
+  const bool often = polls.empty();
+  if (setup.can("state") && (often || turn.state.devices[device].turn % 5 == 0)) polls.push_back({"state"});
+  return polls;
+}
+
+/// The words by which a device says that it has stopped by itself.
+bool reports_fault(const std::string& key, const std::string& word) {
+  static const std::vector<std::string> good{"", "0", "no", "none", "false", "off", "ok", "clear"};
+  if (key == "fault" || key == "alarm") return !has_word(good, word);
+  return key == "state" && (word == "fault" || word == "alarm" || word == "limit");
+}
+
+void take_words(Turn& turn, std::size_t device, const ControllerReply& reply) {
+  const auto& name = turn.station().devices[device].name;
+  for (const auto& [key, word] : reply.words) {
+    turn.state.channels[name + "." + key] = {word, turn.now()};
+    if (reports_fault(key, word) && is_active(turn.state.phase) && turn.state.phase != RunPhase::preparing)
+      begin_safe(turn, RunPhase::stopping, RunEnding::stopped,
+                 fmt::format("{} reports {} '{}'{}", name, key, word, reply.text.empty() ? "" : ": " + reply.text));
+  }
+}
+
+/// The serial number that a device states must be the one of the station file.
+void check_identity(Turn& turn, std::size_t device, const ControllerReply& reply) {
+  const auto& setup = turn.station().devices[device];
+  if (setup.identity.empty()) return;
+  std::string said = reply.text;
+  for (const auto& [key, word] : reply.words) said += " " + word;
+  if (said.find(setup.identity) == std::string::npos)
+    turn.state.failures[setup.name] =
+        fmt::format("{} identifies itself as '{}', which does not contain '{}'", setup.name, said, setup.identity);
+}
+
+void take_refusal(Turn& turn, std::size_t device, const PendingRequest& request, const std::string& text) {
+  const auto& name = turn.station().devices[device].name;
+  turn.note("refused", fmt::format("{} refuses {}: {}", name, request.request.verb, text));
+  auto& progress = turn.state.devices[device];
+  if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
+  if (is_poll(request) || request.purpose == Purpose::verify) {
+    if (++progress.refusals >= 3 && is_active(turn.state.phase))
+      begin_safe(turn, RunPhase::stopping, RunEnding::stopped, fmt::format("{} refuses to be read: {}", name, text));
+    return;
+  }
+  turn.state.failures[name] = fmt::format("{} refuses {}: {}", name, request.request.verb, text);
+}
+
+void take_good_reply(Turn& turn, std::size_t device, const PendingRequest& request, const ControllerReply& reply) {
+  auto& progress = turn.state.devices[device];
+  progress.refusals = 0;
+  take_reading(turn, device, request.request.axis, reply);
+  if (request.request.verb == "identify") check_identity(turn, device, reply);
+  if (request.purpose == Purpose::safe) take_safe_reply(turn, request.safe, false);
+  if (request.request.verb == "stop")
+    for (std::size_t i = 0; i < turn.station().axes.size(); ++i)
+      if (turn.station().axes[i].device == device) turn.state.axes[i].at_rest = 0;
+  take_words(turn, device, reply);
+}
+
+/// Nobody knows whether the device has carried the request out: it is read before anything is sent again.
+void take_timeout(Turn& turn, std::size_t device) {
+  auto& progress = turn.state.devices[device];
+  const auto& setup = turn.station().devices[device];
+  PendingRequest request = *progress.asked;
+  progress.asked.reset();
+  const auto& verb = request.request.verb;
+  turn.note("timeout", fmt::format("{} did not answer {} in {:.3g} s", setup.name, verb, timeout_of(setup, verb)));
+  if (is_poll(request)) return;
+  if (request.purpose == Purpose::safe) return take_safe_reply(turn, request.safe, true);
+  const PendingRequest verify{{setup.can("read") ? "read" : "state", {}, request.request.axis}, Purpose::verify};
+  if (request.purpose == Purpose::verify) {
+    progress.waiting.push_front(request);
+  } else if (has_word(setup.once, verb)) {
+    turn.state.failures[setup.name] =
+        fmt::format("{} did not answer {}, which is never sent twice: look at the device", setup.name, verb);
+  } else if (request.sent >= most_sends || !(setup.can("read") || setup.can("state"))) {
+    turn.state.failures[setup.name] = fmt::format("{} did not answer {}", setup.name, verb);
+  } else {
+    progress.waiting.push_front(request);
+    progress.waiting.push_front(verify);
+  }
+}
+
+/// A link that is silent may still carry commands, so the safe list is sent on it too; one that is cut cannot.
+void lose(Turn& turn, std::size_t device, const std::string& reason, bool cut) {
+  auto& progress = turn.state.devices[device];
+  if (progress.lost && (progress.cut || !cut)) return;
+  if (!progress.lost) progress.lost_at = turn.now();
+  progress.lost = true;
+  progress.cut = cut;
+  progress.waiting.clear();
+  progress.asked.reset();
+  const auto text = fmt::format("the link to {} is lost: {}", turn.station().devices[device].name, reason);
+  turn.note("link", text);
+  for (std::size_t i = 0; i < turn.state.safe.size(); ++i)
+    if (turn.station().safe[i].device == device && !turn.state.safe[i].confirmed) turn.state.safe[i].sent = false;
+  if (is_active(turn.state.phase)) begin_safe(turn, RunPhase::stopping, RunEnding::stopped, text);
+}
+
+bool can_be_polled(const StationDevice& device) { return device.can("read") || device.can("state"); }
+
+/// A request that takes long is awaited until its own deadline.
+double lost_time(const Turn& turn, std::size_t device) {
+  const auto& setup = turn.station().devices[device];
+  const auto& progress = turn.state.devices[device];
+  const double silence = progress.heard + std::max(3.0 * setup.poll, setup.lost_after);
+  const bool slow = progress.asked && setup.timeouts.contains(progress.asked->request.verb);
+  return slow ? std::max(silence, progress.due) : silence;
+}
+
+void send(Turn& turn, std::size_t device, PendingRequest request) {
+  auto& progress = turn.state.devices[device];
+  const auto& setup = turn.station().devices[device];
+  ++request.sent;
+  progress.due = turn.now() + timeout_of(setup, request.request.verb);
+  turn.act(Ask{setup.name, request.request, progress.due, request.purpose == Purpose::safe});
+  progress.asked = std::move(request);
+}
+
+}  // namespace
+
+std::size_t device_of(const Turn& turn, const std::string& name) {
+  const auto& devices = turn.station().devices;
+  const auto found = std::find_if(devices.begin(), devices.end(), [&](const auto& one) { return one.name == name; });
+  return static_cast<std::size_t>(found - devices.begin());
+}
+
+void ask(Turn& turn, std::size_t device, const PendingRequest& request) {
+  auto& waiting = turn.state.devices[device].waiting;
+  waiting.insert(std::find_if(waiting.begin(), waiting.end(), is_poll), request);
+}
+
+bool outstanding(const Turn& turn, Purpose purpose) {
+  const auto is = [purpose](const PendingRequest& request) { return request.purpose == purpose; };
+  return std::any_of(turn.state.devices.begin(), turn.state.devices.end(), [&](const DeviceProgress& device) {
+    return (device.asked && is(*device.asked)) || std::any_of(device.waiting.begin(), device.waiting.end(), is);
+  });
+}
+
+void drop_requests(Turn& turn) {
+  for (auto& device : turn.state.devices) {
+    std::erase_if(device.waiting, [](const PendingRequest& request) { return !is_poll(request); });
+    if (device.asked && !is_poll(*device.asked)) device.asked->purpose = Purpose::poll;  // its reply changes nothing
+  }
+  turn.state.failures.clear();
+}
+
+void take_reply(Turn& turn, const DeviceReply& event) {
+  const std::size_t device = device_of(turn, event.device);
+  if (device == turn.state.devices.size()) return turn.note("refused", "a reply of an unknown device " + event.device);
+  auto& progress = turn.state.devices[device];
+  const auto& reply = event.reply;
+  if (!reply.problem.empty())
+    return turn.note("reply", fmt::format("{}: not an answer: {}", event.device, reply.problem));
+  if (reply.verb == "notice") {
+    turn.note("notice", fmt::format("{}: {}", event.device, reply.text));
+    return take_words(turn, device, reply);
+  }
+  if (progress.cut) return;
+  if (!progress.asked || progress.asked->request.verb != reply.verb)
+    return turn.note("reply", fmt::format("{}: a reply to {}, which is not awaited", event.device, reply.verb));
+  const PendingRequest request = *progress.asked;
+  progress.asked.reset();
+  progress.heard = turn.now();
+  if (progress.lost) turn.note("link", fmt::format("{} answers again", event.device));
+  progress.lost = false;
+  if (reply.refused)
+    take_refusal(turn, device, request, reply.text);
+  else
+    take_good_reply(turn, device, request, reply);
+}
+
+void take_lost(Turn& turn, const LinkLost& lost) {
+  const std::size_t device = device_of(turn, lost.device);
+  if (device < turn.state.devices.size()) lose(turn, device, lost.reason, true);
+}
+
+void take_up(Turn& turn, const LinkUp& up) {
+  const std::size_t device = device_of(turn, up.device);
+  if (device == turn.state.devices.size() || !turn.state.devices[device].lost) return;
+  auto& progress = turn.state.devices[device];
+  progress.lost = progress.cut = false;
+  progress.heard = progress.next_poll = turn.now();
+  turn.note("link", fmt::format("the link to {} is up again; the run does not go on by itself", up.device));
+}
+
+void check_timeouts(Turn& turn) {
+  if (turn.state.phase == RunPhase::idle) return;
+  for (std::size_t i = 0; i < turn.state.devices.size(); ++i) {
+    auto& progress = turn.state.devices[i];
+    if (progress.cut) continue;
+    if (progress.asked && turn.reached(progress.due)) take_timeout(turn, i);
+    const auto& setup = turn.station().devices[i];
+    if (!progress.lost && can_be_polled(setup) && turn.reached(lost_time(turn, i)))
+      lose(turn, i, fmt::format("nothing was heard for {:.3g} s", turn.now() - progress.heard), false);
+  }
+}
+
+void send_waiting(Turn& turn) {
+  for (std::size_t i = 0; i < turn.state.devices.size(); ++i) {
+    auto& progress = turn.state.devices[i];
+    auto& waiting = progress.waiting;
+    if (progress.cut) continue;
+    if (can_be_polled(turn.station().devices[i]) && turn.reached(progress.next_poll)) {
+      if (std::none_of(waiting.begin(), waiting.end(), is_poll))
+        for (auto& poll : polls_of(turn, i)) waiting.push_back({std::move(poll)});
+      ++progress.turn;
+      progress.next_poll = turn.now() + turn.station().devices[i].poll;
+      turn.reached(progress.next_poll);
+    }
+    while (!progress.asked && !waiting.empty()) {
+      PendingRequest request = std::move(waiting.front());
+      waiting.pop_front();
+      if (request.sent == 0 || !has_effect(turn, i, request.request)) send(turn, i, std::move(request));
+    }
+    if (progress.asked) turn.reached(progress.due);
+    if (!progress.lost && can_be_polled(turn.station().devices[i])) turn.reached(lost_time(turn, i));
+  }
+}
+
+}  // namespace tumble::executive

@@ -1,0 +1,98 @@
+#include <fmt/format.h>
+
+#include <set>
+
+#include "tumble/station/executive/turn.hpp"
+#include "tumble/units/error.hpp"
+#include "tumble/units/unit.hpp"
+
+namespace tumble {
+namespace {
+
+bool several_power_ups(const Schedule& schedule) {
+  return std::any_of(schedule.begin(), schedule.end(),
+                     [&](const Segment& one) { return one.run != schedule.front().run; });
+}
+
+/// Power-ups of which every segment counts.
+std::set<int> whole_runs(const Schedule& schedule, const std::map<std::size_t, int>& counted) {
+  std::set<int> whole;
+  for (const auto& segment : schedule) whole.insert(segment.run);
+  for (std::size_t i = 0; i < schedule.size(); ++i)
+    if (!counted.contains(i)) whole.erase(schedule[i].run);
+  return whole;
+}
+
+}  // namespace
+
+std::map<std::size_t, int> counted_attempts(const std::vector<RunRow>& journal) {
+  std::map<std::size_t, int> attempts;
+  std::map<std::size_t, int> runs;
+  for (const auto& row : journal) {
+    if (row.kind == RunRow::Kind::power_up)
+      std::erase_if(attempts, [&](const auto& entry) { return runs.at(entry.first) == row.run; });
+    if (row.kind != RunRow::Kind::segment_ends || row.ending != "complete") continue;
+    attempts[row.segment] = row.attempt;
+    runs[row.segment] = row.run;
+  }
+  return attempts;
+}
+
+ExecutiveState start_state(std::shared_ptr<const Course> course) {
+  ExecutiveState state;
+  state.segments.resize(course->schedule.size());
+  state.devices.resize(course->station.devices.size());
+  state.axes.resize(course->station.axes.size());
+  state.interlocks.resize(course->station.interlocks.size());
+  state.safe.resize(course->station.safe.size());
+  state.course = std::move(course);
+  return state;
+}
+
+ExecutiveState resume_state(std::shared_ptr<const Course> course, const std::vector<RunRow>& journal) {
+  ExecutiveState state = start_state(std::move(course));
+  const auto& schedule = state.course->schedule;
+  const auto counted = counted_attempts(journal);
+  const auto whole = whole_runs(schedule, counted);
+  const bool repeat_runs = several_power_ups(schedule);
+  for (const auto& row : journal) {
+    if (row.kind == RunRow::Kind::unit_out) state.units_out.push_back(row.label);
+    if (row.kind == RunRow::Kind::power_up) {
+      state.resumed = true;
+      if (!repeat_runs) state.powered_run = row.run;
+    }
+    if (row.kind != RunRow::Kind::segment_begins || row.segment >= schedule.size()) continue;
+    auto& attempts = state.segments[row.segment].attempts;
+    attempts = std::max(attempts, row.attempt);
+  }
+  for (const auto& [segment, attempt] : counted)
+    if (segment < schedule.size() && (!repeat_runs || whole.contains(schedule[segment].run)))
+      state.segments[segment].status = SegmentProgress::Status::complete;
+  return state;
+}
+
+StoppingRule parse_stopping_rule(std::string_view text, double at_least) {
+  const auto refuse = [&]() -> StoppingRule {
+    throw Error(Error::Kind::bad_input,
+                fmt::format("'{}' is no stopping rule: sd(PARAMETER) <= QUANTITY is expected, for example "
+                            "sd(bias) <= 0.002 deg/h",
+                            text));
+  };
+  const auto close = text.find(')'), sign = text.find("<=");
+  if (!text.starts_with("sd(") || close == std::string_view::npos || close <= 3 || sign == std::string_view::npos)
+    return refuse();
+  if (sign < close || text.substr(close + 1, sign - close - 1).find_first_not_of(' ') != std::string_view::npos)
+    return refuse();
+  StoppingRule rule{std::string(text), std::string(text.substr(3, close - 3)), 0.0, at_least};
+  const Quantity quantity = parse_quantity(text.substr(sign + 2));
+  rule.sd = quantity.unit.difference_to_si(quantity.value);
+  if (!(rule.sd > 0.0)) return refuse();
+  return rule;
+}
+
+namespace executive {
+
+void write_row(Turn& turn, RunRow row) { turn.act(JournalEntry{std::move(row)}); }
+
+}  // namespace executive
+}  // namespace tumble

@@ -1,0 +1,180 @@
+#include <cmath>
+
+#include "tumble/station/executive/turn.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble::executive {
+namespace {
+
+using Kind = Motion::Kind;
+
+/// Values of the rig for the controller. A difference, a rate or an amplitude has no offset.
+double to_controller(const StationAxis& axis, double value) { return axis.sign * (value - axis.offset); }
+double to_controller_rate(const StationAxis& axis, double value) { return axis.sign * value; }
+
+/// The angle to demand for a position of the plan.
+double nearest_position(const StationAxis& axis, const AxisProgress& progress, double wanted) {
+  if (axis.turns != StationAxis::Turns::counted || !progress.position) return wanted;
+  return *progress.position + std::remainder(wanted - *progress.position, two_pi);
+}
+
+void demand(AxisProgress& progress, Demand what, double value) {
+  progress.demand = what;
+  progress.value = value;
+  progress.window = {};
+  progress.settled = false;
+  progress.outside = 0;
+}
+
+void send_motion(Turn& turn, std::size_t index, const std::string& verb, std::map<std::string, double> values,
+                 Purpose purpose = Purpose::motion) {
+  const auto& axis = turn.station().axes[index];
+  ask(turn, axis.device, {{verb, std::move(values), axis.number}, purpose});
+}
+
+std::map<std::string, double> position_values(const StationAxis& axis, double position, std::optional<double> speed) {
+  std::map<std::string, double> values{{"position", to_controller(axis, position)}};
+  if (speed) values["rate"] = *speed;
+  return values;
+}
+
+/// The motion of one axis before recording.
+void send_axis(Turn& turn, std::size_t index, const Motion& motion) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  const bool warms = axis.kind == StationAxis::Kind::temperature;
+  if (motion.kind == Kind::rate) {
+    demand(progress, Demand::rate, motion.value);
+    send_motion(turn, index, "rate", {{"rate", to_controller_rate(axis, motion.value)}});
+  } else if (motion.kind == Kind::sine) {
+    demand(progress, Demand::sine, motion.amplitude);
+    progress.period = 1.0 / motion.frequency;
+    send_motion(turn, index, "sine",
+                {{"amplitude", to_controller_rate(axis, motion.amplitude)},
+                 {"frequency", motion.frequency},
+                 {"phase", motion.phase}});
+  } else if (warms) {
+    demand(progress, Demand::temperature, motion.value);
+    send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, motion.value)}});
+  } else {
+    demand(progress, Demand::position, motion.value);
+    send_motion(turn, index, "position",
+                position_values(axis, nearest_position(axis, progress, motion.value), axis.speed));
+  }
+}
+
+bool turns(const AxisProgress& progress) {
+  return progress.demand == Demand::rate || progress.demand == Demand::sine || progress.demand == Demand::moving;
+}
+
+void rest_axis(Turn& turn, std::size_t index, Purpose purpose) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  if (axis.kind == StationAxis::Kind::temperature) {
+    progress.ramping = false;
+    if (progress.demand == Demand::moving) progress.demand = Demand::none;
+    return;
+  }
+  demand(progress, Demand::rest, 0.0);
+  progress.at_rest = 0;
+  send_motion(turn, index, "stop", {}, purpose);
+}
+
+void set_ramp_point(Turn& turn, std::size_t index) {
+  const auto& axis = turn.station().axes[index];
+  auto& progress = turn.state.axes[index];
+  const double span = progress.ramp_to - progress.ramp_from;
+  const double gone = progress.ramp_rate * (turn.now() - progress.ramp_begin + axis.ramp_step);
+  const double point = gone >= std::abs(span) ? progress.ramp_to : progress.ramp_from + std::copysign(gone, span);
+  send_motion(turn, index, "set_temperature", {{"temperature", to_controller(axis, point)}});
+  progress.next_set = turn.now() + axis.ramp_step;
+  if (point == progress.ramp_to) progress.ramping = false;
+}
+
+}  // namespace
+
+std::map<std::string, Motion> motions_before_recording(const Turn& turn) {
+  const auto& schedule = turn.course.schedule;
+  std::map<std::string, Motion> motions;
+  for (std::size_t i = 0; i <= turn.state.segment; ++i) {
+    if (schedule[i].run != turn.segment().run) continue;
+    for (const auto& [axis, motion] : schedule[i].axes) {
+      const bool goes = motion.kind == Kind::ramp || motion.kind == Kind::slew;
+      const bool stays = motion.kind == Kind::hold || motion.kind == Kind::dwell;
+      if (i == turn.state.segment) {
+        if (!goes) motions[axis] = motion;
+      } else if (goes || stays) {
+        motions[axis] = {.kind = Kind::hold, .value = goes ? motion.to : motion.value};
+      } else {
+        motions.erase(axis);
+      }
+    }
+  }
+  return motions;
+}
+
+void send_motions(Turn& turn) {
+  const auto motions = motions_before_recording(turn);
+  for (std::size_t i = 0; i < turn.station().axes.size(); ++i) {
+    const auto found = motions.find(turn.station().axes[i].name);
+    auto& progress = turn.state.axes[i];
+    progress.ramping = false;
+    if (found != motions.end())
+      send_axis(turn, i, found->second);
+    else if (turns(progress))
+      rest_axis(turn, i, Purpose::motion);
+  }
+  turn.state.motions_sent = true;
+}
+
+void begin_ramps(Turn& turn) {
+  for (std::size_t i = 0; i < turn.station().axes.size(); ++i) {
+    const auto& axis = turn.station().axes[i];
+    auto& progress = turn.state.axes[i];
+    const auto found = turn.segment().axes.find(axis.name);
+    if (found == turn.segment().axes.end()) continue;
+    const Motion& motion = found->second;
+    if (motion.kind != Kind::ramp && motion.kind != Kind::slew) continue;
+    const double from =
+        progress.demand == Demand::temperature ? progress.value : progress.temperature.value_or(motion.to);
+    demand(progress, Demand::moving, motion.to);
+    if (motion.kind == Kind::slew) {
+      send_motion(turn, i, "position", position_values(axis, motion.to, motion.value));
+      continue;
+    }
+    progress.ramp_from = from;
+    progress.ramp_to = motion.to;
+    progress.ramp_rate = motion.value;
+    progress.ramp_begin = turn.now();
+    progress.ramping = true;
+    set_ramp_point(turn, i);
+  }
+}
+
+void continue_ramps(Turn& turn) {
+  for (std::size_t i = 0; i < turn.state.axes.size(); ++i)
+    if (turn.state.axes[i].ramping && turn.reached(turn.state.axes[i].next_set)) {
+      set_ramp_point(turn, i);
+      if (turn.state.axes[i].ramping) turn.reached(turn.state.axes[i].next_set);
+    }
+}
+
+void end_ramps(Turn& turn) {
+  for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
+    auto& progress = turn.state.axes[i];
+    progress.ramping = false;
+    if (progress.demand != Demand::moving) continue;
+    const bool warms = turn.station().axes[i].kind == StationAxis::Kind::temperature;
+    demand(progress, warms ? Demand::temperature : Demand::position, progress.value);
+  }
+}
+
+void rest_axes(Turn& turn, Purpose purpose) {
+  for (std::size_t i = 0; i < turn.state.axes.size(); ++i) {
+    const auto& progress = turn.state.axes[i];
+    const bool travels = progress.demand == Demand::position && !progress.settled;
+    if (turns(progress) || travels) rest_axis(turn, i, purpose);
+  }
+}
+
+}  // namespace tumble::executive

@@ -1,0 +1,70 @@
+#include "tumble/station/requirement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const std::map<std::string, ChannelReading> known_channels{{"chamber.temperature", 350.0},
+                                                           {"arm.rate", -0.001},
+                                                           {"input.door", std::string("closed")},
+                                                           {"unit.status", std::string("ok")},
+                                                           {"input.count", 0.0}};
+
+Holds holds_now(const std::string& text) {
+  return evaluate(parse_requirement(text), [](const std::string& channel) {
+    const auto found = known_channels.find(channel);
+    return found == known_channels.end() ? ChannelReading() : found->second;
+  });
+}
+
+TEST(Requirement, ComparesQuantitiesInTheirUnits) {
+  EXPECT_EQ(holds_now("chamber.temperature < 76.86 degC"), Holds::yes);  // 350 K are 76.85 degC
+  EXPECT_EQ(holds_now("chamber.temperature < 76.84 degC"), Holds::no);
+  EXPECT_EQ(holds_now("chamber.temperature >= 350 K"), Holds::yes);
+  EXPECT_EQ(holds_now("arm.rate >= 0 deg/s"), Holds::no);
+  EXPECT_EQ(holds_now("abs(arm.rate) <= 0.06 deg/s"), Holds::yes);  // 0.001 rad/s are 0.0573 deg/s
+  EXPECT_EQ(holds_now("abs(arm.rate) > 0.06 (deg)/s"), Holds::no);
+}
+
+TEST(Requirement, ComparesWords) {
+  EXPECT_EQ(holds_now("input.door == closed"), Holds::yes);
+  EXPECT_EQ(holds_now("input.door != closed"), Holds::no);
+  EXPECT_EQ(holds_now("unit.status"), Holds::yes);
+  EXPECT_EQ(holds_now("not input.count"), Holds::yes);
+}
+
+TEST(Requirement, AndBindsStrongerThanOr) {
+  EXPECT_EQ(holds_now("unit.status or unit.status and input.count"), Holds::yes);
+  EXPECT_EQ(holds_now("(unit.status or unit.status) and input.count"), Holds::no);
+  EXPECT_EQ(holds_now("(arm.rate < 1 deg/s and input.door == open) or unit.status"), Holds::yes);
+}
+
+TEST(Requirement, IsUnknownOnlyWhereTheUnknownPartDecides) {
+  EXPECT_EQ(holds_now("nobody.knows"), Holds::unknown);
+  EXPECT_EQ(holds_now("nobody.knows or unit.status"), Holds::yes);
+  EXPECT_EQ(holds_now("nobody.knows and input.count"), Holds::no);
+  EXPECT_EQ(holds_now("not nobody.knows"), Holds::unknown);
+  EXPECT_EQ(holds_now("input.door < 1"), Holds::unknown);  // a word where a number is expected
+}
+
+TEST(Requirement, SaysWhereItCannotBeRead) {
+  for (const char* bad : {"", "and", "arm.rate <", "arm.rate < fast", "arm.rate < 1 m", "(a", "a b", "abs(a)", "a or",
+                          "chamber.temperature < 90", "not", "abs(a) == closed", "a == 1 deg) and b"})
+    EXPECT_THROW(parse_requirement(bad), Error) << bad;
+  try {
+    parse_requirement("input.door == closed but why");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.problems.front(),
+              "'input.door == closed but why': at character 22: 'and', 'or' or the end is expected");
+  }
+  EXPECT_THROW(parse_requirement(std::string(100'000, '(')), Error);
+}
+
+}  // namespace
+}  // namespace tumble

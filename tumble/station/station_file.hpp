@@ -1,0 +1,148 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/core/plan.hpp"
+#include "tumble/station/requirement.hpp"
+#include "tumble/wire/controller.hpp"
+
+namespace tumble {
+
+/// When an axis counts as having reached what was demanded: its own readback, or `channel`, lies within the tolerances
+/// for `hold` seconds. Absent tolerances are not asked for.
+struct SettleRule {
+  std::optional<double> value;       ///< position [rad] or temperature [K] against the demand
+  std::optional<double> rate;        ///< [rad/s, K/s] against the demand; of a position or temperature: its slope
+  double relative_rate = 0.0;        ///< added to `rate`, times the rate demanded [1]
+  std::optional<double> rate_slope;  ///< [rad/s^2] slope of the rate, where a rate is demanded
+  double hold = 1.0;                 ///< [s]
+  double timeout = 60.0;             ///< [s] from the command, after which the attempt fails
+  double soak = 0.0;                 ///< [s] to wait after it has settled, before recording
+  std::string channel = {};          ///< observed in place of the axis: "unit.case.temperature"
+};
+
+/// What happens to a segment whose attempts have failed.
+enum class OnFailure { ask, skip, stop };
+
+/// One axis of the rig as a controller drives it: value of the rig = sign * value of the controller + offset.
+struct StationAxis {
+  enum class Kind { angle, temperature, acceleration };
+  std::string name;        ///< of the rig's axis, as plans call it
+  std::size_t device = 0;  ///< index of its controller
+  int number = 1;          ///< of the controller's axis
+  Kind kind = Kind::angle;
+  int sign = 1;
+  double offset = 0.0;                     ///< [rad, K]
+  std::optional<double> lowest, highest;   ///< [rad, K]
+  std::optional<double> max_rate;          ///< [rad/s, K/s]
+  std::optional<double> max_acceleration;  ///< [rad/s^2]; of a shaker [m/s^2]
+  std::optional<double> speed;             ///< [rad/s] of moves to a position, where the command carries it
+  /// limited: turns are not repeated; wrapped: the controller's angle begins again after a turn; counted: it goes on
+  /// after a turn, and the axis takes the nearest of the angles that differ by whole turns.
+  enum class Turns { limited, wrapped, counted } turns = Turns::limited;
+  double ramp_step = 10.0;  ///< [s] between the set points of a ramp, 10 to 60
+  SettleRule settle = {};
+  int retries = 1;
+  OnFailure on_failure = OnFailure::ask;
+};
+
+/// A controller at its link.
+struct StationDevice {
+  std::string name;
+  std::string controller;                            ///< shipped declaration, or a file
+  std::map<std::string, std::string> settings = {};  ///< of the declaration
+  std::string link;                                  ///< "tcp:HOST:PORT", "serial:DEVICE[:BAUD[:8N1]]"
+  double poll = 0.1;                                 ///< [s]
+  double timeout = 0.3;                              ///< [s] in which a request is answered
+  std::map<std::string, double> timeouts = {};       ///< [s] of verbs that take longer
+  double lost_after = 0.0;                           ///< [s] of silence; at least 3 polls
+  std::optional<double> stops_by_itself =
+      {};                                 ///< [s] after the host is silent, as the maker states; absent: it does not
+  std::string identity = {};              ///< text that the reply to identify must contain: its serial number
+  std::vector<std::string> verbs = {};    ///< that its declaration has
+  std::vector<std::string> once = {};     ///< of these, those that are never sent again
+  std::vector<std::string> prepare = {};  ///< verbs before the first motion, in order
+  std::vector<std::string> finish = {};   ///< verbs after the last segment, in order
+
+  bool can(const std::string& verb) const;
+};
+
+/// A place for a unit under test, and its stream.
+struct StationInstrument {
+  std::string slot;
+  std::string frames;  ///< declaration of its stream, shipped or a file; empty: it has no stream of its own
+  std::string link;
+  double rate = 0.0;  ///< [Hz]; 0: not stated
+};
+
+/// What must hold while a plan is carried out. A software interlock never replaces one of hardware.
+struct StationInterlock {
+  enum class Action { stop, hold };
+  Requirement require;
+  Action action = Action::stop;
+  double debounce = 0.0;  ///< [s]
+  double stale = 10.0;    ///< [s] after which a channel without news is not known, and the condition not met
+};
+
+/// One command of the safe list.
+struct SafeCommand {
+  std::size_t device = 0;
+  ControllerRequest request;
+  std::optional<Requirement> confirm;  ///< absent: of `stop`, rates read zero; of other verbs, the reply
+  double within = 10.0;                ///< [s] from when it is sent
+  bool wait = false;                   ///< is sent only when those before it are confirmed, or overdue
+  std::string words = {};              ///< for a person, where it could not be confirmed
+};
+
+/// Equipment with a certificate.
+struct StationEquipment {
+  std::string name, serial, certificate;
+  std::string due;  ///< "2027-03-01", the last day on which it may be used; empty: not stated
+};
+
+/// How the unit is switched off and on between power-ups.
+struct StationPower {
+  std::optional<std::size_t> device = {};  ///< a supply with the verbs off and start; absent: a person is asked
+  double off_time = 60.0;                  ///< [s]
+  double warm_up = 0.0;                    ///< [s] after it is switched on
+};
+
+/// A bench: which controller on which link is which axis of the rig, its limits, interlocks and safe list. Plans do not
+/// name any of this, so that one plan runs on several benches.
+struct Station {
+  std::string file, sha256, text;
+  std::string name;
+  std::vector<StationDevice> devices;
+  std::vector<StationAxis> axes;
+  std::vector<std::string> by_hand;  ///< axes that a person moves: "mount_yaw"
+  std::vector<StationInstrument> instruments;
+  std::vector<StationInterlock> interlocks;
+  std::vector<SafeCommand> safe;
+  StationPower power;
+  std::vector<StationEquipment> equipment;
+};
+
+/// Reads a station file (docs/station.md has its keys).
+///
+/// Throws    Error::bad_input with all problems, each with its line
+///           Error::bad_file where it cannot be read
+Station load_station(const std::string& path);
+
+/// Reads a station from its text. Files that the station names are relative to the folder of `file`.
+Station read_station(const std::string& text, const std::string& file);
+
+/// What is asked of a station.
+struct StationRequest {
+  std::map<std::string, std::string> units = {};  ///< serial number by slot
+  std::string date;                               ///< of today, "2026-11-24"
+  std::string accept_expired = {};                ///< reason for which equipment out of calibration is accepted
+};
+
+/// All reasons why a plan cannot be carried out at a station, so that it is refused before anything moves.
+std::vector<std::string> check_station(const Plan& plan, const Station& station, const StationRequest& request);
+
+}  // namespace tumble

@@ -1,0 +1,235 @@
+#include "tumble/station/station_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tumble/station/testing/executive_bench.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+const std::string sound_station = R"(
+[station]
+name = "bench 3"
+by_hand = ["mount_yaw"]
+
+[power]
+device = "supply"
+off_time = "30 s"
+
+[[device]]
+name = "table"
+controller = "acutrol_like"
+link = "tcp:192.168.1.20:9878"
+timeouts = {home = "60 s"}
+on_lost_link = "stops in 1 s"
+identity = "SN 12"
+verbs = ["identify", "take", "position", "rate", "stop", "read", "home"]
+once = ["home"]
+
+[[device.axis]]
+rig = "table"
+sign = -1
+offset = "90 deg"
+lowest = "-180 deg"
+highest = "180 deg"
+max_rate = "200 deg/s"
+turns = "counted"
+settle = {position = "0.001 deg", rate = "0.002 deg/s", relative_rate = "50 ppm", hold = "2 s", timeout = "1 min"}
+
+[[device]]
+name = "supply"
+controller = "scpi_supply"
+link = "serial:/dev/ttyUSB0:9600"
+verbs = ["start", "off", "read"]
+
+[[instrument]]
+slot = "1"
+frames = "kvh_1775"
+link = "serial:/dev/ttyS1:921600"
+rate = "1 kHz"
+
+[[interlock]]
+require = "input.door == closed"
+debounce = "100 ms"
+
+[[hold]]
+require = "room.temperature < 25 degC"
+
+[[equipment]]
+name = "rate table"
+serial = "RT-12"
+certificate = "C-77"
+due = "2027-03-01"
+)";
+
+std::vector<std::string> problems_of_station(const std::string& text) {
+  try {
+    read_station(text, "bench.toml");
+    return {};
+  } catch (const Error& error) {
+    return error.problems;
+  }
+}
+
+bool has_problem(const std::vector<std::string>& problems, const std::string& part) {
+  return std::any_of(problems.begin(), problems.end(),
+                     [&](const std::string& problem) { return problem.find(part) != std::string::npos; });
+}
+
+std::string with_replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(StationFile, IsReadInSi) {
+  const Station station = read_station(sound_station, "bench.toml");
+  EXPECT_EQ(station.name, "bench 3");
+  ASSERT_EQ(station.devices.size(), 2u);
+  const auto& table = station.devices[0];
+  EXPECT_EQ(table.poll, 0.1);
+  EXPECT_EQ(table.lost_after, 0.5);
+  EXPECT_EQ(table.timeouts.at("home"), 60.0);
+  EXPECT_EQ(table.stops_by_itself, 1.0);
+  EXPECT_EQ(table.prepare, (std::vector<std::string>{"identify", "take"}));
+  EXPECT_EQ(station.devices[1].lost_after, 10.0);
+  ASSERT_EQ(station.axes.size(), 1u);
+  const auto& axis = station.axes[0];
+  EXPECT_EQ(axis.sign, -1);
+  EXPECT_EQ(axis.offset, si(90.0, "deg"));
+  EXPECT_EQ(axis.max_rate, si(200.0, "deg/s"));
+  EXPECT_EQ(axis.turns, StationAxis::Turns::counted);
+  EXPECT_DOUBLE_EQ(axis.settle.relative_rate, 50e-6);
+  EXPECT_EQ(axis.settle.timeout, 60.0);
+  EXPECT_EQ(station.power.device, 1u);
+  ASSERT_EQ(station.interlocks.size(), 2u);
+  EXPECT_EQ(station.interlocks[0].action, StationInterlock::Action::stop);
+  EXPECT_EQ(station.interlocks[1].action, StationInterlock::Action::hold);
+  EXPECT_EQ(station.interlocks[0].debounce, 0.1);
+}
+
+TEST(StationFile, HasASafeListWhereItStatesNone) {
+  const Station station = read_station(sound_station, "bench.toml");
+  ASSERT_EQ(station.safe.size(), 2u);
+  EXPECT_EQ(station.safe[0].request.verb, "stop");
+  EXPECT_FALSE(station.safe[0].wait);
+  EXPECT_EQ(station.safe[1].request.verb, "off");
+  EXPECT_TRUE(station.safe[1].wait);
+}
+
+TEST(StationFile, RefusesASafeListThatLeavesAnAxisTurning) {
+  const auto problems = problems_of_station(sound_station + "[[safe]]\ndevice = \"supply\"\nverb = \"off\"\n");
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(
+      problems[0],
+      "bench.toml:1: [[safe]]: nothing stops the axis 'table': add device = \"table\", verb = \"stop\", axis = 1");
+  EXPECT_TRUE(has_problem(problems_of_station(sound_station + "[[safe]]\ndevice = \"table\"\nverb = \"rate\"\n"),
+                          "'rate' is not for a safe list; accepted: stop, hold, off, disable, release"));
+}
+
+TEST(StationFile, StatesAllProblemsWithLineAndNearestKey) {
+  auto text = with_replaced(sound_station, "max_rate", "max_rat");
+  text = with_replaced(text, "require = \"input.door == closed\"", "require = \"input.door ==\"");
+  text = with_replaced(text, "device = \"supply\"", "device = \"suply\"");
+  text = with_replaced(text, "due = \"2027-03-01\"", "due = \"1 March\"");
+  text = with_replaced(text, "\"50 ppm\"", "\"50 deg\"");
+  const auto problems = problems_of_station(text);
+  ASSERT_EQ(problems.size(), 5u);
+  EXPECT_EQ(problems[0],
+            "bench.toml:7: [power]: device: the station has no device 'suply'; did you mean 'supply'? "
+            "(devices: table, supply)");
+  EXPECT_TRUE(has_problem(problems, "bench.toml:26: [[device.axis]]: unknown key 'max_rat'; did you mean 'max_rate'?"));
+  EXPECT_TRUE(has_problem(problems, "bench.toml:28: [[device.axis]] settle: relative_rate: "));
+  EXPECT_TRUE(has_problem(problems, "'input.door ==': at character 14: a channel or a word is expected"));
+  EXPECT_TRUE(has_problem(problems, "a date in quotes is expected"));
+}
+
+TEST(StationFile, RefusesWhatIsMissingOrTwice) {
+  EXPECT_TRUE(has_problem(problems_of_station(""), "[station] is missing"));
+  EXPECT_TRUE(has_problem(problems_of_station("[station]\nname = \"a\"\n"), "a station needs one or more devices"));
+  EXPECT_TRUE(has_problem(
+      problems_of_station(with_replaced(sound_station, "link = \"tcp:192.168.1.20:9878\"", "link = \"usb\"")),
+      "tcp:HOST:PORT or serial:DEVICE"));
+  EXPECT_TRUE(has_problem(
+      problems_of_station(with_replaced(sound_station, "settle = {position = \"0.001 deg\", ", "settle = {")),
+      "position is missing"));
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(sound_station, "name = \"supply\"", "name = \"table\"")),
+                          "two things are called"));
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(sound_station, "[\"mount_yaw\"]", "[\"table\"]")),
+                          "moved by hand and by a device"));
+  EXPECT_TRUE(has_problem(problems_of_station(with_replaced(sound_station, "kvh_1775", "kvh_1757")), "kvh_1775"));
+  EXPECT_TRUE(
+      has_problem(problems_of_station(sound_station + "[[instrument]]\nslot = \"1\"\n"), "there are two slots '1'"));
+  EXPECT_TRUE(has_problem(problems_of_station("device = 3\nstation = 4\nsafe = [1]\n"), "is a list of tables"));
+}
+
+Plan plan_of_table(Schedule schedule) {
+  Plan plan;
+  plan.rig_kind = "rate_table";
+  plan.sample_rate = 1000.0;
+  plan.schedule = std::move(schedule);
+  return plan;
+}
+
+Motion held_at(double degrees) { return {.kind = Motion::Kind::hold, .value = si(degrees, "deg")}; }
+Motion turned_at(double value) { return {.kind = Motion::Kind::rate, .value = si(value, "deg/s")}; }
+
+const StationRequest request_of_slot_1{.units = {{"1", "SN-5"}}, .date = "2026-11-24"};
+
+TEST(StationCheck, AcceptsAPlanThatTheStationCanCarryOut) {
+  const Station station = read_station(sound_station, "bench.toml");
+  const auto plan =
+      plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}, {"mount_yaw", held_at(90.0)}}),
+                     testing::bench_segment("turn", 1.0, {{"table", turned_at(200.0)}})});
+  EXPECT_EQ(check_station(plan, station, request_of_slot_1), std::vector<std::string>{});
+}
+
+TEST(StationCheck, StatesAllRefusalsAtOnce) {
+  Station station = read_station(sound_station, "bench.toml");
+  station.equipment[0].due = "2026-11-23";
+  station.axes[0].name = "tabel";
+  const auto first =
+      check_station(plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}})}), station, {});
+  EXPECT_TRUE(has_problem(first, "the rig rate_table of the plan has no such axis; did you mean 'table'?"));
+  EXPECT_TRUE(has_problem(first, "segment 'rest': no device of the station moves table"));
+  EXPECT_TRUE(has_problem(first, "slot '1': the unit has no serial number: --unit 1=SERIAL"));
+  EXPECT_TRUE(has_problem(first, "'' is no date"));
+
+  station.axes[0].name = "table";
+  Plan plan = plan_of_table(
+      {testing::bench_segment("high", 10.0, {{"table", held_at(190.0)}}),
+       testing::bench_segment("fast", 1.0, {{"table", turned_at(201.0)}}),
+       testing::bench_segment("long", 10.0, {{"table", turned_at(100.0)}}),
+       testing::bench_segment(
+           "sine", 10.0,
+           {{"table", Motion{.kind = Motion::Kind::sine, .amplitude = si(10.0, "deg"), .frequency = 10.0}}})});
+  plan.sample_rate = 100.0;
+  const StationRequest request{.units = {{"1", "SN-5"}, {"2", "SN-5"}, {"3", " "}}, .date = "2026-11-24"};
+  const auto problems = check_station(plan, station, request);
+  EXPECT_TRUE(has_problem(problems, "segment 'high': table: 190 deg is beyond the station's 180 deg"));
+  EXPECT_TRUE(has_problem(problems, "segment 'fast': table: 201 deg/s is beyond the station's 200 deg/s"));
+  EXPECT_TRUE(has_problem(problems, "segment 'long': table: 1000 deg is beyond the station's 360 deg"));
+  EXPECT_TRUE(
+      has_problem(problems, "segment 'sine': table needs the verb 'sine', which the controller acutrol_like lacks"));
+  EXPECT_TRUE(has_problem(problems, "segment 'sine': table: 628.319 deg/s is beyond"));
+  EXPECT_TRUE(has_problem(problems, "the station has no slot '2' (slots: 1)"));
+  EXPECT_TRUE(has_problem(problems, "the unit SN-5 is in slot '1' and in slot '2'"));
+  EXPECT_TRUE(has_problem(problems, "the instrument sends at 1000 Hz, the plan expects 100 Hz"));
+  EXPECT_TRUE(has_problem(problems, "rate table RT-12: its calibration C-77 was due on 2026-11-23"));
+  StationRequest accepted = request;
+  accepted.accept_expired = "the laboratory is closed";
+  EXPECT_EQ(check_station(plan, station, accepted).size(), problems.size() - 1);
+}
+
+TEST(StationCheck, AcceptsACalibrationOnItsLastDay) {
+  Station station = read_station(sound_station, "bench.toml");
+  station.equipment[0].due = request_of_slot_1.date;
+  const auto plan = plan_of_table({testing::bench_segment("rest", 10.0, {{"table", held_at(0.0)}})});
+  EXPECT_TRUE(check_station(plan, station, request_of_slot_1).empty());
+}
+
+}  // namespace
+}  // namespace tumble
