@@ -25,6 +25,8 @@ std::vector<std::string> VirtualRig::axes() const {
   return names;
 }
 
+bool VirtualRig::is_temperature(const std::string& axis) const { return state_->bench.control(axis).is_air(); }
+
 Refusal VirtualRig::command(double time, const std::string& axis, const Motion& motion) {
   return state_->bench.command(time, axis, motion);
 }

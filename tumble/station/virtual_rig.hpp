@@ -56,6 +56,7 @@ class VirtualRig {
 
   /// The names of the axes, temperature and shake among them.
   std::vector<std::string> axes() const;
+  bool is_temperature(const std::string& axis) const;
 
   /// One axis is told something; all others go on. `hold` of a turning axis goes there, `rate` 0 stops it. A sweep
   /// needs Motion::lasts. What the rig cannot do is refused, and the axis goes on as before.
