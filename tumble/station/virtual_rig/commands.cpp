@@ -28,6 +28,14 @@ double ramp_limit(const Settings& options) {
   return options.number(options.has("oven_ramp_limit") ? "oven_ramp_limit" : "ramp_limit");
 }
 
+/// Whether a run may begin with this motion in place of the standstill that it begins with: a rig begins a run where
+/// its first segment wants it.
+bool begins_at(const Motion* standing, const Motion& motion) {
+  const double value = standing ? standing->value : 0.0;
+  if (motion.kind == Kind::hold || motion.kind == Kind::dwell) return standing && motion.value == value;
+  return motion.kind != Kind::ramp && value == 0.0;
+}
+
 }  // namespace
 
 /// What the drive makes of a command, as its troubles want it.
@@ -57,8 +65,14 @@ void Bench::enter(double time, const std::map<std::string, Motion>& changes, boo
     for (auto& [axis, motion] : next) motion.continued = true;
   if (!others_go_on)
     std::erase_if(next, [&](const auto& entry) { return !control(entry.first).is_air() || since > 0.0; });
-  for (const auto& [axis, motion] : changes) next[axis] = motion;
-  course().change(since, std::move(next));
+  bool anew = false;
+  for (const auto& [axis, motion] : changes) {
+    const auto standing = course().now().axes.find(axis);
+    if (since == 0.0 && course().segments().size() == 1)
+      anew |= !begins_at(standing == course().now().axes.end() ? nullptr : &standing->second, motion);
+    next[axis] = motion;
+  }
+  course().change(since, std::move(next), anew);
 }
 
 /// What follows from a command without a further one.

@@ -24,8 +24,8 @@ double duration_between(double begin, double end) {
 Course::Course(std::shared_ptr<const Plan> plan, const RandomStream& random, int run, double begin, Segment first)
     : plan_(std::move(plan)), random_(random), run_(run), begin_(begin), segments_{std::move(first)} {}
 
-void Course::change(double time, std::map<std::string, Motion> axes) {
-  if (time > since_) {
+void Course::change(double time, std::map<std::string, Motion> axes, bool anew) {
+  if (time > since_ || anew) {
     segments_.back().duration = duration_between(since_, time);
     segments_.push_back({"", 0.0, run_, {}});
     since_ = time;

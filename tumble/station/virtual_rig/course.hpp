@@ -23,8 +23,9 @@ class Course {
   /// Counts the changes.
   std::size_t version() const { return version_; }
 
-  /// The axes do this from `time` on; not before the last change.
-  void change(double time, std::map<std::string, Motion> axes);
+  /// The axes do this from `time` on; not before the last change. At the time of the last change it is in place of that,
+  /// or after it where `anew`.
+  void change(double time, std::map<std::string, Motion> axes, bool anew = false);
 
   /// Valid until `until` at least.
   const Reference& reference(double until);
