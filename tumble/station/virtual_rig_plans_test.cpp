@@ -22,7 +22,7 @@ std::vector<Plan> plans_to_carry_out() {
     Plan plan = load_plan(entry.path().string(), {});
     if (plan.rig_kind.empty() || plan.instrument_model.empty() || plan.schedule.empty() || plan.truth.texts().empty())
       continue;
-    const double most = 2e5 / oversampling_of(plan) / plan.sample_rate;  // [s]
+    const double most = 5e4 / oversampling_of(plan) / plan.sample_rate;  // [s]
     double time = 0.0;
     std::size_t segments = 0;
     while (segments < plan.schedule.size() && (segments == 0 || time < most)) time += plan.schedule[segments++].duration;

@@ -8,6 +8,7 @@
 namespace tumble::virtual_rig {
 namespace {
 
+constexpr std::size_t unknown = static_cast<std::size_t>(-1);
 constexpr std::size_t sensor_portion = 8192;             ///< as sensors_of() in sim/
 constexpr std::size_t endless = std::size_t{1} << 40;    ///< samples, of a power-up whose end is not known
 
@@ -76,6 +77,7 @@ Unit::Unit(std::shared_ptr<const Plan> plan, const RandomStream& random, const P
 
 void Unit::end(double time) {
   total_ = std::max(given_, static_cast<std::size_t>(std::max(0LL, std::llround((time - begin_) * rate_))));
+  outputs_.version = unknown;  // the last steps are made without a look at what would have followed
 }
 
 std::size_t Unit::known(double time, SampleTiming timing) const {
