@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct Motion {
   double phase = 0.0;                      ///< sine [rad]
   std::vector<double> psd_frequency = {};  ///< random [Hz]
   std::vector<double> psd = {};            ///< random, one-sided [unit^2/Hz]
+  double lasts = 0.0;      ///< sweep: time in which it comes to to_frequency [s]; 0: the segment
+  bool continued = false;  ///< the motion of the segment before, which goes on; nothing was commanded
 };
 
 struct Segment {
@@ -29,5 +32,16 @@ struct Segment {
 };
 
 using Schedule = std::vector<Segment>;
+
+/// What one axis is told: one motion of one segment, with the segments after it in which it is continued.
+struct AxisCommand {
+  std::size_t segment = 0;         ///< index of the first
+  double begin = 0.0;              ///< [s] since the first segment of the run
+  double duration = 0.0;           ///< [s] of all its segments
+  const Motion* motion = nullptr;  ///< null: the segment does not mention the axis
+};
+
+/// All that the axis is told in a run, in order. The run must live as long.
+std::vector<AxisCommand> commands_to(const Schedule& run, const std::string& axis);
 
 }  // namespace tumble

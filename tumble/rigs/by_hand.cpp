@@ -48,9 +48,10 @@ std::vector<RigError> errors(const Settings& options, const std::optional<Site>&
   return errors_of(imperfections(), options, site);
 }
 
-/// One segment: a move from the pose before, and a rest.
+/// A move from the pose before, and a rest, until the next move.
 struct Rest {
   double begin = 0.0;
+  std::size_t segment = 0;  ///< in which it begins
   Rotation from;       ///< instrument from level, before the move
   Rotation pose;       ///< and after it
   Vector3 axis;        ///< the move turns about it, by
@@ -90,16 +91,16 @@ std::vector<Rest> rests_of(const Schedule& run, const ErrorValues& error) {
   double begin = 0.0;
   std::size_t pose = 0;
   for (std::size_t s = 0; s < run.size(); ++s) {
-    Rest rest{.begin = begin};
     const bool moved = s == 0 || (pose + 1 < poses.size() && poses[pose + 1].begin <= begin);
-    if (s > 0 && moved) ++pose;
-    rest.from = rest.pose = s == 0 ? Rotation{} : rests.back().pose;
-    if (moved)
+    if (moved) {
+      if (s > 0) ++pose;
+      Rest rest{.begin = begin, .segment = s};
       rest.pose = about_x(error(error_names::pose_x, s)) * about_y(error(error_names::pose_y, s)) *
                   about_z(error(error_names::pose_z, s)) * poses[pose].instrument_from_fixture;
-    if (s == 0) rest.from = rest.pose;
-    if (s > 0 && moved) split(rest.pose * inverse(rest.from), rest.axis, rest.angle);
-    rests.push_back(rest);
+      rest.from = s == 0 ? rest.pose : rests.back().pose;
+      if (s > 0) split(rest.pose * inverse(rest.from), rest.axis, rest.angle);
+      rests.push_back(rest);
+    }
     begin += run[s].duration;
   }
   return rests;
@@ -181,10 +182,20 @@ Reference reference(const RigRun& run) {
   Reference out;
   out.felt = [hand](double first, double step, std::span<Felt> samples) { felt_in(*hand, first, step, samples); };
   out.steady_until = [hand](double time) { return until(*hand, time); };
+  auto rest = hand->rests.begin();
+  double begin = 0.0;
   for (std::size_t s = 0; s < run.segments.size(); ++s) {
-    const Rest& rest = hand->rests[s];
-    out.settled.push_back(rest.begin + (rest.angle == 0.0 ? 0.0 : std::min(hand->move_time, run.segments[s].duration)));
+    if (rest + 1 != hand->rests.end() && (rest + 1)->segment == s) ++rest;
+    const bool moves = rest->segment == s && rest->angle != 0.0;
+    out.settled.push_back(begin + (moves ? std::min(hand->move_time, run.segments[s].duration) : 0.0));
+    begin += run.segments[s].duration;
   }
+  for (const char* mount : {"mount_roll", "mount_pitch", "mount_yaw"})
+    out.drives.push_back({mount, [hand, last = last_value(run.segments, mount)](double time) {
+                            const Rest& now = rest_at(*hand, time);
+                            return DriveState{last(time), 0.0,
+                                              now.angle == 0.0 || time >= now.begin + hand->move_time};
+                          }});
   return out;
 }
 
@@ -195,11 +206,11 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
   const auto list = errors(options, {});
   const Matrix none;
   for (const auto& run : runs_of(schedule)) {
-    const auto rests = rests_of(run, ErrorValues(list, none));
-    for (std::size_t s = 0; s < run.size(); ++s)
-      if (rests[s].angle != 0.0 && run[s].duration < options.number("move_time"))
+    for (const Rest& rest : rests_of(run, ErrorValues(list, none)))
+      if (const Segment& segment = run[rest.segment];
+          rest.angle != 0.0 && segment.duration < options.number("move_time"))
         problems.push_back(fmt::format("segment '{}' lasts {:.4g} s, but the move of the instrument takes {:.4g} s",
-                                       run[s].label, run[s].duration, options.number("move_time")));
+                                       segment.label, segment.duration, options.number("move_time")));
   }
   return problems;
 }

@@ -46,6 +46,19 @@ struct Sensor {
   std::function<void(double first, double step, std::span<double> readings)> read;  ///< times as in Reference::felt
 };
 
+/// What the rig's own controller knows of an axis.
+struct DriveState {
+  double value = 0.0;    ///< [SI of the axis] where the drive is, without what its sensor reads wrong
+  double rate = 0.0;     ///< [SI of the axis per second]
+  bool reached = false;  ///< it does what was commanded
+};
+
+/// An axis that a controller moves, and its state at a time [s] as in Reference::felt.
+struct Drive {
+  std::string axis;
+  std::function<DriveState(double time)> at;
+};
+
 /// What the instrument feels during one power-up. Times are [s] since its beginning; a sample stamped t stands for the
 /// interval from t to t + 1/rate and is asked for at its middle.
 struct Reference {
@@ -56,6 +69,7 @@ struct Reference {
   std::function<double(double time)> steady_until;
   std::vector<double> settled;  ///< a segment each: when all axes had reached the motion commanded
   std::vector<Sensor> sensors;
+  std::vector<Drive> drives;  ///< an axis each that can be commanded
 };
 
 /// A catalogue entry of rigs/: turns one power-up of a schedule into what the instrument feels.

@@ -166,7 +166,7 @@ std::vector<std::string> refusals(const Schedule& schedule, const Settings& opti
   return problems;
 }
 
-/// The shake of one segment.
+/// The shake of one segment, and of those that continue it.
 struct Shaking {
   double begin, end;  ///< [s]
   Motion motion;      ///< hold: at rest
@@ -186,7 +186,8 @@ double oscillation(const Shaker& shaker, const Shaking& s, double time) {
   const double since = time - s.begin, f = s.motion.frequency;
   double cycles = f * since;
   if (s.motion.kind == Kind::sweep) {
-    const double growth = std::log(s.motion.to_frequency / f) / (s.end - s.begin);
+    const double end = s.motion.lasts > 0.0 ? s.begin + s.motion.lasts : s.end;
+    const double growth = std::log(s.motion.to_frequency / f) / (end - s.begin);
     if (growth != 0.0) cycles = f * std::expm1(growth * since) / growth;
   }
   const double psi = two_pi * cycles + s.motion.phase, fade = 0.5 * f * since;
@@ -246,15 +247,11 @@ Shaker shaker_of(const RigRun& run) {
   const auto list = errors(run.options, run.site);
   const ErrorValues error(list, run.errors);
   Shaker shaker;
-  double begin = 0.0;
-  for (std::size_t s = 0; s < run.segments.size(); ++s) {
-    const auto found = run.segments[s].axes.find("shake");
-    Shaking one{begin, begin + run.segments[s].duration, found == run.segments[s].axes.end() ? Motion{} : found->second,
-                nullptr};
+  for (const AxisCommand& command : commands_to(run.segments, "shake")) {
+    Shaking one{command.begin, command.begin + command.duration, command.motion ? *command.motion : Motion{}, nullptr};
     if (one.motion.kind == Kind::random)
       one.random = std::make_shared<const ShapedNoise>(SpectralDensity{one.motion.psd_frequency, one.motion.psd},
-                                                       run.random.split("random vibration").split(s));
-    begin = one.end;
+                                                       run.random.split("random vibration").split(command.segment));
     shaker.segments.push_back(std::move(one));
   }
   shaker.amplitude = 1.0 + error(error_names::shake_amplitude);
@@ -306,16 +303,39 @@ void felt_on(const Shaker& shaker, double first, double step, std::span<Felt> ou
   }
 }
 
+const Shaking& shaking_at(const Shaker& shaker, double time) {
+  const auto after = std::upper_bound(shaker.segments.begin(), shaker.segments.end(), time,
+                                      [](double t, const Shaking& shaking) { return t < shaking.begin; });
+  return after == shaker.segments.begin() ? shaker.segments.front() : *(after - 1);
+}
+
+/// When a sine or a sweep has its full amplitude [s].
+double faded_in(const Shaking& shaking) {
+  const bool fades = shaking.motion.kind == Kind::sine || shaking.motion.kind == Kind::sweep;
+  return fades ? std::min(shaking.end, shaking.begin + 2.0 / shaking.motion.frequency) : shaking.begin;
+}
+
 Reference reference(const RigRun& run) {
   const auto shaker = std::make_shared<const Shaker>(shaker_of(run));
   Reference out;
   out.felt = [shaker](double first, double step, std::span<Felt> samples) { felt_on(*shaker, first, step, samples); };
   out.steady_until = [shaker](double time) { return until(*shaker, time); };
-  for (const auto& segment : shaker->segments) {
-    const bool fades = segment.motion.kind == Kind::sine || segment.motion.kind == Kind::sweep;
-    out.settled.push_back(fades ? std::min(segment.end, segment.begin + 2.0 / segment.motion.frequency)
-                                : segment.begin);
+  double begin = 0.0;
+  for (const auto& segment : run.segments) {
+    const Shaking& shaking = shaking_at(*shaker, begin);
+    const double end = begin + segment.duration;
+    out.settled.push_back(std::clamp(faded_in(shaking), begin, end));
+    begin = end;
   }
+  out.drives.push_back({"shake", [shaker](double time) {
+                          const Shaking& shaking = shaking_at(*shaker, time);
+                          const bool still = shaking.motion.kind == Kind::hold || time >= shaking.end;
+                          return DriveState{still ? 0.0 : shaking.motion.amplitude, 0.0, time >= faded_in(shaking)};
+                        }});
+  for (const auto& axis : mount_axes())
+    out.drives.push_back({axis.name, [last = last_value(run.segments, axis.name)](double time) {
+                            return DriveState{last(time), 0.0, true};
+                          }});
   const auto list = errors(run.options, run.site);
   const double gain = 1.0 + ErrorValues(list, run.errors)(error_names::reference_gain);
   const double noise = run.options.flag("ideal") ? 0.0 : run.options.number("reference_noise");

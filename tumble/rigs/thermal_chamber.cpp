@@ -179,6 +179,7 @@ struct History {
   double rate;
   std::vector<Felt> felt;
   Channel top, side;
+  std::vector<double> air, set_point;  ///< [K]
 };
 
 History history_of(const RigRun& run) {
@@ -215,6 +216,9 @@ History history_of(const RigRun& run) {
   for (auto& felt : out.felt) felt.start_temperature = start;
   out.top = sensor("temperature_top", top.temperature, 0.0, run.rate, options, run.random.split("top sensor"));
   out.side = sensor("temperature_side", side.temperature, 0.0, run.rate, options, run.random.split("side sensor"));
+  out.air = set_point;
+  for (std::size_t k = 0; k < count; ++k) out.air[k] += unrest[k];
+  out.set_point = set_point;
   return out;
 }
 
@@ -225,6 +229,30 @@ void look_up(const std::vector<Value>& history, double rate, double first, doubl
     const double at = std::floor((first + static_cast<double>(k) * step) * rate);
     out[k] = history[std::min(history.size() - 1, static_cast<std::size_t>(std::max(0.0, at)))];
   }
+}
+
+/// The temperature that the chamber goes to, as a function of time [s].
+std::function<double(double)> target_of(const Schedule& run) {
+  std::vector<double> targets;
+  double target = 0.0;
+  for (const auto& segment : run) {
+    if (const auto found = segment.axes.find("chamber"); found != segment.axes.end())
+      target = found->second.kind == Kind::ramp ? found->second.to : found->second.value;
+    targets.push_back(target);
+  }
+  return [targets, at = segment_at(run)](double time) { return targets[at(time)]; };
+}
+
+/// What the controller of the chamber knows: its air.
+Drive chamber_of(const std::shared_ptr<const History>& history, const RigRun& run) {
+  return {"chamber", [history, target = target_of(run.segments)](double time) {
+            double now = 0.0, air = 0.0;
+            look_up(history->set_point, history->rate, time, 0.0, std::span(&now, 1));
+            look_up(history->air, history->rate, time, 0.0, std::span(&air, 1));
+            double before = now;
+            look_up(history->set_point, history->rate, time - 1.0 / history->rate, 0.0, std::span(&before, 1));
+            return DriveState{air, (now - before) * history->rate, now == target(time)};
+          }};
 }
 
 Reference reference(const RigRun& run) {
@@ -245,6 +273,7 @@ Reference reference(const RigRun& run) {
     end += segment.duration;
   }
   out.sensors = {reader(history->top), reader(history->side)};
+  out.drives = {chamber_of(history, run)};
   return out;
 }
 

@@ -6,10 +6,11 @@
 #include "tumble/math/parallel.hpp"
 #include "tumble/math/step_means.hpp"
 #include "tumble/rigs/felt_courses.hpp"
+#include "tumble/sim/instrument_run.hpp"
 #include "tumble/sim/power_up.hpp"
 
 namespace tumble {
-namespace {
+namespace simulated {  // named, since State of InstrumentRun has them as members
 
 /// Steps that are simulated at once: of one output so few that they stay in the first caches; of several, which share
 /// what is felt, enough to be worth a thread each.
@@ -117,13 +118,18 @@ struct Producer {
   }
 };
 
+}  // namespace simulated
+
+using namespace simulated;
+
 /// All outputs of one power-up.
-struct Instrument {
-  std::vector<Producer> outputs;
-  Reference reference;
-  double step;  ///< [s]
-  std::size_t oversampling;
-  std::size_t all_steps;  ///< of the power-up
+struct InstrumentRun::State {
+  double rate = 1.0, step = 1.0;  ///< [Hz], [s]
+  std::size_t oversampling = 1;
+  std::vector<Channel> channels = {};
+  std::vector<Producer> outputs = {};
+  Reference reference = {};
+  std::size_t all_steps = 0;  ///< of the power-up
   std::vector<Felt> felt = {};
   std::vector<std::size_t> borders = {};   ///< steps at which segments begin, rising
   std::vector<bool> smooth_segments = {};  ///< see goes_on()
@@ -185,21 +191,13 @@ struct Instrument {
   }
 };
 
-}  // namespace
-
-Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun& run, const RandomStream& random) {
-  const auto oversampling = static_cast<std::size_t>(oversampling_of(plan));
-  const double rate = plan.sample_rate * static_cast<double>(oversampling);
+InstrumentRun::InstrumentRun(const Plan& plan, const PlannedRun& run, const RandomStream& random)
+    : state_(std::make_unique<State>()) {
+  state_->oversampling = static_cast<std::size_t>(oversampling_of(plan));
+  const double rate = plan.sample_rate * static_cast<double>(state_->oversampling);
+  state_->rate = rate;
+  state_->step = 1.0 / rate;
   const RandomStream of_run = random.split("run").split(static_cast<std::uint64_t>(run.run));
-  const auto instrument =
-      std::make_shared<Instrument>(Instrument{{}, reference, 1.0 / rate, oversampling, run.samples * oversampling});
-  double border = 0.0;
-  for (const auto& segment : run.segments) {
-    instrument->borders.push_back(static_cast<std::size_t>(std::llround(border * rate)));
-    instrument->smooth_segments.push_back(goes_on(segment));
-    border += segment.duration;
-  }
-  std::vector<Channel> channels;
   for (const auto& [prefix, model, truth, own_from_first] : participants_of(plan)) {
     const bool as_first = own_from_first.x.x == 1.0 && own_from_first.y.y == 1.0 && own_from_first.z.z == 1.0;
     const auto mount = as_first ? std::nullopt : std::optional(own_from_first);
@@ -210,21 +208,57 @@ Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun
       const RandomStream stream = outputs.size() == 1 ? own : own.split(output.channel);
       Recorded recorded{output.kind, output.unit, false, nullptr};
       if (model.record) recorded = model.record(truth, k, 1.0 / rate, stream.split("electronics"));
-      channels.push_back({prefix + output.channel,
-                          recorded.kind,
-                          Unit::parse(recorded.unit),
-                          {run.begin, plan.sample_rate, nullptr},
-                          {}});
-      instrument->outputs.push_back(
-          {sum_of(model, output, truth, mount),
-           truth.number(output.noise_prefix + "turn_on_repeatability") * stream.split("turn-on").normal(0),
-           NoiseSource(noise_of(truth, output.noise_prefix), rate, run.samples * oversampling, stream.split("noise")),
-           std::move(recorded)});
+      state_->channels.push_back({prefix + output.channel,
+                                  recorded.kind,
+                                  Unit::parse(recorded.unit),
+                                  {run.begin, plan.sample_rate, nullptr},
+                                  {}});
+      state_->outputs.push_back({sum_of(model, output, truth, mount),
+                                 truth.number(output.noise_prefix + "turn_on_repeatability") *
+                                     stream.split("turn-on").normal(0),
+                                 NoiseSource(noise_of(truth, output.noise_prefix), rate,
+                                             run.samples * state_->oversampling, stream.split("noise")),
+                                 std::move(recorded)});
     }
   }
-  const std::size_t steps = channels.size() == 1 ? steps_of_one : steps_of_several;
-  return {std::move(channels), run.samples, std::max<std::size_t>(1, steps / oversampling),
-          [instrument](std::size_t first, const Samples& out) { instrument->make(first, out); }};
+}
+
+InstrumentRun::InstrumentRun(const InstrumentRun& other) : state_(std::make_unique<State>(*other.state_)) {}
+InstrumentRun::InstrumentRun(InstrumentRun&&) noexcept = default;
+InstrumentRun& InstrumentRun::operator=(const InstrumentRun& other) {
+  if (this != &other) state_ = std::make_unique<State>(*other.state_);
+  return *this;
+}
+InstrumentRun& InstrumentRun::operator=(InstrumentRun&&) noexcept = default;
+InstrumentRun::~InstrumentRun() = default;
+
+const std::vector<Channel>& InstrumentRun::channels() const { return state_->channels; }
+
+std::size_t InstrumentRun::portion() const {
+  const std::size_t steps = state_->channels.size() == 1 ? steps_of_one : steps_of_several;
+  return std::max<std::size_t>(1, steps / state_->oversampling);
+}
+
+void InstrumentRun::follow(const Reference& reference, const Schedule& segments, std::size_t samples) {
+  state_->reference = reference;
+  state_->all_steps = samples * state_->oversampling;
+  state_->borders.clear();
+  state_->smooth_segments.clear();
+  double border = 0.0;
+  for (const auto& segment : segments) {
+    state_->borders.push_back(static_cast<std::size_t>(std::llround(border * state_->rate)));
+    state_->smooth_segments.push_back(goes_on(segment));
+    border += segment.duration;
+  }
+}
+
+void InstrumentRun::make(std::size_t first, const Samples& out) { state_->make(first, out); }
+
+Source outputs_of(const Plan& plan, const Reference& reference, const PlannedRun& run, const RandomStream& random) {
+  const auto instruments = std::make_shared<InstrumentRun>(plan, run, random);
+  instruments->follow(reference, run.segments, run.samples);
+  return {instruments->channels(), run.samples, instruments->portion(),
+          [instruments](std::size_t first, const Samples& out) { instruments->make(first, out); }};
 }
 
 }  // namespace tumble

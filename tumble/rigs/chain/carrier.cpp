@@ -168,6 +168,26 @@ std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors) {
   return poses;
 }
 
+std::function<std::size_t(double)> segment_at(const Schedule& run) {
+  std::vector<double> ends;
+  double end = 0.0;
+  for (const auto& segment : run) ends.push_back(end += segment.duration);
+  return [ends](double time) {
+    const auto after = std::upper_bound(ends.begin(), ends.end(), time);
+    return std::min(static_cast<std::size_t>(after - ends.begin()), ends.size() - 1);
+  };
+}
+
+std::function<double(double)> last_value(const Schedule& run, const std::string& axis) {
+  std::vector<double> values;
+  double value = 0.0;
+  for (const auto& segment : run) {
+    if (const auto found = segment.axes.find(axis); found != segment.axes.end()) value = found->second.value;
+    values.push_back(value);
+  }
+  return [values, at = segment_at(run)](double time) { return values[at(time)]; };
+}
+
 void check_order(const Settings& options, const std::string& lowest, const std::string& highest,
                  std::vector<std::string>& problems) {
   if (!(options.number(lowest) < options.number(highest)))

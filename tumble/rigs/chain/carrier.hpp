@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -64,6 +65,12 @@ Kinematics ground_of(const std::optional<Site>& site, double gravity_error, doub
 
 /// Instrument from fixture for mount_roll, mount_pitch, mount_yaw in every segment, with the mounting errors.
 std::vector<Pose> poses_of(const Schedule& run, const ErrorValues& errors);
+
+/// The commanded value [SI] of an axis that is laid to values by hand, as a function of time [s].
+std::function<double(double time)> last_value(const Schedule& run, const std::string& axis);
+
+/// The segment in force at a time [s], as a function of the time: an index.
+std::function<std::size_t(double time)> segment_at(const Schedule& run);
 
 /// Base from level, as the level and azimuth errors turn it.
 Rotation base_from_level(const ErrorValues& errors);

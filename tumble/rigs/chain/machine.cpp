@@ -107,6 +107,31 @@ Chain chain_of(const Machine& machine, const RigRun& run, const ErrorValues& err
   return chain;
 }
 
+/// The axes of the machine and its oven as their controllers know them.
+std::vector<Drive> drives_of(const Machine& machine, const RigRun& run, const std::shared_ptr<const Chain>& chain) {
+  std::vector<Drive> drives;
+  const auto segment = segment_at(run.segments);
+  for (std::size_t a = 0; a < machine.axes.size(); ++a)
+    drives.push_back({machine.axes[a].name, [=](double time) {
+                        std::size_t piece = 0;
+                        const Turn turn = at(chain->axes[a], time, piece);
+                        return DriveState{turn.angle, turn.rate, time >= chain->axes[a].settled[segment(time)]};
+                      }});
+  for (const auto& axis : mount_axes())
+    drives.push_back({axis.name, [last = last_value(run.segments, axis.name)](double time) {
+                        return DriveState{last(time), 0.0, true};
+                      }});
+  if (!machine.oven) return drives;
+  drives.push_back({oven_axis().name, [chain, segment](double time) {
+                      const Oven& oven = chain->oven;
+                      if (oven.pieces.empty()) return DriveState{chain->temperature, 0.0, true};
+                      std::size_t piece = 0;
+                      const Warmth now = at(oven, time, piece);
+                      return DriveState{shown_by(oven, now.temperature), now.rate, time >= oven.settled[segment(time)]};
+                    }});
+  return drives;
+}
+
 void check_options(const Machine& machine, const Settings& options, std::vector<std::string>& problems) {
   for (const auto& axis : machine.axes) {
     const auto low = option_of(machine, axis, "lowest"), high = option_of(machine, axis, "highest");
@@ -184,6 +209,7 @@ Reference reference_of(const Machine& machine, const RigRun& run) {
     if (s < chain->oven.settled.size()) settled = std::max(settled, chain->oven.settled[s]);
     out.settled.push_back(settled);
   }
+  out.drives = drives_of(machine, run, chain);
   const bool ideal = run.options.flag("ideal");
   for (std::size_t a = 0; a < machine.axes.size(); ++a)
     out.sensors.push_back(encoder(machine.axes[a].name + "_angle", chain, a,

@@ -38,20 +38,19 @@ std::vector<Air> air_of(const Schedule& run, const Settings& options) {
   const Motion* first = commanded(run.front());
   double now = first && first->kind != Kind::ramp ? first->value : options.number("temperature");
   std::vector<Air> air{{0.0, now, 0.0}};
-  double begin = 0.0;
-  for (const auto& segment : run) {
-    if (const Motion* motion = commanded(segment)) {
+  for (const AxisCommand& command : commands_to(run, axis_name)) {
+    const double begin = command.begin;
+    if (const Motion* motion = command.motion) {
       const double target = target_of(*motion);
       const double speed = motion->kind == Kind::ramp ? motion->value : options.number("oven_ramp_limit");
       const double needed = std::abs(target - now) / speed;
       if (needed > 0.0) {
-        const double slope = std::copysign(speed, target - now), length = std::min(needed, segment.duration);
+        const double slope = std::copysign(speed, target - now), length = std::min(needed, command.duration);
         air.push_back({begin, now, slope});
         now = length < needed ? now + slope * length : target;
         air.push_back({begin + length, now, 0.0});
       }
     }
-    begin += segment.duration;
   }
   return air;
 }

@@ -33,23 +33,28 @@ class Planner {
     profile_.pieces.push_back({.begin = 0.0, .start = {actual_, 0.0, 0.0}});
   }
 
-  void segment(const Segment& segment, std::size_t number, double begin, const Motion* motion) {
-    segment_ = &segment;
-    number_ = number;
-    begin_ = now_ = begin;
-    const double end = begin + segment.duration;
+  void carry_out(const AxisCommand& command_now, const Schedule& run) {
+    const Motion* motion = command_now.motion;
+    segment_ = &run[command_now.segment];
+    number_ = command_now.segment;
+    duration_ = command_now.duration;
+    begin_ = now_ = command_now.begin;
+    const double begin = begin_, end = begin + duration_;
     std::size_t piece = profile_.pieces.size() - 1;
     at_ = at(profile_, begin, piece);
     const std::size_t before = profile_.pieces.size();
     motion ? command(*motion) : rest();
     if (motion && motion->kind != Kind::slew && now_ > end * slack)
       problem(fmt::format("{} needs {:.4g} s to reach the commanded motion, but the segment lasts {:.4g} s",
-                          limits_.axis, now_ - begin, segment.duration));
+                          limits_.axis, now_ - begin, duration_));
     auto& pieces = profile_.pieces;
     while (pieces.size() > before && pieces.back().begin >= end) pieces.pop_back();
     check_travel(before, end);
     profile_.settled.push_back(std::min(now_, end));
   }
+
+  /// The motion goes on in a further segment, which begins at this time.
+  void continue_at(double begin) { profile_.settled.push_back(std::max(begin, profile_.settled.back())); }
 
   Profile take() {
     find_rests(profile_);
@@ -120,7 +125,9 @@ class Planner {
     piece.origin = begin_;
     piece.phase = motion.phase;
     piece.frequency = two_pi * motion.frequency;
-    if (sweep) piece.growth = std::log(motion.to_frequency / motion.frequency) / segment_->duration;
+    if (sweep)
+      piece.growth =
+          std::log(motion.to_frequency / motion.frequency) / (motion.lasts > 0.0 ? motion.lasts : duration_);
     piece.fade = 2.0 / (motion.frequency * std::exp(piece.growth * (now_ - begin_)));
     profile_.pieces.push_back(piece);
     now_ += piece.fade;
@@ -211,7 +218,7 @@ class Planner {
   Profile profile_;
   const Segment* segment_ = nullptr;
   std::size_t number_ = 0;
-  double begin_ = 0.0;  ///< of the segment [s]
+  double begin_ = 0.0, duration_ = 0.0;  ///< of the segment and those that continue it [s]
   double now_ = 0.0;    ///< until where the pieces are laid [s]
   Turn at_{};           ///< state at now_
   Kind kind_ = Kind::hold;
@@ -224,15 +231,15 @@ class Planner {
 
 Profile profile_of(const Schedule& run, const AxisLimits& limits, const DriveErrors& errors,
                    std::vector<std::string>* problems) {
-  const auto motion_in = [&](const Segment& segment) -> const Motion* {
-    const auto found = segment.axes.find(limits.axis);
-    return found == segment.axes.end() ? nullptr : &found->second;
-  };
+  const auto commands = commands_to(run, limits.axis);
   Planner planner(limits, errors, problems);
-  planner.start(run.empty() ? nullptr : motion_in(run.front()));
+  planner.start(commands.empty() ? nullptr : commands.front().motion);
   double begin = 0.0;
-  for (std::size_t s = 0; s < run.size(); ++s) {
-    planner.segment(run[s], s, begin, motion_in(run[s]));
+  for (std::size_t s = 0, c = 0; s < run.size(); ++s) {
+    if (c < commands.size() && commands[c].segment == s)
+      planner.carry_out(commands[c++], run);
+    else
+      planner.continue_at(begin);
     begin += run[s].duration;
   }
   return planner.take();

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tumble/rigs/rig.hpp"
+#include "tumble/sim/power_up.hpp"
+#include "tumble/station/virtual_rig.hpp"
+#include "tumble/station/virtual_rig/course.hpp"
+#include "tumble/station/virtual_rig/unit.hpp"
+
+namespace tumble::virtual_rig {
+
+using Trouble = VirtualRig::Trouble;
+
+/// The controller of one axis.
+struct AxisControl {
+  Axis axis;
+  Motion demand = {};  ///< what was commanded last
+  bool told = false;   ///< something was commanded
+  bool enabled = true;
+  std::string fault = {};
+  std::map<Trouble, double> troubles = {};  ///< with their sizes
+  double drifts_since = 0.0;                ///< [s]
+  std::optional<AxisReading> frozen = {};
+  unsigned commands = 0;  ///< what was planned for later is void after a further command
+
+  bool has(Trouble trouble) const { return troubles.contains(trouble); }
+  bool is_air() const { return axis.unit == "degC"; }
+  bool turns() const;  ///< can keep a rate
+};
+
+/// Something that the rig does by itself after a command.
+struct Later {
+  enum class What { motion, trip, drift, swing };
+  What what = What::motion;
+  std::string axis;
+  unsigned commands = 0;  ///< of the axis, when it was planned
+  Motion motion = {};
+  double sense = 1.0;  ///< of a swing
+};
+
+/// The courses of the rig, the instruments on it, and the controllers of its axes.
+struct Bench {
+  struct Powered {
+    Unit unit;
+    std::size_t course;
+  };
+
+  std::shared_ptr<const Plan> plan;
+  const Rig* rig = nullptr;
+  RandomStream random{0};
+  SampleTiming timing = SampleTiming::at_once;
+  std::vector<PlannedRun> planned = {};
+  double now = 0.0;                       ///< [s]
+  std::map<std::size_t, Course> courses;  ///< the last one is in force
+  std::deque<Powered> units;              ///< the last one is on, where `on`
+  bool on = false;
+  int power_ups = 0;
+  std::map<std::string, AxisControl> axes = {};
+  std::multimap<double, Later> later = {};
+
+  Bench(const Plan& plan, std::uint64_t seed, SampleTiming timing);
+
+  Course& course() { return courses.rbegin()->second; }
+  AxisControl& control(const std::string& axis);  ///< throws Error::bad_input where there is none
+  DriveState drive(double time, const std::string& axis);
+
+  /// Carries out what the rig does by itself up to this time. Throws Error::bad_input where time goes back.
+  void advance(double time);
+
+  // commands.cpp
+  Refusal command(double time, const std::string& axis, const Motion& motion);
+  Refusal carry_out(double time, const Segment& segment);
+  void halt(double time, const std::string& axis);
+  void begin(double time, const std::string& axis, Trouble trouble, double size);
+  void end(double time, const std::string& axis, Trouble trouble);
+
+  // power.cpp
+  void place(double time, const std::map<std::string, double>& values);
+  void power(double time, bool on);
+  std::vector<VirtualSamples> samples(double time, std::size_t most);
+
+  // refusals.cpp
+  Refusal refusal_of(double time, const std::string& axis, const Motion& motion, double& trips_after);
+  Motion standstill(double time, const std::string& axis);  ///< a motion that stays where the axis is or is told to be
+
+  AxisReading reading(double time, const std::string& axis);
+
+ private:
+  void start_course(double time, int run);
+  void carry(double time, const Later& later);
+  void enter(double time, const std::map<std::string, Motion>& changes, bool others_go_on);
+  Motion altered(double time, const AxisControl& control, const Motion& motion);
+  void plan_later(double time, const std::string& axis, const Motion& motion, double trips_after);
+  void apply(double time, const std::string& axis, const Motion& motion, double trips_after);
+};
+
+/// The motion by which an axis stops where it is at `value`.
+Motion stop_of(const AxisControl& control, double value);
+
+}  // namespace tumble::virtual_rig

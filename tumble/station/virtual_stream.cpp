@@ -1,0 +1,156 @@
+#include "tumble/station/virtual_stream.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tumble/units/error.hpp"
+
+namespace tumble {
+namespace {
+
+constexpr int head = 17;      ///< [byte] of a declared frame: sync 4, counter 4, time 8, status 1
+constexpr int real_size = 8;  ///< [byte] of a channel
+constexpr int crc_size = 4;
+
+/// The channels of one sample of the plan, in order, and their units.
+std::vector<Channel> channels_of_plan(const Plan& plan) {
+  VirtualRig rig(plan, 0);
+  rig.power(0.0, true);
+  const auto blocks = rig.samples(1.5 / plan.sample_rate);
+  return blocks.front().channels;
+}
+
+/// A frame in which every channel is 0: its bytes in hexadecimal.
+std::string zero_frame(int length) {
+  std::string bytes(static_cast<std::size_t>(length), '\0');
+  std::memcpy(bytes.data(), "TVRF", 4);
+  bytes[16] = 1;
+  const auto crc = crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(length - crc_size));
+  for (int i = 0; i < crc_size; ++i) bytes[static_cast<std::size_t>(length - crc_size + i)] = static_cast<char>(crc >> 8 * i);
+  std::string hex;
+  for (const char byte : bytes) hex += fmt::format("{}{:02X}", hex.empty() ? "" : " ", static_cast<unsigned char>(byte));
+  return hex;
+}
+
+/// The value of a number that has only so many bits: beyond its ends it stays at its end, as a converter does.
+double saturated(const FrameField& field, double value) {
+  const FrameNumber& number = field.number;
+  if (number.kind == FrameNumber::Kind::real || std::isnan(value)) return value;
+  const bool sign = number.kind == FrameNumber::Kind::integer;
+  const double top = std::ldexp(1.0, number.bits - (sign ? 1 : 0)) - 1.0, bottom = sign ? -top - 1.0 : 0.0;
+  // a step inside, so that the rounding of the scale does not leave the range
+  return std::clamp((value - field.zero) / field.factor, bottom + 1.0, top - 1.0) * field.factor + field.zero;
+}
+
+/// Turns the status bits of a frame over. Those that lie in items are not touched.
+void spoil(const FrameStatus& status, std::string& bytes) {
+  const FrameNumber& number = status.good.number;
+  if (number.item >= 0) return;
+  const int at = number.at < 0 ? static_cast<int>(bytes.size()) + number.at : number.at;
+  const int byte = number.shift / 8, place = number.big ? at + number.bytes - 1 - byte : at + byte;
+  bytes[static_cast<std::size_t>(place)] = static_cast<char>(bytes[static_cast<std::size_t>(place)] ^ 1 << number.shift % 8);
+}
+
+}  // namespace
+
+std::string frames_for(const Plan& plan) {
+  const auto channels = channels_of_plan(plan);
+  const int length = head + real_size * static_cast<int>(channels.size()) + crc_size;
+  std::string text = fmt::format(
+      "title = \"{} on {}, as the virtual rig sends it\"\ncertainty = \"maker\"\norder = \"little\"\n"
+      "rate = \"{} Hz\"\n\n[[frame]]\nname = \"sample\"\nsync = \"54 56 52 46\"\nlength = {}\n"
+      "check = {{kind = \"crc\", width = 32, poly = \"04C11DB7\", init = \"FFFFFFFF\", xorout = \"FFFFFFFF\", "
+      "reflected = true, over = [0, -4], at = -4}}\ncounter = {{at = 4, type = \"u32\"}}\n"
+      "time = {{at = 8, type = \"u64\", scale = \"1 ns\"}}\n"
+      "status = [{{at = 16, type = \"u8\", bits = 0, equals = 1, text = \"the instrument is in order\"}}]\nchannel = [\n",
+      plan.instrument_model, plan.rig_kind, plan.sample_rate, length);
+  int at = head;
+  for (const auto& channel : channels) {
+    text += fmt::format("  {{name = \"{}\", at = {}, type = \"f64\", scale = \"1 {}\", unit = \"{}\"}},\n", channel.name,
+                        at, name(channel.unit.dimension()), channel.unit.text());
+    at += real_size;
+  }
+  text += fmt::format("]\n\n[[vector]]\nmade_by_hand = true\nhex = \"{}\"\ncounter = 0\ntime = \"0 s\"\nvalues = {{",
+                      zero_frame(length));
+  for (std::size_t c = 0; c < channels.size(); ++c)
+    text += fmt::format("{}\"{}\" = \"0 {}\"", c ? ", " : "", channels[c].name, name(channels[c].unit.dimension()));
+  return text + "}\n";
+}
+
+VirtualStream::VirtualStream(FrameCodec codec, double sample_rate, std::map<std::string, std::string> names)
+    : codec_(std::move(codec)), rate_(sample_rate), names_(std::move(names)) {
+  while (layout_ < codec_.frames.size() && codec_.frames[layout_].fields.empty()) ++layout_;
+  if (layout_ == codec_.frames.size())
+    throw Error(Error::Kind::bad_input, codec_.name + ": no frame carries a channel");
+}
+
+void VirtualStream::freeze(const std::string& channel, bool on) {
+  if (on)
+    frozen_.emplace(channel, std::nullopt);
+  else
+    frozen_.erase(channel);
+}
+
+const Channel* VirtualStream::source_of(const std::string& name, const VirtualSamples& samples) const {
+  const auto renamed = names_.find(name);
+  const auto& wanted = renamed == names_.end() ? name : renamed->second;
+  const auto found = std::ranges::find(samples.channels, wanted, &Channel::name);
+  return found == samples.channels.end() ? nullptr : &*found;
+}
+
+std::string VirtualStream::frame(const VirtualSamples& samples, std::size_t k, double device_time) {
+  const FrameLayout& layout = codec_.frames[layout_];
+  FrameContent content{layout_, std::vector<double>(codec_.channels.size(), std::numeric_limits<double>::quiet_NaN()),
+                       std::vector<unsigned char>(codec_.channels.size(), 0)};
+  for (const FrameField& field : layout.fields) {
+    const FrameChannel& channel = codec_.channels[field.channel];
+    content.present[field.channel] = 1;
+    const Channel* source = source_of(channel.name, samples);
+    if (!source) continue;
+    if (!(source->unit.dimension() == channel.unit.dimension()))
+      throw Error(Error::Kind::bad_input, fmt::format("{}: {} is in {}, but the rig gives {}", codec_.name, channel.name,
+                                                      channel.unit.text(), source->unit.text()));
+    double value = source->values[k];
+    if (const auto frozen = frozen_.find(channel.name); frozen != frozen_.end()) {
+      if (!frozen->second) frozen->second = value;
+      value = *frozen->second;
+    }
+    content.values[field.channel] = saturated(field, channel.increment ? value / rate_ : value);
+  }
+  if (layout.counter) content.counter = counter_ % layout.counter->modulus;
+  if (!layout.time.empty()) {
+    const double wrap = layout.time.front().wrap;
+    content.time = wrap > 0.0 ? device_time - wrap * std::floor(device_time / wrap) : std::max(0.0, device_time);
+  }
+  std::string bytes = encode_frame(codec_, content);
+  if (good_ || layout.statuses.empty()) return bytes;
+  for (const FrameStatus& status : layout.statuses) spoil(status, bytes);
+  std::ranges::fill(content.present, 0);
+  return encode_frame(codec_, content, bytes);  // with the checksums of what is not good
+}
+
+std::vector<TimedBytes> VirtualStream::frames_of(const VirtualSamples& samples) {
+  if (samples.power_up != power_up_) {
+    power_up_ = samples.power_up;
+    counter_ = 0;
+    clock_ = 0.0;
+  }
+  const auto& counter = codec_.frames[layout_].counter;
+  const std::uint64_t step = counter && counter->step > 0 ? counter->step : 1;
+  std::vector<TimedBytes> out;
+  out.reserve(samples.size());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const double since = static_cast<double>(samples.first + k) / rate_;
+    out.push_back({samples.channels.front().timeline.start + static_cast<double>(k + 1) / rate_,
+                   frame(samples, k, since + clock_)});
+    counter_ += step;
+  }
+  return out;
+}
+
+}  // namespace tumble
