@@ -21,10 +21,6 @@ struct DiskFault {
   std::uint64_t seed = 0;  ///< of a crash: which of the writes that were not synchronised reached the disk
 };
 
-namespace disk {
-class State;
-}
-
 /// The disk as the recorder writes to it: every byte of the live store, of the reserve and of the sealed file goes
 /// through one of these. It counts the calls, carries out a fault for tests, and remembers failures: after an
 /// input/output error it refuses everything, because a synchronisation that is repeated after an error reports
@@ -59,7 +55,8 @@ class Disk {
   void power_cut();
 
  private:
-  std::unique_ptr<disk::State> state_;
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
 };
 
 }  // namespace tumble

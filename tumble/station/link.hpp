@@ -37,10 +37,6 @@ struct LinkEvent {
   std::string reason;  ///< lost: a sentence
 };
 
-namespace link {
-class Loop;
-}
-
 /// Links to devices, and doors at which others open links to us, served by one thread: the one that calls wait().
 class Links {
  public:
@@ -80,7 +76,8 @@ class Links {
   void wake();
 
  private:
-  std::unique_ptr<link::Loop> loop_;
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
 };
 
 }  // namespace tumble

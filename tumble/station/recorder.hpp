@@ -105,10 +105,6 @@ struct RecorderOptions {
   std::function<void(const StoreFailure&)> on_failure = {};  ///< once, on the writing thread
 };
 
-namespace recorder {
-class Writer;
-}
-
 /// The live store of a run: raw bytes, samples, events and journal in one order, in an SQLite database. An item is
 /// acknowledged after the commit that holds it was synchronised (docs/station_recorder.md). Safe to use from several
 /// threads; the order is that of the calls.
@@ -148,7 +144,8 @@ class Recorder {
   bool close(double time, const std::string& ending);
 
  private:
-  std::unique_ptr<recorder::Writer> writer_;
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
 };
 
 }  // namespace tumble
