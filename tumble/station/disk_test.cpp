@@ -38,7 +38,9 @@ TEST(Disk, APowerCutTakesBackANameWhoseFolderWasNotSynchronised) {
     disk.power_cut();
     const bool there = std::filesystem::exists(folder.file("name"));
     (there ? kept : lost) += 1;
-    if (there) EXPECT_EQ(read_text_file(folder.file("name")), "whole") << "its content was synchronised";
+    if (there) {
+      EXPECT_EQ(read_text_file(folder.file("name")), "whole") << "its content was synchronised";
+    }
   }
   EXPECT_GT(kept, 0);
   EXPECT_GT(lost, 0);
@@ -55,7 +57,9 @@ TEST(Disk, APowerCutKeepsAFolderThatWasSynchronised) {
     EXPECT_THROW(disk.remove(folder.file("name")), Error);
     disk.power_cut();
     EXPECT_FALSE(std::filesystem::exists(folder.file("part")));
-    if (std::filesystem::exists(folder.file("name"))) EXPECT_EQ(read_text_file(folder.file("name")), "whole");
+    if (std::filesystem::exists(folder.file("name"))) {
+      EXPECT_EQ(read_text_file(folder.file("name")), "whole");
+    }
   }
 }
 

@@ -33,8 +33,8 @@ struct StoreStream {
   std::string name;  ///< of the instrument
   std::string slot;  ///< of the unit; empty: of the only unit, or of the rig
   std::vector<FrameChannel> channels;
-  double rate = 0.0;     ///< [Hz] declared; 0: not
-  bool counted = false;  ///< the sequence of the samples counts lost ones
+  double rate = 0.0;                     ///< [Hz] declared, of the sequence; 0: not
+  std::optional<std::size_t> link = {};  ///< whose bytes were decoded; streams of one link count in one sequence
 };
 
 enum class StoreDirection : std::uint8_t { received = 0, sent = 1 };

@@ -1,5 +1,5 @@
-// What survives: a power cut, a full disk and a failed synchronisation at each call to the disk, and the sudden end of the
-// process.
+// What survives: a power cut, a full disk and a failed synchronisation at each call to the disk, and the sudden end of
+// the process.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -69,8 +69,8 @@ void expect_kept(const std::string& folder, const Outcome& outcome, const std::s
   }
   for (const auto& [sequence, item] : outcome.items) {
     if (sequence > outcome.acknowledged.sequence) break;
-    ASSERT_TRUE(stored.contains(sequence)) << what << ": item " << sequence << " of "
-                                           << outcome.acknowledged.sequence << " acknowledged is lost";
+    ASSERT_TRUE(stored.contains(sequence))
+        << what << ": item " << sequence << " of " << outcome.acknowledged.sequence << " acknowledged is lost";
     ASSERT_EQ(stored[sequence], item) << what << ": item " << sequence;
   }
   for (const auto& [sequence, item] : stored)
@@ -215,8 +215,7 @@ TEST(RecorderCrash, AKilledProcessLosesNothingThatWasAcknowledged) {
   }
   for (int i = 0; i < kills; ++i) {
     const ScratchFolder folder;
-    const std::uint64_t last =
-        acknowledged_until_killed(folder.path, static_cast<useconds_t>(random() % 150'000));
+    const std::uint64_t last = acknowledged_until_killed(folder.path, static_cast<useconds_t>(random() % 150'000));
     const GivenItems stored = items_of_store(folder.path);
     ASSERT_GE(stored.size(), last) << "kill " << i;
     ASSERT_EQ(stored.rbegin()->first, stored.size()) << "kill " << i;

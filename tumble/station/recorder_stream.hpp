@@ -36,16 +36,18 @@ class InstrumentRecorder {
  public:
   struct Shown {
     FrameChannel channel;
-    LiveNoise noise;  ///< [SI]; increments already divided by the time of a sample
+    LiveNoise noise;  ///< [SI]; of increments as they come: times rate() they are the signal
   };
 
-  /// `codec` must live as long; `link` and `slot` as in Recorder.
-  InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, std::size_t link, std::string slot = {});
+  /// `codec` must live as long, and is that of the declaration of the link.
+  InstrumentRecorder(Recorder& recorder, const FrameCodec& codec, StoreLink link);
 
   /// Bytes that arrived at `time` [s]: kept, decoded, and the samples kept. False: the recorder has stopped.
   bool receive(double time, std::string_view bytes);
-  /// The link came back: what is half decoded is given up, and a new stream begins; time [s].
-  void restart(double time);
+  /// Bytes that were sent to the instrument at `time` [s].
+  void sent(double time, std::string_view bytes);
+  /// The link came back: what is half decoded is given up, and the counts begin again.
+  void restart();
 
   const FrameCounts& counts() const { return stream_.counts(); }  ///< since the last restart
   const std::vector<Shown>& shown() const { return shown_; }      ///< channels that were seen, by index in the codec
@@ -57,15 +59,15 @@ class InstrumentRecorder {
 
   Recorder& recorder_;
   const FrameCodec& codec_;
-  std::size_t link_;
-  std::string slot_;
+  StoreLink description_;
+  std::size_t link_ = 0;
   FrameStream stream_;
-  std::map<std::pair<std::size_t, std::vector<unsigned char>>, std::size_t> streams_;  ///< by layout and presence
-  std::vector<std::size_t> last_;                                                      ///< stream, by layout
+  std::map<std::vector<unsigned char>, std::size_t> streams_;  ///< by presence of the channels
   std::vector<double> values_;
   std::vector<Shown> shown_;
-  double first_time_ = 0.0, last_time_ = 0.0;
-  std::uint64_t frames_ = 0;
+  double first_time_ = 0.0, last_time_ = 0.0;  ///< [s]
+  std::uint64_t first_ = 0, last_ = 0;         ///< sequence
+  bool running_ = false;
 };
 
 }  // namespace tumble

@@ -161,8 +161,7 @@ TEST(Recorder, RefusesToReadWhatIsNoStore) {
   const ScratchFolder folder;
   EXPECT_NE(reason_of([&] { visit_store(folder.path, {}); }).find("is not a run"), std::string::npos);
   { std::ofstream(folder.file("live.sqlite")) << std::string(5000, 'x'); }
-  EXPECT_NE(reason_of([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"),
-            std::string::npos);
+  EXPECT_NE(reason_of([&] { visit_store(folder.path, {}); }).find("cannot be read as a live store"), std::string::npos);
 }
 
 }  // namespace

@@ -49,9 +49,9 @@ int write(sqlite3_file* file, const void* bytes, int size, sqlite3_int64 offset)
   if (self.path) {
     sqlite3_int64 length = 0;
     methods(file).xFileSize(real(file), &length);
-    const Outcome outcome = self.state->write(
-        *self.path, static_cast<std::uint64_t>(offset),
-        {static_cast<const char*>(bytes), static_cast<std::size_t>(size)}, static_cast<std::uint64_t>(length));
+    const Outcome outcome = self.state->write(*self.path, static_cast<std::uint64_t>(offset),
+                                              {static_cast<const char*>(bytes), static_cast<std::size_t>(size)},
+                                              static_cast<std::uint64_t>(length));
     if (outcome != Outcome::done) return code_of(outcome, SQLITE_IOERR_WRITE);
   }
   return noted(*self.state, methods(file).xWrite(real(file), bytes, size, offset));
@@ -75,8 +75,7 @@ int synchronise(sqlite3_file* file, int flags) {
   if (const int code = noted(*self.state, methods(file).xSync(real(file), flags)); code != SQLITE_OK) return code;
   if (!self.path || !self.names_folder) return SQLITE_OK;
   self.names_folder = false;
-  const Outcome outcome =
-      self.state->synchronise_folder(std::filesystem::path(*self.path).parent_path().string());
+  const Outcome outcome = self.state->synchronise_folder(std::filesystem::path(*self.path).parent_path().string());
   return outcome == Outcome::done ? SQLITE_OK : SQLITE_IOERR_DIR_FSYNC;
 }
 
@@ -93,8 +92,9 @@ int characteristics(sqlite3_file* file) { return methods(file).xDeviceCharacteri
 /// Version 1: without shared memory, because the store has one connection, which locks it alone.
 const sqlite3_io_methods& own_methods() {
   static const sqlite3_io_methods methods{
-      1,         close_file,  read, write,  truncate_file, synchronise,     file_size, lock, unlock, check_lock,
-      control,   sector_size, characteristics, nullptr,       nullptr,         nullptr,   nullptr, nullptr, nullptr};
+      1,       close_file, read,       write,   truncate_file, synchronise,     file_size,
+      lock,    unlock,     check_lock, control, sector_size,   characteristics, nullptr,
+      nullptr, nullptr,    nullptr,    nullptr, nullptr};
   return methods;
 }
 
@@ -150,8 +150,7 @@ Vfs::Vfs(State& state) {
   vfs_->pAppData = &state;
   vfs_->xOpen = open_file;
   vfs_->xDelete = delete_file;
-  if (sqlite3_vfs_register(vfs_.get(), 0) != SQLITE_OK)
-    throw Error(Error::Kind::internal, "SQLite refuses a VFS");
+  if (sqlite3_vfs_register(vfs_.get(), 0) != SQLITE_OK) throw Error(Error::Kind::internal, "SQLite refuses a VFS");
 }
 
 }  // namespace tumble::disk

@@ -122,8 +122,7 @@ bool items_of(const Chunk& chunk, std::size_t channels, const std::function<void
 }
 
 std::uint32_t checksum_of(std::string_view body) {
-  return static_cast<std::uint32_t>(
-      crc32_z(0, reinterpret_cast<const unsigned char*>(body.data()), body.size()));
+  return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const unsigned char*>(body.data()), body.size()));
 }
 
 }  // namespace tumble::recorder

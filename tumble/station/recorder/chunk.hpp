@@ -14,7 +14,7 @@ namespace tumble::recorder {
 /// Items of one kind and source that lie in one row of the store.
 struct Chunk {
   StoreItem::Kind kind = StoreItem::Kind::raw;
-  std::size_t source = 0;  ///< link or stream
+  std::size_t source = 0;             ///< link or stream
   std::uint64_t first = 0, last = 0;  ///< sequence numbers
   std::uint64_t count = 0;
   double begin = 0.0, end = 0.0;  ///< [s] the least and the greatest time

@@ -23,8 +23,7 @@ void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handl
 Database::Database(const std::string& path, const char* vfs, Mode mode) {
   sqlite3* handle = nullptr;
   const int create = mode == Mode::create ? SQLITE_OPEN_CREATE : 0;
-  const int code =
-      sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | create, vfs);
+  const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | create, vfs);
   handle_.reset(handle);
   if (code != SQLITE_OK) fail(handle, code);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);

@@ -44,7 +44,7 @@ class Statement {
   Statement& bind(int parameter, double value);
   Statement& bind_text(int parameter, std::string_view text);
   Statement& bind_bytes(int parameter, std::string_view bytes);
-  bool next();  ///< false after the last row, and the statement may be bound again
+  bool next();                             ///< false after the last row, and the statement may be bound again
   std::int64_t integer(int column) const;  ///< columns from 0 on
   double number(int column) const;
   std::string_view bytes(int column) const;  ///< until next()

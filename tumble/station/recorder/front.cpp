@@ -37,9 +37,8 @@ std::uint64_t Front::append(StoreItem::Kind kind, std::size_t source, double tim
 }
 
 std::uint64_t Front::raw(std::size_t link, StoreDirection direction, double time, std::string_view bytes) {
-  return append(StoreItem::Kind::raw, link, time, false, [&](Chunk& chunk, std::uint64_t sequence) {
-    put_raw(chunk, sequence, direction, time, bytes);
-  });
+  return append(StoreItem::Kind::raw, link, time, false,
+                [&](Chunk& chunk, std::uint64_t sequence) { put_raw(chunk, sequence, direction, time, bytes); });
 }
 
 std::uint64_t Front::sample(std::size_t stream, const StoreSample& sample) {

@@ -22,10 +22,10 @@ class Front {
   std::uint64_t journal(const JournalRow& row);
 
   bool empty() const { return batch_.empty() && open_.empty(); }
-  bool urgent() const { return urgent_; }            ///< a chunk is full, or something happened
-  std::size_t bytes() const { return bytes_; }       ///< that wait
-  double time() const { return time_; }              ///< [s] the latest
-  std::uint64_t items() const { return items_; }     ///< in all
+  bool urgent() const { return urgent_; }                 ///< a chunk is full, or something happened
+  std::size_t bytes() const { return bytes_; }            ///< that wait
+  double time() const { return time_; }                   ///< [s] the latest
+  std::uint64_t items() const { return items_; }          ///< in all
   std::uint64_t all_bytes() const { return all_bytes_; }  ///< in all
   /// Everything, and nothing waits any longer.
   Batch take();

@@ -71,8 +71,7 @@ void StoreFile::write(const Batch& batch) {
     insert(batch);
     database_.run("COMMIT");
   } catch (const Refusal&) {
-    if (!sqlite3_get_autocommit(database_.get()))
-      sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+    if (!sqlite3_get_autocommit(database_.get())) sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
     throw;
   }
   ++state_.batch;

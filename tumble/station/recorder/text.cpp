@@ -102,7 +102,8 @@ std::string json_of(const StoreLink& link) {
 }
 
 std::string json_of(const StoreStream& stream) {
-  Json json{{"name", stream.name}, {"slot", stream.slot}, {"rate", stream.rate}, {"counted", stream.counted}};
+  Json json{{"name", stream.name}, {"slot", stream.slot}, {"rate", stream.rate}};
+  if (stream.link) json["link"] = *stream.link;
   json["channels"] = Json::array();
   for (const FrameChannel& channel : stream.channels)
     json["channels"].push_back(
@@ -124,11 +125,11 @@ StoreLink link_of(std::string_view text) {
 
 StoreStream stream_of(std::string_view text) {
   return described(text, [](const Json& json) {
-    StoreStream stream{json.value("name", ""), json.value("slot", ""), {}, json.value("rate", 0.0),
-                       json.value("counted", false)};
+    StoreStream stream{json.value("name", ""), json.value("slot", ""), {}, json.value("rate", 0.0)};
+    if (json.contains("link")) stream.link = json["link"].get<std::size_t>();
     for (const Json& channel : json.at("channels"))
-      stream.channels.push_back({channel.value("name", ""), Unit::parse(channel.value("unit", "1")),
-                                 channel.value("increment", false)});
+      stream.channels.push_back(
+          {channel.value("name", ""), Unit::parse(channel.value("unit", "1")), channel.value("increment", false)});
     return stream;
   });
 }

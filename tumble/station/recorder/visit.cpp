@@ -1,10 +1,11 @@
+#include "tumble/station/recorder/visit.hpp"
+
 #include <fmt/format.h>
 
 #include <filesystem>
 
 #include "tumble/station/recorder/order.hpp"
 #include "tumble/station/recorder/store_file.hpp"
-#include "tumble/station/recorder/visit.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::recorder {

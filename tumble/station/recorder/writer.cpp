@@ -43,7 +43,8 @@ StoreFile opened_store(const std::string& folder, Disk& disk, const RecorderOpti
   const std::string path = store_path(folder);
   try {
     if (options.reserve_bytes > 0) disk.allocate(reserve_path(folder), options.reserve_bytes);
-    StoreFile store(path, disk.vfs(), options.resume && fs::exists(path) ? Database::Mode::existing : Database::Mode::create);
+    StoreFile store(path, disk.vfs(),
+                    options.resume && fs::exists(path) ? Database::Mode::existing : Database::Mode::create);
     disk.synchronise_folder(folder);
     return store;
   } catch (const Refusal& refusal) {

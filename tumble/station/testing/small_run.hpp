@@ -48,18 +48,20 @@ inline void add_step(Recorder& recorder, int k, GivenItems& items) {
   const std::vector<double> values{1.0 / (k + 3), -0.1 * k, 1e-9 * k * k};
   const StoreSample sample{time, 0.001 * k, static_cast<std::uint64_t>(k), values};
   note(recorder.sample(0, sample), {StoreItem::Kind::sample, time, {}, values});
-  if (k % 7 == 3) note(recorder.event({time, "note", "test", "event " + std::to_string(k), {}}),
-                       {StoreItem::Kind::event, time, "event " + std::to_string(k), {}});
-  if (k % 11 == 5) note(recorder.journal({.time = time, .segment = "position " + std::to_string(k)}),
-                        {StoreItem::Kind::journal, time, "position " + std::to_string(k), {}});
+  if (k % 7 == 3)
+    note(recorder.event({time, "note", "test", "event " + std::to_string(k), {}}),
+         {StoreItem::Kind::event, time, "event " + std::to_string(k), {}});
+  if (k % 11 == 5)
+    note(recorder.journal({.time = time, .segment = "position " + std::to_string(k)}),
+         {StoreItem::Kind::journal, time, "position " + std::to_string(k), {}});
 }
 
 /// For tests: one link and one stream of three channels.
 inline void begin_run(Recorder& recorder) {
   recorder.add_link({"tcp:127.0.0.1:9", {}, {}, {}, {}});
   const auto channel = [](const char* name, const char* unit) { return FrameChannel{name, Unit::parse(unit), false}; };
-  recorder.add_stream({"test", {}, {channel("gyro", "deg/h"), channel("acc", "g"), channel("temperature", "degC")},
-                       100.0, true});
+  recorder.add_stream(
+      {"test", {}, {channel("gyro", "deg/h"), channel("acc", "g"), channel("temperature", "degC")}, 100.0, 0});
 }
 
 }  // namespace tumble
